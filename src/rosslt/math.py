@@ -1,0 +1,11 @@
+"""The names of `math`, for tracked values: `from rosslt import math` in the place of `import math`.
+
+The functions keep the provenance of tracked values and give what `math` gives for plain numbers. See
+`docs/values.md` for those that have no provenance to keep.
+"""
+
+from .values import MATH
+
+globals().update(MATH)
+
+__all__ = list(MATH)

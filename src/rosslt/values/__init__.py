@@ -1,0 +1,28 @@
+"""Values that know where they came from and what was done to them (paper, section IV.B).
+
+This room answers: what was done to a value, and what must its sources become to make it another? It
+is pure Python and imports no ROS; NumPy is used where the caller brings it. It may import the standard
+library only. Other rooms use the names below and nothing behind them.
+"""
+
+from . import operators  # noqa: F401, completes the tracked classes
+from .containers import is_tracked, leaves, untracked
+from .errors import Error, NotInvertible, NotTracked
+from .explaining import explain
+from .expression import evaluate, sources
+from .folding import affine
+from .functions import MATH, to_bool, to_float, to_int
+from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
+from .operations import BY_CODE as OPERATIONS
+from .operations import Operation
+from .reapplying import reapply
+from .solving import solve
+from .sources import Source, describe_source, describe_sources_with
+from .tracked import deferred, from_affine, track
+
+__all__ = [
+    'AFFINE', 'CONSTANT', 'MATH', 'OPERATIONS', 'SOURCE', 'Error', 'NotInvertible', 'NotTracked', 'Operation',
+    'Source', 'affine', 'assemble', 'deferred', 'describe_source', 'describe_sources_with', 'disassemble',
+    'evaluate', 'explain', 'from_affine', 'is_tracked', 'leaves', 'reapply', 'solve', 'sources', 'to_bool', 'to_float',
+    'to_int', 'track', 'untracked',
+]

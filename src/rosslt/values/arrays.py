@@ -1,0 +1,70 @@
+"""Tracked values in NumPy's arithmetic. NumPy itself is only used once the caller brings an array or a ufunc.
+
+NumPy asks the class of a scalar for `__array_ufunc__` on two occasions and takes the answer differently. Its own
+operators (`np.float64(2) * x`, `array * x`) leave the work to `x.__rmul__` if it is None, and otherwise convert x to
+a plain float. A function (`np.sin(x)`) refuses to work if it is None, and otherwise calls it. `UfuncDoor` answers
+both, by a look at which instruction of the caller is being executed.
+"""
+
+import dis
+import sys
+from typing import Any, Callable
+
+from . import operations as ops
+from .operations import Operation
+
+BY_UFUNC = {name: row for row in ops.BY_CODE.values() for name in row.numpy}
+IN_PLACE = 13
+"""The first argument of Python 3.11's BINARY_OP that stands for an operator in place."""
+
+
+class UfuncDoor:
+    """The class attribute `__array_ufunc__`: None while a binary operator asks, else the method."""
+
+    def __init__(self, method: Callable[..., Any]) -> None:
+        self._method = method
+
+    def __get__(self, instance: Any, owner: Any) -> Any:
+        caller = sys._getframe(1)
+        name, argument = dis.opname[caller.f_code.co_code[caller.f_lasti]], caller.f_code.co_code[caller.f_lasti + 1]
+        if name.startswith('BINARY_') and not (name == 'BINARY_OP' and argument >= IN_PLACE):
+            return None
+        return self._method if instance is None else self._method.__get__(instance)
+
+
+def is_array(x: Any) -> bool:
+    """Whether `x` is a NumPy array, without importing NumPy."""
+    return hasattr(x, '__array_ufunc__') and hasattr(x, 'dtype') and hasattr(x, 'astype')
+
+
+def spread(apply: Callable[..., Any], operation: Operation, *operands: Any) -> Any:
+    """An operation on each element of arrays, broadcast as in NumPy: an object array, or a scalar."""
+    numpy = sys.modules['numpy']
+    each = numpy.frompyfunc(lambda *scalars: apply(operation, *scalars), len(operands), 1)
+    return each(*[boxed(numpy, operand) for operand in operands])
+
+
+def boxed(numpy: Any, operand: Any) -> Any:
+    """An operand as an object array, in which a tracked scalar stays itself."""
+    if hasattr(operand, 'astype'):
+        return operand.astype(object)
+    if isinstance(operand, (list, tuple)):
+        return numpy.array(operand, dtype=object)
+    box = numpy.empty((), dtype=object)
+    box[()] = operand
+    return box
+
+
+def array_ufunc(apply: Callable[..., Any], plain: Callable[[Any], Any]) -> Callable[..., Any]:
+    """The method that NumPy calls for a ufunc with a tracked scalar among its operands."""
+    def called(self: Any, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        numpy = sys.modules['numpy']
+        row = BY_UFUNC.get(ufunc.__name__)
+        if row is not None and row.arity == len(inputs) and method == '__call__' and not options:
+            return spread(apply, row, *inputs)
+        try:
+            return getattr(ufunc, method)(*[boxed(numpy, operand) for operand in inputs], **options)
+        except TypeError:
+            # A question about numbers (isfinite), a plain array to write to: no place for provenance.
+            return getattr(ufunc, method)(*[plain(operand) for operand in inputs], **options)
+    return called

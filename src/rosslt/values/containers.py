@@ -1,0 +1,132 @@
+"""Messages, lists, dicts and arrays: finding the scalars in them, and copying them with others.
+
+A message is anything with `__slots__` and `_slot_types`, as genpy's messages have; genpy is not imported.
+"""
+
+import copy
+from typing import Any, Callable, Iterator, List, Tuple
+
+from .tracked import TRACKED
+
+SCALARS = TRACKED | {float, int, bool, str}
+
+
+def is_message(x: Any) -> bool:
+    """Whether `x` is a ROS message: fields in `__slots__`, their types in `_slot_types`."""
+    return hasattr(x, '_slot_types') and hasattr(x, '__slots__') and not is_instant(x)
+
+
+def is_instant(x: Any) -> bool:
+    """Whether `x` is a ROS time or duration: slots secs and nsecs, but no message."""
+    # rospy's times inherit the `_slot_types` of genpy's; what is a message has a `_type`.
+    return hasattr(x, 'secs') and hasattr(x, 'nsecs') and not hasattr(x, '_type')
+
+
+def is_object_array(x: Any) -> bool:
+    """Whether `x` is a NumPy array of Python objects, which may hold tracked values."""
+    return getattr(getattr(x, 'dtype', None), 'char', '') == 'O' and hasattr(x, 'tolist')
+
+
+def parts(x: Any) -> Iterator[Tuple[str, Any]]:
+    """The parts of a message, list, tuple, dict or object array, each with its step of the path."""
+    if is_message(x):
+        return (('.' + name, getattr(x, name)) for name in x.__slots__)
+    if is_instant(x):
+        return iter((('.secs', x.secs), ('.nsecs', x.nsecs)))
+    if isinstance(x, dict):
+        return (('[%r]' % (key,), part) for key, part in x.items())
+    if isinstance(x, (list, tuple)) or is_object_array(x):
+        return (('[%d]' % index, part) for index, part in enumerate(x))
+    return iter(())
+
+
+def leaves(x: Any) -> List[Tuple[str, Any]]:
+    """The scalars in `x`, flattened, in order, with their paths.
+
+    Args:
+        x: a value, message, list, tuple, dict or NumPy object array, nested as they may be.
+
+    Returns:
+        `[(path, scalar), ...]`; a path is `position.x`, `points[3].x`, `['gain']`, or '' for a scalar. A
+        bytes (a `uint8[]` field) or an array of plain numbers counts as one leaf, as nothing in it is tracked.
+    """
+    if type(x) in SCALARS:
+        return [('', x)]
+    found = []
+    stack = [('', x)]
+    while stack:
+        path, part = stack.pop()
+        if type(part) in SCALARS:
+            found.append((path, part))
+            continue
+        inner = list(parts(part))
+        if inner:
+            stack.extend((path + step if path else step.lstrip('.'), one) for step, one in reversed(inner))
+        elif not isinstance(part, (list, tuple, dict)) and not is_message(part):
+            found.append((path, part))
+    return found
+
+
+def rebuilt(x: Any, change: Callable[[Any], Any]) -> Any:
+    """A deep copy of `x` with `change(leaf)` in the place of each scalar leaf.
+
+    Args:
+        x: as for `leaves`; a message keeps its class, and any other object is deep-copied.
+        change: gives what stands in a scalar's place.
+    """
+    if type(x) in SCALARS:
+        return change(x)
+    if is_message(x) or is_instant(x):
+        names = x.__slots__ if is_message(x) else ('secs', 'nsecs')
+        result = copy.copy(x)
+        for name in names:
+            setattr(result, name, rebuilt(getattr(x, name), change))
+        return result
+    if isinstance(x, dict):
+        return type(x)((key, rebuilt(part, change)) for key, part in x.items())
+    if isinstance(x, (list, tuple)):
+        items = [rebuilt(part, change) for part in x]
+        return type(x)(*items) if hasattr(x, '_fields') else type(x)(items)
+    if is_object_array(x):
+        result = x.copy()
+        for index, part in enumerate(x.flat):
+            result.flat[index] = rebuilt(part, change)
+        return result
+    return copy.deepcopy(x)
+
+
+def is_tracked(x: Any) -> bool:
+    """Whether `x` has provenance: a tracked value, or anything that holds one."""
+    return type(x) in TRACKED or any(type(leaf) in TRACKED for _, leaf in leaves(x))
+
+
+def untracked(x: Any) -> Any:
+    """`x` without provenance: the plain value, or a deep copy of the message, list or dict with plain values."""
+    return rebuilt(x, lambda leaf: leaf._plain if type(leaf) in TRACKED else leaf)
+
+
+def paired(x: Any, target: Any) -> List[Tuple[str, Any, Any]]:
+    """The leaves of `x` beside those of a target of the same shape: `[(path, leaf, target leaf), ...]`.
+
+    Parts whose target is None are left out.
+
+    Raises:
+        ValueError: the shapes differ; the place is named.
+    """
+    found = []
+    stack = [('', x, target)]
+    while stack:
+        path, part, wanted = stack.pop()
+        if wanted is None:
+            continue
+        if hasattr(wanted, 'tolist'):
+            wanted = wanted.tolist()
+        inner = [] if type(part) in SCALARS else list(parts(part))
+        if not inner:
+            found.append((path, part, wanted))
+            continue
+        others = dict(parts(wanted))
+        if set(others) != {step for step, _ in inner}:
+            raise ValueError('%s and its target differ in shape' % (path or 'the value'))
+        stack.extend((path + step if path else step.lstrip('.'), one, others[step]) for step, one in reversed(inner))
+    return found

@@ -1,0 +1,13 @@
+"""What can go wrong with tracked values; every error of the package derives from `Error`."""
+
+
+class Error(Exception):
+    """The base of all errors of rosslt."""
+
+
+class NotTracked(Error):
+    """A value without a source was given where one with a source is needed."""
+
+
+class NotInvertible(Error):
+    """No value of the sources gives the wanted result; the message names the operation and why."""

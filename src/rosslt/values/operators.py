@@ -1,0 +1,182 @@
+"""Gives the tracked classes their operators, conversions and NumPy methods, from the rows of the table."""
+
+from typing import Any, Optional, Tuple
+
+from . import operations as ops
+from .arrays import UfuncDoor, array_ufunc
+from .operations import FUNCTION, Operation
+from .tracked import LIMIT, SHARED, TRACKED, TrackedBool, TrackedFloat, TrackedInt, TrackedStr, apply, plain, shorten
+
+NUMBERS: Tuple[Any, ...] = (TrackedFloat, TrackedInt, TrackedBool)
+WHOLE: Tuple[Any, ...] = (TrackedInt, TrackedBool)
+TEXT: Any = TrackedStr
+
+FAST = {'add': ops.ADD, 'sub': ops.SUBTRACT, 'mul': ops.MULTIPLY, 'truediv': ops.DIVIDE,
+        'floordiv': ops.FLOOR_DIVIDE, 'mod': ops.REMAINDER}
+"""The operators that make a float of two floats."""
+
+BITWISE = {'and': ops.AND, 'or': ops.OR, 'xor': ops.XOR}
+
+TEMPLATE = '''
+def __{name}__(self, other):
+    kind = type(other)
+    if kind is float:
+        value = self._plain {symbol} other
+        result = TrackedFloat(value)
+        result._plain = value
+        result._record = (left, self, other)
+        size = result._size = self._size + 1
+        if size > {limit}:
+            shorten(result)
+        return result
+    if kind is TrackedFloat:
+        value = self._plain {symbol} other._plain
+        result = TrackedFloat(value)
+        result._plain = value
+        result._record = (both, self, other)
+        large = self._size
+        small = other._size
+        if large < small:
+            large, small = small, large
+        size = result._size = large + (small if small < SHARED else SHARED) + 1
+        if size > {limit}:
+            shorten(result)
+        return result
+    return apply(operation, self, other)
+
+def __r{name}__(self, other):
+    if type(other) is float:
+        value = other {symbol} self._plain
+        result = TrackedFloat(value)
+        result._plain = value
+        result._record = (right, self, other)
+        size = result._size = self._size + 1
+        if size > {limit}:
+            shorten(result)
+        return result
+    return apply(operation, other, self)
+'''
+"""What `apply` does, written out for floats: a call less, and `self._plain + other` is Python's fast addition."""
+
+
+def give_fast_operator(name: str, operation: Operation) -> None:
+    """Give TrackedFloat an operator and its reflection, compiled from the template."""
+    methods = dict(TrackedFloat=TrackedFloat, SHARED=SHARED, shorten=shorten, apply=apply,
+                   operation=operation, left=operation.left, right=operation.right, both=operation.both)
+    exec(TEMPLATE.format(name=name, symbol=operation.symbol, limit=LIMIT), methods)
+    for method in ('__%s__' % name, '__r%s__' % name):
+        setattr(TrackedFloat, method, methods[method])
+
+
+def give_operator(cls: type, name: str, operation: Operation) -> None:
+    """Give a class an operator and its reflection."""
+    def method(self: Any, other: Any) -> Any:
+        return apply(operation, self, other)
+
+    def reflected(self: Any, other: Any) -> Any:
+        return apply(operation, other, self)
+
+    setattr(cls, '__%s__' % name, method)
+    setattr(cls, '__r%s__' % name, reflected)
+
+
+def give_method(cls: type, name: str, operation: Operation) -> None:
+    """Give a class a method that applies an operation to it and what else it is called with."""
+    def method(self: Any, *others: Any) -> Any:
+        return apply(operation, self, *others)
+
+    setattr(cls, name, method)
+
+
+def power(self: Any, other: Any, modulo: Optional[int] = None) -> Any:
+    """`self ** other`; with a modulus it is number theory, whose results are plain."""
+    return apply(ops.POWER, self, other) if modulo is None else pow(self._plain, plain(other), plain(modulo))
+
+
+def floor_and_rest(self: Any, other: Any) -> Tuple[Any, Any]:
+    """divmod(self, other)."""
+    return self // other, self % other
+
+
+def reflected_floor_and_rest(self: Any, other: Any) -> Tuple[Any, Any]:
+    """divmod(other, self)."""
+    return other // self, other % self
+
+
+def rounded(self: Any, digits: Optional[int] = None) -> Any:
+    """round(self, digits)."""
+    return apply(ops.ROUND, self) if digits is None else apply(ops.ROUND_TO, self, plain(digits))
+
+
+def product(self: Any, other: Any) -> Any:
+    """`self * other` of a whole number, which may repeat a text."""
+    return apply(ops.REPEAT, other, self) if isinstance(other, str) else apply(ops.MULTIPLY, self, other)
+
+
+def joined(self: Any, other: Any) -> Any:
+    """`self + other` of texts."""
+    return apply(ops.CONCATENATE, self, other) if isinstance(other, str) else NotImplemented
+
+
+def joined_behind(self: Any, other: Any) -> Any:
+    """`other + self` of texts."""
+    return apply(ops.CONCATENATE, other, self) if isinstance(other, str) else NotImplemented
+
+
+def text_repeated(self: Any, count: Any) -> Any:
+    """`self * count` of a text."""
+    return apply(ops.REPEAT, self, count) if isinstance(count, int) else NotImplemented
+
+
+def itself(self: Any, *_: Any) -> Any:
+    """An immutable value is its own copy."""
+    return self
+
+
+def as_instructions(self: Any, protocol: int) -> Tuple[Any, Tuple[Any, int]]:
+    """How pickle keeps a value: as the flat instructions that make it, so that depth does not matter."""
+    from .instructions import disassemble  # which walks expressions, made of the classes given this method
+    instructions, (index,) = disassemble([self])
+    return from_instructions, (instructions, index)
+
+
+def from_instructions(instructions: Any, index: int) -> Any:
+    """The value that pickle kept."""
+    from .instructions import assemble
+    return assemble(instructions)[index]
+
+
+def give_all() -> None:
+    """Complete the tracked classes."""
+    for name, row in FAST.items():
+        give_fast_operator(name, row)
+        give_operator(TrackedInt, name, row)
+        give_operator(TrackedBool, name, row)
+    for name, row in BITWISE.items():
+        give_operator(TrackedInt, name, row)
+        give_operator(TrackedBool, name, row)
+    for cls in WHOLE:
+        cls.__mul__ = cls.__rmul__ = product
+    for cls in NUMBERS:
+        give_operator(cls, 'pow', ops.POWER)
+        cls.__pow__ = power
+        cls.__divmod__, cls.__rdivmod__ = floor_and_rest, reflected_floor_and_rest
+        cls.__round__ = rounded
+        cls.__pos__ = cls.conjugate = itself
+        for name, row in (('__neg__', ops.NEGATE), ('__abs__', ops.ABSOLUTE), ('__trunc__', ops.TRUNCATE),
+                          ('__floor__', ops.FLOOR), ('__ceil__', ops.CEIL)):
+            give_method(cls, name, row)
+        for row in ops.BY_CODE.values():
+            for name in row.numpy if row.precedence == FUNCTION else ():
+                give_method(cls, name, row)
+        cls.__array_ufunc__ = UfuncDoor(array_ufunc(apply, plain))
+    give_method(TrackedBool, '__pos__', ops.TRUNCATE)
+    TEXT.__add__, TEXT.__radd__ = joined, joined_behind
+    TEXT.__mul__ = TEXT.__rmul__ = text_repeated
+    for tracked in TRACKED:
+        for name in ('__copy__', '__deepcopy__'):
+            setattr(tracked, name, itself)
+        tracked.__reduce_ex__ = as_instructions  # type: ignore[assignment, method-assign]
+
+
+give_all()

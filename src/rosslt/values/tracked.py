@@ -1,0 +1,201 @@
+"""Tracked values: numbers and texts that remember how they were made.
+
+A tracked value is itself a node of an immutable, shared expression. It holds its plain value and one record, the
+tuple `(form, first, second)` that `operations.Form` describes. The record is replaced as a whole, by one that
+means the same, so readers take it once and need no lock. Recording an operation is O(1) and copies nothing.
+"""
+
+from typing import Any, Callable, Iterable, Tuple
+
+from . import operations as ops
+from .arrays import is_array, spread
+from .operations import AFFINE, DEFERRED, SOURCE, Operation
+from .sources import Source
+
+LIMIT = 8192
+"""The size at which a value's expression is shortened (see `folding.shorten`)."""
+
+SHARED = 16
+"""The most that the smaller of two operands adds to the size of a result. Operands mostly share their past; adding
+up their sizes would count it twice at every step, and so pass the limit in no time."""
+
+
+class TrackedFloat(float):
+    """A float with provenance. Made by `track` and by arithmetic, never by calling it."""
+
+    __slots__ = ('_plain', '_record', '_size', '_fold')
+    _plain: float
+
+
+class TrackedInt(int):
+    """An int with provenance. (A subclass of int takes no slots.)"""
+
+    _plain: int
+
+
+class TrackedBool(int):
+    """A bool with provenance: an int that shows itself as a bool, since bool takes no subclasses."""
+
+    _plain: bool
+
+    def __repr__(self) -> str:
+        return repr(self._plain)
+
+    __str__ = __repr__
+
+    def __format__(self, spec: str) -> str:
+        return format(self._plain, spec)
+
+
+class TrackedStr(str):
+    """A str with provenance."""
+
+    __slots__ = ('_plain', '_record', '_size', '_fold')
+
+
+CLASSES = {float: TrackedFloat, int: TrackedInt, bool: TrackedBool, str: TrackedStr}
+TRACKED = frozenset(CLASSES.values())
+
+
+def plain(value: Any) -> Any:
+    """A tracked value's plain value; anything else as it is."""
+    return value._plain if type(value) in TRACKED else value
+
+
+def scalar(value: Any) -> Any:
+    """The Python number, bool or str in `value` (a subclass of one, a NumPy scalar), None if it is no such thing."""
+    kind = type(value)
+    if kind in CLASSES:
+        return value
+    if kind in TRACKED:
+        return value._plain
+    if hasattr(value, 'dtype') and getattr(value, 'shape', None) == ():
+        value = value.item()
+        return value if type(value) in CLASSES else None
+    for base in (float, int, str):
+        if isinstance(value, base):
+            return base(value)
+    return None
+
+
+def shorten(value: Any) -> None:
+    """Keep a value's expression within the limit."""
+    from .folding import shorten  # which walks expressions, made of what this module defines
+    shorten(value)
+
+
+def make(value: Any, record: tuple, size: int) -> Any:
+    """The tracked value with that record; `value` itself if its type cannot be tracked (a complex number)."""
+    kind = CLASSES.get(type(value))
+    if kind is None:
+        return value
+    result = kind(value)
+    result._plain = value
+    result._record = record
+    result._size = size
+    if size > LIMIT:
+        shorten(result)
+    return result
+
+
+def apply(operation: Operation, first: Any, second: Any = None) -> Any:
+    """The result of an operation: tracked if an operand is, an array if one is, NotImplemented for other types.
+
+    Raises:
+        ArithmeticError, ValueError, TypeError: as the operation itself does.
+    """
+    if operation.arity == 1:
+        if is_array(first):
+            return spread(apply, operation, first)
+        if isinstance(first, str) and not operation.on_text:
+            raise TypeError('%s of a text' % operation.name)
+        if type(first) in TRACKED:
+            return make(operation.forward(first._plain), (operation.left, first, None), first._size + 1)
+        return operation.forward(first)
+    a, b = scalar(first), scalar(second)
+    if a is None or b is None:
+        return spread(apply, operation, first, second) if is_array(first) or is_array(second) else NotImplemented
+    if (type(a) is str or type(b) is str) and not operation.on_text:
+        return NotImplemented
+    value = operation.forward(a, b)
+    if type(first) in TRACKED:
+        if type(second) in TRACKED:
+            small, large = sorted((first._size, second._size))
+            return make(value, (operation.both, first, second), large + min(small, SHARED) + 1)
+        return make(value, (operation.left, first, b), first._size + 1)
+    return make(value, (operation.right, second, a), second._size + 1) if type(second) in TRACKED else value
+
+
+def track(value: Any, source: Source) -> Any:
+    """A tracked value whose provenance is that source itself.
+
+    Args:
+        value: the source's present value: float, int, bool, str, or a NumPy scalar.
+        source: where it comes from.
+
+    Raises:
+        TypeError: the value is none of these.
+    """
+    number = scalar(value)
+    if number is None:
+        raise TypeError('cannot track a %s, only float, int, bool and str' % type(value).__name__)
+    return make(number, (SOURCE, source, None), 1)
+
+
+def deferred(value: Any, load: Callable[[], Any]) -> Any:
+    """A tracked value whose record is made when it is first needed.
+
+    Args:
+        value: the plain float, int, bool or str.
+        load: makes the provenance: a tracked value of the same type (the one that `value` is, or was rounded
+            from), or terms as `affine` gives them. It may be called more than once, and by several threads.
+    """
+    result = CLASSES[type(value)](value)
+    result._plain = value
+    result._record = (DEFERRED, load, None)
+    result._size = 1
+    return result
+
+
+def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:
+    """The tracked value that terms describe: `value` plus the sum of each slope times its source's change.
+
+    Args:
+        value: the plain float or int, at the sources' present values.
+        terms: `((Source, source's value, slope), ...)` as `affine` gives them, a source at most once.
+    """
+    result = CLASSES[type(value)](value)
+    result._plain = value
+    result._record = record = _of_terms(value, terms)
+    result._size = len(record[1]) + 1
+    return result
+
+
+def _of_terms(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> tuple:
+    leaves = tuple([(make(at, (SOURCE, source, None), 1), slope) for source, at, slope in terms])
+    if len(leaves) == 1 and leaves[0][1] == 1:
+        leaf = leaves[0][0]
+        if leaf == value and type(leaf._plain) is type(value):
+            return leaf._record
+    return AFFINE, leaves, True
+
+
+def settled(value: Any) -> tuple:
+    """The record of a tracked value, made first where it is deferred."""
+    record = value._record
+    if record[0] is not DEFERRED:
+        return record
+    made = record[1]()
+    if type(made) in TRACKED:
+        record = settled(made)
+        size = made._size
+        difference = 0 if isinstance(made, str) else value._plain - made._plain
+        if difference and record[0] is not AFFINE:
+            # The value was rounded on its way, to 32 bits say; what was lost stays as a constant.
+            record, size = (ops.ADD.left, made, difference), size + 1
+    else:
+        record = _of_terms(value._plain, made)
+        size = len(record[1]) + 1
+    value._size = size
+    value._record = record
+    return record

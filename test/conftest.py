@@ -1,0 +1,17 @@
+"""What holds for every test run."""
+
+import pytest
+from hypothesis import settings
+
+# How long an example takes says more about what else the machine does than about the code.
+settings.register_profile('rosslt', deadline=None)
+settings.load_profile('rosslt')
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session, exitstatus):
+    """A run whose every test was skipped tested nothing: it fails like one that found no test."""
+    reporter = session.config.pluginmanager.get_plugin('terminalreporter')
+    ran = any(reporter.stats.get(outcome) for outcome in ('passed', 'xfailed'))
+    if exitstatus == pytest.ExitCode.OK and not ran and not session.config.option.collectonly:
+        session.exitstatus = pytest.ExitCode.NO_TESTS_COLLECTED

@@ -1,0 +1,154 @@
+"""A value that is updated in a loop does not grow: not its expression, not its memory, not its explanation."""
+
+import copy
+import gc
+import pickle
+import sys
+import tracemalloc
+
+import pytest
+
+from rosslt import Source, evaluate, explain, math, solve, sources, track
+from rosslt.values import affine, disassemble
+from rosslt.values.tracked import LIMIT
+
+STEPS = 100_000
+A, B, C = Source('/node', 1), Source('/node', 2), Source('/node', 3)
+
+
+def integrated(x, v, c):
+    return x + v * 0.02
+
+
+def low_passed(x, v, c):
+    return 0.9 * x + (1 - 0.9) * v
+
+
+def multiplied(x, v, c):
+    return x * 1.0001
+
+
+def fed_back(x, v, c):
+    return math.sin(x) + c
+
+
+LOOPS = [integrated, low_passed, multiplied, fed_back]
+
+
+def run(update, steps=STEPS):
+    x, v, c = track(0.3, A), track(2.0, B), track(0.1, C)
+    for _ in range(steps):
+        x = update(x, v, c)
+        yield x
+
+
+@pytest.mark.parametrize('update', LOOPS)
+def test_a_loop_of_a_hundred_thousand_steps_stays_small(update):
+    sizes = []
+    for step, x in enumerate(run(update)):
+        if step % 9973 == 0:
+            sizes.append(len(disassemble([x])[0]))
+            assert len(explain(x)) < 1000
+    assert max(sizes) <= LIMIT + 4
+    assert len(pickle.dumps(x)) < 100 * LIMIT
+    assert copy.deepcopy([x])[0] == x
+    assert pickle.loads(pickle.dumps(x)) == x
+    assert evaluate(x, {}) == x
+
+
+@pytest.mark.parametrize('update', LOOPS)
+def test_the_memory_of_a_loop_does_not_grow(update):
+    tracemalloc.start()
+    try:
+        most = []
+        for step, _ in enumerate(run(update, 5 * LIMIT)):
+            if step % 1000 == 0:
+                most.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    half = len(most) // 2
+    assert max(most[half:]) < 1.2 * max(most[:half]) + 100_000
+    assert max(most) < 10_000_000
+
+
+def test_a_loop_that_folds_is_still_solved_exactly():
+    *_, x = run(integrated)
+    assert sources(x) == [A, B]
+    assert evaluate(x, {A: 1.3}) == pytest.approx(x + 1.0, rel=1e-9)
+    assert evaluate(x, {B: 1.0}) == pytest.approx(0.3 + 0.02 * STEPS, rel=1e-9)
+    assert solve(x, 5000.3) == {A: pytest.approx(5000.3 - 2.0 * 0.02 * STEPS, rel=1e-9)}
+    assert solve(x, 5000.3, B) == {B: pytest.approx(5000 / (0.02 * STEPS), rel=1e-9)}
+    assert 'linearized' not in explain(x)
+
+    *_, x = run(multiplied)
+    assert solve(x, 1.0) == {A: pytest.approx(1.0001 ** -STEPS, rel=1e-8)}
+
+    *_, x = run(low_passed)
+    assert solve(x, 3.0) == {B: pytest.approx(3.0, rel=1e-9)}
+
+
+def test_whole_numbers_fold_exactly():
+    n, step = track(3, A), track(10 ** 20, B)
+    for _ in range(3 * LIMIT):
+        n = n + step * 3 - 1
+    assert affine(n) == ((A, 3, 1), (B, 10 ** 20, 9 * LIMIT))
+    assert solve(n, 9 * LIMIT * (10 ** 20 + 1) + 3 - 3 * LIMIT, B) == {B: 10 ** 20 + 1}
+
+
+def test_what_cannot_fold_is_linearized_and_says_so():
+    *_, x = run(fed_back, LIMIT)
+    assert 'linearized(' in explain(x)
+    assert affine(x) is None
+    assert sources(x) == [A, C]
+    (source, new), = solve(x, x + 1e-3).items()
+    assert source == C
+    assert new == pytest.approx(0.1 + 1e-3 * (1 - math.cos(x - 0.1)), rel=1e-2)
+
+
+def test_a_position_built_from_an_angle_stays_small():
+    angle, x, y = track(0.1, A), track(0.0, B), track(0.0, C)
+    for step in range(STEPS):
+        angle = angle + 0.01
+        x = x + math.cos(angle) * 0.1
+        y = y + math.sin(angle) * 0.1
+        if step % 9973 == 0:
+            assert len(disassemble([angle, x, y])[0]) <= 3 * LIMIT
+            assert len(explain(x)) < 1000
+    assert sources(x) == [B, A]
+    assert solve(angle, 2.0) == {A: pytest.approx(2.0 - 0.01 * STEPS)}
+    assert solve(x, x + 0.5) == {B: pytest.approx(0.5)}
+
+
+def test_a_state_whose_parts_feed_each_other_stays_small():
+    state = [track(1.0, A), track(0.5, B), track(0.2, C)]
+    for _ in range(3000):
+        a, b, c = state
+        state = [0.9 * a + 0.05 * b * c, 0.8 * b + 0.1 * a, 0.99 * c + 0.01 * math.sin(a)]
+    assert len(disassemble(state)[0]) <= 3 * LIMIT
+    assert evaluate(state, {}) == state
+
+
+def test_a_text_that_is_appended_to_stays_bounded():
+    text = track('', A)
+    for _ in range(LIMIT + 100):
+        text = text + 'a'
+    assert text == 'a' * (LIMIT + 100)
+    assert len(disassemble([text])[0]) <= LIMIT
+
+
+def test_nothing_recurses_into_a_deep_expression():
+    x = y = track(0.3, A)
+    depth = LIMIT - 10
+    assert depth > 2 * sys.getrecursionlimit()
+    for number in range(depth // 2):
+        x = (x + 0.001) * 0.9999
+        y = math.sin(y) + x * 1e-9 if number % 100 == 0 else y * 0.999
+    for value in (x, y):
+        for other in (copy.copy(value), copy.deepcopy(value), pickle.loads(pickle.dumps(value))):
+            assert other == value
+            assert evaluate(other, {A: 0.2}) == evaluate(value, {A: 0.2})
+        explain(value)
+        assert solve(value, value * 1.01)
+        assert sources(value) == [A]
+    del x, y, value, other
+    gc.collect()

@@ -1,0 +1,132 @@
+"""The laws of well-behaved lenses, over random expressions."""
+
+import pickle
+
+from expressions import SOURCES, expressions, linear_expressions, numbers, pools, scalars, usable
+from hypothesis import HealthCheck, Phase, assume, given, settings
+from hypothesis import strategies as st
+
+from rosslt import NotInvertible, evaluate, is_tracked, solve, sources, track, untracked
+from rosslt.values import affine, assemble, deferred, disassemble, reapply
+
+# Without a database and without its search for extremes, Hypothesis spends its time on examples.
+many = settings(max_examples=2000, suppress_health_check=list(HealthCheck), database=None,
+                phases=(Phase.explicit, Phase.generate, Phase.shrink))
+
+
+def is_met(found, target, present):
+    """The relative 1e-9 of the law; next to 0 a picometre, for a value that was of ordinary size."""
+    if not isinstance(found, float):
+        return found == target
+    return abs(found - target) <= max(1e-9 * abs(target), 1e-12 * min(1.0, abs(present)))
+
+
+def check_answer(value, target, answer):
+    for source, new in answer.items():
+        assert source in sources(value)
+        assert type(new) in (float, int, bool, str)
+        assert isinstance(new, str) or new - new == 0
+    assert is_met(evaluate(value, answer), target, untracked(value))
+
+
+@many
+@given(expressions(), scalars)
+def test_put_get_what_is_solved_for_is_what_one_gets(value, target):
+    try:
+        answer = solve(value, target)
+    except NotInvertible:
+        return
+    assert len(answer) == 1
+    check_answer(value, target, answer)
+
+
+@many
+@given(expressions(), st.sampled_from(SOURCES), scalars)
+def test_put_get_holds_for_targets_that_some_source_value_gives(value, source, new):
+    assume(source in sources(value))
+    try:
+        target = evaluate(value, {source: new})
+        assume(usable(target))
+        answer = solve(value, target, source)
+    except (NotInvertible, ArithmeticError, ValueError, TypeError):
+        return
+    assert list(answer) == [source]
+    check_answer(value, target, answer)
+
+
+@many
+@given(expressions())
+def test_get_put_solving_for_the_present_value_changes_nothing(value):
+    (source, new), = solve(value, untracked(value)).items()
+    assert evaluate(value, {source: new}) == untracked(value)
+    assert sources(value)
+    assert new == present_values(value)[source]
+
+
+def present_values(value):
+    instructions, _ = disassemble([value])
+    return {instruction[1]: instruction[2] for instruction in instructions if instruction[0] == 'source'}
+
+
+@many
+@given(pools(numbers, 6), st.tuples(numbers, numbers, numbers), st.integers(1, 3))
+def test_put_get_holds_for_several_results_together(pool, targets, count):
+    values = pool[-count:]
+    targets = list(targets[:len(values)])
+    try:
+        answer = solve(values, targets)
+    except NotInvertible:
+        return
+    size = max(abs(value) for value in untracked(values))
+    for target, found in zip(targets, evaluate(values, answer)):
+        assert is_met(found, target, size)
+
+
+@many
+@given(pools(most=6))
+def test_get_put_holds_for_several_results_together(pool):
+    assert solve(pool, untracked(pool)) == {}
+
+
+@many
+@given(expressions())
+def test_evaluating_without_changes_gives_the_present_value(value):
+    assert evaluate(value, {}) == untracked(value)
+    assert reapply(value, {}) == untracked(value)
+
+
+@many
+@given(expressions(), st.sampled_from(SOURCES), scalars)
+def test_evaluating_is_the_same_however_an_expression_travelled(value, source, new):
+    def outcome(expression):
+        try:
+            return repr(evaluate(expression, {source: new}))
+        except (ArithmeticError, ValueError, TypeError) as error:
+            return type(error)
+
+    instructions, (root,) = disassemble([value])
+    expected = outcome(value)
+    assert outcome(assemble(instructions)[root]) == expected
+    assert outcome(pickle.loads(pickle.dumps(value))) == expected
+    assert outcome(deferred(untracked(value), lambda: value)) == expected
+    again = assemble(instructions)[root]
+    assert sources(again) == sources(value)
+    assert type(again) is type(value)
+
+
+@many
+@given(linear_expressions(), st.floats(-50, 50))
+def test_the_terms_of_an_affine_value_foretell_it(value, new):
+    terms = affine(value)
+    assume(terms)
+    assert [term[0] for term in terms] == sources(value)
+    size = max(abs(number) for step in disassemble([value])[0] for number in step[1:] if isinstance(number, float))
+    for source, at, slope in terms:
+        size = max(size, abs(slope) * (abs(at) + 50), abs(untracked(value)))
+        assume(size < 1e6)
+        foretold = untracked(value) + slope * (new - at)
+        assert abs(evaluate(value, {source: new}) - foretold) <= 1e-6 * max(1.0, size)
+
+
+def test_an_untracked_value_stays_one():
+    assert not is_tracked(untracked(track(1.0, SOURCES[0])))

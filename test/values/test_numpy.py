@@ -1,0 +1,150 @@
+"""Tracked values in NumPy's arithmetic."""
+
+import math as plain_math
+
+import pytest
+
+from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
+from rosslt.values import leaves
+
+np = pytest.importorskip('numpy')
+
+A, B = Source('/node', 1), Source('/node', 2)
+
+
+@pytest.fixture
+def x():
+    return track(0.5, A)
+
+
+@pytest.fixture
+def y():
+    return track(2.0, B)
+
+
+SCALARS = [np.float64(2), np.float32(2), np.int64(2), np.uint8(2), np.bool_(True), np.array(2.0)]
+
+
+@pytest.mark.parametrize('other', SCALARS, ids=lambda other: type(other).__name__)
+def test_numpy_scalars_on_either_side(x, other):
+    for result, expected in ((x * other, 0.5 * float(other)), (other * x, 0.5 * float(other)),
+                             (x - other, 0.5 - float(other)), (other - x, float(other) - 0.5),
+                             (other / x, float(other) / 0.5), (other ** x, float(other) ** 0.5)):
+        assert result == expected
+        assert sources(result) == [A]
+        assert solve(result, expected) == {A: 0.5}
+
+
+def test_comparisons_with_numpy_scalars_are_plain(x):
+    assert np.float64(0.4) < x
+    assert not x > np.float64(0.6)
+    assert x == np.float64(0.5)
+    assert list(np.array([0.4, 0.6]) < x) == [True, False]
+
+
+def test_a_numpy_scalar_can_be_tracked():
+    assert repr(track(np.float64(0.5), A)) == '0.5'
+    assert repr(track(np.int32(5), A)) == '5'
+    assert repr(track(np.bool_(True), A)) == 'True'
+
+
+@pytest.mark.parametrize('array', [np.array([1.0, 2.0]), np.array([1, 2], dtype=object), np.array([[1.0], [2.0]])])
+def test_arrays_on_either_side_become_object_arrays(x, array):
+    for result, expected in ((x * array, 0.5 * array), (array * x, array * 0.5), (array - x, array - 0.5),
+                             (x / array, 0.5 / array), (x ** array, 0.5 ** array), (array // x, array // 0.5)):
+        assert result.dtype == object
+        assert result.shape == array.shape
+        assert (result == expected).all()
+        assert all(sources(element) == [A] for element in result.flat)
+
+
+UFUNCS = ['sin', 'cos', 'tan', 'arcsin', 'arccos', 'arctan', 'sinh', 'cosh', 'tanh', 'arcsinh', 'arctanh', 'exp',
+          'exp2', 'expm1', 'log', 'log2', 'log10', 'log1p', 'sqrt', 'cbrt', 'fabs', 'absolute', 'negative', 'degrees',
+          'radians', 'rad2deg', 'deg2rad', 'floor', 'ceil', 'trunc', 'rint', 'square', 'reciprocal', 'positive']
+
+
+@pytest.mark.parametrize('name', UFUNCS)
+def test_ufuncs_of_scalars_and_of_object_arrays(name, x):
+    function = getattr(np, name)
+    result = function(x)
+    assert result == pytest.approx(function(0.5), rel=1e-14)
+    assert sources(result) == [A]
+    both = function(np.array([x, x * 1.5], dtype=object))
+    assert list(both) == pytest.approx(list(function(np.array([0.5, 0.75]))), rel=1e-14)
+    assert all(sources(element) == [A] for element in both)
+
+
+@pytest.mark.parametrize('name', ['add', 'subtract', 'multiply', 'divide', 'power', 'arctan2', 'hypot', 'fmod',
+                                  'copysign', 'remainder', 'floor_divide', 'maximum', 'minimum'])
+def test_ufuncs_of_two(name, x, y):
+    function = getattr(np, name)
+    assert function(x, y) == pytest.approx(function(0.5, 2.0))
+    assert is_tracked(function(x, y))
+    assert is_tracked(function(y, 3.0)) or name == 'maximum'
+    assert list(function(np.array([x, y], dtype=object), y)) == pytest.approx(list(function(np.array([0.5, 2.0]), 2.0)))
+
+
+def test_questions_about_numbers_are_answered_plainly(x):
+    assert np.isfinite(x)
+    assert not np.isnan(x)
+    assert np.less(x, 1)
+    assert type(np.less(x, 1)) is np.bool_
+
+
+def test_products_of_object_arrays(x, y):
+    v, m = np.array([x, y], dtype=object), np.array([[x, 0.0], [1.0, y]], dtype=object)
+    for result, expected in ((v @ v, 4.25), (np.dot(v, v), 4.25), (np.sum(v), 2.5), (v.sum(), 2.5), (np.prod(v), 1.0),
+                             (np.mean(v), 1.25), (np.linalg.norm(v), plain_math.sqrt(4.25)), (np.trace(m), 2.5),
+                             (np.inner(v, [1, 2]), 4.5)):
+        assert result == pytest.approx(expected)
+        assert sources(result) == [A, B]
+        assert evaluate(result, solve(result, expected * 1.1)) == pytest.approx(expected * 1.1)
+    assert list(m @ v) == [0.25, 4.5]
+    assert list(np.linalg.norm(m, axis=0)) == pytest.approx([plain_math.hypot(0.5, 1), 2.0])
+    assert (m.T @ np.array([1.0, 2.0])).tolist() == [2.5, 4.0]
+
+
+def test_an_array_made_without_a_type_is_plain(x):
+    assert np.array([x]).dtype == float
+    assert is_tracked(np.array([x], dtype=object))
+
+
+def test_a_plain_array_that_is_added_to_in_place_stays_plain(x):
+    array = np.ones(2)
+    array += x
+    assert array.dtype == float
+    assert array.tolist() == [1.5, 1.5]
+
+
+def test_the_functions_of_rosslt_math_take_arrays(x):
+    result = math.sin(np.array([x, 1.0], dtype=object))
+    assert list(result) == [plain_math.sin(0.5), plain_math.sin(1.0)]
+    assert explain(result[0]) == 'sin(0.5 [/node#1])'
+
+
+def test_object_arrays_are_solved_together(x, y):
+    v = np.array([x + y, x - y], dtype=object)
+    assert solve(v, np.array([5.0, 2.0])) == {A: pytest.approx(3.5), B: pytest.approx(1.5)}
+    assert evaluate(v, {A: 3.0}).tolist() == [5.0, 1.0]
+    assert untracked(v).tolist() == [2.5, -1.5]
+    assert type(untracked(v)[0]) is float
+    assert [path for path, _ in leaves(v)] == ['[0]', '[1]']
+
+
+def test_a_six_joint_arm_reaches_a_point_nobody_wrote_the_inverse_for():
+    joints = [track(angle, Source('/arm', number)) for number, angle in enumerate((0.1, 0.4, 0.5, 0.2, 0.3, 0.1))]
+    pose = np.identity(4).astype(object)
+    for angle, axis, length in zip(joints, 'zyyzyz', (0.3, 0.4, 0.35, 0.2, 0.1, 0.08)):
+        c, s = np.cos(angle), np.sin(angle)
+        about_z, about_y = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]
+        turn = about_z if axis == 'z' else about_y
+        step = np.identity(4).astype(object)
+        step[:3, :3] = turn
+        step[:3, 3] = np.array(turn, dtype=object)[:, 2] * length
+        pose = pose @ step
+    tip = pose[:3, 3]
+    target = untracked(tip) + [0.05, 0.1, -0.08]
+    answer = solve(tip, target)
+    assert evaluate(tip, answer).tolist() == pytest.approx(list(target), rel=1e-9)
+    assert len(answer) >= 4
+    assert sum((value - joints[source.location_id]) ** 2 for source, value in answer.items()) < 0.2

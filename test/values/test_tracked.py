@@ -1,0 +1,259 @@
+"""A tracked value is the number or text that it is, and remembers how it was made."""
+
+import copy
+import json
+import math as plain_math
+import pickle
+import struct
+import subprocess
+import sys
+import threading
+
+import pytest
+
+import rosslt
+from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
+from rosslt.values import MATH, affine
+
+A, B, C = Source('/node', 1), Source('/node', 2), Source('/other', 1)
+
+
+@pytest.fixture
+def x():
+    return track(0.3, A)
+
+
+@pytest.mark.parametrize('plain', [0.3, -0.0, 5e-324, 7, 10 ** 40, 'base_link', True, False])
+def test_it_shows_itself_as_its_plain_value(plain):
+    value = track(plain, A)
+    assert repr(value) == repr(plain)
+    assert str(value) == str(plain)
+    assert '{}'.format(value) == str(plain)
+    assert '%s' % value == str(plain)
+    assert value == plain
+    assert plain == value
+    assert hash(value) == hash(plain)
+    assert {plain: 'found'}[value] == 'found'
+    assert bool(value) is bool(plain)
+
+
+def test_formats_are_those_of_the_plain_value(x):
+    assert f'{x:8.2f}' == '    0.30'
+    assert '%.1f' % x == '0.3'
+    assert f'{track(True, A):>6}' == f'{True:>6}'
+    assert f'{track(3, A):03d}' == '003'
+    assert json.dumps([x, track(2, A), track('a', A)]) == '[0.3, 2, "a"]'
+
+
+def test_structs_pack_it(x):
+    assert struct.pack('<dif?', x, track(-2, A), x, track(True, A)) == struct.pack('<dif?', 0.3, -2, 0.3, True)
+
+
+def test_it_is_an_instance_of_its_plain_type(x):
+    assert isinstance(x, float)
+    assert isinstance(track(1, A), int)
+    assert isinstance(track(True, A), int)
+    assert isinstance(track('a', A), str)
+
+
+def test_comparisons_give_plain_bools(x):
+    y = track(2.0, B)
+    assert (x < y) is True
+    assert (x >= y) is False
+    assert (x != 0.3) is False
+    assert sorted([y, x]) == [x, y]
+    assert max(x, y) is y
+
+
+OPERATORS = {
+    'x + 2': 2.3, '2 + x': 2.3, 'x - 2.0': -1.7, '2 - x': 1.7, 'x * 4': 1.2, '4.0 * x': 1.2, 'x / 3': 0.3 / 3,
+    '3 / x': 3 / 0.3, 'x // 0.2': 1.0, '1 // x': 3.0, 'x % 0.2': 0.3 % 0.2, '1.0 % x': 1.0 % 0.3, 'x ** 2': 0.3 ** 2,
+    '2 ** x': 2 ** 0.3, '-x': -0.3, '+x': 0.3, 'abs(-x)': 0.3, 'round(x)': 0, 'round(x * 1.234, 2)': 0.37,
+    'divmod(x, 0.2)[0]': 1.0, 'divmod(1, x)[1]': 1 % 0.3, 'n + 1': 8, '1 - n': -6, 'n * 3': 21, '3 * n': 21,
+    'n / 2': 3.5,
+    'n // 2': 3, '100 // n': 14, 'n % 4': 3, '100 % n': 2, 'n ** 2': 49, '2 ** n': 128, '-n': -7, 'abs(-n)': 7,
+    'n & 3': 3, '8 | n': 15, 'n ^ 1': 6, 'n * x': 7 * 0.3, 'x * n': 0.3 * 7, 'x + y': 2.3, 'round(n)': 7,
+    's + "!"': 'hi!', '"oh " + s': 'oh hi', 's * 2': 'hihi', '2 * s': 'hihi', 'n * "a"': 'aaaaaaa', 's + s': 'hihi',
+    'b & True': True, '+b': 1, 'b + 1': 2, 'b * 0.5': 0.5, 'b ^ 1': 0, 'sum([x, y])': 2.3,
+    'math.floor(x)': 0, 'math.ceil(x)': 1, 'math.trunc(x)': 0, 'rosslt.to_int(y)': 2, 'rosslt.to_float(n)': 7.0,
+    'rosslt.to_bool(n)': True, 'rosslt.to_int(b)': 1,
+}
+
+
+@pytest.mark.parametrize('text', OPERATORS)
+def test_operators_give_what_python_gives_and_keep_provenance(text):
+    names = {'x': track(0.3, A), 'y': track(2.0, B), 'n': track(7, C), 's': track('hi', A), 'b': track(True, B),
+             'math': math, 'rosslt': rosslt}
+    result = eval(text, names)
+    assert result == OPERATORS[text]
+    assert type(untracked(result)) is type(OPERATORS[text])
+    assert is_tracked(result)
+    assert evaluate(result, {}) == result
+
+
+def test_operators_in_place_make_a_new_value(x):
+    y = x
+    y += 1
+    y *= 2
+    y -= 0.5
+    y /= 3
+    y **= 2
+    y //= 0.01
+    y %= 7
+    assert x == 0.3
+    assert explain(x) == '0.3 [/node#1]'
+    assert sources(y) == [A]
+
+
+def test_operands_that_are_no_numbers_are_refused_as_python_does(x):
+    for operate in (lambda: x + 'a', lambda: x * None, lambda: track('a', A) + 1, lambda: 'a' - x,
+                    lambda: track(1, A) + [], lambda: track('a', A) * 2.0):
+        with pytest.raises(TypeError):
+            operate()
+    assert [0] * track(2, A) == [0, 0]
+    assert 'abc'[track(1, A)] == 'b'
+
+
+def test_only_scalars_are_tracked():
+    for value in (None, [1.0], 1j, b'a', object()):
+        with pytest.raises(TypeError, match='cannot track a'):
+            track(value, A)
+
+
+def test_a_complex_result_is_plain(x):
+    assert type((-x) ** 0.5) is complex
+
+
+def test_the_functions_of_math_lose_provenance_and_those_of_rosslt_keep_it(x):
+    assert not is_tracked(plain_math.sin(x))
+    assert is_tracked(math.sin(x))
+    assert math.sin(x) == plain_math.sin(x)
+
+
+ONE = [name for name, function in MATH.items() if getattr(function, '__module__', '').startswith('rosslt')
+       and name not in ('log', 'hypot', 'dist', 'fsum', 'prod', 'modf', 'atan2', 'copysign', 'fmod', 'remainder',
+                        'ldexp', 'pow')]
+
+
+@pytest.mark.parametrize('name', ONE)
+def test_functions_of_one_number(name):
+    at = 1.5 if name == 'acosh' else 0.3
+    expected = getattr(plain_math, name, {'cbrt': lambda a: a ** (1 / 3), 'exp2': lambda a: 2 ** a}.get(name))(at)
+    result = getattr(math, name)(track(at, A))
+    assert result == pytest.approx(expected, rel=1e-15)
+    assert is_tracked(result)
+    assert type(untracked(result)) is type(expected)
+    assert getattr(math, name)(at) == result
+    assert not is_tracked(getattr(math, name)(at))
+
+
+@pytest.mark.parametrize('name', ['atan2', 'copysign', 'fmod', 'remainder', 'pow', 'log'])
+def test_functions_of_two_numbers_track_either(name, x):
+    function, plain = getattr(math, name), getattr(plain_math, name)
+    assert function(x, 2) == plain(0.3, 2) == function(0.3, 2)
+    assert function(2, x) == plain(2, 0.3)
+    assert is_tracked(function(x, 2))
+    assert is_tracked(function(2, x))
+    assert sources(function(x, track(2, B))) == [A, B]
+
+
+def test_functions_of_many_numbers(x):
+    assert math.hypot(x, 4.0, 12.0) == pytest.approx(plain_math.hypot(0.3, 4.0, 12.0))
+    assert math.dist((x, 1), (0, 1)) == 0.3
+    assert math.prod([x, 2, 3]) == pytest.approx(1.8)
+    assert math.fsum([x, 1, 2]) == 3.3
+    assert math.modf(x + 1) == plain_math.modf(1.3)
+    assert math.ldexp(x, 3) == 2.4
+    for value in (math.hypot(x, 4.0, 12.0), math.dist((x, 1), (0, 1)), math.prod([x, 2]), math.fsum([x]),
+                  *math.modf(x)):
+        assert sources(value) == [A]
+
+
+def test_the_other_names_of_math_are_there():
+    from rosslt.math import pi, sin
+    assert sin(pi / 2) == 1.0
+    assert math.inf == plain_math.inf
+    assert math.isfinite(track(1.0, A))
+    assert math.gcd(4, 6) == 2
+    assert not set(dir(plain_math)) - set(dir(math))
+
+
+def test_copies_and_pickles_keep_provenance(x):
+    value = math.sin(x * 2) + track(1, B) * x
+    for other in (copy.copy(value), copy.deepcopy([value])[0], pickle.loads(pickle.dumps(value)),
+                  pickle.loads(pickle.dumps({'a': value}, protocol=2))['a']):
+        assert other == value
+        assert type(other) is type(value)
+        assert explain(other) == explain(value)
+        assert solve(other, 1.0) == solve(value, 1.0)
+    for plain in ('hi', True, 7):
+        other = pickle.loads(pickle.dumps(track(plain, A)))
+        assert repr(other) == repr(plain)
+        assert sources(other) == [A]
+
+
+def test_sources_come_in_order_of_first_appearance(x):
+    y, z = track(1.0, B), track(2.0, C)
+    assert sources(z * x + y - x) == [C, A, B]
+    assert sources([y, {'a': z}, (x, 3.0)]) == [B, C, A]
+    assert sources(3.0) == []
+
+
+def test_shared_parts_stay_shared(x):
+    value = x
+    for _ in range(200):
+        value = math.sin(value) * 0.01 + value
+    assert evaluate(value, {A: 0.4}) != value
+    assert len(explain(value)) < 1000
+
+
+def test_a_source_that_changed_between_two_readings_is_one_source():
+    value = track(1.0, A) * 2 + track(3.0, A)
+    assert value == 5.0
+    assert evaluate(value, {A: 10.0}) == 30.0
+    assert solve(value, 9.0) == {A: 3.0}
+    (source, at, slope), = affine(value)
+    assert (source, slope) == (A, 3)
+    assert value + slope * (10.0 - at) == pytest.approx(30.0)
+
+
+def test_threads_share_values(x):
+    value = x
+    for _ in range(300):
+        value = value * 1.01 + x
+    failed = []
+
+    def use():
+        try:
+            for _ in range(20):
+                assert affine(value)
+                assert solve(value, 1.0) == expected
+                explain(value)
+        except BaseException as error:
+            failed.append(error)
+
+    expected = solve(value, 1.0)
+    threads = [threading.Thread(target=use) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failed
+
+
+def test_a_source_is_immutable_and_hashable():
+    assert Source('/node', 1) == A
+    assert hash(Source('/node', 1)) == hash(A)
+    assert str(A) == '/node#1'
+    with pytest.raises(AttributeError):
+        A.node = '/other'
+
+
+def test_it_runs_without_ros_and_without_numpy():
+    code = ('import sys; sys.modules.update(dict.fromkeys(["rospy", "genpy", "numpy"]))\n'
+            'from rosslt import Source, math, solve, track\n'
+            'x = track(0.3, Source("/x", 1))\n'
+            'y = [track(float(i), Source("/node", i)) for i in range(20)]\n'
+            'assert solve(math.sin(x) * 2, 1.0)\n'
+            'assert solve([sum(y), *[a + x for a in y]], [200.0, *range(20, 40)])\n')
+    subprocess.run([sys.executable, '-c', code], check=True)
