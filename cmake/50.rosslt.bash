@@ -1,0 +1,9 @@
+# Tab completion of the command rosslt, which itself knows what may stand where.
+
+_rosslt() {
+    local IFS=$'\n'
+    # without the characters that only bash takes for the ends of words
+    local line=${COMP_LINE:0:COMP_POINT}
+    mapfile -t COMPREPLY < <(rosslt complete "$line" "${COMP_WORDS[COMP_CWORD]}" 2>/dev/null)
+}
+complete -o nospace -o default -F _rosslt rosslt

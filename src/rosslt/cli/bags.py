@@ -1,0 +1,55 @@
+"""Recorded bags."""
+
+import contextlib
+import os
+import struct
+
+import genpy
+import rosbag
+
+from rosslt.cli.failure import Failure
+from rosslt.cli.master import is_below
+from rosslt.cli.reading import Decoder
+
+
+@contextlib.contextmanager
+def opened(path):
+    """An open bag.
+
+    Raises:
+        Failure: there is none, or it cannot be read.
+    """
+    try:
+        bag = rosbag.Bag(path)
+    except rosbag.ROSBagUnindexedException:
+        raise Failure(f'{path} has no index: rosbag reindex makes one') from None
+    except (OSError, rosbag.ROSBagException) as error:
+        raise Failure(f'cannot read {path}: {getattr(error, "strerror", None) or error}') from None
+    with bag:
+        try:
+            yield bag
+        except (rosbag.ROSBagException, genpy.DeserializationError, struct.error) as error:
+            raise Failure(f'cannot read {path}: {error}') from None
+
+
+def messages(bag, topics=None):
+    """The messages of a bag as Received, in the order in which they were recorded."""
+    decoder = Decoder()
+    for topic, (_, data, _, _, message_class), _, header in bag.read_messages(
+            topics, raw=True, return_connection_header=True):
+        yield decoder.decode(data, message_class, topic, header.get('callerid', ''))
+
+
+def split_topic(bag, text):
+    """TOPIC[/FIELD] as the longest recorded topic that it begins with, and the field.
+
+    Raises:
+        Failure: there is no such topic in the bag.
+    """
+    topics = bag.get_type_and_topic_info().topics
+    text = '/' + text.lstrip('/')
+    topic = max((name for name in topics if is_below(text, '/' + name.lstrip('/'))), key=len, default=None)
+    if topic is None:
+        raise Failure('{} has no topic {}, it has {}'.format(
+            os.path.basename(bag.filename), text, ', '.join(sorted(topics)) or 'none'))
+    return topic, text[len('/' + topic.lstrip('/')):].lstrip('/.')

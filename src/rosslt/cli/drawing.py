@@ -1,0 +1,61 @@
+"""The flow of provenance as a drawing."""
+
+import subprocess
+
+from rosslt.cli.failure import Failure
+from rosslt.cli.provenance_map import brief
+
+#: How graphviz draws each kind.
+_LOOKS = {
+    'location': 'shape=note, style=filled, fillcolor="#fff2cc"',
+    'node': 'shape=ellipse, style=filled, fillcolor="#dae8fc"',
+    'topic': 'shape=box',
+}
+
+
+def dot(flow, directory):
+    """A Flow in graphviz's language.
+
+    Args:
+        directory: the Directory that knows the names of locations.
+    """
+    edges = flow.edges()
+    # sorted, so that the same flow is the same text whichever message came first
+    things = sorted({thing for edge in edges for thing in edge}, key=str)
+    names = {thing: f'{thing[0]}{number}' for number, thing in enumerate(things)}
+    lines = ['digraph rosslt {', '  rankdir=LR;', '  node [fontname="sans", fontsize=11];',
+             '  edge [fontname="sans", fontsize=9];']
+    for thing in things:
+        lines.append('  {} [{}, label={}];'.format(names[thing], _LOOKS[thing[0]], _quoted(_label(thing, directory))))
+    for (start, end), fields in sorted(edges.items(), key=str):
+        lines.append('  {} -> {}{};'.format(names[start], names[end],
+                                            f' [label={_quoted(brief(sorted(fields)))}]' if fields else ''))
+    return '\n'.join([*lines, '}'])
+
+
+def svg(text):
+    """What graphviz draws.
+
+    Raises:
+        Failure: it is not installed, or does not do it.
+    """
+    try:
+        drawn = subprocess.run(['dot', '-Tsvg'], input=text, capture_output=True,
+                               text=True, check=False)
+    except FileNotFoundError:
+        raise Failure('found no command dot: install graphviz') from None
+    if drawn.returncode:
+        raise Failure('dot failed: ' + ' '.join(drawn.stderr.split()))
+    return drawn.stdout
+
+
+def _label(thing, directory):
+    kind, name = thing
+    if kind != 'location':
+        return name
+    place = directory.of(name)
+    return f'{place.local_name}\n{place.short_file}' if place else str(name)
+
+
+def _quoted(text):
+    return '"' + text.replace('\\', '\\\\').replace('"', '\\"').replace('\n', '\\n') + '"'

@@ -1,0 +1,51 @@
+"""Output: tables that fit a terminal, and lines with tabs for a pipe."""
+
+import shutil
+import sys
+
+
+def is_terminal():
+    """Whether a person reads standard output."""
+    return sys.stdout.isatty()
+
+
+def shortened(text, longest):
+    """A text that is too long, with its middle left out."""
+    if len(text) <= longest:
+        return text
+    end = (longest - 3) // 2
+    return text[:longest - 3 - end] + '...' + text[len(text) - end:]
+
+
+def width():
+    """How many columns the terminal has."""
+    return shutil.get_terminal_size().columns
+
+
+def table(rows, indent=''):
+    """Lines of aligned columns."""
+    if not rows:
+        return []
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return [(indent + '  '.join(map(str.ljust, row, widths))).rstrip() for row in rows]
+
+
+def write_row(*cells):
+    """Print one line with tabs between its cells; a tab or a line break within one would begin another."""
+    print('\t'.join(str(cell).replace('\\', r'\\').replace('\t', r'\t').replace('\n', r'\n').replace('\r', r'\r')
+                    for cell in cells))
+
+
+def write_change(directory, source, old, new, is_planned=False):
+    """Print that a source was changed, or would be.
+
+    Args:
+        directory: the Directory that may know its name and place.
+        old, new: its values as texts.
+    """
+    place = directory.of(source)
+    if is_terminal():
+        print('{}{}: {} -> {}{}'.format('would change ' if is_planned else '', directory.name(source), old, new,
+                                        f'  [{place.short_file}]' if place else ''))
+    else:
+        write_row(directory.name(source), old, new, place.file if place else '')

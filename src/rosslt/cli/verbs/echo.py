@@ -1,0 +1,64 @@
+"""`rosslt echo`: messages with the provenance of their fields."""
+
+from rosslt import values
+from rosslt.cli import bags
+from rosslt.cli.directory import Directory
+from rosslt.cli.fields import field_of
+from rosslt.cli.master import find_master, split_topic
+from rosslt.cli.output import is_terminal
+from rosslt.cli.reading import Inbox
+from rosslt.cli.rendering import json_line, write_lines, yaml_lines
+
+DESCRIPTION = """Print messages, or one field of them, with the provenance of each tracked value beside it: what was
+done, and the file and line that each number comes from."""
+EXAMPLE = """\
+examples:
+  rosslt echo /goal/pose/position
+  rosslt echo --once --json /markers | jq .provenance
+  rosslt echo --bag run.bag /goal
+
+In a pipe each value is a line of columns between tabs: field, value, provenance (or empty); --- ends a message. With
+--json each message is a line.
+"""
+
+
+def parse(parser):
+    parser.add_argument('topic', metavar='TOPIC[/FIELD]', help='a field in it as pose/position/x or points[3].x')
+    parser.add_argument('-n', dest='count', type=int, default=0, metavar='N', help='end after N messages')
+    parser.add_argument('--once', dest='count', action='store_const', const=1, help='end after one message')
+    parser.add_argument('--json', action='store_true', help='one line of JSON for each message')
+    parser.add_argument('--bag', metavar='FILE', help='from a recorded bag')
+
+
+def run(options):
+    if options.bag:
+        with bags.opened(options.bag) as bag:
+            topic, field = bags.split_topic(bag, options.topic)
+            _echo(bags.messages(bag, [topic]), field, options)
+        return
+    topic, _, field = split_topic(find_master(), options.topic)
+    with Inbox([topic]) as inbox:
+        try:
+            _echo(iter(inbox.next, None), field, options)
+        except KeyboardInterrupt:
+            # without a count this is how it ends
+            if options.count:
+                raise
+
+
+def _echo(messages, field, options):
+    directory = Directory()
+    values.describe_sources_with(directory.short_file)
+    for number, received in enumerate(messages, 1):
+        part = field_of(received.message, field)
+        directory.learn(values.sources(part))
+        if options.json:
+            print(json_line(received, part, field, directory), flush=True)
+        else:
+            if is_terminal():
+                print('\n'.join(yaml_lines(part)))
+            else:
+                write_lines(part, field)
+            print('---', flush=True)
+        if number == options.count:
+            break

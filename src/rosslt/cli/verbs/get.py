@@ -1,0 +1,21 @@
+"""`rosslt get`: the value of a location."""
+
+from rosslt import node
+from rosslt.cli.directory import Directory, find
+from rosslt.cli.master import find_master
+
+DESCRIPTION = 'Print the current value of a location, as `rosslt set` takes it.'
+EXAMPLE = """\
+example:
+  rosslt get /talker/radius
+"""
+
+
+def parse(parser):
+    parser.add_argument('location', metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID')
+
+
+def run(options):
+    place = find(find_master(), Directory(), options.location)
+    # a text is printed as it is, so that a shell can use it
+    print(place.value if isinstance(place.value, str) else node.to_json(place.value))

@@ -1,0 +1,69 @@
+"""`rosslt graph`: the flow of provenance."""
+
+from rosslt.cli.directory import Directory
+from rosslt.cli.drawing import dot, svg
+from rosslt.cli.failure import Failure
+from rosslt.cli.flow import Flow
+from rosslt.cli.master import find_master, full_name
+from rosslt.cli.output import is_terminal, write_row
+from rosslt.cli.provenance_map import ProvenanceMap, brief
+from rosslt.cli.reading import Inbox
+
+DESCRIPTION = """Listen to all topics for a while, and print which location reaches which field of which topic, through
+which nodes."""
+EXAMPLE = """\
+examples:
+  rosslt graph
+  rosslt graph --svg > graph.svg
+
+In a pipe each location and topic is a line of columns between tabs: NODE/LOCATION, topic, fields, nodes on the way.
+"""
+
+
+def parse(parser):
+    parser.add_argument('topics', nargs='*', metavar='TOPIC', help='listen to these alone')
+    parser.add_argument('--time', type=float, default=2.0, metavar='S', help='how long to listen (default: 2)')
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument('--dot', action='store_true', help='print it for graphviz')
+    form.add_argument('--svg', action='store_true', help='print it drawn by graphviz')
+
+
+def run(options):
+    master = find_master()
+    published = [topic for topic, _ in master.getPublishedTopics('/')]
+    topics = list(map(full_name, options.topics)) or published
+    missing = sorted(set(topics) - set(published))
+    if missing:
+        raise Failure('nobody publishes ' + ', '.join(missing))
+    found = ProvenanceMap()
+    with Inbox(topics) as inbox:
+        for received in inbox.during(options.time):
+            found.add(received)
+    if not found.fields:
+        raise Failure(f'no message with provenance within {options.time:g} s')
+    flow, directory = Flow(found, dict(master.getSystemState()[1])), Directory()
+    directory.learn(found.sources)
+    sources = directory.ordered(found.sources)
+    if options.dot or options.svg:
+        text = dot(flow, directory)
+        print(svg(text) if options.svg else text)
+    elif is_terminal():
+        _show(flow, sources, directory)
+    else:
+        for source in sources:
+            for topic, fields, nodes in flow.paths(source):
+                write_row(directory.name(source), topic, ','.join(fields), ','.join(nodes))
+
+
+def _show(flow, sources, directory):
+    for source in sources:
+        place = directory.of(source)
+        print(directory.name(source) + (f'  [{place.short_file}]' if place else ''))
+        _show_steps(flow.steps(source), '  ')
+
+
+def _show_steps(steps, indent):
+    for step in steps:
+        print('{}{} -> {}: {}{}'.format(indent, step.publisher, step.topic, brief(step.fields),
+                                        '' if step.is_known else '  (it is not seen how it came here)'))
+        _show_steps(step.next, indent + '  ')

@@ -1,0 +1,74 @@
+"""Rotations as plain tuples (x, y, z, w), and vectors as (x, y, z): what the handles need of them."""
+
+import math
+
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+
+#: The rotations that turn the x axis, along which a control acts, onto the x, y and z axis of a frame.
+HALF = math.sqrt(0.5)
+ONTO_AXIS = (IDENTITY, (0.0, 0.0, HALF, HALF), (0.0, -HALF, 0.0, HALF))
+
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def normalized(x, y, z, w):
+    """The rotation with length 1; all zero, as in a message that nobody filled in, is no rotation."""
+    length = math.sqrt(x * x + y * y + z * z + w * w)
+    if length == 0.0:
+        return IDENTITY
+    return x / length, y / length, z / length, w / length
+
+
+def inverse(rotation):
+    """The rotation back."""
+    x, y, z, w = rotation
+    return -x, -y, -z, w
+
+
+def product(first, second):
+    """The rotation `second`, then `first`."""
+    ax, ay, az, aw = first
+    bx, by, bz, bw = second
+    return (aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+            aw * bw - ax * bx - ay * by - az * bz)
+
+
+def rotated(rotation, vector):
+    """A vector turned by a rotation."""
+    return product(product(rotation, (*vector, 0.0)), inverse(rotation))[:3]
+
+
+def onto(axis):
+    """A rotation that turns the x axis onto a direction of length 1."""
+    x, y, z = axis
+    if x < -1.0 + 1e-9:
+        return 0.0, 0.0, 1.0, 0.0
+    return normalized(0.0, -z, y, 1.0 + x)
+
+
+def distance(first, second):
+    """Between two points."""
+    return math.sqrt(sum((a - b) ** 2 for a, b in zip(first, second)))
+
+
+def are_same_rotation(first, second, tolerance=1e-6):
+    """Whether two rotations of length 1 turn alike; one and its negative do."""
+    return abs(sum(a * b for a, b in zip(first, second))) > 1.0 - tolerance
+
+
+def moved_alike(start, end, noise):
+    """The end of a move, where coordinates that differ from the start by noise alone are those of the start."""
+    return tuple([a if abs(b - a) <= noise * max(1.0, abs(a)) else b for a, b in zip(start, end)])
+
+
+def turned_alike(start, end, noise):
+    """The end of a turn, around an axis of the frame or of the thing exactly where it is but for noise."""
+    for is_in_frame in (True, False):
+        turn = product(end, inverse(start)) if is_in_frame else product(inverse(start), end)
+        clean = tuple([0.0 if abs(part) <= noise else part for part in turn[:3]])
+        if clean.count(0.0) >= 2:
+            turn = normalized(*clean, turn[3])
+            return product(turn, start) if is_in_frame else product(start, turn)
+    return end

@@ -1,0 +1,114 @@
+"""What the fields of a message class are, read from the definition that every genpy class carries with it.
+
+So a class that genpy made at run time, of a bag or for `rostopic echo`, is as good as a generated one, and nothing is
+looked for on the disk. The leaves of a message are its scalars in the order of their serialization; a time or duration
+is two, an array of scalars is one for each element.
+"""
+
+import struct
+from typing import Dict, List, NamedTuple, Optional, Tuple
+
+import genmsg
+import genmsg.msg_loader
+import genmsg.msgs
+from genpy.generator import make_python_safe
+
+_SEPARATOR = '\n' + '=' * 80 + '\nMSG: '
+
+#: Of each scalar type its letter for `struct`; None for a string, which has no size of its own.
+SCALARS: Dict[str, Optional[str]] = {
+    'bool': 'B', 'int8': 'b', 'uint8': 'B', 'byte': 'b', 'char': 'B', 'int16': 'h', 'uint16': 'H', 'int32': 'i',
+    'uint32': 'I', 'int64': 'q', 'uint64': 'Q', 'float32': 'f', 'float64': 'd', 'string': None}
+
+#: Types that genpy gives as `bytes` when they are elements of an array.
+BYTES = ('uint8', 'char')
+
+#: A time and a duration are objects with two integers, in a message and in an array.
+INSTANTS = {'time': ('secs', 'nsecs'), 'duration': ('secs', 'nsecs')}
+
+VARIABLE = -1
+"""The length of an array that has none by definition."""
+
+
+class Field(NamedTuple):
+    """One field of a message type."""
+
+    name: str
+    """As an attribute of the Python class."""
+    type: str
+    """The type of the field, or of its elements where it is an array; with its package where it is a message."""
+    length: Optional[int]
+    """None for a field that is no array, VARIABLE, or the number of elements."""
+
+
+def kind_of(scalar: str) -> str:
+    """What Python makes of a scalar type: 'd' float, 'f' float of 32 bits, 'i' int, 'b' bool, 's' str."""
+    if scalar in ('float32', 'float64', 'bool', 'string'):
+        return {'float32': 'f', 'float64': 'd', 'bool': 'b', 'string': 's'}[scalar]
+    return 'i'
+
+
+class Layout:
+    """The fields of a message type and of all that are nested in it.
+
+    Args:
+        message_class: a genpy message class: its `_type` and `_full_text` are read.
+    """
+
+    def __init__(self, message_class: type) -> None:
+        texts = message_class._full_text.split(_SEPARATOR)  # type: ignore[attr-defined]
+        self.name: str = message_class._type  # type: ignore[attr-defined]
+        self.definitions: Dict[str, List[Field]] = {}
+        self._add(self.name, texts[0])
+        for text in texts[1:]:
+            name, _, text = text.partition('\n')
+            self._add(name.strip(), text)
+
+    def _add(self, name: str, text: str) -> None:
+        spec = make_python_safe(genmsg.msg_loader.load_msg_from_string(
+            genmsg.MsgContext.create_default(), text, name))
+        fields = []
+        for type_, field in zip(spec.types, spec.names):
+            base, is_array, length = genmsg.msgs.parse_type(type_)
+            if length is None:
+                length = VARIABLE
+            fields.append(Field(field, base, length if is_array else None))
+        self.definitions[name] = fields
+
+    def members(self, type_: str) -> Optional[List[Field]]:
+        """The fields of a message type, or of a time or duration; None for a scalar."""
+        if type_ in INSTANTS:
+            return [Field(name, 'int32' if type_ == 'duration' else 'uint32', None) for name in INSTANTS[type_]]
+        return None if type_ in SCALARS else self.definitions[type_]
+
+    def flat(self, type_: str) -> Optional[List[Tuple[str, str]]]:
+        """The `(path, scalar type)` of all leaves of a type without arrays; None where it has arrays.
+
+        The path of a scalar type is ''.
+        """
+        members = self.members(type_)
+        if members is None:
+            return [('', type_)]
+        found: List[Tuple[str, str]] = []
+        for field in members:
+            if field.length is not None:
+                return None
+            inner = self.flat(field.type)
+            if inner is None:
+                return None
+            found += [(field.name + ('.' + path if path else ''), scalar) for path, scalar in inner]
+        return found
+
+    def size(self, type_: str) -> Optional[int]:
+        """The number of bytes that a type serializes to; None where it varies."""
+        members = self.members(type_)
+        if members is None:
+            letter = SCALARS[type_]
+            return struct.calcsize('<' + letter) if letter else None
+        total = 0
+        for field in members:
+            size = self.size(field.type)
+            if size is None or field.length == VARIABLE:
+                return None
+            total += size * (1 if field.length is None else field.length)
+        return total

@@ -1,0 +1,231 @@
+"""The wire format, version 1: the provenance of a message's tracked fields as bytes.
+
+`docs/wire_format.md` describes every byte. The tables come first, then the instructions of what is not affine, then the
+fields in three columns: which leaf, made of which sources, with which coefficients. This module writes it, `received`
+reads it.
+"""
+
+import functools
+from typing import Any, Dict, List, Sequence, Tuple
+
+from rosslt.messages.columns import packed
+from rosslt.messages.instructions import INSTRUCTION_LIMIT, linearizations, packed_instructions, register
+from rosslt.messages.reports import warn_once
+from rosslt.messages.tables import HAS_COEFFICIENTS, HAS_GRAPH, Tables, Unencodable
+from rosslt.messages.walkers import walkers
+from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, untracked
+
+VERSION = 1
+
+BYTES_LIMIT = 1 << 20
+"""The longest provenance of a message."""
+
+FIELD_LIMIT = 1 << 16
+"""The most tracked leaves of a message."""
+
+IDENTITY = 0
+"""In the place of the number of a field's coefficients: the field is its source."""
+
+Leaf = Tuple[int, Any, str]
+"""The index of a tracked leaf, its value and its kind, as the walkers collect them."""
+
+Terms = Sequence[Tuple[Source, Any, Any]]
+
+Field = Tuple[int, Any, Any]
+"""What the wire says of one affine leaf, as `_field` gives it."""
+
+RECENT_FIELDS = 64
+"""The most fields of a message whose provenance is remembered for the next one."""
+
+_OF_KIND = {'d': float, 'f': float, 'i': int, 'b': bool, 's': str}
+
+
+def encode(message: Any, full_history: bool = False) -> bytes:
+    """The provenance of a message's tracked leaves.
+
+    Args:
+        message: any ROS message.
+        full_history: send expressions as they were recorded, for explaining, instead of what they come to; a message
+            with more than INSTRUCTION_LIMIT operations is sent without.
+
+    Returns:
+        b'' where no leaf is tracked. A leaf whose provenance cannot be sent (see docs/messages.md) is left out, with a
+        warning on rosout.
+    """
+    found: List[Leaf] = []
+    walkers(type(message)).collect(message, 0, found.append)
+    if len(found) > FIELD_LIMIT:
+        warn_once((message._type, FIELD_LIMIT), 'a %s has %d tracked leaves, of which the first %d stay so',
+                  message._type, len(found), FIELD_LIMIT)
+        del found[FIELD_LIMIT:]
+    while found:
+        data = _encoded(message._type, found, full_history)
+        if len(data) <= BYTES_LIMIT:
+            return data
+        warn_once((message._type, BYTES_LIMIT), 'a %s has more than %d bytes of provenance: only the first half of its '
+                  'leaves stays tracked', message._type, BYTES_LIMIT)
+        del found[len(found) // 2:]
+    return b''
+
+
+def fits(kind: str, terms: Terms) -> bool:
+    """Whether affine terms give values of a field's kind: only integers make integers."""
+    if kind in 'df':
+        return True
+    return kind == 'i' and all(type(value) is int and type(slope) is int for _, value, slope in terms)
+
+
+def _is_same(value: Any, leaf: Any) -> bool:
+    return value == leaf or (value != value and leaf != leaf)
+
+
+def _encoded(message_type: str, leaves: Sequence[Leaf], full_history: bool) -> bytes:
+    """The provenance of tracked leaves, whatever its size."""
+    fields: List[Field] = []
+    expressions: List[Leaf] = []
+    for leaf in leaves:
+        terms = None if full_history else affine(leaf[1])
+        if terms is None or not fits(leaf[2], terms):
+            expressions.append(leaf)
+        elif terms:
+            fields.append(_field(leaf, terms))
+    if not expressions and len(fields) <= RECENT_FIELDS:
+        return _recently_encoded(message_type, tuple(fields))
+    return _Encoder(message_type).encoded(fields, expressions, full_history)
+
+
+def _field(leaf: Leaf, terms: Terms) -> Field:
+    """What the wire says of an affine leaf: its source where it is that itself, else its terms.
+
+    As numbers that are equal are not the same on the wire, 1 and 1.0, or 0.0 and -0.0, the third part tells them apart.
+    """
+    index, value, kind = leaf
+    if len(terms) == 1:
+        source, at, slope = terms[0]
+        if slope == 1 and type(at) is _OF_KIND[kind] and _is_same(at, value):
+            return index, source, None
+    return index, terms, tuple([type(number) if number else repr(number)
+                                for _, at, slope in terms for number in (at, slope)])
+
+
+@functools.lru_cache(maxsize=256)
+def _recently_encoded(message_type: str, fields: Tuple[Field, ...]) -> bytes:
+    """`_Encoder.encoded`, remembered: a publisher mostly says what it has said in the message before."""
+    return _Encoder(message_type).encoded(fields, (), False)
+
+
+class _Encoder:
+    """Writes the provenance of one message."""
+
+    def __init__(self, message_type: str) -> None:
+        self._message_type = message_type
+        self._tables = Tables()
+        # Of each field its leaf, the number of its source and the key of its coefficient; or the numbers of the lists
+        # of both, and True.
+        self._fields: List[Tuple[int, int, Any, bool]] = []
+        self._instructions: List[tuple] = []
+        self._roots: Dict[int, int] = {}
+
+    def encoded(self, fields: Sequence[Field], expressions: Sequence[Leaf], full_history: bool) -> bytes:
+        for field in fields:
+            try:
+                self._add_field(*field)
+            except Unencodable as error:
+                self._leave_out(field[0], error)
+        if expressions:
+            instructions, roots = disassemble(leaf for _, leaf, _ in expressions)
+            if len(instructions) > INSTRUCTION_LIMIT:
+                if full_history:
+                    return _encoded(self._message_type, expressions, False)
+                expressions, instructions, roots = self._linearized(expressions, instructions, roots)
+            self._add_expressions(expressions, instructions, roots)
+        return self._packed() if self._fields or self._roots else b''
+
+    def _leave_out(self, index: int, error: Unencodable) -> None:
+        fault = str(error)
+        warn_once((self._message_type, fault), 'leaf %d of a %s is sent untracked: %s',
+                  index, self._message_type, fault)
+
+    def _add_field(self, index: int, origin: Any, distinct: Any) -> None:
+        tables = self._tables
+        if distinct is None:
+            self._fields.append((index, tables.source(origin), None, False))
+        elif len(origin) == 1:
+            source, value, slope = origin[0]
+            self._fields.append((index, tables.reading(source, value), tables.coefficient(slope), False))
+        else:
+            numbers, keys = tables.lists(tuple([tables.reading(source, value) for source, value, _ in origin]),
+                                         tuple([tables.coefficient(slope) for _, _, slope in origin]))
+            self._fields.append((index, numbers, keys, True))
+
+    def _linearized(self, leaves: Sequence[Leaf], instructions: Sequence[tuple],
+                    roots: Sequence[int]) -> Tuple[List[Leaf], List[tuple], List[int]]:
+        """A linearization of each leaf, in place of the instructions that are too many."""
+        shorter: List[tuple] = []
+        places: Dict[int, int] = {}
+        kept, ends = [], []
+        for (index, leaf, kind), slopes in zip(leaves, linearizations(instructions, roots)):
+            if not slopes or len(shorter) + len(slopes) >= INSTRUCTION_LIMIT:
+                self._leave_out(index, Unencodable('its expression is too long'))
+                continue
+            for source in slopes:
+                if source not in places:
+                    places[source] = len(shorter)
+                    shorter.append(instructions[source])
+            kept.append((index, leaf, kind))
+            ends.append(len(shorter))
+            shorter.append((AFFINE, untracked(leaf), tuple([(places[source], slope) for source, slope
+                                                            in slopes.items()]), False))
+        return kept, shorter, ends
+
+    def _add_expressions(self, leaves: Sequence[Leaf], instructions: List[tuple], roots: Sequence[int]) -> None:
+        try:
+            register(instructions, self._tables)
+        except Unencodable:
+            leaves = [leaf for leaf in leaves if self._is_sendable(leaf)]
+            instructions, roots = disassemble(leaf for _, leaf, _ in leaves)
+            try:
+                register(instructions, self._tables)
+            except Unencodable as error:
+                for index, _, _ in leaves:
+                    self._leave_out(index, error)
+                return
+        for (index, leaf, kind), root in zip(leaves, roots):
+            code, *operands = instructions[root]
+            if code == SOURCE and type(operands[1]) is _OF_KIND[kind] and _is_same(operands[1], leaf):
+                self._fields.append((index, self._tables.source(operands[0]), None, False))
+            else:
+                self._roots[index] = root
+        if self._roots:
+            self._instructions = instructions
+
+    def _is_sendable(self, leaf: Leaf) -> bool:
+        try:
+            register(disassemble([leaf[1]])[0], Tables())
+        except Unencodable as error:
+            self._leave_out(leaf[0], error)
+            return False
+        return True
+
+    def _packed(self) -> bytes:
+        tables = self._tables
+        numbers = tables.number_coefficients()
+        numbers[None] = IDENTITY
+        # Lists come behind the single ones, of which there are as many as there are by now.
+        sources, slopes = tables.source_count, 1 + tables.coefficient_count
+        fields = [(index, sources + origin, slopes + slope) if is_list else (index, origin, numbers[slope])
+                  for index, origin, slope, is_list in self._fields]
+        instructions = sources + tables.source_list_count
+        fields += [(index, instructions + root, IDENTITY) for index, root in self._roots.items()]
+        fields.sort()
+        flags = tables.flags() | (HAS_GRAPH if self._instructions else 0)
+        parts = [bytes((VERSION, flags)), tables.packed()]
+        if self._instructions:
+            parts.append(packed_instructions(self._instructions, tables, numbers))
+        indices = [index for index, _, _ in fields]
+        parts += [packed([len(fields)]),
+                  packed([index - before - 1 for index, before in zip(indices, [-1, *indices])]),
+                  packed([origin for _, origin, _ in fields])]
+        if flags & HAS_COEFFICIENTS:
+            parts.append(packed([slope for _, _, slope in fields]))
+        return b''.join(parts)

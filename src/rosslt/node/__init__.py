@@ -1,0 +1,29 @@
+"""The room of rospy: this node's locations, how they are read and changed, and messages that carry
+provenance.
+
+It may import the rooms `messages` and `values`, and rospy. Its door is this module: the names mirror rospy's,
+so that a node becomes tracked by changing the names of a few calls.
+"""
+
+from rosslt.node.calls import ask_all
+from rosslt.node.locations import CallSite, from_json, to_json
+from rosslt.node.message_statistics import main as show_message_statistics
+from rosslt.node.nodes import (
+    add_location,
+    force_value,
+    get_param,
+    init_node,
+    location,
+    reevaluate,
+    remove_location,
+    undo,
+)
+from rosslt.node.requests import Change, ChangeRejected, SourceUnreachable
+from rosslt.node.requests import force_value as force_value_as
+from rosslt.node.services import Service, ServiceProxy
+from rosslt.node.topics import Publisher, Subscriber, wait_for_message
+
+__all__ = ['CallSite', 'Change', 'ChangeRejected', 'Publisher', 'Service', 'ServiceProxy', 'SourceUnreachable',
+           'Subscriber', 'add_location', 'ask_all', 'force_value', 'force_value_as', 'from_json', 'get_param',
+           'init_node', 'location', 'reevaluate', 'remove_location', 'show_message_statistics', 'to_json', 'undo',
+           'wait_for_message']

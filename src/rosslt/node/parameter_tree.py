@@ -1,0 +1,135 @@
+"""Any ROS parameter as a source: what `rosslt.get_param` reads.
+
+The parameter itself is the truth here. A dict on the parameter server is a tree of parameters of their own; a
+list is one parameter, so that a change of one element writes the whole list. The type is what the parameter
+says: a number that somebody sets from 1 to 1.5 was an int and is a float.
+"""
+
+from rosslt.node.locations import HeldLocation, Refused, scalar
+from rosslt.node.parameters import Parameter
+
+
+class ParameterTrees:
+    """The parameters that this node reads as sources, each once, however often and from wherever it is read.
+
+    Args:
+        owner: this node as the owner of locations.
+    """
+
+    def __init__(self, owner):
+        self._owner = owner
+        self._by_key = {}
+
+    def at(self, key, site, value):
+        """What reads the parameter of that full name.
+
+        Args:
+            site: the call that asks for it, the place of the locations in it.
+            value: what the parameter says.
+        """
+        known = self._by_key.get(key)
+        if known is None:
+            kind = Branch if isinstance(value, dict) else Leaf
+            known = self._by_key[key] = kind(self, self._owner, key, site, value)
+            self._owner.mirror.add(known)
+        return known
+
+    def get(self, key):
+        """What reads the parameter of that full name, None where nobody has asked for it yet."""
+        return self._by_key.get(key)
+
+
+class Branch(Parameter):
+    """A parameter that was a dict when it was first read; each of its parts is a parameter of its own."""
+
+    def __init__(self, trees, owner, key, site, value):
+        super().__init__(key)
+        self._trees = trees
+        self._site = site
+        self._put(value)
+
+    def read(self):
+        """The current value, tracked."""
+        if self._parts is None:
+            return self._other
+        return {name: part.read() for name, part in self._parts.items()}
+
+    def value(self):
+        if self._parts is None:
+            return self._other
+        return {name: part.value() for name, part in self._parts.items()}
+
+    def take(self, value):
+        # Its parts hear of their own changes themselves; here parts come and go.
+        self._put(value)
+
+    def _put(self, value):
+        self._parts = self._other = None
+        if isinstance(value, dict):
+            self._parts = {name: self._trees.at('{}/{}'.format(self.key, name), self._site, part)
+                           for name, part in value.items()}
+        else:
+            self._other = value
+
+
+class Leaf(Parameter):
+    """A parameter that is no dict: a scalar, or a list of anything. Its scalars are locations."""
+
+    def __init__(self, _trees, owner, key, site, value):
+        super().__init__(key)
+        self._owner = owner
+        self._site = site
+        self._locations = {}
+        self._put(value)
+
+    def read(self):
+        """The current value, tracked."""
+        return self._read()
+
+    def value(self):
+        return self._plain()
+
+    def take(self, value):
+        with self._owner.lock:
+            if type(value) is not type(self.value()) or value != self.value():
+                if self._owner.locked:
+                    raise Refused(self._owner.locked)
+                before = self.value()
+                try:
+                    self._put(value)
+                except ValueError as error:
+                    self._put(before)
+                    raise Refused(str(error)) from None
+
+    def _put(self, value):
+        """Make `value` the one in force; locations that it has no place for any more are dropped."""
+        before, self._locations = self._locations, {}
+        for location in before.values():
+            self._owner.locations.remove(location)
+        self._read, self._plain = self._readers(self.key, value, before)
+
+    def _readers(self, name, value, before):
+        """The functions that read a part tracked and plain."""
+        if isinstance(value, list):
+            parts = [self._readers('{}/{}'.format(name, index), part, before)
+                     for index, part in enumerate(value)]
+            return (lambda: [read() for read, _ in parts]), (lambda: [plain() for _, plain in parts])
+        if isinstance(value, dict):
+            branches = {key: self._readers('{}/{}'.format(name, key), part, before)
+                        for key, part in value.items()}
+            return (lambda: {key: read() for key, (read, _) in branches.items()}), \
+                   (lambda: {key: plain() for key, (_, plain) in branches.items()})
+        if not isinstance(scalar(value), (bool, int, float, str)):
+            return (lambda: value), (lambda: value)
+        location = before.get(name)
+        if location is None:
+            location = HeldLocation(self._owner.name, name, name, self._site, scalar(value))
+            location.parameter = self
+            self._owner.locations.add(location)
+        else:
+            self._owner.locations.add(location)
+            old = location.value
+            location.retype(scalar(value))
+            self._owner.applied(location, old, location.value, 'parameter server')
+        self._locations[name] = location
+        return (lambda: location.tracked), (lambda: location.value)

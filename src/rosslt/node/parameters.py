@@ -1,0 +1,268 @@
+"""The ROS parameters behind locations, and the one thread that keeps the two alike.
+
+The node's memory holds the value in force; the parameter mirrors it, so that `rosparam get` shows it and
+`rosparam set` changes it. All traffic with the master happens in one thread, which writes what has changed
+here and reads what the master says has changed there: reading a location never waits for the network, and as
+one thread does both, in order, memory and parameter always come to agree.
+"""
+
+import threading
+from http.client import HTTPException
+from xmlrpc.client import MultiCall, dumps
+
+import rosgraph
+import rospy
+from rospy.impl.paramserver import get_param_server_cache
+
+from rosslt.node.locations import Refused, namespaces_of
+
+#: The thread tries again after this many seconds where the master does not answer.
+RETRY_PERIOD = 1.0
+
+
+class Parameter:
+    """One ROS parameter that the mirror keeps; the base of its kinds.
+
+    Attributes:
+        key: its full name.
+    """
+
+    def __init__(self, key):
+        self.key = key
+
+    def value(self):
+        """What the parameter should say."""
+        raise NotImplementedError
+
+    def take(self, value):
+        """Somebody has set the parameter; raises Refused where that does not do, and the value goes back."""
+        raise NotImplementedError
+
+
+class LiteralParameter(Parameter):
+    """`<node>/rosslt/<name>`, behind the location of a literal.
+
+    Beside it, `<node>/rosslt_literals/<name>` keeps the literal that it started from. Where the code says
+    another one at the next start, what an earlier run left behind is void.
+
+    Args:
+        location: the location of the literal.
+        changed: called with (location, value) where the parameter was set from outside; may raise Refused.
+    """
+
+    def __init__(self, node, location, changed):
+        super().__init__(f'{node}/rosslt/{location.name}')
+        self.literal_key = f'{node}/rosslt_literals/{location.name}'
+        self.location = location
+        self._changed = changed
+
+    def value(self):
+        return self.location.value
+
+    def take(self, value):
+        self._changed(self.location, value)
+
+    def take_over(self, left_behind, literals):
+        """Start with what the parameter already says, where that still holds.
+
+        Args:
+            left_behind, literals: what stands on the parameter server, by the name of the location.
+        """
+        location = self.location
+        if location.name not in left_behind:
+            return
+        value = left_behind[location.name]
+        # A parameter without a recorded literal was not left by an earlier run: somebody, a launch file
+        # perhaps, has set it for this one.
+        literal = literals.get(location.name, location.literal)
+        if type(literal) is not type(location.literal) or literal != location.literal:
+            rospy.loginfo('%s now says %r where it said %r: the parameter %s = %r of an earlier run is '
+                          'dropped', location.place, location.literal, literal, self.key, value)
+            return
+        try:
+            location.put(location.checked(value))
+        except Refused as refused:
+            rospy.logwarn('the parameter %s is not taken, %s goes on with %r: %s', self.key, location.place,
+                          location.value, refused)
+
+
+class ParameterMirror:
+    """Keeps parameters and what they stand for alike.
+
+    Args:
+        node: the full name of this node; all below its `rosslt` namespace is listened to.
+        namespace_set: called with (name below the namespace, value) where somebody sets a parameter there
+            that is
+            not mirrored; `{}` where it is deleted.
+    """
+
+    def __init__(self, node, namespace_set):
+        self._namespace = node + '/rosslt'
+        self._namespace_set = namespace_set
+        self._node = node
+        self._masters = threading.local()
+        self._wake = threading.Condition()
+        self._by_key = {}
+        self._unwritten = {}      # parameter -> None: an ordered set
+        self._unread = {}
+        self._recorded = set()    # parameters whose literal is written down
+        self._heard = set()       # keys that the master tells us of, with all below them
+        self._asked = 0           # writes asked for, and how many of them are done
+        self._done = 0
+        self._listen()
+        self.left_behind = flat(self.read(self._namespace, {}))
+        self.literals = flat(self.read(node + '/rosslt_literals', {}))
+        thread = threading.Thread(target=self._work, name='rosslt parameters', daemon=True)
+        thread.start()
+
+    @property
+    def _master(self):
+        """The master; XML-RPC's connections serve one thread each."""
+        if not hasattr(self._masters, 'own'):
+            self._masters.own = rosgraph.Master(self._node)
+        return self._masters.own
+
+    def add(self, parameter):
+        """Mirror a parameter from now on."""
+        key = parameter.key
+        with self._wake:
+            heard = any(name in self._heard for name in [key, *namespaces_of(key)])
+            self._by_key[key] = parameter
+        if not heard:
+            self._subscribe(key)
+
+    def write(self, *parameters):
+        """Have parameters follow, soon; returns what `wait` waits for."""
+        with self._wake:
+            if not parameters:
+                return self._done
+            self._unwritten.update(dict.fromkeys(parameters))
+            self._asked += 1
+            self._wake.notify_all()
+            return self._asked
+
+    def wait(self, written, timeout):
+        """Wait until what `write` returned is done, for at most `timeout` seconds; True if it is."""
+        with self._wake:
+            return self._wake.wait_for(lambda: self._done >= written, timeout)
+
+    def renew(self):
+        """Tell a new master all of it again."""
+        for key in self._heard:
+            self._master.subscribeParam(rospy.get_node_uri(), key)
+        self._recorded.clear()
+        self.write(*(known for known in self._by_key.values() if isinstance(known, LiteralParameter)))
+
+    def read(self, key, *default):
+        """What a parameter says on the parameter server now; KeyError where it is not set and has no
+        default."""
+        try:
+            return self._master.getParam(key)
+        except rosgraph.MasterError:
+            if default:
+                return default[0]
+            raise KeyError(key) from None
+
+    def _listen(self):
+        """Hear of changes before rospy's own cache does.
+
+        The cache serves `rospy.get_param` too: a namespace that stood in it in part would hide the rest.
+        """
+        cache = get_param_server_cache()
+        pass_on = cache.update
+
+        def update(key, value):
+            if not self._notice('/' + key.strip('/'), value):
+                pass_on(key, value)
+
+        cache.update = update
+        self._subscribe(self._namespace)
+
+    def _subscribe(self, key):
+        """Have the master tell of changes at a key and below it."""
+        self._heard.add(key)
+        self._master.subscribeParam(rospy.get_node_uri(), key)
+
+    def _notice(self, key, value):
+        with self._wake:
+            ours = [name for name in self._by_key if key == name or name.startswith(key + '/')
+                    or key.startswith(name + '/')] if key not in self._by_key else [key]
+            for name in ours:
+                self._unread[self._by_key[name]] = None
+            self._wake.notify_all()
+        if not (key + '/').startswith(self._namespace + '/'):
+            return bool(ours)
+        for name, part in (flat(value) if isinstance(value, dict) else {'': value}).items():
+            full = f'{key}/{name}'.rstrip('/')
+            if full not in self._by_key:
+                self._namespace_set(full[len(self._namespace) + 1:], part)
+        return True
+
+    def _work(self):
+        while not rospy.is_shutdown():
+            with self._wake:
+                self._wake.wait_for(lambda: self._unwritten or self._unread)
+                asked, unwritten, unread = self._asked, list(self._unwritten), list(self._unread)
+                self._unwritten.clear()
+                self._unread.clear()
+            try:
+                self._write(unwritten)
+                for parameter in unread:
+                    self._take(parameter)
+            except (OSError, HTTPException, rosgraph.MasterException) as error:
+                rospy.logwarn_throttle(30, 'parameters below %s do not follow, the master does not answer '
+                                           '(%s); trying again', self._namespace, error)
+                rospy.rostime.wallsleep(RETRY_PERIOD)
+                self.write(*unwritten, *unread)
+                continue
+            with self._wake:
+                self._done = asked
+                self._wake.notify_all()
+
+    def _write(self, parameters):
+        """Set parameters, all in one call of the master."""
+        calls = MultiCall(self._master.handle)
+        keys = []
+        for parameter in parameters:
+            pairs = [(parameter.key, parameter.value())]
+            if isinstance(parameter, LiteralParameter) and parameter not in self._recorded:
+                pairs.append((parameter.literal_key, parameter.location.literal))
+                self._recorded.add(parameter)
+            for key, value in pairs:
+                try:
+                    dumps((value,))
+                except (OverflowError, TypeError) as error:
+                    rospy.logwarn('the parameter %s cannot show %r: %s', key, value, error)
+                else:
+                    calls.setParam(rospy.get_name(), key, value)
+                    keys.append(key)
+        if keys:
+            for key, (code, message, _) in zip(keys, calls()):
+                if code != 1:
+                    rospy.logwarn('the parameter %s is not set: %s', key, message)
+
+    def _take(self, parameter):
+        value = self.read(parameter.key, None)
+        with self._wake:
+            overtaken = parameter in self._unwritten
+        if value is None or overtaken:
+            return    # deleted, or about to be written: the value in force stays
+        try:
+            parameter.take(value)
+        except Refused as refused:
+            rospy.logerr('rosparam set %s is refused, it stays %r: %s', parameter.key, parameter.value(),
+                         refused)
+            self.write(parameter)
+
+
+def flat(tree):
+    """A tree of parameters as `{'a/b': value}`; `{}` for what is no tree."""
+    leaves, waiting = {}, [('', tree)]
+    while waiting:
+        prefix, branch = waiting.pop()
+        for name, value in branch.items() if isinstance(branch, dict) else ():
+            if isinstance(value, dict):
+                waiting.append((prefix + name + '/', value))
+            else:
+                leaves[prefix + name] = value
+    return leaves

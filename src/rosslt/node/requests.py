@@ -1,0 +1,131 @@
+"""Asking other nodes: for a change of their sources, and for the values that they have now.
+
+The paper's `force_value` and `reevaluate` (section IV-A), acknowledged: every request goes to the owning
+node's service, all nodes at once, and waits for the answer, but never longer than it was told to.
+"""
+
+import time
+from collections import namedtuple
+
+from rosslt import srv, values
+from rosslt.node.calls import ask_all
+from rosslt.node.locations import Refused, from_json, to_json
+
+Change = namedtuple('Change', 'old new')
+Change.__doc__ = 'What a request changed at a source: its value before and after.'
+
+
+class SourceUnreachable(values.Error):
+    """A node that owns a source does not answer.
+
+    Attributes:
+        nodes: the names of the nodes.
+        changed: what other nodes have changed in the same request all the same, {Source: Change}.
+    """
+
+    def __init__(self, message, nodes, changed=None):
+        super().__init__(message)
+        self.nodes = nodes
+        self.changed = changed or {}
+
+
+class ChangeRejected(values.Error):
+    """A node refuses a change of its sources.
+
+    Attributes:
+        reasons: {Source: the owner's reason}.
+        changed: what other nodes have changed in the same request all the same, {Source: Change}.
+    """
+
+    def __init__(self, message, reasons, changed=None):
+        super().__init__(message)
+        self.reasons = reasons
+        self.changed = changed or {}
+
+
+def force_value(owner, x, target, source=None, timeout=1.0):
+    """`rosslt.force_value`, for a node that owns locations itself."""
+    deadline = time.monotonic() + timeout
+    wanted = values.solve(x, target, source, **owner.facts.limits(values.sources(x), timeout / 2))
+    by_node = {}
+    for changing, value in wanted.items():
+        by_node.setdefault(changing.node, []).append((changing, value))
+    requests = {node: srv.ChangeSourcesRequest([changing.location_id for changing, _ in pairs],
+                                               [to_json(value) for _, value in pairs], owner.name)
+                for node, pairs in by_node.items()}
+    answers, silent = _ask(owner, 'change_sources', srv.ChangeSources, requests, deadline)
+    changed, reasons = {}, {}
+    for node, answer in answers.items():
+        sources = [changing for changing, _ in by_node[node]]
+        if answer.applied:
+            changed.update(zip(sources, map(Change, answer.old_values, answer.new_values)))
+        else:
+            reasons.update((changing, reason) for changing, reason in zip(sources, answer.reasons) if reason)
+    if reasons or silent:
+        owner.facts.forget(wanted)
+    if reasons:
+        raise ChangeRejected('the change is refused: ' + '; '.join(
+            f'{rejected.node}: {reason}' for rejected, reason in reasons.items()), reasons, changed)
+    if silent:
+        raise _unreachable(silent, changed)
+    return changed
+
+
+def reevaluate(owner, x, timeout=1.0):
+    """`rosslt.reevaluate`, for a node that owns locations itself."""
+    by_node = {}
+    for source in values.sources(x):
+        by_node.setdefault(source.node, []).append(source)
+    requests = {node: srv.GetValuesRequest([source.location_id for source in wanted])
+                for node, wanted in by_node.items()}
+    answers, silent = _ask(owner, 'get_values', srv.GetValues, requests, time.monotonic() + timeout)
+    current = {}
+    for node, answer in answers.items():
+        for source, value, reason in zip(by_node[node], answer.values, answer.reasons):
+            if reason:
+                silent[node] = reason
+            else:
+                current[source] = value
+    if silent:
+        raise _unreachable(silent)
+    return values.reapply(x, current)
+
+
+def _unreachable(silent, changed=None):
+    return SourceUnreachable('; '.join(f'cannot reach {node}: {why}' for node, why in silent.items()),
+                             sorted(silent), changed)
+
+
+def _ask(owner, service, service_class, requests, deadline):
+    """Ask other nodes by their services, and this one at once.
+
+    Returns:
+        ({node: response, its values read from JSON}, {node: why there is none}).
+    """
+    others = {node: request for node, request in requests.items() if node != owner.name}
+    answers, silent = ask_all(service, service_class, others, deadline - time.monotonic())
+    if owner.name in requests:
+        answers[owner.name] = getattr(owner, service)(requests[owner.name])
+    for node in list(answers):
+        try:
+            answers[node] = _read(answers[node], len(requests[node].location_ids))
+        except Refused as refused:
+            silent[node] = f'its answer cannot be read: {refused}'
+            del answers[node]
+    return answers, silent
+
+
+def _read(answer, count):
+    """An answer with its lists of JSON scalars read.
+
+    Raises:
+        Refused: it has not as many of each as were asked for, or a text is no JSON scalar.
+    """
+    for field in answer.__slots__:
+        column = getattr(answer, field)
+        if isinstance(column, list):
+            if len(column) != count:
+                raise Refused(f'{len(column)} {field} for {count} locations')
+            if field != 'reasons':
+                setattr(answer, field, [from_json(text) if text else None for text in column])
+    return answer

@@ -1,0 +1,16 @@
+"""What can be wrong with a script, and where."""
+
+
+class ScriptError(Exception):
+    """A script, or a change of one, that cannot come into force.
+
+    Attributes:
+        file: the script's path.
+        line, column: where, from 1; None where it concerns the file as a whole.
+        reason: why.
+    """
+
+    def __init__(self, file, line, column, reason):
+        self.file, self.line, self.column, self.reason = file, line, column, reason
+        place = file if line is None else '{}:{}:{}'.format(file, line, column)
+        super().__init__('{}: {}'.format(place, reason))

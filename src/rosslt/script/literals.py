@@ -1,0 +1,237 @@
+"""The number literals of a script: where they stand in its text, how one is rewritten, and which is which after
+somebody has edited the text.
+
+A script is text in Python syntax. Everything here is about its text alone; nothing is run.
+"""
+
+import ast
+import math
+import re
+from collections import namedtuple
+from decimal import Decimal
+
+from rosslt.script.errors import ScriptError
+
+Literal = namedtuple('Literal', 'start end line column value')
+Literal.__doc__ = """A number in a text: text[start:end] at a line and a column, from 1. A minus sign belongs to it."""
+
+Parsed = namedtuple('Parsed', 'text tree literals skeleton')
+Parsed.__doc__ = """A script's text, its syntax tree with all literals taken out, the literals in the order of the text,
+and what two texts have in common that differ in their numbers, comments and layout alone."""
+
+#: What stands for the literals in a tree: they are taken from a list of that name.
+LITERALS = '__literals__'
+
+MINUS = re.compile(r'-[ \t]*')
+NEWLINE = re.compile(r'\r\n|\r|\n')
+BYTE_ORDER_MARK = '\ufeff'
+
+
+def parse(text, file):
+    """Take a script apart.
+
+    Args:
+        text: with its newlines as they are in the file.
+        file: its path, for errors.
+
+    Raises:
+        ScriptError: the text is not in Python syntax.
+    """
+    # Some editors begin a file with a byte order mark, which is not in the syntax.
+    skipped = len(BYTE_ORDER_MARK) if text.startswith(BYTE_ORDER_MARK) else 0
+    source = text[skipped:]
+    try:
+        tree = ast.parse(source, file)
+        nodes = _number_nodes(tree, _Positions(source))
+        found = [(Literal(place.start + skipped, place.end + skipped, *place[2:]), node) for place, node in nodes]
+        found.sort(key=lambda pair: pair[0].start)
+        tree = _Substitution({id(node): index for index, (_, node) in enumerate(found)}).visit(tree)
+        skeleton = ast.dump(tree)
+    except SyntaxError as error:
+        raise ScriptError(file, error.lineno or 1, error.offset or 1, error.msg) from None
+    except (RecursionError, MemoryError):
+        raise ScriptError(file, 1, 1, 'it is nested too deeply') from None
+    except ValueError as error:  # Python before 3.12 says so of a null byte
+        raise ScriptError(file, 1, 1, str(error)) from None
+    return Parsed(text, tree, [place for place, _ in found], skeleton)
+
+
+def rewritten(parsed, index, value, precision, file):
+    """The text of a script with another value for one of its literals, and every other character as it is.
+
+    Args:
+        parsed: the script.
+        index: which of its literals.
+        value: a finite number.
+        precision: the step that the value is rounded to.
+        file: its path, for errors.
+
+    Returns:
+        The new script, parsed.
+
+    Raises:
+        ScriptError: the literal stands where no other number can.
+    """
+    literal = parsed.literals[index]
+    spelling = spelled(value, precision, isinstance(literal.value, int))
+    wanted = ast.literal_eval(spelling)
+    if wanted == literal.value:
+        return parsed
+    values = [one.value for one in parsed.literals]
+    values[index] = wanted
+    # Parentheses for the places where a number with another sign would mean something else: 2 ** 2, return-1
+    for candidate in (spelling, '({})'.format(spelling)):
+        text = parsed.text[:literal.start] + candidate + parsed.text[literal.end:]
+        try:
+            result = parse(text, file)
+        except ScriptError:
+            continue
+        if result.skeleton == parsed.skeleton and [one.value for one in result.literals] == values:
+            return result
+    raise ScriptError(file, literal.line, literal.column, '{} cannot stand here'.format(spelling))
+
+
+def spelled(value, precision, is_whole):
+    """A number as it is written into a script.
+
+    Args:
+        value: the number.
+        precision: the step that it is rounded to.
+        is_whole: whether it was written without a decimal point, and is so again where it can be.
+    """
+    if abs(value) > precision * 2 ** 53:    # there are no digits to round
+        return repr(int(value) if is_whole and float(value).is_integer() else float(value))
+    step = Decimal(repr(precision))
+    rounded = round(value / precision) * step
+    text = '{:f}'.format(rounded.quantize(step) if step < 1 else rounded)
+    whole, _, fraction = text.partition('.')
+    fraction = fraction.rstrip('0')
+    if is_whole and not fraction:
+        return whole
+    return '{}.{}'.format(whole, fraction or '0')
+
+
+def followed(old, new, in_whole_lines=True):
+    """Which literal of a text that somebody has edited is which of the text before.
+
+    A literal is followed where that is certain: it stands in the part before, or in the part after the one that
+    has changed, and could not as well be another one in a line that reads the same.
+
+    Args:
+        old, new: the scripts before and after, parsed.
+        in_whole_lines: follow none in a line that has changed in part.
+
+    Returns:
+        {index of a literal in the old text: its index in the new one}.
+    """
+    before, after = _common_ends(old.text, new.text)
+    upto, onwards = _whole_lines(old.text, new.text, before, after) if in_whole_lines else (before, after)
+    shift = len(new.text) - len(old.text)
+    places = {(literal.start, literal.end): index for index, literal in enumerate(new.literals)}
+    found = {}
+    for index, (start, end, *_) in enumerate(old.literals):
+        candidates = set()
+        if end <= before:
+            candidates.add((start, end))
+        if start >= after:
+            candidates.add((start + shift, end + shift))
+        if len(candidates) == 1 and candidates <= places.keys() and (end <= upto or start >= onwards):
+            found[index] = places[candidates.pop()]
+    return found
+
+
+def difference(old, new):
+    """How long the stretch is, in characters, that two texts have not in common."""
+    before, after = _common_ends(old, new)
+    return max(len(old), len(new)) - min(before + len(old) - after, len(old), len(new))
+
+
+def _common_ends(old, new):
+    """Up to where the old text is equal to the new one, and from where on it is again; these may overlap."""
+    def common(pairs):
+        return next((count for count, (a, b) in enumerate(pairs) if a != b), min(len(old), len(new)))
+
+    return common(zip(old, new)), len(old) - common(zip(reversed(old), reversed(new)))
+
+
+def _whole_lines(old, new, before, after):
+    """What `_common_ends` says, but for lines that are equal in part."""
+    if old != new:
+        before = old.rfind('\n', 0, before) + 1
+    if not (_begins_line(old, after) and _begins_line(new, after + len(new) - len(old))):
+        after = old.find('\n', after) + 1 or len(old)
+    return before, after
+
+
+def _begins_line(text, index):
+    return index == 0 or text[index - 1] == '\n'
+
+
+class _Positions:
+    """Places in a text by their line and their column in UTF-8 bytes, as `ast` has them."""
+
+    def __init__(self, text):
+        self._text = text
+        self._starts = [0] + [match.end() for match in NEWLINE.finditer(text)]
+
+    def of(self, line, byte):
+        """The index in the text."""
+        start = self._starts[line - 1]
+        # a character has no more bytes than that the slice of as many characters holds it
+        return start + len(self._text[start:start + byte].encode('utf-8')[:byte].decode('utf-8'))
+
+    def literal(self, node, value):
+        start = self.of(node.lineno, node.col_offset)
+        return Literal(start, self.of(node.end_lineno, node.end_col_offset), node.lineno,
+                       start - self._starts[node.lineno - 1] + 1, value)
+
+    def is_sign_of(self, node, number):
+        """Whether nothing but a minus and blanks stands before the number: no parenthesis and no comment."""
+        start, end = self.of(node.lineno, node.col_offset), self.of(number.lineno, number.col_offset)
+        return MINUS.fullmatch(self._text[start:end]) is not None
+
+
+def _number_nodes(tree, positions):
+    """(Literal, node of the tree) for each number."""
+    found, nodes = [], [tree]
+    while nodes:
+        node = nodes.pop()
+        # Inside of an f-string, Python before 3.12 does not know where things are.
+        if isinstance(node, ast.JoinedStr):
+            continue
+        if _is_number(node):
+            found.append((positions.literal(node, node.value), node))
+        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub) and _is_number(node.operand) \
+                and positions.is_sign_of(node, node.operand):
+            found.append((positions.literal(node, -node.operand.value), node))
+        else:
+            nodes.extend(ast.iter_child_nodes(node))
+    return found
+
+
+def _is_number(node):
+    return isinstance(node, ast.Constant) and type(node.value) in (int, float) and _is_finite(node.value)
+
+
+def _is_finite(number):
+    try:
+        return math.isfinite(number)
+    except OverflowError:
+        return False
+
+
+class _Substitution(ast.NodeTransformer):
+    """Takes the literals out of a tree, and puts `__literals__[index]` in their places."""
+
+    def __init__(self, indices):
+        self._indices = indices
+
+    def visit(self, node):
+        index = self._indices.get(id(node))
+        if index is None:
+            return super().visit(node)
+        name = ast.copy_location(ast.Name(LITERALS, ast.Load()), node)
+        number = ast.copy_location(ast.Constant(index, kind=None), node)
+        if not hasattr(ast, 'unparse'):     # Python 3.8 has a node of its own around an index
+            number = ast.copy_location(ast.Index(number), node)
+        return ast.copy_location(ast.Subscript(name, number, ast.Load()), node)

@@ -1,0 +1,137 @@
+"""What makes nodes of this room: their parameters, their log, and their main loops."""
+
+import hashlib
+import os
+import shutil
+import threading
+
+import rospy
+from std_srvs.srv import Trigger, TriggerResponse
+
+from rosslt import node
+from rosslt.msg import PoseStampedTracked
+from rosslt.script import parameters
+from rosslt.script.errors import ScriptError
+from rosslt.script.files import Watch
+from rosslt.script.live import DEFAULT_SETTINGS, LiveScript, Settings
+from rosslt.script.player import make_player
+
+#: How often to look whether a step is done, in Hz.
+RATE = 20.0
+
+
+def run():
+    """Keep a script in force until this node is shut down, as its private parameters say.
+
+    Raises:
+        ScriptError: there is no script.
+        ValueError: a parameter is not what it has to be.
+    """
+    path = os.path.abspath(os.path.expanduser(_text('~file')))
+    _copy_example(path)
+    settings = Settings(_positive('~precision', DEFAULT_SETTINGS.precision),
+                        int(_positive('~step_limit', DEFAULT_SETTINGS.step_limit)))
+    player, memory = make_player(PoseStampedTracked), _Memory()
+
+    def take(steps, is_same_but_for_numbers):
+        rospy.logdebug('%s runs: %d steps', path, len(steps))
+        player.play(steps, is_same_but_for_numbers)
+
+    def report(error):
+        rospy.logerr('%s (the last script that ran stays in force)', error)
+
+    script = LiveScript(path, node.add_location, node.remove_location, take, report, settings, memory.recall,
+                        memory.keep)
+    Watch(path, script.look)
+    script.look()   # what was saved before the watch began
+    rospy.loginfo('%s is in force', path)
+    _loop(player.tick)
+
+
+def run_parameters():
+    """Publish the waypoints of ROS parameters until this node is shut down."""
+    player = make_player(PoseStampedTracked)
+    waypoints = parameters.Waypoints('~waypoints', '~pause', player.play)
+
+    def save(_request):
+        try:
+            return TriggerResponse(True, waypoints.save(_text('~file')))
+        except (ScriptError, ValueError) as error:
+            return TriggerResponse(False, str(error))
+
+    rospy.Service('~save', Trigger, save)
+
+    def tick():
+        waypoints.look()
+        player.tick()
+
+    _loop(tick)
+
+
+def _loop(tick):
+    rate = rospy.Rate(RATE)
+    while not rospy.is_shutdown():
+        tick()
+        rate.sleep()
+
+
+def _copy_example(path):
+    """Begin with an example where there is no script yet."""
+    example = rospy.get_param('~example', '')
+    if example and not os.path.exists(path):
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        shutil.copyfile(example, path)
+
+
+def _text(name):
+    value = rospy.get_param(name, '')
+    if not isinstance(value, str) or not value:
+        raise ValueError('the parameter {} has to name a file'.format(rospy.resolve_name(name)))
+    return value
+
+
+def _positive(name, default):
+    value = rospy.get_param(name, default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
+        raise ValueError('the parameter {} is {!r} instead of a number above 0'.format(rospy.resolve_name(name), value))
+    return value
+
+
+class _Memory:
+    """The names of the locations of a script, kept in a parameter: they outlive this node, and so do the ids.
+
+    A thread of its own writes them: a change of the script waits for no master.
+    """
+
+    PARAMETER = '~rosslt_script'
+
+    def __init__(self):
+        self._news, self._wake = None, threading.Condition()
+        threading.Thread(target=self._work, name='memory', daemon=True).start()
+
+    def recall(self, text):
+        """The names that belong to this very text; none where they are not known."""
+        kept = rospy.get_param(self.PARAMETER, {})
+        is_known = isinstance(kept, dict) and kept.get('text') == _digest(text)
+        return kept.get('names', []) if is_known else []
+
+    def keep(self, text, names):
+        """Remember them."""
+        with self._wake:
+            self._news = {'text': _digest(text), 'names': names}
+            self._wake.notify()
+
+    def _work(self):
+        while True:
+            with self._wake:
+                self._wake.wait_for(lambda: self._news)
+                news, self._news = self._news, None
+            try:
+                rospy.set_param(self.PARAMETER, news)
+            except OSError as error:
+                rospy.logwarn('the master does not answer; the ids of numbers may change with the next start: %s',
+                              error)
+
+
+def _digest(text):
+    return hashlib.blake2b(text.encode('utf-8'), digest_size=16).hexdigest()

@@ -1,0 +1,186 @@
+"""Running a script: the names that it has, how far it may go, and the steps that come of it.
+
+What a script can do is kept small, and how long it may take is limited. That is meant for accidents, a loop
+without an end say. It does not keep anybody out who wants to get out.
+"""
+
+import ast
+import builtins
+import collections
+import copy
+import math
+import sys
+import types
+
+from rosslt import values
+from rosslt.script.errors import ScriptError
+from rosslt.script.literals import LITERALS
+
+Goto = collections.namedtuple('Goto', 'x y z')
+Goto.__doc__ = 'Fly to a place, in metres.'
+
+Wait = collections.namedtuple('Wait', 'seconds')
+Wait.__doc__ = 'Stay for a while.'
+
+#: How many turns of loops, calls of functions and waypoints a script may take.
+STEP_LIMIT = 100000
+
+TICK = '__tick__'
+
+ALLOWED = (
+    ast.Module, ast.Expr, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.For, ast.While, ast.If, ast.Break,
+    ast.Continue, ast.Pass, ast.Assert, ast.Delete, ast.Global, ast.Nonlocal, ast.FunctionDef, ast.Lambda,
+    ast.Return, ast.arguments, ast.arg, ast.keyword, ast.Call, ast.Name, ast.expr_context, ast.Constant,
+    ast.JoinedStr, ast.FormattedValue, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.operator, ast.unaryop, ast.boolop,
+    ast.Compare, ast.cmpop, ast.IfExp, ast.NamedExpr, ast.Tuple, ast.List, ast.Dict, ast.Set, ast.Subscript,
+    ast.slice, ast.Slice, ast.Starred, ast.comprehension, ast.ListComp, ast.SetComp, ast.DictComp,
+    ast.GeneratorExp, ast.Attribute)
+
+#: What people call the parts of the syntax that a script does without.
+FORBIDDEN = {'Import': 'import', 'ImportFrom': 'import', 'ClassDef': 'class', 'Try': 'try', 'TryStar': 'try',
+             'With': 'with', 'Raise': 'raise', 'Yield': 'yield', 'YieldFrom': 'yield', 'Match': 'match',
+             'AsyncFunctionDef': 'async', 'AsyncFor': 'async', 'AsyncWith': 'async', 'Await': 'await'}
+
+BUILTINS = ('abs', 'all', 'any', 'dict', 'divmod', 'enumerate', 'filter', 'len', 'list', 'map', 'max', 'min', 'repr',
+            'reversed', 'round', 'set', 'sorted', 'str', 'sum', 'tuple', 'zip')
+
+
+def run(parsed, numbers, file, step_limit=STEP_LIMIT, say=print):
+    """Run a script.
+
+    Args:
+        parsed: the script.
+        numbers: what its literals are, in their order; tracked numbers, so that the steps know what they came of.
+        file: its path, for errors.
+        step_limit: how many turns of loops, calls of functions and waypoints it may take.
+        say: prints what the script prints.
+
+    Returns:
+        Its steps, a list of Goto and Wait.
+
+    Raises:
+        ScriptError: it holds what a script must not, fails, or does not end.
+    """
+    _check(parsed.tree, file)
+    steps, count = [], 0
+
+    def tick():
+        nonlocal count
+        count += 1
+        if count > step_limit:
+            raise RuntimeError('the script does not end: stopped after {} steps'.format(step_limit))
+        return True
+
+    def limited_range(*bounds):
+        turns = range(*bounds)
+        if len(turns) > step_limit:
+            raise ValueError('{!r} is longer than the {} steps of a script'.format(turns, step_limit))
+        return turns
+
+    def goto(x, y, z):
+        tick()
+        steps.append(Goto(*[_number(value, 'goto') for value in (x, y, z)]))
+
+    def wait(seconds):
+        tick()
+        if _number(seconds, 'wait') < 0.0:
+            raise ValueError('wait takes 0 or more seconds, not {}'.format(seconds))
+        steps.append(Wait(float(seconds)))
+
+    for function in (goto, wait):
+        function.__qualname__ = function.__name__    # as errors call them
+    try:
+        code = compile(_Ticking().visit(copy.deepcopy(parsed.tree)), file, 'exec')
+        exec(code, {  # in here a script finds what stands below, and nothing else
+            '__builtins__': {}, LITERALS: list(numbers), TICK: tick, 'goto': goto, 'wait': wait, 'print': say,
+            'range': limited_range, 'int': values.to_int, 'float': values.to_float, 'bool': values.to_bool,
+            'math': types.SimpleNamespace(**values.MATH), **values.MATH,
+            **{name: getattr(builtins, name) for name in BUILTINS}})
+    except SyntaxError as error:    # return outside of a function, and the like
+        raise ScriptError(file, error.lineno or 1, error.offset or 1, error.msg) from None
+    except Exception as error:  # whatever it raises is what is wrong with the script
+        line, column = _where(error.__traceback__, file)
+        name = '' if isinstance(error, RuntimeError) else type(error).__name__ + ': '
+        raise ScriptError(file, line, column, name + str(error)) from None
+    return steps
+
+
+def _number(value, function):
+    """A coordinate, as a float that can become any other: one that came of an integer included."""
+    if isinstance(value, (bool, str)) or not isinstance(value, (int, float)):
+        raise TypeError('{} takes numbers, not {!r}'.format(function, value))
+    if not math.isfinite(value):
+        raise ValueError('{} takes finite numbers, not {}'.format(function, value))
+    if not values.is_tracked(value):
+        return float(value)
+    instructions, (root,) = values.disassemble([values.to_float(value)])
+    return values.assemble([
+        (values.SOURCE, instruction[1], float(instruction[2])) if instruction[0] == values.SOURCE else instruction
+        for instruction in instructions])[root]
+
+
+def _check(tree, file):
+    """Refuse what a script must not hold."""
+    for node in ast.walk(tree):
+        name = type(node).__name__
+        reason = None
+        if not isinstance(node, ALLOWED):
+            reason = 'there is no {} in a script'.format(FORBIDDEN.get(name, name))
+        elif isinstance(node, ast.Attribute) and node.attr.startswith('_'):
+            reason = 'there is no access to {} in a script'.format(node.attr)
+        else:
+            for name in (getattr(node, field, None) for field in ('id', 'name', 'arg')):
+                if isinstance(name, str) and name.startswith('__') and name != LITERALS:
+                    reason = 'there is no name {} in a script'.format(name)
+        if reason:
+            raise ScriptError(file, getattr(node, 'lineno', 1), getattr(node, 'col_offset', 0) + 1, reason)
+
+
+class _Ticking(ast.NodeTransformer):
+    """Has each turn of a loop and each call of a function call `__tick__`, which gives True."""
+
+    def visit_While(self, node):
+        return self._tick_first(node)
+
+    def visit_For(self, node):
+        return self._tick_first(node)
+
+    def visit_FunctionDef(self, node):
+        return self._tick_first(node)
+
+    def visit_Lambda(self, node):
+        self.generic_visit(node)
+        node.body = _at(node.body, ast.BoolOp(ast.And(), [_tick(node.body), node.body]))
+        return node
+
+    def visit_comprehension(self, node):
+        self.generic_visit(node)
+        node.ifs.insert(0, _tick(node.iter))
+        return node
+
+    def _tick_first(self, node):
+        self.generic_visit(node)
+        node.body.insert(0, _at(node, ast.Expr(_tick(node))))
+        return node
+
+
+def _tick(place):
+    return _at(place, ast.Call(_at(place, ast.Name(TICK, ast.Load())), [], []))
+
+
+def _at(place, node):
+    return ast.copy_location(node, place)
+
+
+def _where(trace, file):
+    """Line and column of what the script did last."""
+    line, column = 1, 1
+    while trace is not None:
+        code = trace.tb_frame.f_code
+        if code.co_filename == file:
+            line, column = trace.tb_lineno, 1
+            if sys.version_info >= (3, 11):
+                found = list(code.co_positions())[trace.tb_lasti // 2][2]
+                column = 1 if found is None else found + 1
+        trace = trace.tb_next
+    return line, column

@@ -1,0 +1,58 @@
+"""A master and nodes for the tests beside this file."""
+
+import sys
+from pathlib import Path
+
+import pytest
+import rosgraph
+from shell import rosslt
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'node'))
+from processes import Master, Node, wait_until
+
+TALKER = '''
+    held = []
+    publisher = rosslt.Publisher('goal', PoseStamped, queue_size=10)
+    rospy.set_param('~parking', [0.0, -1.0])
+    rospy.set_param('/height', 0.75)
+    rate = rospy.Rate(20)
+    while not rospy.is_shutdown():
+        goal = PoseStamped()
+        goal.header.frame_id = rosslt.location('world', name='frame')
+        radius = rosslt.location(2.0, name='radius', minimum=0.5, maximum=10.0)
+        goal.pose.position.x = 3 * radius + 1
+        goal.pose.position.y = radius + rosslt.get_param('~parking')[0]
+        goal.pose.position.z = rosslt.get_param('/height')
+        goal.pose.orientation.w = rosslt.location(1.0, name='fixed', read_only=True)
+        rosslt.location(3, name='count')
+        rosslt.location(True, name='is/on')
+        rosslt.location(getter=lambda: float(len(held)), setter=lambda value: held.append(value), name='pin')
+        publisher.publish(goal)
+        rate.sleep()
+    '''
+
+RELAY = '''
+    publisher = rosslt.Publisher('pose', PoseTracked, queue_size=10)
+    rosslt.Subscriber('goal', PoseStamped, lambda goal: publisher.publish(position=goal.pose.position))
+    rospy.spin()
+    '''
+
+
+@pytest.fixture(scope='session')
+def master(tmp_path_factory):
+    """A master for all tests of the command."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('ROS_LOG_DIR', str(tmp_path_factory.mktemp('log')))
+        patch.setenv('ROS_HOSTNAME', 'localhost')
+        started = Master()
+        patch.setenv('ROS_MASTER_URI', started.uri)
+        yield rosgraph.Master('/test')
+        started.kill()
+
+
+@pytest.fixture(scope='session')
+def nodes(master):
+    """The node /talker, which owns locations of all kinds, and /relay, which sends on what it hears."""
+    with Node('talker', TALKER) as talker, Node('relay', RELAY):
+        wait_until(lambda: len(rosslt('list', '/talker').stdout.splitlines()) == 9, 'all locations are there')
+        yield talker

@@ -1,0 +1,72 @@
+"""`rosslt bag` and `rosslt echo --bag` read what rosbag recorded, with and without the nodes that published it."""
+
+import subprocess
+
+import pytest
+import rosbag
+from processes import wait_until
+from shell import failure, lines, on_terminal, rosslt
+from std_msgs.msg import String
+
+pytestmark = pytest.mark.rostest
+
+NO_MASTER = {'ROS_MASTER_URI': 'http://localhost:1'}
+
+
+@pytest.fixture(scope='module', params=['', '--lz4'], ids=['plain', 'compressed'])
+def bag(request, nodes, tmp_path_factory):
+    """A bag of a few messages of /goal (in-band) and of /pose (of a tracked type)."""
+    path = tmp_path_factory.mktemp('bags') / 'run.bag'
+    subprocess.run(['rosbag', 'record', '-O', str(path), '--limit', '5', *request.param.split(), '/goal', '/pose'],
+                   check=True, stdout=subprocess.DEVNULL, timeout=60)
+    wait_until(path.exists, 'the bag is there')
+    return str(path)
+
+
+def test_for_each_topic_it_says_which_sources_reach_which_fields(bag):
+    held = lines('bag', bag)
+    assert ['/goal', 'geometry_msgs/PoseStamped', '5', '5', '/talker/radius', 'pose.position.x,pose.position.y'] in held
+    assert ['/pose', 'rosslt/PoseTracked', '5', '5', '/talker/~parking/0', 'position.y'] in held
+
+
+def test_it_is_readable_on_a_terminal(bag):
+    printed = on_terminal('bag', bag)
+    assert '/goal  geometry_msgs/PoseStamped, 5 messages, 5 with provenance\n' in printed
+    assert '  /talker/radius      -> pose.position.x y\n' in printed
+
+
+def test_without_a_master_sources_have_their_ids(bag):
+    result = rosslt('bag', bag, **NO_MASTER)
+    assert result.returncode == 0
+    sources = {line.split('\t')[4] for line in result.stdout.splitlines()}
+    assert len(sources) == 5
+    assert all(source.startswith('/talker#') for source in sources)
+
+
+def test_echo_prints_recorded_messages_with_their_provenance(bag):
+    printed = lines('echo', '--bag', bag, '-n', '2', '/goal/pose/position/x')
+    assert len(printed) == 4
+    assert printed[0][:2] == ['pose.position.x', '7.0']
+    assert printed[0][2].startswith('3 * 2.0 [talker.py:')
+    result = rosslt('echo', '--bag', bag, '--once', '/pose/position/x', **NO_MASTER)
+    assert result.stdout.startswith('position.x\t7.0\t3 * 2.0 [/talker#')
+
+
+def test_a_topic_without_provenance_has_a_line_too(tmp_path):
+    path = str(tmp_path / 'plain.bag')
+    with rosbag.Bag(path, 'w') as written:
+        written.write('/words', String('hello'))
+    assert lines('bag', path) == [['/words', 'std_msgs/String', '1', '0', '', '']]
+    assert '/words  std_msgs/String, 1 message, none with provenance' in on_terminal('bag', path)
+
+
+def test_it_says_why_it_cannot_read(bag, tmp_path):
+    assert failure('bag', str(tmp_path / 'no.bag')) == \
+        f'rosslt bag: cannot read {tmp_path}/no.bag: No such file or directory'
+    (tmp_path / 'text.bag').write_text('hello', encoding='utf-8')
+    assert 'does not appear to be a bag file' in failure('bag', str(tmp_path / 'text.bag'))
+    assert failure('echo', '--bag', bag, '/nothing') == \
+        'rosslt echo: run.bag has no topic /nothing, it has /goal, /pose'
+    with open(bag, 'rb') as whole:
+        (tmp_path / 'cut.bag').write_bytes(whole.read()[:2000])
+    assert 'rosslt bag: ' in failure('bag', str(tmp_path / 'cut.bag'))

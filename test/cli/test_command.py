@@ -1,0 +1,330 @@
+"""The command `rosslt`, run as people and scripts run it, beside real nodes."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import rospy
+import yaml
+from processes import Node, wait_until
+from rosslt.srv import ChangeSources, ListLocations
+from shell import failure, lines, on_terminal, rosslt
+
+from rosslt.cli import VERBS
+
+pytestmark = pytest.mark.rostest
+
+
+def place(talker, text):
+    """file:line:column of a call in the talker's code."""
+    with open(talker.file, encoding='utf-8') as file:
+        code = file.read().splitlines()
+    number, = (number for number, line in enumerate(code, 1) if text in line)
+    return '{}:{}:{}'.format(talker.file, number, code[number - 1].index('rosslt.location') + 1)
+
+
+#: What `talker` begins with in every test.
+BEGINNING = {'radius': 2.0, 'frame': 'world', 'count': 3, 'is/on': True, '/talker/parking/0': 0.0, '/height': 0.75}
+
+
+@pytest.fixture
+def talker(nodes):
+    """The node /talker with the values of BEGINNING."""
+    put(BEGINNING)
+    return nodes
+
+
+def put(values):
+    """Change locations of /talker, quicker than with the command."""
+    locations = rospy.ServiceProxy('/talker/rosslt/list_locations', ListLocations)().locations
+    ids = {location.name: location.id for location in locations}
+    assert rospy.ServiceProxy('/talker/rosslt/change_sources', ChangeSources)(
+        [ids[name] for name in values], list(map(json.dumps, values.values())), 'test').applied
+
+
+class TestEveryVerb:
+
+    @pytest.mark.parametrize('verb', VERBS)
+    def test_has_help_with_an_example(self, verb):
+        result = rosslt(verb, '-h')
+        assert result.returncode == 0
+        assert result.stdout.startswith('usage: ')
+        assert 'rosslt ' + verb in result.stdout
+
+    def test_is_in_the_help_of_the_command(self):
+        assert re.findall(r'^  (\w+) ', rosslt('-h').stdout, re.MULTILINE) == list(VERBS)
+
+    @pytest.mark.parametrize('arguments', [
+        (), ('no_such_verb',), ('list', 'a', 'b'), ('get',), ('set', '/talker/radius'), ('undo',),
+        ('echo', '-n', 'x', '/t'),
+        ('force', '/goal/pose'), ('graph', '--dot', '--svg'), ('bag',), ('save', '/talker'), ('generate',)])
+    def test_ends_with_2_where_it_is_misused(self, arguments):
+        result = rosslt(*arguments)
+        assert result.returncode == 2
+        assert result.stdout == ''
+        assert 'usage: ' in result.stderr or 'see rosslt -h' in result.stderr
+
+    @pytest.mark.parametrize('arguments', [
+        ('list',), ('get', '/talker/radius'), ('set', '/talker/radius', '1'), ('undo', '/talker'), ('echo', '/goal'),
+        ('force', '/goal/pose/position/x', '1'), ('graph',), ('save', '/talker', '-')])
+    def test_says_in_one_line_and_at_once_that_there_is_no_master(self, arguments):
+        begin = time.monotonic()
+        line = failure(*arguments, ROS_MASTER_URI='http://localhost:1')
+        assert line == 'rosslt {}: found no ROS master at http://localhost:1: is roscore running, and ' \
+                       'ROS_MASTER_URI right?'.format(arguments[0])
+        assert time.monotonic() - begin < 5.0
+
+    def test_does_not_wait_for_a_master_that_hangs(self, master):
+        with subprocess.Popen(
+                [sys.executable, '-c', 'import socket, time; s = socket.socket(); s.bind(("localhost", 0)); '
+                 's.listen(5); print(s.getsockname()[1], flush=True); time.sleep(60)'],
+                stdout=subprocess.PIPE) as silent:
+            port = int(silent.stdout.readline())
+            begin = time.monotonic()
+            assert 'found no ROS master' in failure('list', ROS_MASTER_URI=f'http://localhost:{port}')
+            assert time.monotonic() - begin < 8.0
+            silent.kill()
+
+    def test_leaves_neither_a_parameter_nor_a_node_behind(self, talker, master):
+        def state():
+            publishers, subscribers, services = master.getSystemState()
+            return {node for part in (publishers, subscribers, services) for _, nodes in part for node in nodes}
+
+        before = set(master.getParamNames())
+        rosslt('force', '/goal/pose/position/x', '10', '_private:=1', '__name:=somebody')
+        rosslt('force', '/goal/pose/position/x', '10')
+        rosslt('echo', '--once', '/goal')
+        rosslt('graph', '--time', '0.5')
+        rosslt('list')
+        assert set(master.getParamNames()) == before
+        wait_until(lambda: state() <= {'/talker', '/relay'}, 'only the nodes are left')
+
+    def test_ends_quietly_where_the_reader_of_the_pipe_goes(self, talker):
+        result = subprocess.run('rosslt echo /goal | head -n 1', shell=True, capture_output=True, text=True,
+                                timeout=30, check=False)
+        assert (len(result.stdout.splitlines()), result.stderr) == (1, '')
+
+
+class TestList:
+
+    def test_prints_name_type_value_bounds_and_file_of_each_location(self, talker):
+        listed = {line[0]: line[1:] for line in lines('list', '/talker')}
+        assert listed['/talker/radius'] == ['float', '2.0', '0.5', '10.0', '', place(talker, "'radius'")]
+        assert listed['/talker/frame'][:2] == ['str', '"world"']
+        assert listed['/talker/fixed'][4] == 'read-only'
+        assert listed['/talker/is/on'][:2] == ['bool', 'true']
+        assert listed['/talker/~parking/1'][:2] == ['float', '-1.0']
+        assert listed['/talker//height'][:2] == ['float', '0.75']
+        assert lines('list') == lines('list', 'talker')
+
+    def test_is_a_table_on_a_terminal(self, talker):
+        printed = on_terminal('list')
+        assert re.search(r'^/relay\n/talker\n', printed)
+        row, = re.findall(r'^  radius .*$', printed, re.MULTILINE)
+        assert row.split() == ['radius', 'float', '2.0', '0.5', '..', '10.0', row.split()[-1]]
+        assert row.endswith(os.path.basename(place(talker, "'radius'")))
+        assert max(map(len, printed.splitlines())) <= 120
+
+    def test_says_which_node_does_not_answer_and_lists_the_others(self, talker):
+        with Node('sleeper', "rosslt.location(1.0, name='x')\nrospy.spin()") as sleeper:
+            sleeper.process.send_signal(signal.SIGSTOP)
+            result = rosslt('list')
+            assert result.returncode == 1
+            assert result.stderr == 'rosslt list: cannot reach /sleeper: no answer within the timeout\n'
+            assert '/talker/radius\t' in result.stdout
+
+    def test_of_a_node_that_is_not_there_fails(self, talker):
+        assert failure('list', '/nobody') == 'rosslt list: there is no node /nobody with locations'
+
+
+class TestGetAndSet:
+
+    @pytest.mark.parametrize(('location', 'value', 'shown'), [
+        ('radius', '2.5', '2.5'), ('radius', '3', '3.0'), ('radius', '1e0', '1.0'), ('count', '-7', '-7'),
+        ('is/on', 'false', 'false'), ('frame', 'map of:=all "rooms"', 'map of:=all "rooms"'), ('frame', '1.5', '1.5'),
+        ('~parking/0', '-0.25', '-0.25'), ('/height', '0.5', '0.5')])
+    def test_what_was_set_is_what_is_got(self, talker, location, value, shown):
+        assert rosslt('set', '/talker/' + location, value).returncode == 0
+        assert rosslt('get', 'talker/' + location).stdout == shown + '\n'
+
+    def test_set_prints_what_has_changed(self, talker):
+        assert lines('set', '/talker/radius', '4.5') == [
+            ['/talker/radius', '2.0', '4.5', place(talker, "'radius'")]]
+        assert re.match(r'/talker/radius: 4\.5 -> 2\.0  \[talker\.py:\d+:\d+\]\n',
+                        on_terminal('set', '/talker/radius', '2'))
+
+    def test_a_location_is_found_by_its_id_too(self, talker):
+        source, = json.loads(rosslt('echo', '--once', '--json', '/goal/pose/position/x').stdout)[
+            'provenance']['pose.position.x']['sources']
+        assert rosslt('get', '{node}#{location_id}'.format(**source)).stdout == '2.0\n'
+
+    @pytest.mark.parametrize(('location', 'value', 'reason'), [
+        ('radius', '0.1', '/talker refuses: 0.1 is below its minimum 0.5'),
+        ('radius', 'far', "/talker/radius: 'far' is no float"),
+        ('radius', 'nan', "/talker/radius: 'nan' is not finite"),
+        ('count', '1.5', "/talker/count: '1.5' is no int"),
+        ('is/on', '1', "/talker/is/on: '1' is neither true nor false"),
+        ('fixed', '2', '/talker refuses: fixed is read-only'),
+        ('nothing', '2', '/talker has no location nothing; see rosslt list /talker')])
+    def test_what_does_not_fit_is_refused_with_a_reason(self, talker, location, value, reason):
+        assert failure('set', '/talker/' + location, value) == 'rosslt set: ' + reason
+
+    def test_a_node_that_is_not_there_is_said_so(self, talker):
+        assert failure('get', '/nobody/radius') == \
+            'rosslt get: /nobody/radius begins with no node that has locations; see rosslt list'
+        assert failure('get', '/talker') == \
+            'rosslt get: /talker names no location of the node; see rosslt list /talker'
+
+    def test_names_are_those_of_the_namespace(self, talker):
+        assert rosslt('get', 'radius', ROS_NAMESPACE='/talker').stdout == '2.0\n'
+        assert rosslt('echo', '--once', 'pose/position/x', ROS_NAMESPACE='/goal').stdout.startswith('pose.position.x\t')
+
+
+class TestUndo:
+
+    def test_takes_the_last_change_back(self, talker):
+        rosslt('set', '/talker/radius', '5')
+        assert rosslt('undo', '/talker').stdout == 'radius = 2.0\n'
+        assert rosslt('get', '/talker/radius').stdout == '2.0\n'
+
+    def test_fails_where_there_is_nothing_to_take_back(self, talker):
+        assert failure('undo', '/relay') == 'rosslt undo: /relay: there is no change to take back'
+
+
+class TestEcho:
+
+    def test_prints_the_provenance_of_an_ordinary_message_beside_its_fields(self, talker):
+        printed = lines('echo', '--once', '/goal')
+        short = os.path.basename(place(talker, "'radius'"))
+        assert ['pose.position.x', '7.0', f'3 * 2.0 [{short}] + 1.0'] in printed
+        assert ['pose.orientation.x', '0.0', ''] in printed
+        assert printed[-1] == ['---']
+
+    def test_prints_that_of_a_tracked_type_that_another_node_sends_on(self, talker):
+        printed = lines('echo', '-n', '2', '/pose/position/x')
+        short = os.path.basename(place(talker, "'radius'"))
+        assert printed == [['position.x', '7.0', f'3 * 2.0 [{short}] + 1.0'], ['---']] * 2
+
+    def test_is_yaml_on_a_terminal_with_the_provenance_in_comments(self, talker):
+        printed = on_terminal('echo', '--once', '/goal')
+        short = os.path.basename(place(talker, "'radius'"))
+        assert re.search(r'^    x: 7\.0 +# 3 \* 2\.0 \[{}\] \+ 1\.0$'.format(short), printed, re.MULTILINE)
+        message = yaml.safe_load(printed.replace('---\n', ''))
+        assert message['header']['frame_id'] == 'world'
+        assert message['pose']['position'] == {'x': 7.0, 'y': 2.0, 'z': 0.75}
+
+    def test_prints_json_with_where_each_source_is(self, talker):
+        printed = json.loads(rosslt('echo', '--once', '--json', '/goal').stdout)
+        assert printed['topic'] == '/goal'
+        assert printed['publisher'] == '/talker'
+        assert printed['value']['pose']['position']['x'] == 7.0
+        source, = printed['provenance']['pose.position.x']['sources']
+        assert '{file}:{line}:{column}'.format(**source) == place(talker, "'radius'")
+        assert (source['node'], source['name']) == ('/talker', 'radius')
+
+    def test_says_what_fields_there_are_instead_of_one_that_is_not(self, talker):
+        assert failure('echo', '/goal/pose/place') == \
+            "rosslt echo: geometry_msgs/Pose has no field 'place', its fields are position, orientation"
+
+    def test_of_a_topic_that_nobody_publishes_fails(self, talker):
+        assert failure('echo', '/nothing') == 'rosslt echo: nobody publishes /nothing'
+
+    def test_without_a_count_is_ended_by_an_interrupt(self, talker):
+        process = subprocess.Popen(['rosslt', 'echo', '/goal/pose/position/x'], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        assert process.stdout.readline().startswith('pose.position.x')
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+        assert (process.returncode, errors) == (0, '')
+
+
+class TestForce:
+
+    def test_changes_the_source_and_prints_what_changed(self, talker):
+        assert lines('force', '/goal/pose/position/x', '13') == [
+            ['/talker/radius', '2.0', '4.0', place(talker, "'radius'")]]
+        assert rosslt('get', '/talker/radius').stdout == '4.0\n'
+
+    def test_reaches_through_another_node(self, talker):
+        lines('force', '/pose/position/x', '13')
+        assert rosslt('get', '/talker/radius').stdout == '4.0\n'
+
+    def test_changes_a_whole_part_together(self, talker):
+        changed = lines('force', '/goal/pose/position', '{x: 10, y: 3.5}')
+        assert [line[:3] for line in changed] == [['/talker/radius', '2.0', '3.0'],
+                                                  ['/talker/~parking/0', '0.0', '0.5']]
+
+    def test_changes_the_source_that_it_is_told(self, talker):
+        changed = lines('force', '/goal/pose/position/y', '1.5', '--source', '/talker/~parking/0')
+        assert [line[:3] for line in changed] == [['/talker/~parking/0', '0.0', '-0.5']]
+        by_file = lines('force', '/goal/pose/position/y', '2.5', '--source', place(talker, "'radius'").split('/')[-1])
+        assert [line[:3] for line in by_file] == [['/talker/radius', '2.0', '3.0']]
+
+    def test_dry_run_prints_what_would_change_and_changes_nothing(self, talker):
+        assert lines('force', '/goal/pose/position/x', '13', '--dry-run') == [
+            ['/talker/radius', '2.0', '4.0', place(talker, "'radius'")]]
+        assert on_terminal('force', '/goal/pose/position/x', '13', '--dry-run').startswith(
+            'would change /talker/radius: 2.0 -> 4.0')
+        assert rosslt('get', '/talker/radius').stdout == '2.0\n'
+
+    def test_changes_a_text(self, talker):
+        lines('force', '/goal/header/frame_id', 'map')
+        assert rosslt('get', '/talker/frame').stdout == 'map\n'
+
+    @pytest.mark.parametrize(('field', 'value', 'reason'), [
+        ('/goal/pose/orientation/x', '1', 'nothing'),
+        ('/goal/pose/position/x', '100', 'above its maximum 10.0'),
+        ('/goal/pose/orientation/w', '0.5', 'read-only'),
+        ('/goal/pose/position', '{u: 1}', "geometry_msgs/Point has no field 'u', its fields are x, y, z"),
+        ('/goal/pose/position', '{x: near}', "x of the value: 'near' is no float"),
+        ('/goal/pose/position', '5', 'must be given as {FIELD: VALUE, ...}'),
+        ('/goal/pose/position/x', 'near', "'near' is no float")])
+    def test_says_why_it_cannot(self, talker, field, value, reason):
+        assert reason in failure('force', field, value)
+
+    def test_says_what_the_sources_are_where_it_is_told_another(self, talker):
+        assert failure('force', '/goal/pose/position/x', '5', '--source', '/talker/count') == \
+            'rosslt force: /talker/count is none of its sources, which are /talker/radius'
+
+    def test_does_not_wait_for_a_message_for_ever(self, talker):
+        with Node('mute', "publisher = rosslt.Publisher('mute', Point, queue_size=1)\nrospy.spin()"):
+            wait_until(lambda: 'nobody' not in rosslt('force', '/mute/x', '1', '--timeout', '0.1').stderr,
+                       'it publishes')
+            assert failure('force', '/mute/x', '1', '--timeout', '0.5') == 'rosslt force: no message within 0.5 s'
+
+
+class TestSave:
+
+    def test_writes_what_rosparam_load_puts_in_force_again(self, talker, master, tmp_path):
+        changed = {'radius': '4.25', 'frame': 'map', '~parking/0': '9.0', '/height': '2.0'}
+        for location, value in changed.items():
+            rosslt('set', '/talker/' + location, value)
+        saved = tmp_path / 'talker.yaml'
+        result = rosslt('save', '/talker', str(saved))
+        assert result.returncode == 0
+        assert result.stderr == 'rosslt save: not saved, as no parameter stands behind them: pin\n'
+        assert yaml.safe_load(saved.read_text(encoding='utf-8')) == {
+            'height': 2.0,
+            'talker': {'parking': [9.0, -1.0],
+                       'rosslt': {'radius': 4.25, 'frame': 'map', 'fixed': 1.0, 'count': 3, 'is': {'on': True}}}}
+        put(BEGINNING)
+        subprocess.run(['rosparam', 'load', str(saved)], check=True, timeout=30)
+        for location, value in changed.items():
+            wait_until(lambda: rosslt('get', '/talker/' + location).stdout == value + '\n', location)  # noqa: B023
+
+    def test_prints_it_where_the_file_is_a_dash(self, talker):
+        assert yaml.safe_load(rosslt('save', '/talker', '-').stdout)['talker']['rosslt']['radius'] == 2.0
+
+    def test_says_why_it_cannot_write(self, talker):
+        assert failure('save', '/talker', '/no/such/folder/file') == \
+            'rosslt save: cannot write /no/such/folder/file: No such file or directory'
+
+
+def test_generate_is_the_generator(tmp_path):
+    assert rosslt('generate', 'geometry_msgs/Pose', '-o', str(tmp_path)).stdout == f'{tmp_path}/PoseTracked.msg\n'
+    assert 'geometry_msgs/Pose data' in (tmp_path / 'PoseTracked.msg').read_text(encoding='utf-8')

@@ -1,0 +1,55 @@
+"""The site is built without a warning, and all that its pages show is what happens."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from pages import Reader, sessions
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'node'))
+from processes import Master
+
+DOCS = Path(__file__).parents[2] / 'docs'
+
+#: The pages that a reader plays from their beginning to their end. The tutorial, and those on values, nodes, messages
+#: and their like, show parts of code, and are held by the tests of what they are about.
+PLAYED = ['command.md', 'concepts.md', 'first_drag.md']
+PAGES = PLAYED + sorted(str(path.relative_to(DOCS)) for path in (DOCS / 'howto').glob('*.md'))
+BUILDING = 'howto/track_a_message_type.md'
+
+
+@pytest.fixture
+def reader(tmp_path, monkeypatch):
+    """Somebody who reads a page, with a master of their own."""
+    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'log'))
+    monkeypatch.setenv('ROS_HOSTNAME', 'localhost')
+    folder = tmp_path / 'folder'
+    folder.mkdir()
+    master = Master()
+    monkeypatch.setenv('ROS_MASTER_URI', master.uri)
+    started = Reader(folder)
+    sessions.clear()
+    yield started
+    started.close()
+    master.kill()
+
+
+@pytest.mark.rostest
+@pytest.mark.parametrize('page', [pytest.param(page, marks=[pytest.mark.slow] * (page == BUILDING)) for page in PAGES])
+def test_what_a_page_shows_is_what_happens(reader, page):
+    reader.play((DOCS / page).read_text(encoding='utf-8'))
+
+
+def test_the_site_is_built_without_a_warning(tmp_path):
+    built = subprocess.run([sys.executable, '-m', 'sphinx', '-q', '-W', '--keep-going', '-b', 'html', '-d',
+                            str(tmp_path / 'trees'), str(DOCS), str(tmp_path / 'site')],
+                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300,
+                           env=dict(os.environ, PYTHONDONTWRITEBYTECODE='1'), check=False)
+    assert (built.returncode, built.stdout) == (0, '')
+    reference = (tmp_path / 'site' / 'reference.html').read_text(encoding='utf-8')
+    import rosslt
+    missing = [name for name in rosslt.__all__ if not re.search(rf'id="(module-)?rosslt[\w.]*\.{name}"', reference)]
+    assert not missing

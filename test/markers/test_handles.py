@@ -1,0 +1,269 @@
+"""Which handles, with which controls, follow from what is tracked of a marker."""
+
+import math as plain_math
+
+import numpy
+import pytest
+from geometry_msgs.msg import Point, Quaternion
+from visualization_msgs.msg import InteractiveMarkerControl as Control
+from visualization_msgs.msg import Marker
+
+from rosslt import math, values
+from rosslt.markers import visuals
+from rosslt.markers.geometry import (
+    are_same_rotation,
+    inverse,
+    moved_alike,
+    normalized,
+    product,
+    rotated,
+    turned_alike,
+)
+
+TURN = 0.6
+TURNED = (0.0, 0.0, plain_math.sin(TURN / 2), plain_math.cos(TURN / 2))
+POINT_KINDS = [Marker.LINE_STRIP, Marker.LINE_LIST, Marker.POINTS, Marker.SPHERE_LIST, Marker.CUBE_LIST,
+               Marker.TRIANGLE_LIST, Marker.ARROW]
+
+
+def is_free(_value):
+    """All sources take changes."""
+    return True
+
+
+def tracked(value, number=1):
+    return values.track(float(value), values.Source('/owner', number))
+
+
+def marker(kind=Marker.CUBE, name='thing', number=0, size=1.0):
+    result = Marker(ns=name, id=number, type=kind)
+    result.header.frame_id = 'world'
+    result.pose.orientation.w = 1.0
+    result.scale.x = result.scale.y = result.scale.z = size
+    return result
+
+
+def handles(message, topic='/topic', is_shown=True):
+    return {handle.name: handle for handle in visuals.marker_handles(topic, message, is_shown)}
+
+
+def drawn(message, name='/topic:thing:0', **options):
+    return handles(message, **options)[name].draw(is_free)
+
+
+def controls(interactive):
+    return {control.name: control for control in interactive.controls}
+
+
+def quaternion(message):
+    return message.x, message.y, message.z, message.w
+
+
+def direction(interactive, control):
+    """The direction in the frame that a control acts along."""
+    rotation = quaternion(control.orientation)
+    if control.orientation_mode == Control.INHERIT:
+        rotation = product(quaternion(interactive.pose.orientation), rotation)
+    return rotated(normalized(*rotation), (1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize('is_rotated', [False, True])
+@pytest.mark.parametrize(('axes', 'mode', 'acts_along'), [
+    ('x', Control.MOVE_AXIS, (1, 0, 0)), ('y', Control.MOVE_AXIS, (0, 1, 0)), ('z', Control.MOVE_AXIS, (0, 0, 1)),
+    ('xy', Control.MOVE_PLANE, (0, 0, 1)), ('xz', Control.MOVE_PLANE, (0, 1, 0)),
+    ('yz', Control.MOVE_PLANE, (1, 0, 0)), ('xyz', Control.MOVE_3D, None)])
+def test_tracked_coordinates_give_axes_plane_and_body_along_the_frame(axes, mode, acts_along, is_rotated):
+    message = marker()
+    if is_rotated:
+        message.pose.orientation = Quaternion(*TURNED)
+    for axis in axes:
+        setattr(message.pose.position, axis, tracked(2.0))
+    interactive = drawn(message)
+    found = controls(interactive)
+    assert set(found) == {'body'} | {'move_' + axis for axis in axes}
+    for axis in axes:
+        assert found['move_' + axis].interaction_mode == Control.MOVE_AXIS
+        expected = tuple(float(axis == one) for one in 'xyz')
+        assert direction(interactive, found['move_' + axis]) == pytest.approx(expected, abs=1e-9)
+    assert found['body'].interaction_mode == mode
+    if acts_along is not None:
+        assert direction(interactive, found['body']) == pytest.approx(acts_along, abs=1e-9)
+
+
+def test_what_is_not_tracked_has_no_handle():
+    assert not handles(marker())
+    assert not handles(marker(Marker.LINE_STRIP))
+
+
+def test_what_rviz_does_not_show_by_itself_is_drawn_even_if_it_cannot_be_moved():
+    message = marker()
+    message.color.r = message.color.a = 1.0
+    (body,) = drawn(message, is_shown=False).controls
+    assert body.interaction_mode == Control.NONE
+    assert body.always_visible
+    (shape,) = body.markers
+    assert (shape.type, shape.scale, shape.color) == (message.type, message.scale, message.color)
+    assert not shape.header.frame_id, 'it stands relative to the interactive marker'
+
+
+def roll_pitch_yaw(roll, pitch, yaw):
+    cr, sr, cp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2)
+    sp, cy, sy = math.sin(pitch / 2), math.cos(yaw / 2), math.sin(yaw / 2)
+    return Quaternion(sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy,
+                      cr * cp * cy + sr * sp * sy)
+
+
+@pytest.mark.parametrize(('angles', 'rings'), [
+    ((0.2, 0.3, tracked(0.4)), {'z': (0, 0, 1)}),
+    ((tracked(0.2), 0.0, 0.0), {'x': (1, 0, 0)}),
+    ((0.0, tracked(0.3), 0.4), {'v': (-plain_math.sin(0.4), plain_math.cos(0.4), 0)}),
+    ((tracked(0.2, 1), tracked(0.3, 2), tracked(0.4, 3)), {'x': (1, 0, 0), 'y': (0, 1, 0), 'z': (0, 0, 1)})])
+def test_tracked_orientation_gives_rings_for_the_ways_it_can_turn(angles, rings):
+    message = marker()
+    message.pose.orientation = roll_pitch_yaw(*angles)
+    interactive = drawn(message)
+    found = {name[len('rotate_'):]: direction(interactive, control)
+             for name, control in controls(interactive).items() if name.startswith('rotate_')}
+    assert set(found) == set(rings)
+    for name, expected in rings.items():
+        assert found[name] == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_turned_ring_asks_for_the_quaternion_that_is_nearer():
+    message = marker()
+    message.pose.orientation = Quaternion(0.0, 0.0, tracked(0.0, 1), tracked(-2.0, 2))
+    (handle,) = handles(message).values()
+    _, targets = handle.wanted((0, 0, 0, *TURNED), moved=False, turned=True)
+    assert targets == pytest.approx([-2.0 * TURNED[2], -2.0 * TURNED[3]]), 'its length is kept'
+
+
+def test_a_drag_asks_only_for_what_is_tracked_and_was_changed():
+    message = marker()
+    message.pose.position.y, message.pose.orientation.w = tracked(2.0, 1), tracked(1.0, 2)
+    (handle,) = handles(message).values()
+    pose = (5.0, 6.0, 7.0, 0.0, 0.0, 0.0, 1.0)
+    assert handle.wanted(pose, moved=True, turned=False) == ([2.0], [6.0])
+    assert handle.wanted(pose, moved=False, turned=True) == ([1.0], [1.0])
+
+
+@pytest.mark.parametrize('kind', POINT_KINDS)
+def test_each_tracked_point_has_a_handle_of_its_own(kind):
+    message = marker(kind, size=0.1)
+    message.points = [Point(0.0, 0.0, 0.0), Point(tracked(1.0), tracked(2.0), 0.0), Point(3.0, 0.0, 0.0)]
+    found = handles(message)
+    assert set(found) == {'/topic:thing:0:points[1]'}
+    (body,) = found['/topic:thing:0:points[1]'].draw(is_free).controls
+    assert body.interaction_mode == Control.MOVE_PLANE
+
+
+def test_a_point_moves_in_the_coordinates_of_its_rotated_marker():
+    message = marker(Marker.LINE_STRIP, size=0.1)
+    message.pose.position.x, message.pose.orientation = 1.0, Quaternion(*TURNED)
+    message.points = [Point(tracked(2.0), 0.0, 0.0)]
+    (handle,) = handles(message).values()
+    assert handle.pose[:3] == pytest.approx((1 + 2 * plain_math.cos(TURN), 2 * plain_math.sin(TURN), 0.0))
+    interactive = handle.draw(is_free)
+    along = direction(interactive, controls(interactive)['body'])
+    assert along == pytest.approx((plain_math.cos(TURN), plain_math.sin(TURN), 0.0))
+    there = (*(a + 0.5 * b for a, b in zip(handle.pose, along)), *handle.pose[3:])
+    values_, targets = handle.wanted(there, moved=True, turned=False)
+    assert values_ == [2.0]
+    assert targets == pytest.approx([2.5])
+
+
+@pytest.mark.parametrize(('kind', 'names'), [
+    (Marker.CUBE, 'xyz'), (Marker.SPHERE, 'xyz'), (Marker.CYLINDER, 'xyz'), (Marker.ARROW, 'xyz'),
+    (Marker.MESH_RESOURCE, 'xyz'), (Marker.CUBE_LIST, 'xyz'), (Marker.SPHERE_LIST, 'xyz'),
+    (Marker.TRIANGLE_LIST, 'xyz'), (Marker.POINTS, 'xy'), (Marker.LINE_STRIP, 'x'), (Marker.LINE_LIST, 'x'),
+    (Marker.TEXT_VIEW_FACING, 'z')])
+def test_tracked_sizes_have_handles_where_rviz_heeds_them(kind, names):
+    message = marker(kind)
+    message.scale.x, message.scale.y, message.scale.z = (tracked(0.5, number) for number in range(3))
+    found = handles(message)
+    assert set(found) == {'/topic:thing:0:scale.' + name for name in names}
+    for handle in found.values():
+        (body,) = handle.draw(is_free).controls
+        assert body.interaction_mode == Control.MOVE_AXIS
+
+
+def test_a_size_grows_on_both_sides_and_stays_above_zero():
+    message = marker()
+    message.pose.orientation = Quaternion(*TURNED)
+    message.scale.x = tracked(2.0)
+    (handle,) = handles(message).values()
+    outwards = (plain_math.cos(TURN), plain_math.sin(TURN), 0.0)
+    assert handle.pose[:3] == pytest.approx(outwards)
+    there = (*(1.5 * part for part in outwards), *handle.pose[3:])
+    assert handle.wanted(there, moved=True, turned=False)[1] == pytest.approx([3.0])
+    beyond = (*(-part for part in outwards), *handle.pose[3:])
+    assert handle.wanted(beyond, moved=True, turned=False)[1][0] > 0.0
+
+
+def test_the_size_of_controls_follows_the_size_of_the_marker():
+    def size(side):
+        message = marker(size=side)
+        message.pose.position.x = tracked(1.0)
+        return drawn(message).scale
+    assert size(4.0) == pytest.approx(10 * size(0.4))
+
+
+@pytest.mark.parametrize('given', [(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 3.0, 4.0), (0.0, 0.0, 0.0, 1.0)])
+def test_quaternions_are_of_length_one(given):
+    message = marker()
+    message.pose.position.x, message.pose.orientation = tracked(1.0), Quaternion(*given)
+    found = quaternion(drawn(message).pose.orientation)
+    assert sum(part * part for part in found) == pytest.approx(1.0)
+    assert not any(given) or are_same_rotation(found, normalized(*given))
+
+
+def test_names_are_unique_over_topic_namespace_and_id():
+    names = set()
+    places = [('/a', 'b', 1), ('/a', 'b:1', 1), ('/a/b', '', 1), ('/a', '', 1), ('/a', 'b', 11), ('/a', ':b', 1),
+              ('/a', 'b:1:points[0]', 1)]
+    for topic, name, number in places:
+        message = marker(Marker.LINE_STRIP, name, number)
+        message.pose.position.x, message.points = tracked(1.0), [Point(tracked(1.0), 0.0, 0.0)]
+        names.update(handles(message, topic))
+    assert len(names) == 2 * len(places)
+
+
+def test_the_same_thing_in_the_next_message_looks_alike_wherever_it_is():
+    def handle(x, color=0.5):
+        message = marker()
+        message.pose.position.x, message.color.g = tracked(x), color
+        (found,) = handles(message).values()
+        return found
+    assert handle(1.0).look == handle(2.0).look
+    assert handle(1.0).pose != handle(2.0).pose
+    assert handle(1.0).look != handle(1.0, color=0.6).look
+
+
+def test_what_takes_no_changes_has_no_control():
+    message = marker()
+    message.pose.position.x, message.pose.position.y = tracked(1.0, 1), tracked(2.0, 2)
+    (handle,) = handles(message).values()
+    found = controls(handle.draw(lambda value: value == 2.0))
+    assert set(found) == {'move_y', 'body'}
+    assert found['body'].interaction_mode == Control.MOVE_AXIS
+
+
+def in_32_bits(numbers):
+    return tuple(map(float, numpy.float32(numbers)))
+
+
+def test_what_rviz_rounds_is_told_from_what_a_hand_moves():
+    start, end = (0.1, 1000.1, -0.3), (0.1, 1000.1, 0.7)
+    assert moved_alike(start, in_32_bits(end), 1e-6) == pytest.approx(end)
+    assert moved_alike(start, in_32_bits(end), 1e-6)[:2] == start[:2]
+
+
+@pytest.mark.parametrize('is_in_frame', [True, False])
+def test_a_turn_around_one_axis_stays_around_it(is_in_frame):
+    start = normalized(0.1, 0.2, 0.3, 0.9)
+    turn = (0.0, plain_math.sin(0.35), 0.0, plain_math.cos(0.35))
+    end = product(turn, start) if is_in_frame else product(start, turn)
+    found = turned_alike(start, in_32_bits(end), 1e-6)
+    back = product(found, inverse(start)) if is_in_frame else product(inverse(start), found)
+    assert back[0] == pytest.approx(0.0, abs=1e-15)
+    assert back[2] == pytest.approx(0.0, abs=1e-15)
+    assert back[1] == pytest.approx(turn[1], abs=1e-6)

@@ -1,0 +1,75 @@
+"""How near sources can bring values to targets that they cannot meet."""
+
+import math as plain_math
+import random
+
+import pytest
+
+from rosslt import math, values
+from rosslt.markers import changing, reach
+
+SHOULDER, ELBOW = values.Source('/arm', 1), values.Source('/arm', 2)
+UPPER_ARM, FOREARM = 1.2, 0.9
+
+
+def tip(shoulder, elbow):
+    shoulder, elbow = values.track(shoulder, SHOULDER), values.track(elbow, ELBOW)
+    return [UPPER_ARM * math.cos(shoulder) + FOREARM * math.cos(shoulder + elbow),
+            UPPER_ARM * math.sin(shoulder) + FOREARM * math.sin(shoulder + elbow)]
+
+
+def nearest(tracked, targets):
+    return reach.nearest(tracked, targets, reach.current_values(tracked))
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_an_arm_comes_as_near_as_its_reach_allows(seed):
+    chance = random.Random(seed)
+    target = [chance.uniform(-4, 4), chance.uniform(-4, 4)]
+    tracked = tip(chance.uniform(-3, 3), chance.uniform(-3, 3))
+    changes, gap = nearest(tracked, target)
+    distance = plain_math.hypot(*target)
+    assert gap == pytest.approx(max(0.0, distance - UPPER_ARM - FOREARM, UPPER_ARM - FOREARM - distance), abs=1e-5)
+    there = [values.evaluate(value, changes) for value in tracked]
+    assert plain_math.dist(there, target) == pytest.approx(gap, abs=1e-6)
+
+
+def test_what_depends_on_one_source_moves_along_its_line():
+    x = values.track(1.0, SHOULDER)
+    changes, gap = nearest([x, 2 * x], [4.0, 1.0])
+    assert changes[SHOULDER] == pytest.approx(1.2)
+    assert gap == pytest.approx(plain_math.hypot(2.8, 1.4))
+
+
+def test_whole_numbers_stay_whole():
+    changes, gap = nearest([values.track(3, SHOULDER) * 0.5], [4.3])
+    assert changes == {SHOULDER: 9}
+    assert type(changes[SHOULDER]) is int
+    assert gap == pytest.approx(0.2)
+
+
+def test_what_cannot_come_nearer_stays():
+    assert nearest([math.cos(values.track(0.0, SHOULDER))], [3.0])[0] == {}
+
+
+def test_sources_without_effect_are_not_able():
+    x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
+    assert reach.able([x + 0 * y]) == [SHOULDER]
+
+
+def test_the_default_is_the_first_source_that_can():
+    x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
+    assert changing.default_sources([x + y]) == [SHOULDER]
+    assert changing.default_sources([x + y], read_only=[SHOULDER]) == [ELBOW]
+    assert changing.default_sources(tip(0.5, 0.9)) == [SHOULDER, ELBOW]
+
+
+def test_a_choice_holds_all_other_sources():
+    x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
+    kept = changing.kept_to(3 * x + y * y, ELBOW)
+    assert kept == 7.0
+    assert values.sources(kept) == [ELBOW]
+    assert values.solve(kept, 12.0)[ELBOW] == pytest.approx(3.0)
+    assert changing.kept_to(2 * x, ELBOW) is not None
+    assert values.sources(changing.kept_to(2 * x, ELBOW)) == [SHOULDER], 'nothing to choose there'
+    assert values.sources(changing.kept_to(x + y, SHOULDER)) == [SHOULDER], 'folded sums too'

@@ -1,0 +1,272 @@
+"""Provenance from elsewhere is not believed: it is right, or it is refused with a reason, and nothing else happens."""
+
+import contextlib
+import random
+import struct
+import tracemalloc
+
+import pytest
+from filling import Filling, every_leaf, serialized
+from geometry_msgs.msg import Point, Pose
+from std_msgs.msg import Bool, Float64, Int64, String
+from visualization_msgs.msg import Marker
+
+from rosslt import Error, NotInvertible, NotTracked, Source, explain, is_tracked, math, solve, sources, track
+from rosslt.messages import BadHeader, attach, encode
+from rosslt.messages.columns import packed, zigzag
+from rosslt.values import OPERATIONS
+
+X = track(0.25, Source('/node', 1))
+CODES = {operation.name: 16 + code for code, operation in OPERATIONS.items()}
+
+# The parts of a provenance, as docs/wire_format.md has them, for those who send what is wrong.
+NODE = b'\x01\x05/node'
+
+
+def header(flags=0, tables=NODE + b'\x01\x00' + bytes(6), rest=b'\x01\x00\x00'):
+    return bytes([1, flags]) + tables + rest
+
+
+def with_values(kinds, values, rest, flags=1):
+    return header(flags, NODE + packed([len(kinds)]) + bytes(7 * len(kinds)) + bytes(kinds) + values, rest)
+
+
+QUARTER = ((1, struct.pack('<d', 0.25)),)
+
+
+def expression(instructions, root, values=QUARTER):
+    """A provenance of one field, leaf 0, by instructions in bytes."""
+    return with_values([kind for kind, _ in values], b''.join(value for _, value in values),
+                       packed([len(instructions)]) + b''.join(instructions)
+                       + b'\x01\x00' + packed([len(values) + root]), flags=9)
+
+
+def use(message):
+    """Do with every leaf what others would; nothing but the errors that are promised may come of it."""
+    for _, leaf in every_leaf(message):
+        if is_tracked(leaf):
+            explain(leaf)
+            with contextlib.suppress(NotInvertible, NotTracked):
+                solve(leaf, leaf)
+            for source in sources(leaf):
+                assert isinstance(source, Source)
+
+
+def refused(message, data):
+    """What the error says when data is attached to a message, which must stay as it was."""
+    before = serialized(message)
+    with pytest.raises(BadHeader) as caught:
+        attach(message, data)
+    assert serialized(message) == before
+    assert not is_tracked(message)
+    return str(caught.value)
+
+
+def test_the_smallest_provenance_is_understood():
+    point = Point()
+    attach(point, header())
+    assert sources(point.x) == [Source('/node', 0)]
+
+
+@pytest.mark.parametrize(('data', 'reason'), [
+    (b'\x02' + header()[1:], 'version 2'),
+    (header(flags=16), 'flags'),
+    (header()[:-1], 'sources of fields'),
+    (header() + b'\0', 'bytes more'),
+    (header(tables=b'\x01\x09/n'), 'bytes of nodes'),
+    (header(tables=b'\x01\x02\xff\xfe\x00'), 'UTF-8'),
+    (header(tables=NODE + b'\x01\x01' + bytes(6)), 'node 1 of 1'),
+    (header(tables=NODE + b'\x02\x00\x00' + bytes(6)), 'location ids'),
+    (header(tables=NODE + packed([10 ** 6])), 'number of sources'),
+    (header(tables=packed([2 ** 62])), 'number of nodes'),
+    (header(tables=b'\x80' * 11), 'more than 10 bytes'),
+    (header(rest=b'\x01\x03\x00'), 'leaf 3'),
+    (header(rest=packed([1, 2 ** 63, 0])), 'leaf %d' % 2 ** 63),
+    (header(rest=b'\x01\x00\x01'), 'leaf 0 with sources 1'),
+    (header(rest=packed([2 ** 30])), 'number of fields'),
+    (with_values([6], b'', b'\x01\x00\x00'), 'kind 6'),
+    (with_values([1], struct.pack('<d', float('nan')), b'\x01\x00\x00'), 'not finite'),
+    (with_values([1], struct.pack('<d', float('inf')), b'\x01\x00\x00'), 'not finite'),
+    (with_values([2], packed([1 << 66]), b'\x01\x00\x00'), '64 bits'),
+    (header(2, rest=b'\x01\x00\x00' + struct.pack('<d', float('-inf')) + b'\x01\x00\x00\x01'), 'not finite'),
+    (header(2, rest=b'\x00\x01\x00\x00' + b'\x01\x00\x00\x02'), 'coefficients 2'),
+    (header(2, rest=b'\x00\x01\x00\x02' + b'\x01\x00\x00\x01'), 'None'),
+    (header(4, rest=b'\x01\x00\x02\x00\x01\x01\x00\x00'), 'number 1 of 1'),
+    (header(4, rest=b'\x01\x00\x01\x00\x01\x00\x00'), 'shortest of 1'),
+], ids=lambda value: value if isinstance(value, str) else '')
+def test_what_is_wrong_is_refused_and_named(data, reason):
+    assert reason in refused(Point(), data)
+
+
+def test_a_provenance_that_is_longer_than_any_is_refused_unread():
+    assert 'limit' in refused(Point(), header() + bytes(1 << 20))
+
+
+def test_no_leaf_comes_twice_and_none_is_beyond_the_message():
+    assert 'leaf 3' in refused(Point(), header(rest=b'\x04' + b'\0' * 8))
+
+
+@pytest.mark.parametrize(('message', 'value'), [
+    (Bool(True), b'\x01' + struct.pack('<d', 1.0)), (String('a'), b'\x01' + struct.pack('<d', 1.0)),
+    (Int64(3), b'\x01' + struct.pack('<d', 3.0)), (Float64(3), b'\x03\x01a'), (Float64(1), b'\x05')],
+    ids=['bool', 'string', 'int of float', 'float of string', 'float of bool'])
+def test_a_sum_must_fit_the_type_of_its_field(message, value):
+    data = with_values(value[:1], value[1:], b'\x00\x00\x01\x02' + b'\x01\x00\x00\x01', flags=3)
+    assert 'as a sum' in refused(message, data)
+
+
+@pytest.mark.parametrize(('instructions', 'reason'), [
+    ([b'\0\x01'], 'number of a source'),
+    ([b'\0\0', packed([CODES['sin'], 0])], 'on itself'),
+    ([b'\0\0', packed([CODES['sin'], 2])], 'distance'),
+    ([packed([CODES['sin'], 1]), b'\0\0'], 'distance'),
+    ([b'\0\0', packed([16 + 15000, 1])], 'unknown operation'),
+    ([b'\0\0', b'\x0a'], 'unknown operation'),
+    ([b'\x01' + struct.pack('<d', float('nan'))], 'not finite'),
+    ([packed([2, 1 << 67])], '64 bits'),
+    ([b'\0\0', b'\x06' + bytes(8) + b'\x02\x01'], 'number of terms'),
+    ([b'\x01' + bytes(8), b'\x06' + bytes(8) + b'\x01\x01\x01'], 'number of a\nsource'.replace('\n', ' ')),
+], ids=lambda value: value if isinstance(value, str) else '')
+def test_instructions_that_are_wrong_are_refused_and_named(instructions, reason):
+    assert reason in refused(Float64(), expression(instructions, len(instructions) - 1))
+
+
+def test_a_million_instructions_are_refused_by_their_number():
+    data = with_values([1], bytes(8), packed([10 ** 6]) + b'\0\0' * 100, flags=9)
+    assert 'number of instructions' in refused(Float64(), data)
+
+
+def test_instructions_without_a_value_to_start_from_are_refused():
+    data = header(8, rest=packed([1]) + b'\0\0' + b'\x01\x00\x01')
+    assert 'no value' in refused(Float64(), data)
+
+
+EXPLOSIONS = {
+    'tower of powers': [b'\0\0'] + [packed([CODES['power'], 1, 1])] * 12,
+    'squares of squares': [b'\0\0'] + [packed([CODES['mul'], 1, 1])] * 200,
+    'rounding to a billion digits': [b'\0\0', packed([2, zigzag(-10 ** 9)]), packed([CODES['round_to'], 2, 1])],
+    'a text repeated for ever': [packed([3, 1]) + b'a', packed([2, zigzag(10 ** 15)]), packed([CODES['repeat'], 2, 1])],
+    'a text doubled for ever': [packed([3, 1]) + b'a'] + [packed([CODES['concat'], 1, 1])] * 200,
+    'a format of great width': [packed([3, 13]) + b'%01000000000d', b'\0\0', packed([CODES['mod'], 2, 1])],
+}
+
+
+@pytest.mark.parametrize('instructions', EXPLOSIONS.values(), ids=EXPLOSIONS)
+def test_an_expression_that_would_explode_has_no_sources(instructions, caplog):
+    data = expression(instructions, len(instructions) - 1, [(2, packed([zigzag(7)]))])
+    message = Int64(5)
+    tracemalloc.start()
+    try:
+        attach(message, data)
+        assert sources(message.data) == []
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()
+    assert 'bad provenance' in caplog.text
+    assert message.data == 5
+
+
+def test_an_expression_that_makes_another_value_has_no_sources(caplog):
+    message = Float64(0.9)
+    attach(message, expression([b'\0\0', packed([CODES['sin'], 1])], 1))
+    assert message.data == 0.9
+    assert sources(message.data) == []
+    assert 'delivered untracked' in caplog.text
+
+
+def test_an_expression_of_constants_has_no_sources():
+    message = Float64(1.0)
+    attach(message, expression([b'\x01' + struct.pack('<d', 1.0)], 0))
+    assert sources(message.data) == []
+
+
+def test_the_limits_keep_the_memory_small():
+    filler = NODE + packed([1 << 15]) + bytes(7 << 15) + b'\x01' * (1 << 15) + bytes(8 << 15)
+    pairs = b'\x02' * (1 << 14)
+    lists = packed([1 << 14, 1 << 14]) + pairs + bytes(1 << 15) + pairs + b'\x01' * (1 << 15)
+    data = header(7, filler, packed([1 << 15, 0, 0]) + bytes(8 << 15) + lists + packed([1 << 15]) + bytes(3 << 15))
+    assert len(data) < 1 << 20
+    tracemalloc.start()
+    try:
+        assert 'leaf 3' in refused(Point(), data)
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()
+
+
+def samples():
+    """Provenances that are right, of every part that there is."""
+    strip = Marker(points=[Point(X * place, 2 * X + place, math.sin(X) * place) for place in range(4)],
+                   text=track('a', Source('/other', 2)) + 'b', frame_locked=track(True, Source('/other', 3)))
+    strip.id = track(7, Source('/node', 9)) * 3
+    strip.ns = strip.text
+    y = track(2, Source('/third', 2 ** 47))
+    return [(Pose, encode(Pose(position=Point(X, X + y, X * y)))), (Marker, encode(strip)),
+            (Marker, encode(strip, full_history=True)), (Marker, encode(Filling(3).message(Marker)))]
+
+
+def mutated(data, chance, others):
+    """The data with something changed."""
+    data = bytearray(data)
+    for _ in range(chance.choice([1, 1, 2, 5])):
+        place = chance.randrange(len(data) + 1)
+        way = chance.randrange(6)
+        if way == 0:
+            del data[place:]
+        elif way == 1:
+            data[place:place] = chance.choice([b'\xff', b'\x80' * 9, b'\0', bytes([chance.randrange(256)])])
+        elif way == 2:
+            del data[place:place + chance.randrange(1, 9)]
+        elif way == 3:
+            other = chance.choice(others)
+            start = chance.randrange(len(other))
+            data[place:place + 8] = other[start:start + 8]
+        elif way == 4:
+            data[place:place + 8] = struct.pack('<d', chance.choice([float('nan'), float('inf'), 1e308, -0.0]))
+        elif data:
+            data[place % len(data)] = chance.randrange(256)
+    return bytes(data)
+
+
+def attach_bad_ones(count, seed):
+    """Attach changed provenances to messages; how many were right by chance."""
+    chance = random.Random(seed)
+    right = samples()
+    others = [data for _, data in right]
+    plain = {cls: serialized(Filling(5).message(cls)) for cls in (Pose, Marker)}
+    attached, reasons = 0, set()
+    for _ in range(count):
+        cls, data = chance.choice(right)
+        if chance.random() < 0.1:
+            data = bytes([1]) + bytes(chance.randrange(256) for _ in range(chance.randrange(60)))
+        message = cls().deserialize(plain[cls])
+        try:
+            attach(message, mutated(data, chance, others))
+        except BadHeader as refusal:
+            reasons.add(str(refusal).split(': ')[0])
+            assert not is_tracked(message)
+        else:
+            attached += 1
+            use(message)
+        assert serialized(message) == plain[cls]
+    assert reasons == {'bad provenance'}
+    return attached
+
+
+def test_twenty_thousand_bad_provenances_do_no_harm(caplog):
+    caplog.set_level('CRITICAL', logger='rosout')
+    assert attach_bad_ones(20000, seed=42) > 100
+
+
+def test_bad_provenances_take_little_memory(caplog):
+    caplog.set_level('CRITICAL', logger='rosout')
+    tracemalloc.start()
+    try:
+        attach_bad_ones(1000, seed=7)
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_bad_header_is_an_error_of_rosslt():
+    assert issubclass(BadHeader, Error)

@@ -1,0 +1,317 @@
+#!/usr/bin/env python3
+"""What holds for the locations of a node: identity, current values, the parameters behind them."""
+
+import os
+import subprocess
+import unittest
+from collections import OrderedDict
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import Point, PoseStamped
+from processes import Node, wait_until
+from rosslt.srv import ListLocations
+
+import rosslt
+
+SHOW = '''
+for source in rosslt.sources(values):
+    print(source.location_id, flush=True)
+print(json.dumps(rosslt.untracked(values)), flush=True)
+rospy.spin()
+'''
+
+
+def rosparam(*arguments):
+    subprocess.run(['rosparam', *arguments], check=True, stdout=subprocess.DEVNULL)
+
+
+def listed(name):
+    for location in rospy.ServiceProxy('~rosslt/list_locations', ListLocations)().locations:
+        if location.name == name:
+            return location
+    raise AssertionError('list_locations does not list ' + name)
+
+
+class Literals(unittest.TestCase):
+
+    def test_the_same_call_again_gives_the_current_value(self):
+        def read():
+            return rosslt.location(0.25)
+        first = read()
+        self.assertEqual(first, 0.25)
+        self.assertEqual(rosslt.force_value(first, 0.5), {rosslt.sources(first)[0]: (0.25, 0.5)})
+        self.assertEqual(read(), 0.5)
+        self.assertEqual(rosslt.sources(read()), rosslt.sources(first))
+
+    def test_two_on_one_line_are_two(self):
+        first, second = rosslt.location(1.0), rosslt.location(1.0)
+        self.assertNotEqual(rosslt.sources(first), rosslt.sources(second))
+
+    def test_a_key_tells_the_turns_of_a_loop_apart(self):
+        turns = [rosslt.location(turn, key=turn) for turn in range(3)]
+        self.assertEqual(turns, [0, 1, 2])
+        self.assertEqual(len(set(rosslt.sources(turns))), 3)
+
+    def test_a_name_tells_the_turns_of_a_loop_apart(self):
+        turns = [rosslt.location(0.5, name=name) for name in ('turn/a', 'turn/b')]
+        self.assertEqual(len(set(rosslt.sources(turns))), 2)
+        self.assertEqual(listed('turn/b').name, 'turn/b')
+
+    def test_a_list_tells_where_it_stands_and_what_it_takes(self):
+        rosslt.location(3, name='listed/here', minimum=1, maximum=5)
+        location = listed('listed/here')
+        self.assertEqual(os.path.basename(location.file), 'locations_suite.py')
+        with open(location.file) as file:
+            line = file.readlines()[location.line - 1]
+        self.assertTrue(line[location.column - 1:].startswith("rosslt.location(3, name='listed/here'"), line)
+        self.assertEqual((location.type, location.value, location.minimum, location.maximum),
+                         ('int', '3', '1', '5'))
+
+    def test_each_leaf_of_a_message_is_a_location(self):
+        def read():
+            return rosslt.location(PoseStamped(), name='goal')
+        goal = read()
+        self.assertIsInstance(goal, PoseStamped)
+        self.assertEqual(len(rosslt.sources(goal)), 8)
+        goal.header.stamp = rospy.Time(5)
+        rosslt.force_value(goal.pose.position, Point(1.0, 2.0, 3.0))
+        rosslt.force_value(goal.header.frame_id, 'map')
+        again = read()
+        self.assertEqual((again.pose.position.x, again.pose.position.z), (1.0, 3.0))
+        self.assertEqual(again.header.frame_id, 'map')
+        self.assertEqual(again.header.stamp, rospy.Time(0))
+
+    def test_lists_and_dicts_are_given_back_as_such(self):
+        value = rosslt.location(OrderedDict(gains=[1.0, 2], on=True, name='a'), name='tree')
+        self.assertEqual(dict(value), {'gains': [1.0, 2], 'on': 1, 'name': 'a'})
+        self.assertEqual(len(rosslt.sources(dict(value))), 4)
+
+    def test_a_name_is_taken_once(self):
+        rosslt.location(1.0, name='taken')
+        with self.assertRaisesRegex(ValueError, r'taken at locations_suite.py:\d+:\d+ meets taken at'):
+            rosslt.location(2.0, name='taken')
+        with self.assertRaisesRegex(ValueError, 'meets taken at'):
+            rosslt.location(2.0, name='taken/below')
+
+    def test_what_is_no_name_is_refused(self):
+        for name in ('', 'a b', '/a', 'a//b', 'accept_changes'):
+            with self.assertRaises(ValueError):
+                rosslt.location(1.0, name=name)
+
+    def test_a_literal_out_of_its_own_bounds_is_refused(self):
+        with self.assertRaisesRegex(ValueError, 'above its maximum 5'):
+            rosslt.location(7, name='too_much', maximum=5)
+
+    def test_what_cannot_be_a_location_is_refused(self):
+        with self.assertRaisesRegex(TypeError, 'a set cannot be a location'):
+            rosslt.location({1, 2})
+        with self.assertRaisesRegex(TypeError, 'either a value or a getter'):
+            rosslt.location()
+        with self.assertRaisesRegex(TypeError, 'bounds are for numbers'):
+            rosslt.location('text', minimum=1)
+
+
+class External(unittest.TestCase):
+
+    def setUp(self):
+        self.held = {'value': 2.0}
+
+    def set(self, value):
+        if value > 10:
+            raise RuntimeError('the file is full')
+        self.held['value'] = value
+
+    def test_a_getter_and_a_setter_read_and_write_it(self):
+        def read():
+            return rosslt.location(getter=lambda: self.held['value'], setter=self.set, name='external')
+        self.assertEqual(read(), 2.0)
+        rosslt.force_value(read() * 2, 6.0)
+        self.assertEqual(self.held['value'], 3.0)
+        self.held['value'] = 4.0
+        self.assertEqual(read(), 4.0)
+        self.assertEqual(rosslt.reevaluate(2 * read()), 8.0)
+        with self.assertRaisesRegex(rosslt.ChangeRejected, 'RuntimeError: the file is full'):
+            rosslt.force_value(read(), 11.0)
+        self.assertEqual(self.held['value'], 4.0)
+
+    def test_where_one_setter_refuses_the_other_is_put_back(self):
+        other = {'value': 1.0}
+        first = rosslt.location(getter=lambda: other['value'], name='other',
+                                setter=lambda value: other.update(value=value))
+        second = rosslt.location(getter=lambda: self.held['value'], setter=self.set, name='external2')
+        with self.assertRaisesRegex(rosslt.ChangeRejected, 'the file is full'):
+            rosslt.force_value([first, second], [5.0, 20.0])
+        self.assertEqual((other['value'], self.held['value']), (1.0, 2.0))
+
+    def test_without_a_setter_it_is_read_only(self):
+        value = rosslt.location(getter=lambda: 1.0, name='only_read')
+        with self.assertRaises(rosslt.Error):
+            rosslt.force_value(value, 2.0)
+
+
+class Parameters(unittest.TestCase):
+
+    def read(self):
+        return rosslt.location(1.0, name='parameter', minimum=0.0)
+
+    def test_the_parameter_follows_a_change(self):
+        rosslt.force_value(self.read(), 3.0)
+        self.assertEqual(rospy.get_param('~rosslt/parameter'), 3.0)
+
+    def test_a_plain_rosparam_set_is_seen_within_half_a_second(self):
+        self.read()
+        rosparam('set', '/locations/rosslt/parameter', '4.5')
+        wait_until(lambda: self.read() == 4.5, 'rosparam set is seen', timeout=0.5)
+
+    def test_a_rosparam_set_of_the_whole_namespace_is_seen(self):
+        def read():
+            return rosslt.location([1.0, 2.0], name='pair')
+        read()
+        wait_until(lambda: rospy.has_param('~rosslt/pair'), 'the parameter is there')
+        rosparam('set', '/locations/rosslt/pair', "{'0': 7.0, '1': 8.0}")
+        wait_until(lambda: read() == [7.0, 8.0], 'rosparam set is seen', timeout=0.5)
+
+    def test_a_rosparam_set_that_does_not_do_is_taken_back(self):
+        before = self.read()
+        for bad in ('-1.0', 'text', '.inf'):
+            rosparam('set', '/locations/rosslt/parameter', bad)
+            wait_until(lambda: rospy.get_param('~rosslt/parameter') == before, 'the parameter is put back')
+            self.assertEqual(self.read(), before)
+
+    def test_deleting_the_parameter_changes_nothing(self):
+        before = self.read()
+        wait_until(lambda: rospy.has_param('~rosslt/parameter'), 'the parameter is there')
+        rosparam('delete', '/locations/rosslt/parameter')
+        rosslt.force_value(rosslt.location(0, name='parameter_next_to_it'), 1)
+        self.assertEqual(self.read(), before)
+
+    def test_a_parameter_that_a_launch_file_sets_goes_before_the_literal(self):
+        self.assertEqual(rosslt.location(1.0, name='preset'), 7.5)
+
+    def test_a_parameter_that_is_set_before_its_location_is_created_goes_before_the_literal(self):
+        self.read()
+        rosparam('set', '/locations/rosslt/early', '8.5')
+        rosparam('set', '/locations/rosslt/parameter', '2.5')
+        wait_until(lambda: self.read() == 2.5, 'the later rosparam set is seen')
+        self.assertEqual(rosslt.location(1.0, name='early'), 8.5)
+
+    def test_private_parameters_read_as_without_tracking(self):
+        rosparam('set', '/locations/plain', '5')
+        self.read()
+        self.assertEqual(rospy.get_param('~')['plain'], 5)
+
+    def test_rospy_takes_tracked_values_as_parameters(self):
+        rospy.set_param('~copy', [self.read(), rosslt.location(True), rosslt.location('text')])
+        self.assertEqual(rospy.get_param('~copy'), [self.read(), True, 'text'])
+
+    def test_reading_makes_no_network_call(self):
+        self.read()
+        rosslt.get_param('/fleet/waypoints')
+        port, calls = rosgraph.Master('/t').getUri(), []
+        real = rosgraph.Master.__getattribute__
+        try:
+            rosgraph.Master.__getattribute__ = lambda master, name: calls.append(name) or real(master, name)
+            for _ in range(100):
+                self.read()
+                rosslt.get_param('/fleet/waypoints')
+        finally:
+            del rosgraph.Master.__getattribute__
+        self.assertEqual((calls, bool(port)), ([], True))
+
+
+class ParametersAsSources(unittest.TestCase):
+
+    def test_a_parameter_is_a_source_and_a_change_sets_it(self):
+        speed = rosslt.get_param('/fleet/speed')
+        self.assertTrue(rosslt.is_tracked(speed))
+        rosslt.force_value(speed * 2, 5.0)
+        self.assertEqual((rosslt.get_param('/fleet/speed'), rospy.get_param('/fleet/speed')), (2.5, 2.5))
+
+    def test_in_a_tree_each_number_is_a_source_and_a_list_stays_one_parameter(self):
+        fleet = rosslt.get_param('/fleet')
+        self.assertEqual(fleet['waypoints'][1][:2], [4.0, 5.0])
+        rosslt.force_value(fleet['waypoints'][1], [7.0, 8.0, 6])
+        self.assertEqual(rospy.get_param('/fleet/waypoints'), [[1.0, 2.0, 3], [7.0, 8.0, 6]])
+        self.assertEqual(rosslt.get_param('/fleet/waypoints')[1], [7.0, 8.0, 6])
+
+    def test_a_plain_rosparam_set_is_seen_whatever_its_type(self):
+        rospy.set_param('/robot/count', 3)
+        self.assertEqual(rosslt.get_param('/robot/count'), 3)
+        for text, value in (('3.5', 3.5), ('[1, 2]', [1, 2]), ('7', 7)):
+            rosparam('set', '/robot/count', text)
+            wait_until(lambda value=value: rosslt.get_param('/robot/count') == value, 'it is seen', 0.5)
+
+    def test_a_default_becomes_the_parameter_when_it_is_changed(self):
+        value = rosslt.get_param('~unset', 0.5)
+        self.assertFalse(rospy.has_param('~unset'))
+        rosslt.force_value(value, 0.75)
+        self.assertEqual((rospy.get_param('~unset'), rosslt.get_param('~unset', 0.5)), (0.75, 0.75))
+
+    def test_a_parameter_that_is_not_set_is_a_key_error_as_in_rospy(self):
+        with self.assertRaises(KeyError):
+            rosslt.get_param('~nowhere')
+
+    def test_a_change_to_a_location_that_a_list_no_longer_has_is_refused(self):
+        rospy.set_param('/short', [1.0, 2.0])
+        second = rosslt.get_param('/short')[1]
+        rosparam('set', '/short', '[5.0]')
+        wait_until(lambda: rosslt.get_param('/short') == [5.0], 'it is seen')
+        with self.assertRaisesRegex(rosslt.ChangeRejected, 'has no location'):
+            rosslt.force_value(second, 3.0)
+
+
+class Restarts(unittest.TestCase):
+
+    def test_ids_are_the_same_after_a_restart(self):
+        code = 'values = [rosslt.location(1.0), rosslt.location(2.0, name="two")]' + SHOW
+        with Node('restarted', code) as node:
+            first = [node.read_line(), node.read_line()]
+            node.stop()
+            node.start()
+            self.assertEqual([node.read_line(), node.read_line()], first)
+
+    def test_a_changed_value_outlives_a_restart_until_the_literal_is_edited(self):
+        with Node('edited', 'values = [rosslt.location(1.0)]' + SHOW) as node:
+            source = rosslt.Source('/edited', int(node.read_line()))
+            self.assertEqual(node.read_line(), '[1.0]')
+            rosslt.force_value(rosslt.track(1.0, source), 5.0)
+            node.stop()
+            node.start()
+            node.read_line()
+            self.assertEqual(node.read_line(), '[5.0]')
+            node.stop()
+            node.write('values = [rosslt.location(2.0)]' + SHOW)
+            node.start()
+            node.read_line()
+            self.assertEqual(node.read_line(), '[2.0]')
+            self.assertRegex(node.log[-1], r'edited.py:7:11 now says 2.0 where it said 1.0: .* is dropped')
+
+    def test_a_stale_change_never_lands_on_another_literal_in_the_same_place(self):
+        with Node('moved', 'values = [rosslt.location(1.0)]  # the speed' + SHOW) as node:
+            stale = rosslt.track(1.0, rosslt.Source('/moved', int(node.read_line())))
+            node.stop()
+            node.write('heights = [rosslt.location(1.0)]\nvalues = heights' + SHOW)
+            node.start()
+            node.read_line()
+            with self.assertRaisesRegex(rosslt.ChangeRejected, '/moved has no location'):
+                rosslt.force_value(stale, 5.0)
+
+    def test_a_node_with_two_thousand_locations_is_mirrored(self):
+        code = '''
+            values = [rosslt.location(float(i), key=i, name='many') for i in range(2000)]
+            print('ready', flush=True)
+            rospy.spin()
+            '''
+        with Node('many', code) as node:
+            self.assertEqual(node.read_line(), 'ready')
+            wait_until(lambda: len(rospy.get_param('/many/rosslt/many', {})) == 2000, 'all are parameters')
+            rospy.set_param('/many/rosslt/many/1999', 5.0)
+            locations = rospy.ServiceProxy('/many/rosslt/list_locations', ListLocations)
+            wait_until(lambda: locations().locations[1999].value == '5.0', 'the change is seen')
+
+
+if __name__ == '__main__':
+    import rostest
+    rosslt.init_node('locations')
+    rostest.rosrun('rosslt', 'locations', '__main__')

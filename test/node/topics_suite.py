@@ -1,0 +1,354 @@
+#!/usr/bin/env python3
+"""What holds for messages and services that carry provenance, also with those who know nothing of it."""
+
+import io
+import os
+import queue
+import re
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+import rosbag
+import rospy
+from geometry_msgs.msg import Point, PointStamped, Pose
+from processes import Node, wait_until
+from rosslt.msg import Float64Tracked, PoseTracked
+from std_msgs.msg import Float64, String
+from std_srvs.srv import SetBool, SetBoolResponse
+
+import rosslt
+
+TALKER = '''
+    publisher = rosslt.{publisher}('pose', {kind}, queue_size=10, latch=True)
+    rate = rospy.Rate(50)
+    while not rospy.is_shutdown():
+        x = rosslt.location(0.3, name='x')
+        pose = Pose(position=Point(2 * x, x + 1, 5.0))
+        publisher.publish(pose)
+        rate.sleep()
+    '''
+
+
+class Inbox(queue.Queue):
+    """A subscriber's messages."""
+
+    def __init__(self, subscriber_class, topic, kind, **options):
+        super().__init__()
+        self.subscriber = subscriber_class(topic, kind, self.put, **options)
+
+    def next(self, timeout=5.0):
+        return self.get(timeout=timeout)
+
+    def close(self):
+        self.subscriber.unregister()
+
+
+class Topics(unittest.TestCase):
+
+    def received(self, publisher, kind, subscriber_class, subscribed):
+        with Node('talker', TALKER.format(publisher=publisher, kind=kind)):
+            inbox = Inbox(subscriber_class, '/pose', subscribed)
+            try:
+                return inbox.next()
+            finally:
+                inbox.close()
+
+    def check_tracked(self, pose):
+        self.assertIs(type(pose), Pose)
+        x = rosslt.Source('/talker', rosslt.sources(pose.position.x)[0].location_id)
+        self.assertEqual(rosslt.sources(pose), [x])
+        self.assertEqual((pose.position.x, pose.position.y, pose.position.z), (0.6, 1.3, 5.0))
+        self.assertEqual(rosslt.evaluate(pose.position, {x: 1.0}), Point(2.0, 2.0, 5.0))
+        self.assertFalse(rosslt.is_tracked(pose.position.z))
+        self.assertEqual(pose._connection_header['callerid'], '/talker')
+
+    def test_provenance_arrives_in_band(self):
+        self.check_tracked(self.received('Publisher', 'Pose', rosslt.Subscriber, Pose))
+
+    def test_provenance_arrives_in_a_tracked_type(self):
+        self.check_tracked(self.received('Publisher', 'PoseTracked', rosslt.Subscriber, PoseTracked))
+
+    def test_a_tracked_type_that_is_made_at_run_time_is_the_same(self):
+        self.check_tracked(self.received('Publisher', "rosslt.tracked_type('geometry_msgs/Pose')",
+                                         rosslt.Subscriber, PoseTracked))
+
+    def test_a_plain_subscriber_gets_a_plain_message(self):
+        pose = self.received('Publisher', 'Pose', rospy.Subscriber, Pose)
+        self.assertEqual((type(pose), rosslt.is_tracked(pose), pose.position.x), (Pose, False, 0.6))
+
+    def test_a_plain_subscriber_of_a_tracked_type_gets_the_header_and_the_data(self):
+        tracked = self.received('Publisher', 'PoseTracked', rospy.Subscriber, PoseTracked)
+        self.assertEqual((tracked.data.position.x, bool(tracked.provenance.data)), (0.6, True))
+
+    def test_a_plain_publisher_is_heard(self):
+        code = TALKER.format(publisher='Publisher', kind='Pose')
+        code = code.replace('rosslt.Publisher', 'rospy.Publisher')
+        with Node('talker', code.replace("rosslt.location(0.3, name='x')", '0.3')):
+            inbox = Inbox(rosslt.Subscriber, '/pose', Pose)
+            pose = inbox.next()
+            inbox.close()
+        self.assertEqual((pose.position.x, rosslt.is_tracked(pose)), (0.6, False))
+
+    def test_rostopic_shows_the_plain_message(self):
+        with Node('talker', TALKER.format(publisher='Publisher', kind='Pose')):
+            shown = subprocess.run(['rostopic', 'echo', '-n', '1', '/pose/position'], check=True, text=True,
+                                   stdout=subprocess.PIPE, timeout=20).stdout
+        self.assertEqual(shown.split('\n')[:3], ['x: 0.6', 'y: 1.3', 'z: 5.0'])
+
+    def test_plain_and_tracked_subscribers_mix_in_one_process_in_either_order(self):
+        for kinds in ((rospy.Subscriber, rosslt.Subscriber), (rosslt.Subscriber, rospy.Subscriber)):
+            with Node('talker', TALKER.format(publisher='Publisher', kind='Pose')):
+                first = Inbox(kinds[0], '/pose', Pose)
+                first.next()
+                second = Inbox(kinds[1], '/pose', Pose)
+                second.next()
+                pose = (first if kinds[0] is rosslt.Subscriber else second).next()
+                while not rosslt.is_tracked(pose):
+                    pose = (first if kinds[0] is rosslt.Subscriber else second).next()
+                self.check_tracked(pose)
+                self.assertEqual((first if kinds[0] is rospy.Subscriber else second).next().position.x, 0.6)
+                first.close()
+                second.close()
+
+    def test_plain_and_tracked_publishers_mix_on_one_topic(self):
+        plain = rospy.Publisher('mixed', Pose, queue_size=10)
+        tracked = rosslt.Publisher('mixed', Pose, queue_size=10)
+        code = '''
+            def tell(pose):
+                print(pose.position.y, rosslt.is_tracked(pose), flush=True)
+            rosslt.Subscriber('mixed', Pose, tell)
+            rospy.spin()
+            '''
+        with Node('listener', code) as listener:
+            wait_until(plain.get_num_connections, 'the listener is connected')
+            plain.publish(Pose(position=Point(1.0, 2.0, 3.0)))
+            tracked.publish(Pose(position=Point(1.0, rosslt.location(4.0), 3.0)))
+            plain.publish(Pose(position=Point(1.0, 5.0, 3.0)))
+            self.assertEqual([listener.read_line() for _ in range(3)],
+                             ['2.0 False', '4.0 True', '5.0 False'])
+
+    def test_a_node_sends_complete_histories_when_it_is_told_to(self):
+        code = """
+            publisher = rosslt.Publisher('history', Float64, queue_size=1)
+            rate = rospy.Rate(20)
+            while not rospy.is_shutdown():
+                publisher.publish((rosslt.location(0.5, name='x') + 1) * 2 - 3)
+                rate.sleep()
+            """
+        with Node('historian', code):
+            inbox = Inbox(rosslt.Subscriber, '/history', Float64)
+
+            def explained():
+                value = inbox.next().data
+                self.assertEqual(rosslt.solve(value, 2.0), {rosslt.sources(value)[0]: 1.5})
+                return rosslt.explain(value)
+
+            self.assertNotIn('+ 1', explained())
+            rospy.set_param('/historian/rosslt/history', 'full')
+            wait_until(lambda: re.search(r'\(0.5 \[.*\] \+ 1\) \* 2 - 3', explained()), 'the history is full')
+            rospy.set_param('/historian/rosslt/history', 'folded')
+            wait_until(lambda: '+ 1' not in explained(), 'the history is folded again')
+            inbox.close()
+
+    def test_a_latched_message_reaches_late_joiners_with_its_provenance(self):
+        code = '''
+            publisher = rosslt.Publisher('latched', Float64, queue_size=1, latch=True)
+            publisher.publish(rosslt.location(1.5))
+            time.sleep(0.1)
+            rospy.spin()
+            '''
+        with Node('latcher', code):
+            for _ in range(2):
+                value = rosslt.wait_for_message('latched', Float64, timeout=5.0).data
+                self.assertEqual((value, rosslt.is_tracked(value)), (1.5, True))
+
+    def test_a_chain_of_nodes_keeps_the_first_source_and_a_change_goes_back_to_it(self):
+        middle = '''
+            publisher = rosslt.Publisher('out', Float64Tracked, queue_size=1)
+            rosslt.Subscriber('pose', PoseTracked, lambda pose: publisher.publish(pose.position.x * 10 - 1))
+            rospy.spin()
+            '''
+        talker = TALKER.format(publisher='Publisher', kind='PoseTracked')
+        with Node('first', talker), Node('middle', middle):
+            inbox = Inbox(rosslt.Subscriber, '/out', Float64Tracked)
+            value = inbox.next().data
+            self.assertEqual(value, 5.0)
+            self.assertEqual([source.node for source in rosslt.sources(value)], ['/first'])
+            rosslt.force_value(value, 9.0)
+            wait_until(lambda: abs(inbox.next().data - 9.0) < 1e-9, 'the next message shows it')
+            inbox.close()
+
+    def test_options_work_as_in_rospy(self):
+        publisher = rosslt.Publisher('options', PointStamped, queue_size=5, tcp_nodelay=True, latch=True)
+        got = []
+        subscriber = rosslt.Subscriber('options', PointStamped, lambda *arguments: got.append(arguments),
+                                       callback_args='more', queue_size=3, buff_size=10000, tcp_nodelay=True)
+        publisher.publish(point=Point(rosslt.location(1.0), 2.0, 3.0))
+        message, more = wait_until(lambda: got, 'it arrives')[0]
+        self.assertEqual((more, message.point.y, rosslt.is_tracked(message.point.x)), ('more', 2.0, True))
+        self.assertEqual((subscriber.get_num_connections(), publisher.get_num_connections()), (1, 1))
+        subscriber.unregister()
+        subscriber.unregister()
+        wait_until(lambda: publisher.get_num_connections() == 0, 'the subscriber is gone')
+        publisher.unregister()
+        with self.assertRaises(rospy.ROSException):
+            publisher.publish(PointStamped())
+
+    def test_a_wrong_field_is_an_error_of_that_field(self):
+        publisher = rosslt.Publisher('wrong', Pose, queue_size=1)
+        subscriber = rosslt.Subscriber('wrong', Pose)
+        wait_until(publisher.get_num_connections, 'it is connected')
+        with self.assertRaisesRegex(rospy.ROSSerializationException, 'position.y'):
+            publisher.publish(Pose(position=Point(rosslt.location(1.0), 'text', 3.0)))
+        subscriber.unregister()
+
+    def test_a_message_without_a_tracked_field_is_byte_for_byte_what_rospy_sends(self):
+        raw = Inbox(rospy.Subscriber, '/bytes', rospy.AnyMsg)
+        publisher = rosslt.Publisher('bytes', Pose, queue_size=1)
+        wait_until(publisher.get_num_connections, 'it is connected')
+        pose = Pose(position=Point(1.0, 2.0, 3.0))
+        publisher.publish(pose)
+        plain = io.BytesIO()
+        pose.serialize(plain)
+        self.assertEqual(raw.next()._buff, plain.getvalue())
+        pose.position.x = rosslt.location(1.0)
+        publisher.publish(pose)
+        self.assertTrue(raw.next()._buff.startswith(plain.getvalue()))
+        raw.close()
+
+    def test_a_header_that_cannot_be_read_is_reported_once_and_the_message_arrives_untracked(self):
+        plain = io.BytesIO()
+        Float64(5.0).serialize(plain)
+        good = io.BytesIO()
+        message = Float64(rosslt.location(5.0))
+        publisher = rosslt.Publisher('good', Float64, queue_size=1)
+        raw = Inbox(rospy.Subscriber, '/good', rospy.AnyMsg)
+        wait_until(publisher.get_num_connections, 'it is connected')
+        publisher.publish(message)
+        good = bytearray(raw.next()._buff)
+        raw.close()
+        middle = len(plain.getvalue()) + (len(good) - len(plain.getvalue())) // 4
+        good[middle] ^= 0xff
+        spoiler = rospy.Publisher('spoiled', rospy.AnyMsg, queue_size=10)
+        spoiler.impl.data_class = Float64    # what AnyMsg sends is told to be a Float64
+        spoiled = rospy.AnyMsg()
+        spoiled._buff = bytes(good)
+        code = '''
+            rosslt.Subscriber('spoiled', Float64, lambda message: print(
+                message.data, rosslt.is_tracked(message), flush=True))
+            rospy.spin()
+            '''
+        with Node('listener', code) as listener:
+            wait_until(spoiler.get_num_connections, 'the listener is connected')
+            for _ in range(3):
+                spoiler.publish(spoiled)
+            self.assertEqual([listener.read_line() for _ in range(3)], ['5.0 False'] * 3)
+            listener.stop()
+            self.assertEqual(listener.warnings(), 1)
+
+    def test_a_subscriber_that_is_slower_than_its_publisher_gets_the_newest(self):
+        code = '''
+            publisher = rosslt.Publisher('fast', Float64, queue_size=1)
+            x = rosslt.location(1.0)
+            for turn in range(400):
+                publisher.publish(x + turn)
+                time.sleep(0.005)
+            rospy.spin()
+            '''
+        got = []
+
+        def slow(message):
+            got.append(message.data)
+            time.sleep(0.1)    # what is slow here
+
+        subscriber = rosslt.Subscriber('/fast', Float64, slow, queue_size=1)
+        with Node('fast', code):
+            wait_until(lambda: got and got[-1] == 400.0, 'the last one arrives')
+        subscriber.unregister()
+        self.assertLess(len(got), 60)
+        self.assertTrue(all(rosslt.is_tracked(value) for value in got))
+        self.assertEqual(rosslt.evaluate(got[-1], {rosslt.sources(got[-1])[0]: 0.0}), 399.0)
+
+    def test_a_recorded_bag_brings_provenance_back(self):
+        with tempfile.TemporaryDirectory() as directory:
+            path = os.path.join(directory, 'pose.bag')
+            with Node('talker', TALKER.format(publisher='Publisher', kind='Pose')):
+                record = subprocess.Popen(['rosbag', 'record', '-O', path, '/pose'],
+                                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                wait_until(lambda: os.path.exists(path + '.active'), 'the bag is open')
+                time.sleep(1.0)    # some messages: rosbag tells nobody how many it has
+                record.send_signal(signal.SIGINT)
+                record.wait(10)
+            with rosbag.Bag(path) as bag:
+                self.assertEqual(next(bag.read_messages())[1].position.x, 0.6)
+            inbox = Inbox(rosslt.Subscriber, '/pose', Pose)
+            play = subprocess.Popen(['rosbag', 'play', '-q', path], stdin=subprocess.DEVNULL)
+            try:
+                pose = inbox.next(15.0)
+            finally:
+                play.send_signal(signal.SIGINT)
+                play.wait(10)
+                inbox.close()
+            self.assertEqual([source.node for source in rosslt.sources(pose)], ['/talker'])
+            self.assertEqual(rosslt.solve(pose.position.x, 2.0), {rosslt.sources(pose)[0]: 1.0})
+
+
+class Services(unittest.TestCase):
+
+    SERVER = '''
+        from std_srvs.srv import SetBool, SetBoolResponse
+        def handle(request):
+            print(rosslt.is_tracked(request.data), flush=True)
+            return SetBoolResponse(request.data, 'from ' + rosslt.location('here', name='place'))
+        {module}.Service('serve', SetBool, handle)
+        rospy.spin()
+        '''
+
+    def test_requests_and_responses_keep_provenance(self):
+        on = rosslt.location(True, name='on')
+        with Node('server', self.SERVER.format(module='rosslt')) as server:
+            rospy.wait_for_service('/serve', 5.0)
+            response = rosslt.ServiceProxy('/serve', SetBool)(on)
+            self.assertEqual(server.read_line(), 'True')
+            self.assertIs(type(response), SetBoolResponse)
+            self.assertEqual(rosslt.sources(response.success), rosslt.sources(on))
+            self.assertEqual([source.node for source in rosslt.sources(response.message)], ['/server'])
+            rosslt.force_value(response.message, 'from there')
+            self.assertEqual(rosslt.ServiceProxy('/serve', SetBool)(data=on).message, 'from there')
+
+    def test_a_plain_caller_is_served(self):
+        with Node('server', self.SERVER.format(module='rosslt')) as server:
+            rospy.wait_for_service('/serve', 5.0)
+            response = rospy.ServiceProxy('/serve', SetBool)(True)
+            self.assertEqual(server.read_line(), 'False')
+            self.assertEqual((response.success, response.message), (True, 'from here'))
+
+    def test_a_plain_server_is_called(self):
+        with Node('server', self.SERVER.format(module='rospy')) as server:
+            rospy.wait_for_service('/serve', 5.0)
+            response = rosslt.ServiceProxy('/serve', SetBool)(rosslt.location(True, name='called'))
+            self.assertEqual(server.read_line(), 'False')
+            self.assertEqual((response.success, response.message), (True, 'from here'))
+            self.assertFalse(rosslt.is_tracked(response))
+
+    def test_a_persistent_proxy_and_errors_work_as_in_rospy(self):
+        def fail(_request):
+            raise rospy.ServiceException('not today')
+        service = rosslt.Service('~fail', SetBool, fail)
+        proxy = rosslt.ServiceProxy('~fail', SetBool, persistent=True)
+        for _ in range(2):
+            with self.assertRaisesRegex(rospy.ServiceException, 'not today'):
+                proxy(True)
+        with self.assertRaises(TypeError):
+            proxy(String('no bool'), 1)
+        proxy.close()
+        service.shutdown()
+
+
+if __name__ == '__main__':
+    import rostest
+    rosslt.init_node('topics')
+    rostest.rosrun('rosslt', 'topics', '__main__')

@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""What demo_parameters.launch promises: a drag changes the parameters that a launch file has set, and they are saved
+into the file that they came from, whose comments and layout stay."""
+
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import rospy
+import rostest
+from rosslt.msg import PoseStampedTracked
+from std_srvs.srv import Trigger
+
+import rosslt
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'markers'))
+from hand import Hand, wait_until
+
+ORIGINAL = Path(rospy.myargv()[1]).read_text()
+NODE = '/parameter_waypoints'
+END = '/trajectory_markers:end:0'
+
+
+class Parameters(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.waypoints = []
+        rosslt.Subscriber('waypoint', PoseStampedTracked, cls.waypoints.append)
+        cls.hand = Hand()
+        wait_until(lambda: cls.waypoints and END in cls.hand.names(), 'the first waypoint and its handle')
+
+    def save_in(self, path):
+        rospy.set_param(NODE + '/file', str(path))
+        return rospy.ServiceProxy(NODE + '/save', Trigger)()
+
+    def test_a_drag_changes_the_parameters_and_saving_writes_those_numbers_and_nothing_else(self):
+        x, y, z = self.hand.position(END)
+        self.assertEqual((x, y, z), (2.0, 1.0, 1.5))
+        self.hand.drag(END, dx=0.5, dy=-1.25, dz=0.25)
+        wait_until(lambda: rospy.get_param(NODE + '/waypoints')[0] == [2.5, -0.25, 1.75], 'the parameter to follow')
+        wait_until(lambda: tuple(rosslt.untracked(list(place(self.waypoints[-1])))) == (2.5, -0.25, 1.75),
+                   'the waypoint to follow')
+        self.assertEqual(self.waypoints[-1].header.stamp, self.waypoints[0].header.stamp, 'it is the same waypoint')
+        with tempfile.TemporaryDirectory() as directory:
+            copy = Path(directory, 'tour.yaml')
+            copy.write_text(ORIGINAL)
+            answer = self.save_in(copy)
+            self.assertTrue(answer.success, answer.message)
+            self.assertEqual(copy.read_text(), ORIGINAL.replace('[2.0, 1.0,  1.50]', '[2.5, -0.25,  1.75]'))
+            self.assertIn('already', self.save_in(copy).message)
+
+    def test_saving_into_a_file_of_another_shape_is_refused_with_the_place(self):
+        with tempfile.TemporaryDirectory() as directory:
+            copy = Path(directory, 'tour.yaml')
+            copy.write_text('pause: 1.0\nwaypoints: [[1, 2, 3]]\n')
+            answer = self.save_in(copy)
+            self.assertFalse(answer.success)
+            self.assertIn('tour.yaml:2:12: the file has another shape', answer.message)
+            self.assertFalse(self.save_in(Path(directory, 'none.yaml')).success)
+
+
+def place(waypoint):
+    position = waypoint.pose.position
+    return position.x, position.y, position.z
+
+
+if __name__ == '__main__':
+    rosslt.init_node('parameters')
+    rostest.rosrun('rosslt', 'parameters', Parameters, sys.argv)

@@ -1,0 +1,154 @@
+"""A script's file: replaced at one blow, never over what somebody else has just saved, and watched."""
+
+import os
+import stat
+import threading
+
+import pytest
+from processes import wait_until
+
+from rosslt.script import ScriptError, files
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / 'tour.script'
+    path.write_text('a = 1\n')
+    return path
+
+
+@pytest.fixture(params=['exchange', 'rename'])
+def system(request, monkeypatch):
+    """A system that can exchange two files at one blow, and one that cannot."""
+    if request.param == 'rename':
+        monkeypatch.setattr(files, '_exchange', lambda first, second: False)
+
+
+def test_a_file_is_read_with_its_newlines_as_they_are(path):
+    path.write_bytes('ä = 1\r\nb = 2\r'.encode())
+    assert files.read(str(path)) == 'ä = 1\r\nb = 2\r'
+
+
+def test_a_file_that_cannot_be_read_says_why_and_where(path):
+    path.write_bytes(b'a = 1\nb = "\xff"\n')
+    with pytest.raises(ScriptError, match=r'tour\.script:2:6: it is not in UTF-8'):
+        files.read(str(path))
+    with pytest.raises(ScriptError, match='cannot be read: No such file'):
+        files.read(str(path) + '.none')
+
+
+@pytest.mark.usefixtures('system')
+def test_a_replaced_file_keeps_its_mode_and_leaves_nothing_else_behind(path):
+    path.chmod(0o754)
+    assert files.replace(str(path), 'a = 1\n', 'a = 2\n')
+    assert path.read_text() == 'a = 2\n'
+    assert stat.S_IMODE(path.stat().st_mode) == 0o754
+    assert os.listdir(str(path.parent)) == ['tour.script']
+
+
+def test_a_link_stays_a_link_and_its_target_is_replaced(path, tmp_path):
+    link = tmp_path / 'links' / 'my.script'
+    link.parent.mkdir()
+    link.symlink_to('../tour.script')
+    assert files.replace(str(link), 'a = 1\n', 'a = 2\n')
+    assert link.is_symlink()
+    assert path.read_text() == 'a = 2\n'
+
+
+@pytest.mark.usefixtures('system')
+def test_a_text_that_was_not_expected_is_not_replaced(path):
+    assert not files.replace(str(path), 'a = 0\n', 'a = 2\n')
+    assert path.read_text() == 'a = 1\n'
+    assert os.listdir(str(path.parent)) == ['tour.script']
+
+
+def test_what_is_saved_in_the_very_moment_of_replacing_is_not_lost(path, monkeypatch):
+    saves = iter(['a = 10\n', 'a = 20\n'])
+    exchange = files._exchange
+
+    def interrupted(first, second):
+        text = next(saves, None)
+        if text is not None:
+            path.with_suffix('.new').write_text(text)
+            path.with_suffix('.new').replace(path)
+        return exchange(first, second)
+
+    monkeypatch.setattr(files, '_exchange', interrupted)
+    assert not files.replace(str(path), 'a = 1\n', 'a = 2\n')
+    assert path.read_text() == 'a = 20\n'
+    assert os.listdir(str(path.parent)) == ['tour.script']
+
+
+def test_a_reader_never_sees_a_part_of_a_text(path):
+    texts = ['a = {}\n'.format(number) * 2000 for number in (1, 2)]
+    path.write_text(texts[0])
+    done = threading.Event()
+    seen = []
+
+    def read():
+        while not done.is_set():
+            seen.append(files.read(str(path)))
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    for turn in range(200):
+        assert files.replace(str(path), texts[turn % 2], texts[1 - turn % 2])
+    done.set()
+    reader.join()
+    assert set(seen) <= set(texts)
+
+
+def test_a_folder_that_cannot_be_written_says_so(path, monkeypatch):
+    def refuse(*_arguments, **_options):
+        raise PermissionError(13, 'Permission denied')
+    monkeypatch.setattr(files.tempfile, 'mkstemp', refuse)
+    with pytest.raises(ScriptError, match='cannot be written: Permission denied'):
+        files.replace(str(path), 'a = 1\n', 'a = 2\n')
+
+
+def save_in_place(path, text):
+    path.write_text(text)
+
+
+def save_by_rename(path, text):
+    path.with_suffix('.new').write_text(text)
+    path.with_suffix('.new').replace(path)
+
+
+def save_with_backup(path, text):
+    path.replace(path.with_suffix('.bak'))
+    path.write_text(text)
+
+
+@pytest.mark.parametrize('save', [save_in_place, save_by_rename, save_with_backup])
+@pytest.mark.parametrize('through_link', [False, True])
+def test_the_watch_sees_whatever_way_an_editor_saves(path, tmp_path, save, through_link):
+    watched = path
+    if through_link:
+        watched = tmp_path / 'links' / 'my.script'
+        watched.parent.mkdir()
+        watched.symlink_to(path)
+    seen = []
+    files.Watch(str(watched), lambda: seen.append(files.read_settled(str(watched))))
+    for text in ('a = 2\n', 'a = 3\n'):
+        save(path, text)
+        wait_until(lambda text=text: seen[-1:] == [text], 'the watch to see ' + text)
+
+
+def test_the_watch_costs_nothing_while_nobody_writes(path):
+    looks = []
+    files.Watch(str(path), lambda: looks.append(path.read_text()))
+    before = os.times()
+    threading.Event().wait(1.0)
+    after = os.times()
+    assert after.user + after.system - before.user - before.system < 0.1
+    assert looks == [], 'reading is no reason to read again'
+
+
+def test_a_file_that_is_being_written_is_read_when_it_is_done(path):
+    with path.open('w') as file:
+        timer = threading.Timer(0.05, lambda: (file.write('a = 5\n'), file.flush()))
+        timer.start()
+        assert files.read_settled(str(path)) in ('', 'a = 5\n')
+        timer.join()
+        assert files.read_settled(str(path)) == 'a = 5\n'

@@ -1,0 +1,307 @@
+"""A live script: numbers rewritten by changes, texts saved by people, and what becomes of both at the same time."""
+
+import random
+import threading
+
+import pytest
+from processes import wait_until
+
+import rosslt
+from rosslt.script import LiveScript, ScriptError, Settings, files
+
+TOUR = '''# tour
+height = 1.5
+goto(2.0, 1.0, height)  # the table
+wait(1)
+goto(-1, 2, height + 0.5)
+'''
+
+TOUR_STEPS = 3      # how many they are
+
+
+class Stage:
+    """A live script with the locations that a node would have."""
+
+    def __init__(self, path, **options):
+        self.path, self.lock = path, threading.RLock()
+        self.locations, self.runs, self.errors, self.memory = {}, [], [], ()
+        self.script = LiveScript(str(path), self.add, self.remove, lambda *run: self.runs.append(run),
+                                 self.errors.append, remember=self.remember, **options)
+
+    def add(self, name, site, getter, setter):
+        class Made:
+            pass
+        made = Made()
+        made.name, made.site, made.get, made.set = name, site, getter, setter
+        made.source = rosslt.Source('/interactive_script', hash(name))
+        with self.lock:
+            assert name not in self.locations
+            self.locations[name] = made
+        return made
+
+    def remove(self, location):
+        with self.lock:
+            assert self.locations.pop(location.name) is location
+
+    def remember(self, text, names):
+        self.memory = text, names
+
+    def change(self, location, value):
+        """As a node does it: with the lock of its locations held, and only where the location is known."""
+        with self.lock:
+            if self.locations.get(location.name) is not location:
+                raise KeyError('unknown')
+            location.set(value)
+
+    def at(self, line, column):
+        """The location that stands there."""
+        return next(one for one in self.locations.values() if one.site[1:3] == (line, column))
+
+    @property
+    def steps(self):
+        return self.runs[-1][0]
+
+    @property
+    def text(self):
+        return self.path.read_text()
+
+    def save(self, text):
+        """As a person's editor does it; the watch then looks."""
+        self.path.write_text(text)
+        self.script.look()
+
+
+@pytest.fixture
+def stage(tmp_path):
+    path = tmp_path / 'tour.script'
+    path.write_text(TOUR)
+    return Stage(path)
+
+
+def test_every_number_is_a_location_that_says_where_it_is(stage):
+    assert [one.site[1:3] for one in stage.locations.values()] == [
+        (2, 10), (3, 6), (3, 11), (4, 6), (5, 6), (5, 10), (5, 22)]
+    assert {one.site.file for one in stage.locations.values()} == {str(stage.path)}
+    assert stage.at(3, 6).site.text == 'goto(2.0, 1.0, height)  # the table'
+    assert [one.get() for one in stage.locations.values()] == [1.5, 2.0, 1.0, 1.0, -1.0, 2.0, 0.5]
+
+
+def test_a_change_rewrites_that_number_in_the_file_and_the_script_runs_again(stage):
+    stage.change(stage.at(3, 11), -0.1234)
+    assert stage.text == TOUR.replace('1.0', '-0.123')
+    assert stage.steps[0] == (2.0, -0.123, 1.5)
+    assert stage.runs[-1][1], 'it differs in its numbers alone'
+
+
+def test_a_number_that_a_change_has_moved_along_its_line_keeps_its_location(stage):
+    second = stage.at(3, 11)
+    stage.change(stage.at(3, 6), -12.345)
+    assert second.site[1:3] == (3, 15)
+    stage.change(second, 7)
+    assert 'goto(-12.345, 7.0, height)' in stage.text
+    assert len(stage.locations) == 7
+
+
+def test_a_waypoint_solves_back_to_the_number_in_the_text(stage):
+    (source, value), = rosslt.solve(stage.steps[2].z, 3.0).items()
+    stage.change(next(one for one in stage.locations.values() if one.source == source), value)
+    assert stage.text == TOUR.replace('height = 1.5', 'height = 2.5')
+    assert stage.steps[2].z == 3.0
+
+
+def test_a_change_that_the_script_cannot_run_with_is_refused_and_leaves_the_file_as_it_is(tmp_path):
+    path = tmp_path / 'tour.script'
+    path.write_text('for i in range(3): goto(i, 1 / 2, 0)')
+    stage = Stage(path)
+    with pytest.raises(ScriptError, match=r'tour\.script:1:.*TypeError'):
+        stage.change(stage.at(1, 16), 2.5)
+    with pytest.raises(ScriptError, match='ZeroDivisionError'):
+        stage.change(stage.at(1, 32), 0)
+    assert stage.text == 'for i in range(3): goto(i, 1 / 2, 0)'
+    assert len(stage.runs) == 1
+    stage.change(stage.at(1, 16), 2.0)
+    assert 'range(2)' in stage.text
+
+
+def test_a_change_below_the_precision_changes_nothing(stage):
+    stage.change(stage.at(3, 6), 2.0004)
+    assert stage.text == TOUR
+    assert len(stage.runs) == 1
+
+
+def test_the_precision_can_be_set(stage, tmp_path):
+    coarse = Stage(stage.path, settings=Settings(precision=0.5, step_limit=100))
+    coarse.change(coarse.at(3, 6), 2.3)
+    assert 'goto(2.5,' in coarse.text
+
+
+def test_a_saved_text_comes_into_force(stage):
+    stage.save(TOUR.replace('1.5', '3.5'))
+    assert stage.steps[0].z == 3.5
+    assert stage.runs[-1][1], 'it differs in its numbers alone'
+    stage.save(TOUR + 'goto(0, 0, 0)\n')
+    assert len(stage.steps) == 4
+    assert not stage.runs[-1][1]
+
+
+@pytest.mark.parametrize(('text', 'place'), [('goto(1, 2\n', ':1:5: '), ('goto(1, 2)\n', ':1:1: '),
+                                             ('import os\n', ':1:1: '), ('while True: pass', ':1:')])
+def test_the_last_good_script_stays_in_force_when_a_saved_one_has_an_error(stage, text, place):
+    stage.save(text)
+    (error,) = stage.errors
+    assert str(error).startswith(str(stage.path) + place)
+    assert len(stage.runs) == 1
+    assert len(stage.locations) == 7
+    stage.script.look()
+    assert len(stage.errors) == 1, 'it says so once'
+    stage.save(TOUR)
+    stage.change(stage.at(3, 6), 5.0)
+    assert 'goto(5.0, 1.0, height)' in stage.text
+
+
+def test_a_change_while_the_saved_script_has_an_error_is_refused(stage):
+    location = stage.at(3, 6)
+    stage.path.write_text('goto(2.0,')
+    with pytest.raises(ScriptError, match='has an error, which has to be mended first'):
+        stage.change(location, 5.0)
+    assert stage.text == 'goto(2.0,'
+
+
+def test_a_script_with_an_error_at_the_start_waits_for_a_better_one(tmp_path):
+    path = tmp_path / 'tour.script'
+    path.write_text('goto(1')
+    stage = Stage(path)
+    assert len(stage.errors) == 1
+    stage.save(TOUR)
+    assert stage.steps[0] == (2.0, 1.0, 1.5)
+
+
+def test_a_script_that_is_not_there_is_an_error(tmp_path):
+    with pytest.raises(ScriptError, match='cannot be read: No such file'):
+        Stage(tmp_path / 'none.script')
+
+
+def test_a_script_that_is_gone_for_a_while_stays_in_force(stage):
+    stage.path.unlink()
+    stage.script.look()
+    assert 'No such file' in str(stage.errors[-1])
+    with pytest.raises(ScriptError):
+        stage.change(stage.at(3, 6), 5.0)
+    stage.save(TOUR.replace('2.0', '4.0'))
+    assert stage.steps[0].x == 4.0
+
+
+def test_a_change_against_a_text_that_has_moved_lands_on_the_number_it_was_meant_for(stage):
+    location = stage.at(5, 6)
+    stage.path.write_text('goto(9, 9, 9)\n' + TOUR)     # the watch has not come to it yet
+    stage.change(location, 5.0)
+    assert stage.text == 'goto(9, 9, 9)\n' + TOUR.replace('-1', '5')
+    assert location.site[1:3] == (6, 6)
+
+
+def test_a_change_of_a_number_that_somebody_has_edited_is_refused(stage):
+    location = stage.at(3, 6)
+    for text in (TOUR.replace('2.0', '3.0'), TOUR.replace('goto(2.0, 1.0, height)  # the table\n', '')):
+        stage.path.write_text(text)
+        with pytest.raises((ScriptError, KeyError)):
+            stage.change(location, 5.0)
+        assert stage.text == text
+
+
+def test_a_change_is_refused_where_lines_were_swapped_that_look_alike(tmp_path):
+    path = tmp_path / 'tour.script'
+    path.write_text('goto(1, 1, 1)\ngoto(2, 2, 2)\n')
+    stage = Stage(path)
+    location = stage.at(1, 6)
+    stage.path.write_text('goto(2, 2, 2)\ngoto(1, 1, 1)\n')
+    with pytest.raises((ScriptError, KeyError)):
+        stage.change(location, 5.0)
+    assert stage.text == 'goto(2, 2, 2)\ngoto(1, 1, 1)\n'
+
+
+def test_an_id_never_comes_to_mean_another_number(tmp_path):
+    """Lines that look alike come and go at random: what an id once meant is told by the comment on its line."""
+    dice, path = random.Random(7), tmp_path / 'tour.script'
+    lines = ['goto(0, 0, 0)  # {}'.format(number) for number in range(4)]
+    path.write_text('\n'.join(lines))
+    stage, meant = Stage(path), {}
+    for number in range(4, 120):
+        if lines and dice.random() < 0.5:
+            lines.pop(dice.randrange(len(lines)))
+        lines.insert(dice.randrange(len(lines) + 1), 'goto(0, 0, 0)  # {}'.format(number))
+        stage.save('\n'.join(lines))
+        for location in stage.locations.values():
+            place = location.site.text.partition('#')[2], location.site.column
+            assert meant.setdefault(location.name, place) == place
+
+
+def test_ids_are_the_same_after_a_restart(stage):
+    names = list(stage.locations)
+    assert list(Stage(stage.path).locations) == names, 'of a text that nobody has changed, without any memory'
+    stage.change(stage.at(3, 6), 12.0)
+    stage.save('goto(0, 0, 0)\n' + stage.text)
+    text, names = stage.memory
+    again = Stage(stage.path, remembered=lambda present: names if present == text else ())
+    assert set(again.locations) == set(stage.locations) == set(names)
+    assert all(again.locations[name].site == stage.locations[name].site for name in names)
+
+
+def test_a_text_that_was_begun_before_a_change_and_saved_after_it_keeps_both(stage):
+    stage.change(stage.at(3, 6), 5.0)
+    stage.save(TOUR + 'goto(7, 8, 9)\n')
+    assert stage.text == TOUR.replace('2.0', '5.0') + 'goto(7, 8, 9)\n'
+    assert (stage.steps[0].x, stage.steps[-1].x) == (5.0, 7.0)
+
+
+def test_the_same_holds_for_two_numbers_on_one_line(stage):
+    stage.change(stage.at(3, 6), 5.0)
+    stage.save(TOUR.replace('1.0', '1.25'))
+    assert stage.text == TOUR.replace('2.0', '5.0').replace('1.0', '1.25')
+
+
+def test_a_number_that_both_have_edited_is_what_the_person_has_saved(stage):
+    stage.change(stage.at(3, 6), 5.0)
+    stage.save(TOUR.replace('2.0', '3.0'))
+    assert stage.text == TOUR.replace('2.0', '3.0')
+
+
+def test_a_number_that_was_dragged_can_be_taken_back_by_hand(stage):
+    stage.change(stage.at(3, 6), 5.0)
+    stage.save(stage.text + '# fine\n')
+    stage.save(stage.text.replace('5.0', '2.0'))
+    assert stage.text == TOUR + '# fine\n'
+
+
+def test_persons_and_changes_at_the_same_moment_lose_nothing(stage):
+    """Somebody saves a line more, over and over, in a text read a moment ago, while a number is dragged."""
+    files.Watch(str(stage.path), stage.script.look)
+    location, refused = stage.at(2, 10), 0
+    done = threading.Event()
+
+    def type_lines():
+        for number in range(30):
+            text = stage.text
+            done.wait(0.005 * random.random())
+            temporary = stage.path.with_suffix('.new')
+            temporary.write_text(text + 'wait({})\n'.format(number))
+            temporary.replace(stage.path)
+            wait_until(lambda number=number: len(stage.steps) == TOUR_STEPS + number + 1, 'it to be taken in')
+        done.set()
+
+    person = threading.Thread(target=type_lines)
+    person.start()
+    value = 0.0
+    while not done.is_set():
+        value += 0.5
+        try:
+            stage.change(location, value)
+        except ScriptError:
+            refused += 1
+            value -= 0.5
+    person.join()
+    lines = stage.text.splitlines()
+    assert lines[1] == 'height = {}'.format(value)
+    assert lines[5:] == ['wait({})'.format(number) for number in range(30)]
+    assert refused == 0
+    wait_until(lambda: len(stage.locations) == 7 + 30, 'the locations of other texts to be forgotten')
+    assert stage.errors == []

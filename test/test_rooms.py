@@ -1,0 +1,141 @@
+"""Holds the direction of the imports between the rooms, as docs/design.md lists them."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / 'src' / 'rosslt'
+SCRIPTS = ROOT / 'scripts'
+GENERATED = {'msg', 'srv'}
+OLDEST_PYTHON = (3, 8)
+LONGEST_FILE = 500  # lines; most fit a screen or three
+
+
+def rooms():
+    """The names of the rooms, from the top down: the first column of the table in docs/design.md."""
+    section = (ROOT / 'docs' / 'design.md').read_text(encoding='utf-8').split('\n## The rooms\n')[1]
+    return re.findall(r'^\| `(\w+)`', section.split('\n## ')[0], flags=re.MULTILINE)
+
+
+def python_files():
+    scripts = [path for path in SCRIPTS.iterdir() if path.is_file() and is_python(path)]
+    return sorted([*PACKAGE.rglob('*.py'), *scripts])
+
+
+def is_python(path):
+    with path.open('rb') as file:
+        return path.suffix == '.py' or b'python' in file.readline()
+
+
+def room_of(path):
+    """The room that a file is in; None for the package's own door and for scripts."""
+    parts = path.relative_to(PACKAGE).parts if PACKAGE in path.parents else ()
+    return parts[0] if len(parts) > 1 else None
+
+
+def imports(path):
+    """The absolute names that a file imports: modules, and names from modules."""
+    package = ['rosslt', *path.relative_to(PACKAGE).parent.parts] if PACKAGE in path.parents else []
+    for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'), str(path))):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield node.lineno, alias.name
+        elif isinstance(node, ast.ImportFrom):
+            base = package[:len(package) - node.level + 1] if node.level else []
+            module = '.'.join([*base, *([node.module] if node.module else [])])
+            for alias in node.names:
+                yield node.lineno, module + '.' + alias.name
+
+
+def faults(path):
+    """What a file imports although it must not, each as a line to read."""
+    order = rooms()
+    room = room_of(path)
+    if room is not None and room not in order:
+        yield '{}: docs/design.md lists no room {}'.format(path.relative_to(ROOT), room)
+        return
+    for line, name in imports(path):
+        where = '{}:{}: {}'.format(path.relative_to(ROOT), line, name)
+        parts = name.split('.')
+        if parts[0] != 'rosslt':
+            if room == 'values' and parts[0] not in sys.stdlib_module_names | {'numpy'}:
+                yield where + ': values imports nothing but the standard library and NumPy'
+            if room == 'messages' and parts[0] == 'rospy':
+                yield where + ': messages does not need a running ROS'
+            continue
+        target = parts[1] if len(parts) > 1 else None
+        if target in GENERATED:
+            if room == 'values':
+                yield where + ': values imports no ROS'
+            continue
+        if room is not None and target not in order:
+            yield where + ': the package\'s own door is above every room'
+        elif room is not None and order.index(target) < order.index(room):
+            yield where + ': {} is above {}'.format(target, room)
+        elif target in order and target != room and reaches_past_the_door(parts):
+            yield where + ': reaches past the door of {}'.format(target)
+
+
+def reaches_past_the_door(parts):
+    """Whether the third part of rosslt.room.part is a module of that room, and no name that its door offers.
+
+    An executable may start the main() of a module: that is a door for people.
+    """
+    if parts[3:] == ['main'] or len(parts) < 3 or parts[2] in offered_by(PACKAGE / parts[1] / '__init__.py'):
+        return False
+    inside = PACKAGE.joinpath(*parts[1:3])
+    return inside.is_dir() or inside.with_suffix('.py').is_file()
+
+
+def offered_by(door):
+    """The names that a door takes from the modules behind it."""
+    return {alias.asname or alias.name
+            for node in ast.walk(ast.parse(door.read_text(encoding='utf-8')))
+            if isinstance(node, ast.ImportFrom) and node.module for alias in node.names}
+
+
+def test_every_room_is_in_the_list_and_has_a_door():
+    there = {path.name for path in PACKAGE.iterdir() if path.is_dir() and path.name != '__pycache__'}
+    assert there == set(rooms())
+    for room in there:
+        door = PACKAGE / room / '__init__.py'
+        assert ast.get_docstring(ast.parse(door.read_text(encoding='utf-8'))), \
+            '{} does not say what the room is for'.format(door)
+
+
+@pytest.mark.skipif(sys.version_info < (3, 10), reason='sys.stdlib_module_names came with Python 3.10')
+def test_imports_point_down_the_list_and_stop_at_the_doors():
+    found = [fault for path in python_files() for fault in faults(path)]
+    assert not found, '\n'.join(found)
+
+
+@pytest.mark.parametrize('path', python_files(), ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_file_is_short_and_of_the_oldest_python(path):
+    text = path.read_text(encoding='utf-8')
+    ast.parse(text, str(path), feature_version=OLDEST_PYTHON)
+    assert len(text.splitlines()) <= LONGEST_FILE
+
+
+def test_the_part_that_needs_no_ros_runs_without_it():
+    program = '''
+import sys
+
+class NoRos:
+    def find_spec(self, name, path=None, target=None):
+        if name.split('.')[0] in ('rospy', 'genpy', 'genmsg', 'roslib', 'rosgraph', 'rospkg', 'catkin_pkg'):
+            raise ImportError('there is no ' + name)
+
+sys.meta_path.insert(0, NoRos())
+import rosslt
+import rosslt.math
+x = rosslt.track(2.0, rosslt.Source('/node', 1))
+assert list(rosslt.solve(3 * x, 12.0).values()) == [4.0]
+'''
+    result = subprocess.run([sys.executable, '-c', program], env={'PYTHONPATH': str(PACKAGE.parent)},
+                            stderr=subprocess.PIPE, encoding='utf-8', timeout=60, check=False)
+    assert result.returncode == 0, result.stderr

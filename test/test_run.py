@@ -1,0 +1,150 @@
+"""Holds what `./run` promises to those who call it."""
+
+import os
+import signal
+import subprocess
+import time
+import uuid
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+RUN = str(ROOT / 'run')
+DEMO_TIME_LIMIT = 120
+
+pytestmark = pytest.mark.slow
+
+
+def run(*arguments, **options):
+    options = {'stdin': subprocess.DEVNULL, 'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE,
+               'encoding': 'utf-8', 'timeout': DEMO_TIME_LIMIT, 'check': False, **options}
+    return subprocess.run([RUN, *arguments], **options)  # noqa: PLW1510
+
+
+@pytest.fixture
+def left_running():
+    """A function that gives the commands started in this test that still run."""
+    name, value = 'ROSSLT_TEST', uuid.uuid4().hex
+    os.environ[name] = value
+    mark = '{}={}'.format(name, value).encode()
+
+    def commands():
+        found = []
+        for process in Path('/proc').glob('[0-9]*'):
+            try:
+                if mark in (process / 'environ').read_bytes().split(b'\0'):
+                    found.append((process / 'cmdline').read_bytes().replace(b'\0', b' ').decode())
+            except OSError:  # it ended meanwhile, or is somebody else's
+                continue
+        return found
+
+    yield commands
+    del os.environ[name]
+
+
+def test_help_lists_the_verbs():
+    result = run('-h')
+    assert result.returncode == 0
+    for verb in ('demo', 'test', 'build', 'lint', 'bench', 'exec'):
+        assert '\n  ' + verb in result.stdout
+
+
+@pytest.mark.parametrize(('arguments', 'named'), [
+    (['frobnicate'], "'frobnicate'"),
+    (['demo', '--kepp'], "'--kepp'"),
+    (['build', 'all'], "'all'"),
+    (['lint', 'src'], "'src'"),
+    (['bench', 'no_such_one'], "'no_such_one'"),
+    (['exec'], 'needs a command'),
+])
+def test_a_wrong_call_is_refused_and_named(arguments, named):
+    result = run(*arguments)
+    assert result.returncode == 2
+    assert named in result.stderr
+    assert result.stdout == ''
+
+
+def test_a_call_without_a_verb_shows_the_usage():
+    result = run()
+    assert result.returncode == 2
+    assert 'usage: ./run' in result.stderr
+
+
+def test_a_wrong_name_of_a_benchmark_lists_those_that_there_are():
+    names = [path.stem for path in (ROOT / 'benchmarks').glob('*.py')] or ['none']
+    stderr = run('bench', 'no_such_one').stderr
+    assert all(name in stderr for name in names)
+
+
+def test_a_run_of_no_test_fails():
+    assert run('test', '-k', 'there_is_no_such_test').returncode != 0
+
+
+def test_exec_hands_on_directory_input_output_and_status(tmp_path):
+    link = tmp_path / 'link to run'
+    link.symlink_to(RUN)
+    result = subprocess.run([str(link), 'exec', 'bash', '-c', 'pwd; cat; exit 7'], cwd=tmp_path, input='in\n',
+                            stdout=subprocess.PIPE, encoding='utf-8', timeout=DEMO_TIME_LIMIT,
+                            check=False)
+    assert result.stdout == '{}\nin\n'.format(tmp_path)
+    assert result.returncode == 7
+
+
+def test_exec_finds_the_python_of_ros_and_nothing_of_another_workspace():
+    environment = dict(os.environ, PYTHONPATH='/nowhere', ROS_PACKAGE_PATH='/nowhere')
+    result = run('exec', 'bash', '-c', 'which python3; echo $PYTHONPATH $ROS_PACKAGE_PATH', env=environment)
+    python, paths = result.stdout.splitlines()
+    assert python == '/usr/bin/python3'
+    assert '/nowhere' not in paths
+
+
+def test_it_takes_no_time_and_no_words_when_there_is_nothing_to_do():
+    run('build', check=True)
+    found = []
+    for _ in range(5):  # what else the machine does, another ./run say, may slow down some
+        start = time.monotonic()
+        said = run('build', check=True).stderr
+        found.append((time.monotonic() - start, said))
+    assert any(seconds < 1.0 and said == '' for seconds, said in found), found
+
+
+def test_several_at_the_same_time_take_turns():
+    processes = [subprocess.Popen([RUN, 'exec', 'rosmsg', 'show', 'rosslt/SourceChange'],
+                                  stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL) for _ in range(4)]
+    assert [process.wait(timeout=DEMO_TIME_LIMIT) for process in processes] == [0] * 4
+
+
+def headless():
+    return {name: value for name, value in os.environ.items() if name != 'DISPLAY'}
+
+
+@pytest.mark.rostest
+def test_the_demo_shows_a_drag_beside_another_master_and_leaves_nothing_behind(left_running):
+    with subprocess.Popen(['rosmaster', '--core', '-p', '11311'], stdin=subprocess.DEVNULL,
+                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as master:
+        try:
+            result = run('demo', env=headless())
+        finally:
+            master.kill()
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert result.stdout.strip()
+    assert left_running() == []
+
+
+@pytest.mark.rostest
+@pytest.mark.parametrize('end', [signal.SIGINT, signal.SIGTERM], ids=['interrupted', 'terminated'])
+def test_a_demo_that_is_kept_ends_with_all_its_nodes(left_running, end):
+    demo = subprocess.Popen([RUN, 'demo', '--keep'], env=headless(), stdin=subprocess.DEVNULL,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding='utf-8')
+    try:
+        deadline = time.monotonic() + DEMO_TIME_LIMIT
+        while not any('slt_visualization' in command for command in left_running()):
+            assert demo.poll() is None, demo.communicate()[0]
+            assert time.monotonic() < deadline, 'slt_visualization did not start'
+            time.sleep(0.1)
+    finally:
+        demo.send_signal(end)
+        output, _ = demo.communicate(timeout=DEMO_TIME_LIMIT)
+    assert demo.returncode == 128 + end, output
+    assert left_running() == []
