@@ -2,7 +2,7 @@
 
 import re
 
-import yaml  # type: ignore[import-untyped]
+import yaml
 
 from rosslt.script.errors import ScriptError
 
