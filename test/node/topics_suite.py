@@ -197,13 +197,68 @@ class Topics(unittest.TestCase):
         with self.assertRaises(rospy.ROSException):
             publisher.publish(PointStamped())
 
-    def test_a_wrong_field_is_an_error_of_that_field(self):
-        publisher = rosslt.Publisher('wrong', Pose, queue_size=1)
-        subscriber = rosslt.Subscriber('wrong', Pose)
-        wait_until(publisher.get_num_connections, 'it is connected')
-        with self.assertRaisesRegex(rospy.ROSSerializationException, 'position.y'):
-            publisher.publish(Pose(position=Point(rosslt.location(1.0), 'text', 3.0)))
-        subscriber.unregister()
+    def test_a_message_of_another_type_is_refused(self):
+        pose, point, tracked = Pose(), Point(), PoseTracked()
+        for kind, wrong in ((Pose, (point, tracked)), (PoseTracked, (point, Float64Tracked())), (Point, (pose,))):
+            publisher = rosslt.Publisher('other_type', kind, queue_size=1)
+            for message in wrong:
+                with self.assertRaises(TypeError):
+                    publisher.publish(message)
+            with self.assertRaises(TypeError):
+                publisher.publish(pose, x=1.0)
+            publisher.unregister()
+
+    def test_what_a_subscribe_listener_publishes_carries_provenance(self):
+        x = rosslt.location(1.0, name='listened')
+        gone = []
+
+        class Greeting(rospy.SubscribeListener):
+            def peer_subscribe(self, topic_name, topic_publish, peer_publish):
+                peer_publish(Float64(x + 1))
+                topic_publish(Float64(x + 2))
+
+            def peer_unsubscribe(self, topic_name, num_peers):
+                gone.append((topic_name, num_peers))
+
+        for kind in (Float64, Float64Tracked):
+            publisher = rosslt.Publisher('greeting', kind, Greeting(), queue_size=5)
+            inbox = Inbox(rosslt.Subscriber, '/greeting', kind)
+            got = inbox.next(), inbox.next()
+            self.assertEqual([message.data for message in got], [2.0, 3.0])
+            self.assertEqual([rosslt.solve(message.data, 5.0) for message in got],
+                             [{rosslt.sources(x)[0]: 4.0}, {rosslt.sources(x)[0]: 3.0}])
+            inbox.close()
+            wait_until(lambda: gone, 'the listener is told that the subscriber is gone')
+            self.assertEqual(gone.pop(), ('/greeting', 0))
+            publisher.unregister()
+
+    def test_bytes_that_are_passed_on_keep_their_provenance(self):
+        source, relay = (rosslt.Publisher(name, Float64, queue_size=5) for name in ('relay_in', 'relay_out'))
+        inbox = Inbox(rosslt.Subscriber, '/relay_out', Float64)
+        relaying = rosslt.Subscriber('relay_in', rospy.AnyMsg, relay.publish)
+        wait_until(lambda: source.get_num_connections() and relay.get_num_connections(), 'all are connected')
+        x = rosslt.location(1.0, name='relayed')
+        source.publish(Float64(x + 1))
+        self.assertEqual(rosslt.solve(inbox.next().data, 5.0), {rosslt.sources(x)[0]: 4.0})
+        relaying.unregister()
+        inbox.close()
+
+    def test_a_wrong_field_is_an_error_of_that_field_and_the_next_message_arrives(self):
+        for kind in (Pose, PoseTracked):
+            publisher = rosslt.Publisher('wrong', kind, queue_size=5)
+            inbox = Inbox(rosslt.Subscriber, '/wrong', kind)
+            wait_until(publisher.get_num_connections, 'it is connected')
+            for y in (2.0, 3.0):
+                with self.assertRaisesRegex(rospy.ROSSerializationException, 'position.y'):
+                    publisher.publish(Pose(position=Point(rosslt.location(1.0), 'text', 3.0)))
+                publisher.publish(Pose(position=Point(rosslt.location(1.0), y, 3.0)))
+                self.assertEqual(inbox.next().position.y, y)
+            with self.assertRaises(AttributeError):
+                publisher.publish(Pose(position='nowhere'))
+            publisher.publish(Pose(position=Point(1.0, 4.0, 3.0)))
+            self.assertEqual(inbox.next().position.y, 4.0)
+            inbox.close()
+            publisher.unregister()
 
     def test_a_message_without_a_tracked_field_is_byte_for_byte_what_rospy_sends(self):
         raw = Inbox(rospy.Subscriber, '/bytes', rospy.AnyMsg)

@@ -135,11 +135,11 @@ def test_a_deferred_value_is_made_when_it_is_needed():
     x = track(0.3, A)
     made = []
 
-    def load():
+    def load(_):
         made.append(1)
         return x * 2
 
-    value = deferred(0.6, load)
+    value, = deferred([0.6], [load])
     assert value == 0.6
     assert is_tracked(value)
     later = value + 1
@@ -148,15 +148,16 @@ def test_a_deferred_value_is_made_when_it_is_needed():
     assert solve(later, 3.0) == {A: 1.0}
     assert affine(value) == ((A, 0.3, 2),)
     assert made == [1]
-    assert affine(deferred(0.6, lambda: ((A, 0.3, 2.0),))) == ((A, 0.3, 2.0),)
-    assert sources(deferred('hi', lambda: track('hi', B))) == [B]
+    number, text = deferred([0.6, 'hi'], [lambda value: ((A, value / 2, 2.0),), lambda value: track(value, B)])
+    assert affine(number) == ((A, 0.3, 2.0),)
+    assert sources(text) == [B]
 
 
 def test_a_deferred_value_that_was_rounded_on_its_way_keeps_the_laws():
     x = track(0.3, A)
-    for load in (lambda: x, lambda: math.sin(x), lambda: x * 2 + 1):
-        rounded = untracked(load()) + 1.19e-8
-        value = deferred(rounded, load)
+    for made in (x, math.sin(x), x * 2 + 1):
+        rounded = untracked(made) + 1.19e-8
+        value, = deferred([rounded], [lambda _, made=made: made])
         assert evaluate(value, {}) == rounded
         assert solve(value, rounded) == {A: 0.3}
         answer = solve(value, rounded * 1.1)

@@ -108,7 +108,7 @@ def test_evaluating_is_the_same_however_an_expression_travelled(value, source, n
     expected = outcome(value)
     assert outcome(assemble(instructions)[root]) == expected
     assert outcome(pickle.loads(pickle.dumps(value))) == expected
-    assert outcome(deferred(untracked(value), lambda: value)) == expected
+    assert outcome(deferred([untracked(value)], [lambda _: value])[0]) == expected
     again = assemble(instructions)[root]
     assert sources(again) == sources(value)
     assert type(again) is type(value)

@@ -5,9 +5,11 @@ four bytes, and MAGIC. Any message may end in bytes that look like that, so the 
 they end exactly where the provenance would begin, there is one.
 """
 
+import functools
 import struct
-from typing import Any, BinaryIO, Tuple
+from typing import Any, BinaryIO, Callable, Optional, Tuple
 
+from rosslt.messages.straight import searches
 from rosslt.messages.walkers import walkers
 from rosslt.messages.wire import encode
 
@@ -29,6 +31,13 @@ def append_provenance(message: Any, buff: BinaryIO, full_history: bool = False) 
         buff.write(data + _FOOTER.pack(len(data), MAGIC))
 
 
+def plain_check(message_class: type) -> Optional[Callable[[Any], bool]]:
+    """What tells whether no leaf of a message is tracked, so that nothing is to be appended; None for a class with
+    arrays, where that takes no less than appending."""
+    found = searches(message_class)
+    return found.is_plain if found else None
+
+
 def split_provenance(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
     """A serialized message and the provenance behind it, b'' if there is none.
 
@@ -36,13 +45,28 @@ def split_provenance(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
         data: as received.
         message_class: its type.
     """
-    if data[-4:] != MAGIC or len(data) < _FOOTER.size:
+    provenance = finder(message_class)(data) if data.endswith(MAGIC) else None
+    if provenance is None:
         return data, b''
-    size = _FOOTER.unpack_from(data, len(data) - _FOOTER.size)[0]
-    start = len(data) - _FOOTER.size - size
-    try:
-        if start < 0 or walkers(message_class).end(data, 0, len(data)) != start:
-            return data, b''
-    except struct.error:
-        return data, b''
-    return data[:start], data[start:-_FOOTER.size]
+    return data[:len(data) - _FOOTER.size - len(provenance)], provenance
+
+
+@functools.lru_cache(maxsize=None)
+def finder(message_class: Any) -> Callable[[bytes], Optional[bytes]]:
+    """`find(data)`: the provenance behind a serialized message of that class that ends with MAGIC; None where that is
+    part of the message."""
+    walks = walkers(message_class)
+    size, end = walks.layout.size(walks.layout.name), walks.end
+    length_at = struct.Struct('<I').unpack_from
+
+    def find(data: bytes) -> Optional[bytes]:
+        footer = len(data) - _FOOTER.size
+        try:
+            start = footer - length_at(data, footer)[0]
+            if start < 0 or start != (end(data, 0, len(data)) if size is None else size):
+                return None
+        except struct.error:
+            return None
+        return data[start:footer]
+
+    return find

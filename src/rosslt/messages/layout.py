@@ -41,6 +41,10 @@ class Field(NamedTuple):
     """None for a field that is no array, VARIABLE, or the number of elements."""
 
 
+#: What Python makes of each kind of scalar type, as `kind_of` gives it.
+TYPE_OF_KIND = {'d': float, 'f': float, 'i': int, 'b': bool, 's': str}
+
+
 def kind_of(scalar: str) -> str:
     """What Python makes of a scalar type: 'd' float, 'f' float of 32 bits, 'i' int, 'b' bool, 's' str."""
     if scalar in ('float32', 'float64', 'bool', 'string'):
@@ -97,6 +101,22 @@ class Layout:
             if inner is None:
                 return None
             found += [(field.name + ('.' + path if path else ''), scalar) for path, scalar in inner]
+        return found
+
+    def head(self) -> List[Tuple[str, str]]:
+        """The `(path, scalar type)` of all leaves before the first array."""
+        found: List[Tuple[str, str]] = []
+
+        def goes_on(prefix: str, members: List[Field]) -> bool:
+            for field in members:
+                inner = self.members(field.type)
+                if field.length is not None or (inner and not goes_on(prefix + field.name + '.', inner)):
+                    return False
+                if inner is None:
+                    found.append((prefix + field.name, field.type))
+            return True
+
+        goes_on('', self.definitions[self.name])
         return found
 
     def size(self, type_: str) -> Optional[int]:

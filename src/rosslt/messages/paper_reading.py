@@ -50,7 +50,7 @@ def from_paper_header(message: Any, header: Any, ids: PaperIds) -> None:
 
 def _with_provenance(value: Any, made: Any) -> Any:
     """The field's value, with the provenance of what was computed to be it up to rounding."""
-    return deferred(value, lambda: made)
+    return deferred([value], [lambda _: made])[0]
 
 
 def _field_parts(parts: List[str], message: Any) -> List[str]:

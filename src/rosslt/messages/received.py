@@ -6,10 +6,11 @@ decoded when somebody first asks for that field's provenance.
 
 import functools
 import itertools
-from typing import Any, List, Sequence, Tuple
+from typing import Any, List, Optional, Sequence, Tuple
 
 from rosslt.messages.columns import BadHeader, Reader
 from rosslt.messages.graphs import Graph
+from rosslt.messages.straight import Load, Placer, straight_placer
 from rosslt.messages.tables import HAS_COEFFICIENTS, HAS_GRAPH, HAS_LISTS, HAS_VALUES, ReadTables
 from rosslt.messages.walkers import END, PLAIN, walkers
 from rosslt.messages.wire import BYTES_LIMIT, FIELD_LIMIT, IDENTITY, VERSION, fits
@@ -38,12 +39,18 @@ def attach(message: Any, data: bytes) -> None:
     """
     if not data:
         return
-    header = _recent_header(bytes(data)) if len(data) <= RECENT_BYTES else ReceivedHeader(bytes(data))
+    data = bytes(data)
+    if len(data) <= RECENT_BYTES:
+        header, placer, loads = _recently_received(message.__class__, data)
+        if placer is not None and placer.place(message, loads):
+            return
+    else:
+        header = ReceivedHeader(data)
     wanted = header.wanted
     found: List[Located] = []
     arrays: List[Tuple[Any, str, Any, List[Any]]] = []
     more = iter(wanted).__next__
-    walkers(type(message)).locate(message, 0, more(), more, found.append, arrays.append)
+    walkers(message.__class__).locate(message, 0, more(), more, found.append, arrays.append)
     if wanted[len(found)] != END:
         raise BadHeader('bad provenance: found one of leaf %d, which the %s does not have'
                         % (wanted[len(found)], message._type))
@@ -58,9 +65,11 @@ def attach(message: Any, data: bytes) -> None:
 
 
 @functools.lru_cache(maxsize=256)
-def _recent_header(data: bytes) -> 'ReceivedHeader':
-    """A header, remembered: publishers mostly say what they have said in the message before."""
-    return ReceivedHeader(data)
+def _recently_received(message_class: type, data: bytes) -> 'Tuple[ReceivedHeader, Optional[Placer], Sequence[Load]]':
+    """A header, and what places its fields straight, with their loads, where that is possible. They are remembered:
+    publishers mostly say what they have said in the message before."""
+    header = ReceivedHeader(data)
+    return (header, *header.straight(message_class))
 
 
 def _like(array: Any, items: List[Any]) -> Any:
@@ -105,6 +114,7 @@ class ReceivedHeader:
         self._graph_from = tables.source_count + len(tables.source_lists)
         if count and not (max(self._origins) < self._lists_from and max(self._slopes) < len(tables.coefficients)):
             self._check_numbers(reader)
+        self._known_loads: Tuple[Sequence[str], List[Load]] = ((), [])
         # Whether every source could be in an affine expression.
         self._is_numeric = set(map(type, tables.values)) <= {float, int} or not any(self._slopes)
 
@@ -136,17 +146,26 @@ class ReceivedHeader:
         Raises:
             BadHeader: one has a provenance that makes no values of its type.
         """
-        load = self._load
-        tracked = []
-        if self._is_numeric:
-            for origin, slope, (_, _, value, kind) in zip(self._origins, self._slopes, found):
-                if type(value) is not float or kind not in 'df':
-                    break
-                tracked.append(deferred(value, functools.partial(load, origin, slope, value, kind)))
-            else:
-                return tracked
-        return [deferred(value, functools.partial(load, origin, slope, value, each[3]))
-                for origin, slope, value, each in zip(self._origins, self._slopes, self._checked(found), found)]
+        values = [value for _, _, value, _ in found]
+        kinds = [kind for _, _, _, kind in found]
+        if not self._is_numeric or set(map(type, values)) != {float} or not {'d', 'f'}.issuperset(kinds):
+            values = self._checked(found)
+        return deferred(values, self._loads(kinds))
+
+    def straight(self, message_class: type) -> Tuple[Optional[Placer], Sequence[Load]]:
+        """What places the fields straight, with their loads; None where that is not possible."""
+        placer = straight_placer(message_class, tuple(self.wanted[:-1])) if self._is_numeric else None
+        return placer, self._loads(placer.kinds) if placer else ()
+
+    def _loads(self, kinds: Sequence[str]) -> List[Load]:
+        """Of each field what makes its provenance, as `deferred` asks for it."""
+        known, loads = self._known_loads
+        if kinds != known:
+            load = self._load
+            loads = [functools.partial(load, origin, slope, kind)
+                     for origin, slope, kind in zip(self._origins, self._slopes, kinds)]
+            self._known_loads = kinds, loads
+        return loads
 
     def _checked(self, found: Sequence[Located]) -> List[Any]:
         values = []
@@ -175,7 +194,7 @@ class ReceivedHeader:
         return [(tables.source(number), tables.values[number], tables.coefficients[each])
                 for number, each in zip(numbers, slopes)]
 
-    def _load(self, origin: int, slope: int, value: Any, kind: str) -> Any:
+    def _load(self, origin: int, slope: int, kind: str, value: Any) -> Any:
         """The provenance of one field, when it is first asked for."""
         if origin >= self._graph_from:
             assert self._graph is not None

@@ -5,6 +5,7 @@ code: attribute by attribute where a type is fixed, one loop for each array. An 
 themselves is left to a function for its elements.
 """
 
+import functools
 import operator
 import struct
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
@@ -39,17 +40,11 @@ class Walkers(NamedTuple):
     struct.error, where it is cut short."""
 
 
-_compiled: Dict[type, Walkers] = {}
-
-
-def walkers(message_class: type) -> Walkers:
+@functools.lru_cache(maxsize=None)
+def walkers(message_class: Any) -> Walkers:
     """The walks of a message class, compiled when first asked for."""
-    found = _compiled.get(message_class)
-    if found is None:
-        layout = Layout(message_class)
-        writer = _Writer(layout)
-        found = _compiled[message_class] = Walkers(layout, *writer.compiled())
-    return found
+    layout = Layout(message_class)
+    return Walkers(layout, *_Writer(layout).compiled())
 
 
 def items_of(array: Any) -> Any:

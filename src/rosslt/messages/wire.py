@@ -10,10 +10,12 @@ from typing import Any, Dict, List, Sequence, Tuple
 
 from rosslt.messages.columns import packed
 from rosslt.messages.instructions import INSTRUCTION_LIMIT, linearizations, packed_instructions, register
+from rosslt.messages.layout import TYPE_OF_KIND
 from rosslt.messages.reports import warn_once
+from rosslt.messages.straight import searches
 from rosslt.messages.tables import HAS_COEFFICIENTS, HAS_GRAPH, Tables, Unencodable
 from rosslt.messages.walkers import walkers
-from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, untracked
+from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, origins, untracked
 
 VERSION = 1
 
@@ -37,8 +39,6 @@ Field = Tuple[int, Any, Any]
 RECENT_FIELDS = 64
 """The most fields of a message whose provenance is remembered for the next one."""
 
-_OF_KIND = {'d': float, 'f': float, 'i': int, 'b': bool, 's': str}
-
 
 def encode(message: Any, full_history: bool = False) -> bytes:
     """The provenance of a message's tracked leaves.
@@ -52,8 +52,17 @@ def encode(message: Any, full_history: bool = False) -> bytes:
         b'' where no leaf is tracked. A leaf whose provenance cannot be sent (see docs/messages.md) is left out, with a
         warning on rosout.
     """
+    straight = searches(message.__class__)
+    gathered = straight.gather(message) if straight else None
+    if gathered:
+        which, values = gathered
+        sources = origins(values)
+        if sources is not None and len(sources) <= RECENT_FIELDS:
+            data = _of_sources(message._type, which, sources)
+            if len(data) <= BYTES_LIMIT:
+                return data
     found: List[Leaf] = []
-    walkers(type(message)).collect(message, 0, found.append)
+    walkers(message.__class__).collect(message, 0, found.append)
     if len(found) > FIELD_LIMIT:
         warn_once((message._type, FIELD_LIMIT), 'a %s has %d tracked leaves, of which the first %d stay so',
                   message._type, len(found), FIELD_LIMIT)
@@ -66,6 +75,13 @@ def encode(message: Any, full_history: bool = False) -> bytes:
                   'leaves stays tracked', message._type, BYTES_LIMIT)
         del found[len(found) // 2:]
     return b''
+
+
+@functools.lru_cache(maxsize=256)
+def _of_sources(message_type: str, which: int, sources: Sequence[Source]) -> bytes:
+    """`_encoded`, remembered, for leaves that are their sources themselves: those with `1 << index` in `which`."""
+    indices = [index for index in range(which.bit_length()) if which >> index & 1]
+    return _Encoder(message_type).encoded([(index, source, None) for index, source in zip(indices, sources)], (), False)
 
 
 def fits(kind: str, terms: Terms) -> bool:
@@ -102,7 +118,7 @@ def _field(leaf: Leaf, terms: Terms) -> Field:
     index, value, kind = leaf
     if len(terms) == 1:
         source, at, slope = terms[0]
-        if slope == 1 and type(at) is _OF_KIND[kind] and _is_same(at, value):
+        if slope == 1 and type(at) is TYPE_OF_KIND[kind] and _is_same(at, value):
             return index, source, None
     return index, terms, tuple([type(number) if number else repr(number)
                                 for _, at, slope in terms for number in (at, slope)])
@@ -192,7 +208,7 @@ class _Encoder:
                 return
         for (index, leaf, kind), root in zip(leaves, roots):
             code, *operands = instructions[root]
-            if code == SOURCE and type(operands[1]) is _OF_KIND[kind] and _is_same(operands[1], leaf):
+            if code == SOURCE and type(operands[1]) is TYPE_OF_KIND[kind] and _is_same(operands[1], leaf):
                 self._fields.append((index, self._tables.source(operands[0]), None, False))
             else:
                 self._roots[index] = root

@@ -1,16 +1,15 @@
 """What rospy serializes and reads in place of ordinary messages, so that provenance travels behind them."""
 
 import functools
-import threading
 
 import genpy
 import rospy
 
 from rosslt import messages
+from rosslt.messages import MAGIC
 
-#: Headers that this thread has found to be bad since it last ran a callback. rospy deserializes and calls
-#: back in one thread for each connection, and only the callback knows from whom the message comes.
-_found = threading.local()
+#: The topics and services, each with a peer, of which a bad header was reported.
+_reported = set()
 
 
 class Sending:
@@ -24,8 +23,10 @@ class Sending:
 
 
 @functools.lru_cache(maxsize=None)
-def carrier_class(message_class):
-    """A class that rospy serializes in place of a message: the message, then its provenance."""
+def carrier(message_class):
+    """What makes of a message what rospy serializes in its place: the message, then its provenance."""
+    if message_class is rospy.AnyMsg:
+        return lambda message: message    # with the provenance that it was received with
 
     class Carrier(genpy.Message):
         __slots__ = ('message',)
@@ -43,55 +44,62 @@ def carrier_class(message_class):
             self.message.serialize(buff)
             messages.append_provenance(self.message, buff, Sending.full_history)
 
-    return Carrier
+    is_plain = messages.plain_check(message_class)
+    if is_plain is None:
+        return Carrier
+    return lambda message: message if is_plain(message) else Carrier(message)
 
 
 @functools.lru_cache(maxsize=None)
-def reading_class(message_class):
+def reading_class(message_class, channel):
     """A class that rospy deserializes in place of a message's.
 
     What comes out is an ordinary message, whose fields are tracked where provenance follows it. A tracked
-    type is read as it is, and unwrapped for each callback.
+    type is read as it is, and unwrapped for each callback; AnyMsg keeps the provenance in its bytes.
+
+    Args:
+        message_class: of the message.
+        channel: the resolved name of the topic or service.
     """
-    if messages.is_tracked_type(message_class):
+    if message_class is rospy.AnyMsg or messages.is_tracked_type(message_class):
         return message_class
 
     def deserialize(message, data):
-        plain, provenance = messages.split_provenance(data, message_class)
-        message_class.deserialize(message, plain)
+        deserialize_plain(message, data)     # which ignores what follows the fields
         message.__class__ = message_class    # cheaper than making another one
-        if provenance:
+        if data.endswith(MAGIC):
             try:
-                messages.attach(message, provenance)
+                attach(message, find(data) or b'')
             except messages.BadHeader as error:
-                _found.__dict__.setdefault('errors', []).append(error)
+                message._connection_header = error
+                message.__class__ = untold
         return message
 
+    def tell(message, connection_header):
+        error = genpy.Message._connection_header.__get__(message)
+        message.__class__ = message_class
+        message._connection_header = connection_header
+        report_bad_header(channel, connection_header, error)
+
+    deserialize_plain, find, attach = message_class.deserialize, messages.finder(message_class), messages.attach
+    # Of a message with a bad header, until rospy says from whom it came, the next it does. Only then it can be told.
+    untold = type(message_class.__name__, (message_class,), {
+        '__slots__': (), '__module__': message_class.__module__, '_connection_header': property(fset=tell)})
     # rospy asks for a class that is of type `type`, with the fields of the message.
     return type(message_class.__name__, (message_class,), {
         '__slots__': (), '__module__': message_class.__module__, 'deserialize': deserialize})
 
 
-class BadHeaders:
-    """Warns of provenance that cannot be read, once for each publisher or caller.
+def report_bad_header(channel, connection_header, error):
+    """Warn of provenance that cannot be read, once for each publisher or caller.
 
     Args:
-        channel: the name of the topic or service.
+        channel: the resolved name of the topic or service.
+        connection_header: of the message; says from whom it came.
+        error: the BadHeader.
     """
-
-    def __init__(self, channel):
-        self._channel = channel
-        self._known = set()
-
-    def report_found(self, message):
-        """Report what this thread found while it read messages from where `message` comes from."""
-        while getattr(_found, 'errors', None):
-            self.report(message, _found.errors.pop())
-
-    def report(self, message, error):
-        """Report a bad header of `message`."""
-        peer = (getattr(message, '_connection_header', None) or {}).get('callerid', 'a peer')
-        if peer not in self._known:
-            self._known.add(peer)
-            rospy.logwarn('%s sends a provenance on %s that cannot be read, its messages arrive untracked: '
-                          '%s', peer, self._channel, error)
+    peer = connection_header.get('callerid', 'a peer')
+    if (channel, peer) not in _reported:
+        _reported.add((channel, peer))
+        rospy.logwarn('%s sends a provenance on %s that cannot be read, its messages arrive untracked: %s',
+                      peer, channel, error)

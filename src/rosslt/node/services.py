@@ -9,7 +9,7 @@ import rospy
 from rospy.impl.tcpros_service import convert_return_to_response
 from rospy.msg import args_kwds_to_message
 
-from rosslt.node.carriers import BadHeaders, carrier_class, reading_class
+from rosslt.node.carriers import carrier, reading_class
 
 
 class Service(rospy.Service):
@@ -20,15 +20,13 @@ class Service(rospy.Service):
     """
 
     def __init__(self, name, service_class, handler, *args, **kwargs):
-        bad_headers = BadHeaders(rospy.resolve_name(name))
-        carrier = carrier_class(service_class._response_class)
+        carried = carrier(service_class._response_class)
 
         @functools.wraps(handler)
         def carrying(request):
-            bad_headers.report_found(request)
-            return carrier(convert_return_to_response(handler(request), service_class._response_class))
+            return carried(convert_return_to_response(handler(request), service_class._response_class))
 
-        super().__init__(name, reading_service(service_class), carrying, *args, **kwargs)
+        super().__init__(name, reading_service(service_class, rospy.resolve_name(name)), carrying, *args, **kwargs)
 
 
 class ServiceProxy(rospy.ServiceProxy):
@@ -39,22 +37,24 @@ class ServiceProxy(rospy.ServiceProxy):
     """
 
     def __init__(self, name, service_class, *args, **kwargs):
-        super().__init__(name, reading_service(service_class), *args, **kwargs)
+        super().__init__(name, reading_service(service_class, rospy.resolve_name(name)), *args, **kwargs)
         self._plain_request_class = service_class._request_class
-        self._carrier = carrier_class(service_class._request_class)
-        self._bad_headers = BadHeaders(self.resolved_name)
+        self._carrier = carrier(service_class._request_class)
 
     def call(self, *args, **kwds):
         """Call the service, as `rospy.ServiceProxy.call` does."""
         request = args_kwds_to_message(self._plain_request_class, args, kwds)
-        response = super().call(self._carrier(request))
-        self._bad_headers.report_found(response)
-        return response
+        return super().call(self._carrier(request))
 
 
 @functools.lru_cache(maxsize=None)
-def reading_service(service_class):
-    """The service class with requests and responses that are read with their provenance."""
+def reading_service(service_class, channel):
+    """The service class with requests and responses that are read with their provenance.
+
+    Args:
+        service_class: of the service.
+        channel: its resolved name.
+    """
     return type(service_class.__name__, (service_class,), {
-        '_request_class': reading_class(service_class._request_class),
-        '_response_class': reading_class(service_class._response_class)})
+        '_request_class': reading_class(service_class._request_class, channel),
+        '_response_class': reading_class(service_class._response_class, channel)})

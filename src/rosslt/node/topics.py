@@ -12,10 +12,11 @@ import time
 
 import genpy
 import rospy
+from rospy.core import is_initialized
 from rospy.msg import args_kwds_to_message
 
 from rosslt import messages, values
-from rosslt.node.carriers import BadHeaders, Sending, carrier_class, reading_class
+from rosslt.node.carriers import Sending, carrier, reading_class, report_bad_header
 
 
 class Publisher(rospy.Publisher):
@@ -25,34 +26,78 @@ class Publisher(rospy.Publisher):
         name, data_class, and all others: as of `rospy.Publisher`; `data_class` may be a tracked message type.
     """
 
-    def __init__(self, name, data_class, *args, **kwargs):
-        super().__init__(name, data_class, *args, **kwargs)
-        self._wraps = messages.is_tracked_type(data_class)
-        self._plain_class = messages.plain_type(data_class) if self._wraps else data_class
-        self._carrier = None if self._wraps else carrier_class(data_class)
+    def __init__(self, name, data_class, subscriber_listener=None, *args, **kwargs):
+        wraps = messages.is_tracked_type(data_class)
+        self._plain_class = messages.plain_type(data_class) if wraps else data_class
+        self._carrier = self._wrapped if wraps else carrier(data_class)
+        if subscriber_listener is not None:
+            subscriber_listener = _Listener(subscriber_listener, self._carried)
+        super().__init__(name, data_class, subscriber_listener, *args, **kwargs)
 
     def publish(self, *args, **kwds):
         """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also where the type is
         tracked."""
-        if self.impl is None or (self._wraps and len(args) == 1 and messages.is_tracked_type(type(args[0]))):
-            super().publish(*args, **kwds)
-            return
-        if len(args) == 1 and type(args[0]) is self._plain_class:
-            message = args[0]
+        only = args[0] if len(args) == 1 and not kwds else None
+        if type(only) is self._plain_class:
+            message, carried = only, self._carrier(only)
         else:
-            message = args_kwds_to_message(self._plain_class, args, kwds)
+            expected = self.data_class if _has_its_provenance(only) else self._plain_class
+            message = args_kwds_to_message(expected, args, kwds)
+            carried = self._carried(message)
+        impl = self.impl
+        if impl is None or not is_initialized():
+            super().publish(carried)    # which raises what is wrong
+            return
+        # What follows is what rospy does, but that its parts are known to be right, and what comes after a message that
+        # cannot be sent is not lost.
+        impl.acquire()
         try:
-            if self._wraps:
-                super().publish(messages.wrap(message, self.data_class, Sending.full_history))
-            else:
-                super().publish(self._carrier(message))
-        except rospy.ROSSerializationException:
-            # genpy looks for the culprit by exact types, and would blame a tracked value: let it look again.
-            try:
-                values.untracked(message).serialize(io.BytesIO())
-            except genpy.SerializationError as error:
-                raise rospy.ROSSerializationException(str(error)) from None
+            impl.publish(carried)
+        except Exception as error:
+            if not impl.closed:
+                impl.buff.seek(0)
+                impl.buff.truncate(0)
+            if isinstance(error, (genpy.SerializationError, rospy.ROSSerializationException)):
+                raise rospy.ROSSerializationException(_fault(message, error)) from None
             raise
+        finally:
+            impl.release()
+
+    def _carried(self, message):
+        """What rospy gets in place of a message."""
+        return message if _has_its_provenance(message) else self._carrier(message)
+
+    def _wrapped(self, message):
+        return messages.wrap(message, self.data_class, Sending.full_history)
+
+
+def _fault(message, error):
+    """What is wrong with a message. genpy looks for the culprit by exact types, and would blame a tracked value."""
+    try:
+        values.untracked(message).serialize(io.BytesIO())
+    except genpy.SerializationError as found:
+        return str(found)
+    return str(error)
+
+
+def _has_its_provenance(message):
+    """Whether a message is to be sent as it is: of a tracked type, or bytes that were received."""
+    return isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message))
+
+
+class _Listener(rospy.SubscribeListener):
+    """A listener for a publisher's peers, what it publishes to them carried as what the publisher does."""
+
+    def __init__(self, listener, carried):
+        self._listener = listener
+        self._carried = carried
+
+    def peer_subscribe(self, topic_name, topic_publish, peer_publish):
+        self._listener.peer_subscribe(topic_name, lambda message: topic_publish(self._carried(message)),
+                                      lambda message: peer_publish(self._carried(message)))
+
+    def peer_unsubscribe(self, topic_name, num_peers):
+        self._listener.peer_unsubscribe(topic_name, num_peers)
 
 
 class Subscriber(rospy.Subscriber):
@@ -64,12 +109,12 @@ class Subscriber(rospy.Subscriber):
     """
 
     def __init__(self, name, data_class, callback=None, callback_args=None, *args, **kwargs):
-        self._bad_headers = BadHeaders(rospy.resolve_name(name))
-        if callback is not None:
-            callback = self._unwrapping(callback) if messages.is_tracked_type(data_class) \
-                else self._reporting(callback)
-        super().__init__(name, reading_class(data_class), callback, callback_args, *args, **kwargs)
-        _read_in_band(self.impl, data_class)
+        if callback is not None and messages.is_tracked_type(data_class):
+            callback = self._unwrapping(callback)
+        super().__init__(name, reading_class(data_class, rospy.resolve_name(name)), callback, callback_args,
+                         *args, **kwargs)
+        if data_class is not rospy.AnyMsg:
+            _read_in_band(self.impl, data_class)
 
     def _unwrapping(self, callback):
         @functools.wraps(callback)
@@ -77,18 +122,11 @@ class Subscriber(rospy.Subscriber):
             try:
                 message = messages.unwrap(tracked_message)
             except messages.BadHeader as error:
-                self._bad_headers.report(tracked_message, error)
+                report_bad_header(self.resolved_name, tracked_message._connection_header, error)
                 message = tracked_message.data
             message._connection_header = tracked_message._connection_header
             callback(message, *callback_args)
         return unwrapped
-
-    def _reporting(self, callback):
-        @functools.wraps(callback)
-        def reported(message, *callback_args):
-            self._bad_headers.report_found(message)
-            callback(message, *callback_args)
-        return reported
 
 
 def wait_for_message(topic, topic_type, timeout=None):
@@ -128,7 +166,7 @@ def _read_in_band(impl, data_class):
     rospy has one reader for all subscribers of a topic in a process. Tracked values are plain values to those
     who do not know of them.
     """
-    reading = reading_class(data_class)
+    reading = reading_class(data_class, impl.resolved_name)
     impl.data_class = reading
     with impl.c_lock:
         for connection in impl.connections:

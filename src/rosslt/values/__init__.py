@@ -18,11 +18,11 @@ from .operations import Operation
 from .reapplying import reapply
 from .solving import solve
 from .sources import Source, describe_source, describe_sources_with
-from .tracked import deferred, from_affine, track
+from .tracked import deferred, from_affine, origins, track
 
 __all__ = [
     'AFFINE', 'CONSTANT', 'MATH', 'OPERATIONS', 'SOURCE', 'Error', 'NotInvertible', 'NotTracked', 'Operation',
     'Source', 'affine', 'assemble', 'deferred', 'describe_source', 'describe_sources_with', 'disassemble',
-    'evaluate', 'explain', 'from_affine', 'is_tracked', 'leaves', 'reapply', 'solve', 'sources', 'to_bool', 'to_float',
-    'to_int', 'track', 'untracked',
+    'evaluate', 'explain', 'from_affine', 'is_tracked', 'leaves', 'origins', 'reapply', 'solve', 'sources', 'to_bool',
+    'to_float', 'to_int', 'track', 'untracked',
 ]

@@ -133,7 +133,7 @@ AFFINE = Form(None)
 """`(AFFINE, ((leaf, slope), ...), is_exact)`: the value plus each slope times its leaf's change."""
 
 DEFERRED = Form(None)
-"""`(DEFERRED, load, None)`: `load()` makes the record."""
+"""`(DEFERRED, load, None)`: `load(value)` makes the record."""
 
 BY_NAME: Dict[str, Operation] = {}
 BY_CODE: Dict[int, Operation] = {}

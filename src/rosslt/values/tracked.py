@@ -5,7 +5,7 @@ tuple `(form, first, second)` that `operations.Form` describes. The record is re
 means the same, so readers take it once and need no lock. Recording an operation is O(1) and copies nothing.
 """
 
-from typing import Any, Callable, Iterable, Tuple
+from typing import Any, Callable, Iterable, List, Optional, Tuple
 
 from . import operations as ops
 from .arrays import is_array, spread
@@ -142,19 +142,36 @@ def track(value: Any, source: Source) -> Any:
     return make(number, (SOURCE, source, None), 1)
 
 
-def deferred(value: Any, load: Callable[[], Any]) -> Any:
-    """A tracked value whose record is made when it is first needed.
+def deferred(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[Any]:
+    """Tracked values whose records are made when they are first needed.
 
     Args:
-        value: the plain float, int, bool or str.
-        load: makes the provenance: a tracked value of the same type (the one that `value` is, or was rounded
-            from), or terms as `affine` gives them. It may be called more than once, and by several threads.
+        values: each a plain float, int, bool or str.
+        loads: of each value, what makes its provenance: `load(value)` gives a tracked value of the same type (the one
+            that `value` is, or was rounded from), or terms as `affine` gives them. It may be called more than once, and
+            by several threads.
     """
-    result = CLASSES[type(value)](value)
-    result._plain = value
-    result._record = (DEFERRED, load, None)
-    result._size = 1
-    return result
+    results = []
+    for value, load in zip(values, loads):
+        result = CLASSES[type(value)](value)
+        result._plain = value
+        result._record = (DEFERRED, load, None)
+        result._size = 1
+        results.append(result)
+    return results
+
+
+def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
+    """The sources that tracked values are themselves, unchanged; None where one was computed."""
+    found = []
+    for value in values:
+        form, first, _ = value._record
+        if form is DEFERRED:
+            form, first, _ = settled(value)
+        if form is not SOURCE:
+            return None
+        found.append(first)
+    return tuple(found)
 
 
 def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:
@@ -185,7 +202,7 @@ def settled(value: Any) -> tuple:
     record = value._record
     if record[0] is not DEFERRED:
         return record
-    made = record[1]()
+    made = record[1](value._plain)
     if type(made) in TRACKED:
         record = settled(made)
         size = made._size
