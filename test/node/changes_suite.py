@@ -33,7 +33,10 @@ def tracked(node, *names):
     list_locations = rospy.ServiceProxy(node.name + '/rosslt/list_locations', ListLocations)
 
     def listed():
-        by_name = {location.name: location for location in list_locations().locations}
+        try:
+            by_name = {location.name: location for location in list_locations().locations}
+        except rospy.ServiceException:    # it was restarted, and does not offer all yet
+            return None
         return by_name if by_name.keys() >= set(names) else None
 
     by_name = wait_until(listed, '{} has {}'.format(node.name, names))

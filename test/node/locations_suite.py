@@ -3,6 +3,7 @@
 
 import os
 import subprocess
+import textwrap
 import unittest
 from collections import OrderedDict
 
@@ -268,6 +269,21 @@ class Restarts(unittest.TestCase):
         with Node('restarted', code) as node:
             first = [node.read_line(), node.read_line()]
             node.stop()
+            node.start()
+            self.assertEqual([node.read_line(), node.read_line()], first)
+
+    def test_before_python_had_columns_ids_are_told_apart_and_stay_as_the_line_does(self):
+        code = """
+            def made():
+                scale = 1.0{}
+                return scale, [rosslt.location(1.0), rosslt.location(1.0)]
+            values = made()[1]
+            """
+        with Node('columns', textwrap.dedent(code).format('') + SHOW, PYTHONNODEBUGRANGES='1') as node:
+            first = [node.read_line(), node.read_line()]
+            self.assertEqual(len(set(first)), 2)
+            node.stop()
+            node.write(textwrap.dedent(code).format(' * abs(2.0) + 3.0') + SHOW)
             node.start()
             self.assertEqual([node.read_line(), node.read_line()], first)
 

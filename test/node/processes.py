@@ -21,6 +21,7 @@ class Node:
         name: its name.
         code: what it does, after the imports; it may be indented. `SPIN` stands for waiting until shutdown.
         options: further arguments, remappings or private parameters say.
+        environment: further environment variables.
     """
 
     IMPORTS = '''\
@@ -31,11 +32,12 @@ class Node:
         from std_msgs.msg import Float64, String
         '''
 
-    def __init__(self, name, code, *options):
+    def __init__(self, name, code, *options, **environment):
         self.name = '/' + name
         self.directory = tempfile.TemporaryDirectory(prefix='rosslt_test_')
         self.file = os.path.join(self.directory.name, name + '.py')
         self.options = options
+        self.environment = environment
         self.write(code)
         self.errors = os.path.join(self.directory.name, name + '.log')
         self.process, self.log = None, []
@@ -52,7 +54,8 @@ class Node:
         """Start it, and wait until it offers a service below its name, if one is named."""
         with open(self.errors, 'a', encoding='utf-8') as errors:
             self.process = subprocess.Popen([sys.executable, self.file, *self.options], stdin=subprocess.PIPE,
-                                            stdout=subprocess.PIPE, stderr=errors, text=True)
+                                            stdout=subprocess.PIPE, stderr=errors, text=True,
+                                            env={**os.environ, **self.environment})
         if wait_for:
             wait_until(lambda: self.offers(wait_for), 'offers ' + wait_for)
 

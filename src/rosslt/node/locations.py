@@ -6,6 +6,7 @@ outside. This module knows places and values; that parameters and services stand
 of its neighbours `parameters` and `owner`.
 """
 
+import dis
 import hashlib
 import json
 import linecache
@@ -220,11 +221,11 @@ class Locations:
 def call_site(frame):
     """File, line, column (from 1) and text of the call that a frame is making.
 
-    The column comes from `co_positions` (Python 3.11); before that, the offset of the call's instruction
-    stands in for it: it tells two calls on one line apart and is as stable as the code.
+    The column comes from `co_positions` (Python 3.11); before that, the offset of the call's instruction from the
+    first one of its line stands in for it: it tells two calls on one line apart and is as stable as the line.
     """
     code, line = frame.f_code, frame.f_lineno
-    column = frame.f_lasti + 1
+    column = frame.f_lasti + 1 - min(offset for offset, at in dis.findlinestarts(code) if at == line)
     positions = getattr(code, 'co_positions', None)
     if positions is not None:
         start_line, _, start_column, _ = list(positions())[frame.f_lasti // 2]
