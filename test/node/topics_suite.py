@@ -243,6 +243,25 @@ class Topics(unittest.TestCase):
         relaying.unregister()
         inbox.close()
 
+    def test_publishing_ends_with_the_node_as_in_rospy(self):
+        code = """
+            publisher = {}.Publisher('ending', Float64, queue_size=1)
+            sys.stdin.readline()
+            rospy.signal_shutdown('it is over')
+            publisher.publish(1.0)
+            publisher.unregister()
+            try:
+                publisher.publish(1.0)
+            except rospy.ROSException as error:
+                print(error, flush=True)
+            """
+        for package in ('rospy', 'rosslt'):
+            ending = Node('ending', code.format(package))
+            ending.process.stdin.write('end\n')
+            ending.process.stdin.flush()
+            self.assertEqual(ending.read_line(), 'publish() to an unregistered() handle', package)
+            self.assertEqual(ending.process.wait(10), 0)
+
     def test_a_wrong_field_is_an_error_of_that_field_and_the_next_message_arrives(self):
         for kind in (Pose, PoseTracked):
             publisher = rosslt.Publisher('wrong', kind, queue_size=5)

@@ -45,23 +45,22 @@ class Publisher(rospy.Publisher):
             message = args_kwds_to_message(expected, args, kwds)
             carried = self._carried(message)
         impl = self.impl
-        if impl is None or not is_initialized():
-            super().publish(carried)    # which raises what is wrong
+        lock = getattr(impl, 'publock', None)
+        if lock is None or not is_initialized():    # unregistered, closed, or too early
+            super().publish(carried)
             return
         # What follows is what rospy does, but that its parts are known to be right, and what comes after a message that
         # cannot be sent is not lost.
-        impl.acquire()
-        try:
-            impl.publish(carried)
-        except Exception as error:
-            if not impl.closed:
-                impl.buff.seek(0)
-                impl.buff.truncate(0)
-            if isinstance(error, (genpy.SerializationError, rospy.ROSSerializationException)):
-                raise rospy.ROSSerializationException(_fault(message, error)) from None
-            raise
-        finally:
-            impl.release()
+        with lock:
+            try:
+                impl.publish(carried)
+            except Exception as error:
+                if not impl.closed:
+                    impl.buff.seek(0)
+                    impl.buff.truncate(0)
+                if isinstance(error, (genpy.SerializationError, rospy.ROSSerializationException)):
+                    raise rospy.ROSSerializationException(_fault(message, error)) from None
+                raise
 
     def _carried(self, message):
         """What rospy gets in place of a message."""
