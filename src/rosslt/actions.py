@@ -5,6 +5,7 @@ Goals, feedback and results travel as ordinary ones with their provenance in-ban
 
 import actionlib
 import rospy
+from actionlib.action_client import ClientGoalHandle
 
 from rosslt.node import Publisher, Subscriber
 
@@ -21,11 +22,21 @@ class SimpleActionClient(actionlib.SimpleActionClient):
         client, name = self.action_client, rospy.remap_name(ns)
         client.pub_goal = _instead(client.pub_goal, Publisher(name + '/goal', client.ActionGoal,
                                                               queue_size=client.pub_queue_size))
-        client.manager.register_send_goal_fn(client.pub_goal.publish)
+        client.manager.register_send_goal_fn(self._publish_goal)
         client.feedback_sub = _instead(client.feedback_sub, Subscriber(
             name + '/feedback', client.ActionFeedback, client._feedback_cb, queue_size=client.sub_queue_size))
         client.result_sub = _instead(client.result_sub, Subscriber(
             name + '/result', client.ActionResult, client._result_cb, queue_size=client.sub_queue_size))
+
+    def _publish_goal(self, action_goal):
+        """Publish a goal whose handle is known by then. actionlib's client knows it only when it has published the
+        goal, and drops what a quick server has said until then: it may wait for a result for ever (issue 206 of
+        ros/actionlib)."""
+        client = self.action_client
+        for status in [reference() for reference in client.manager.statuses]:
+            if getattr(status, 'action_goal', None) is action_goal and status.transition_cb == self._handle_transition:
+                self.gh = ClientGoalHandle(status)
+        client.pub_goal.publish(action_goal)
 
 
 class SimpleActionServer(actionlib.SimpleActionServer):
