@@ -75,24 +75,6 @@ ADDING_CLIENT = '''
 
 class Actions(unittest.TestCase):
 
-    def test_a_server_that_answers_before_the_client_goes_on_is_heard(self):
-        with Node('quick', ADDING_SERVER):
-            client = rosslt.SimpleActionClient('add', TwoIntsAction)
-            self.assertTrue(client.wait_for_server(rospy.Duration(10.0)))
-            manager = client.action_client.manager
-            publish, said = manager.send_goal_fn, []
-
-            def publish_and_fall_asleep(action_goal):
-                publish(action_goal)
-                wait_until(lambda: said, 'the result is there')
-
-            manager.register_send_goal_fn(publish_and_fall_asleep)
-            for number in (1, 2):
-                said.clear()
-                client.send_goal(TwoIntsGoal(number, 2), done_cb=lambda _, result: said.append(result.sum))
-                self.assertTrue(client.wait_for_result(rospy.Duration(5.0)))
-                self.assertEqual((client.get_result().sum, said), (number + 7, [number + 7]))
-
     def setUp(self):
         self.feedback = queue.Queue()
 
@@ -113,6 +95,24 @@ class Actions(unittest.TestCase):
                 'feedback comes')
         finally:
             subscriber.unregister()
+
+    def test_a_server_that_answers_before_the_client_goes_on_is_heard(self):
+        with Node('quick', ADDING_SERVER):
+            client = rosslt.SimpleActionClient('add', TwoIntsAction)
+            self.assertTrue(client.wait_for_server(rospy.Duration(10.0)))
+            manager = client.action_client.manager
+            publish, said = manager.send_goal_fn, []
+
+            def publish_and_linger(action_goal):
+                publish(action_goal)
+                wait_until(lambda: said, 'the result is there')
+
+            manager.register_send_goal_fn(publish_and_linger)
+            for number in (1, 2):
+                said.clear()
+                client.send_goal(TwoIntsGoal(number, 2), done_cb=lambda _, result: said.append(result.sum))
+                self.assertTrue(client.wait_for_result(rospy.Duration(5.0)))
+                self.assertEqual((client.get_result().sum, said), (number + 7, [number + 7]))
 
     def test_the_goal_is_forced_from_the_feedback_back_to_the_literal_of_the_client(self):
         self.peers('rosslt', 'rosslt')

@@ -77,7 +77,7 @@ def test_put_get_holds_for_several_results_together(pool, targets, count):
         answer = solve(values, targets)
     except NotInvertible:
         return
-    size = max(abs(number) for number in untracked(values) + targets)
+    size = max(abs(value) for value in untracked(values))
     for target, found in zip(targets, evaluate(values, answer)):
         assert is_met(found, target, size)
 

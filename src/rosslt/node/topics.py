@@ -49,8 +49,8 @@ class Publisher(rospy.Publisher):
         if lock is None or not is_initialized():    # unregistered, closed, or too early
             super().publish(carried)
             return
-        # What follows is what rospy does, but that its parts are known to be right, and what comes after a message that
-        # cannot be sent is not lost.
+        # As rospy does it, without looking again for what is known by now. What it has written of a message that cannot
+        # be serialized would be sent in front of the next one.
         with lock:
             try:
                 impl.publish(carried)
