@@ -214,6 +214,24 @@ def test_the_least_change_is_found_where_the_results_are_not_affine():
     assert answer[B] == pytest.approx(2 ** 0.5, rel=1e-6)
 
 
+def test_a_result_that_stays_at_0_comes_as_near_as_rounding_lets_it():
+    """Both are at the origin, one is dragged away, and no two floats leave the other one exactly where it was."""
+    u, v = track(0.0, A), track(0.0, B)
+    turned = [u * 0.6 - v * 0.8, u * 0.8 + v * 0.6]
+    stays, moves = evaluate(turned, solve(turned, [0.0, 0.001]))
+    assert moves == pytest.approx(0.001, rel=1e-9)
+    assert abs(stays) <= 1e-18
+
+
+@pytest.mark.parametrize('size', [1e-300, 1e-162, 1e-20, 1e20, 1e162, 1e300])
+def test_several_results_are_solved_for_at_any_size(size):
+    u, v = track(0.0, A), track(0.0, B)
+    turned = [u * 0.6 - v * 0.8 + 3 * size, u * 0.8 + v * 0.6]
+    answer = solve(turned, [0.0, -size])
+    assert evaluate(turned, answer)[1] == pytest.approx(-size, rel=1e-9)
+    assert answer == {A: pytest.approx(-2.6 * size), B: pytest.approx(1.8 * size)}
+
+
 def arm(first, second):
     elbow = 0.5 * math.cos(first), 0.5 * math.sin(first)
     return [elbow[0] + 0.4 * math.cos(first + second), elbow[1] + 0.4 * math.sin(first + second)]

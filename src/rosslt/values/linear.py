@@ -1,5 +1,6 @@
 """Small linear systems: the steps of `solving`. With NumPy for the larger ones, where there is NumPy."""
 
+import math
 from typing import List
 
 LARGE = 12
@@ -49,7 +50,7 @@ def least_norm(jacobian: List[List[float]], missing: List[float], damping: float
     Raises:
         ArithmeticError: singular; more damping helps.
     """
-    lengths = [sum(part * part for part in row) ** 0.5 or 1.0 for row in jacobian]
+    lengths = [math.hypot(*row) or 1.0 for row in jacobian]
     rows = [[part / length for part in row] for row, length in zip(jacobian, lengths)]
     right = [value / length for value, length in zip(missing, lengths)]
     columns = list(zip(*rows))

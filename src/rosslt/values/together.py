@@ -111,7 +111,7 @@ class System:
         for _ in range(ROUNDS):
             if values is None or missing is None or not any(missing):
                 break
-            size = sum(part * part for part in missing)
+            size = math.hypot(*missing)
             for attempt in range(level, len(DAMPINGS)):
                 try:
                     step = self._step(x, values, missing, DAMPINGS[attempt])
@@ -120,7 +120,7 @@ class System:
                 ahead = [self._clamped(place, value + part) for place, (value, part) in enumerate(zip(x, step))]
                 seen = self._at(ahead)
                 left = self._missing(seen)
-                if left is not None and sum(part * part for part in left) < size:
+                if left is not None and math.hypot(*left) < size:
                     level = max(0, attempt - 1)
                     x, values, missing = ahead, seen, left
                     break
@@ -152,7 +152,7 @@ class System:
         return x
 
     def _way(self, x: List[float]) -> float:
-        return sum((value - start) * (value - start) for value, start in zip(x, self.start))
+        return math.dist(x, self.start)
 
 
 def size_of(goals: List[Goal]) -> float:
