@@ -10,6 +10,8 @@ is spent on: what waking each other costs, not what a message does.
 The round trip is a person's: a value of a talker at 50 Hz, in a process of its own, is forced, and shows in a message.
 """
 
+import itertools
+import math
 import os
 import statistics
 import subprocess
@@ -58,14 +60,14 @@ class Channel:
         if not self._missing:
             self._all.set()
 
-    def seconds(self, pose, at_once):
-        """Seconds that a message takes, where so many are published at once."""
+    def seconds(self, make, at_once):
+        """Seconds that a message takes to make, publish and receive, where so many are published at once."""
         start = time.perf_counter()
         for _ in range(MESSAGES // at_once):
             self._missing = at_once
             self._all.clear()
             for _ in range(at_once):
-                self._publisher.publish(pose)
+                self._publisher.publish(make())
             self._all.wait()
         return (time.perf_counter() - start) / MESSAGES
 
@@ -81,17 +83,26 @@ def messages():
     """Print the costs of messages."""
     plain = Pose(position=Point(0.1, 0.2, 0.3))
     x, y, z = (rosslt.location(value, name=name) for name, value in (('x', 0.1), ('y', 0.2), ('z', 0.3)))
-    cases = {'rospy, plain': (Channel('bench_rospy', rospy), plain),
-             'rosslt, no field tracked': (Channel('bench_plain', rosslt), plain),
-             'rosslt, x y z tracked': (Channel('bench_tracked', rosslt), Pose(position=Point(x, y, z))),
-             'rosslt, x y z computed': (Channel('bench_computed', rosslt),
-                                        Pose(position=Point(2 * x + 1, y - x, z * 3)))}
+    tracked = Pose(position=Point(x, y, z))
+    computed = Pose(position=Point(2 * x + 1, y - x, z * 3))
+    steps = itertools.count()
+
+    def moved():
+        """Around a tracked centre, with a tracked radius, computed anew for each message."""
+        angle = 0.001 * next(steps)
+        return Pose(position=Point(x + z * math.cos(angle), y + z * math.sin(angle), z))
+
+    cases = {'rospy, plain': (Channel('bench_rospy', rospy), lambda: plain),
+             'rosslt, no field tracked': (Channel('bench_plain', rosslt), lambda: plain),
+             'rosslt, x y z tracked': (Channel('bench_tracked', rosslt), lambda: tracked),
+             'rosslt, x y z computed once': (Channel('bench_computed', rosslt), lambda: computed),
+             'rosslt, x y z computed each time': (Channel('bench_moved', rosslt), moved)}
     print('a Pose, published and received     one at a time, us   of rospy     in a flood, us   of rospy')
     times = {(name, at_once): [] for name in cases for at_once in (1, MESSAGES)}
     for _ in range(ROUNDS):
         for (name, at_once), found in times.items():
-            channel, pose = cases[name]
-            found.append(channel.seconds(pose, at_once))
+            channel, make = cases[name]
+            found.append(channel.seconds(make, at_once))
     for name in cases:
         single, flood = min(times[name, 1]), min(times[name, MESSAGES])
         print('{:34} {:17.1f} {:10.2f} {:18.1f} {:10.2f}'.format(

@@ -13,6 +13,9 @@ from rosslt.values import Error
 VARINT_LIMIT = 10
 """The most bytes that a varint takes: 64 bits and the sign that `zigzag` adds."""
 
+SMALL = 1 << 32
+"""Floats without a fraction below that are sent as integers."""
+
 
 class BadHeader(Error):
     """The provenance of a message is not right; the error says what was found where. The message is as it was."""
@@ -26,6 +29,11 @@ def zigzag(number: int) -> int:
 def unzigzag(number: int) -> int:
     """What `zigzag` was given."""
     return number >> 1 if not number & 1 else -(number >> 1) - 1
+
+
+def is_whole(number: float) -> bool:
+    """Whether a float is sent as an integer. Of a negative zero the sign would be lost."""
+    return number.is_integer() and -SMALL < number < SMALL and (number != 0 or math.copysign(1, number) > 0)
 
 
 def packed(numbers: Sequence[int]) -> bytes:

@@ -10,6 +10,7 @@ from typing import Any, List, Optional, Sequence, Tuple
 
 from rosslt.messages.columns import BadHeader, Reader
 from rosslt.messages.graphs import Graph
+from rosslt.messages.outlines import Outline
 from rosslt.messages.straight import Load, Placer, straight_placer
 from rosslt.messages.tables import HAS_COEFFICIENTS, HAS_GRAPH, HAS_LISTS, HAS_VALUES, ReadTables
 from rosslt.messages.walkers import END, PLAIN, walkers
@@ -18,6 +19,9 @@ from rosslt.values import Source, deferred, untracked
 
 RECENT_BYTES = 1024
 """The longest provenance that is remembered for the next message."""
+
+RECENT_OUTLINES = 8
+"""The most outlines of one length that are remembered for a message class."""
 
 Located = Tuple[Any, Any, Any, str]
 """Where a leaf is, its owner and the key in that; its value and its kind, as the walkers locate them."""
@@ -68,8 +72,31 @@ def attach(message: Any, data: bytes) -> None:
 def _recently_received(message_class: type, data: bytes) -> 'Tuple[ReceivedHeader, Optional[Placer], Sequence[Load]]':
     """A header, and what places its fields straight, with their loads, where that is possible. They are remembered:
     publishers mostly say what they have said in the message before."""
+    header, placer = _header_and_placer(message_class, data)
+    return header, placer, header.loads(placer.kinds) if placer else ()
+
+
+def _header_and_placer(message_class: type, data: bytes) -> 'Tuple[ReceivedHeader, Optional[Placer]]':
+    """A header, and what places its fields straight: from one that was checked before, where it differs from that in
+    its floats only."""
+    known = _recent_outlines(message_class, len(data), data[-4:])
+    for outline, header, placer in known:
+        floats = outline.floats(data)
+        if floats is not None:
+            return header.with_floats(*floats), placer
     header = ReceivedHeader(data)
-    return (header, *header.straight(message_class))
+    placer = header.placer(message_class)
+    if header.outline is not None:
+        known.insert(0, (header.outline, header, placer))
+        del known[RECENT_OUTLINES:]
+    return header, placer
+
+
+@functools.lru_cache(maxsize=256)
+def _recent_outlines(message_class: type, size: int, end: bytes,
+                     ) -> 'List[Tuple[Outline, ReceivedHeader, Optional[Placer]]]':
+    """The outlines of headers of that size that end so, which no float does, to be added to."""
+    return []
 
 
 def _like(array: Any, items: List[Any]) -> Any:
@@ -100,6 +127,8 @@ class ReceivedHeader:
         flags = reader.number('the flags', HAS_VALUES | HAS_COEFFICIENTS | HAS_LISTS | HAS_GRAPH)
         self._tables = tables = ReadTables(reader, flags)
         self._graph = Graph(reader, tables) if flags & HAS_GRAPH else None
+        # Instructions have floats of their own, in between.
+        self.outline = None if flags & HAS_GRAPH else Outline(tables.parts(data))
         count = reader.number('the number of fields', FIELD_LIMIT)
         gaps = reader.column(count, 'leaves')
         # The sum of a gap and 1 for each, so that no leaf comes twice.
@@ -115,8 +144,7 @@ class ReceivedHeader:
         if count and not (max(self._origins) < self._lists_from and max(self._slopes) < len(tables.coefficients)):
             self._check_numbers(reader)
         self._known_loads: Tuple[Sequence[str], List[Load]] = ((), [])
-        # Whether every source could be in an affine expression.
-        self._is_numeric = set(map(type, tables.values)) <= {float, int} or not any(self._slopes)
+        self._is_numeric = not any(self._slopes) or self._has_numbers_only()
 
     def _check_numbers(self, reader: Reader) -> None:
         """Check the numbers of each field, where some name more than single sources."""
@@ -140,6 +168,12 @@ class ReceivedHeader:
                 raise reader.fail('found leaf %d with sources %d and coefficients %d, which there are not',
                                   index, origin, slope)
 
+    def _has_numbers_only(self) -> bool:
+        """Whether every source that stands with a coefficient has a number as its value."""
+        others = {number for number, value in enumerate(self._tables.values) if type(value) not in (float, int)}
+        return others.isdisjoint(itertools.chain.from_iterable(self._tables.source_lists)) and others.isdisjoint(
+            origin for origin, slope in zip(self._origins, self._slopes) if slope != IDENTITY)
+
     def tracked(self, found: Sequence[Located]) -> List[Any]:
         """The tracked values of the located leaves.
 
@@ -150,14 +184,19 @@ class ReceivedHeader:
         kinds = [kind for _, _, _, kind in found]
         if not self._is_numeric or set(map(type, values)) != {float} or not {'d', 'f'}.issuperset(kinds):
             values = self._checked(found)
-        return deferred(values, self._loads(kinds))
+        return deferred(values, self.loads(kinds))
 
-    def straight(self, message_class: type) -> Tuple[Optional[Placer], Sequence[Load]]:
-        """What places the fields straight, with their loads; None where that is not possible."""
-        placer = straight_placer(message_class, tuple(self.wanted[:-1])) if self._is_numeric else None
-        return placer, self._loads(placer.kinds) if placer else ()
+    def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReceivedHeader':
+        """The same header with other floats, which are finite, as values and coefficients."""
+        result = ReceivedHeader.__new__(ReceivedHeader)
+        result.__dict__.update(self.__dict__, _tables=self._tables.with_floats(values, slopes), _known_loads=((), []))
+        return result
 
-    def _loads(self, kinds: Sequence[str]) -> List[Load]:
+    def placer(self, message_class: type) -> Optional[Placer]:
+        """What places the fields straight; None where that is not possible."""
+        return straight_placer(message_class, tuple(self.wanted[:-1])) if self._is_numeric else None
+
+    def loads(self, kinds: Sequence[str]) -> List[Load]:
         """Of each field what makes its provenance, as `deferred` asks for it."""
         known, loads = self._known_loads
         if kinds != known:

@@ -6,10 +6,10 @@ reads and checks them; `docs/wire_format.md` says what each byte is.
 
 import itertools
 import math
-import struct
 from typing import Any, Dict, List, Sequence, Tuple
 
-from rosslt.messages.columns import Reader, packed, packed_strings, unzigzag, zigzag
+from rosslt.messages.columns import Reader, is_whole, packed, packed_strings, unzigzag, zigzag
+from rosslt.messages.outlines import Parts
 from rosslt.values import Error, Source
 
 TABLE_LIMIT = 1 << 15
@@ -26,10 +26,6 @@ HAS_VALUES, HAS_COEFFICIENTS, HAS_LISTS, HAS_GRAPH = 1, 2, 4, 8
 
 NO_VALUE, FLOAT, INT, STRING, FALSE, TRUE = range(6)
 """The kinds of a source's value, and of a constant."""
-
-SMALL = 1 << 32
-"""Floats without a fraction below that are sent as integers."""
-
 
 class Unencodable(Error):
     """The provenance of one value cannot be sent; the error says why."""
@@ -140,8 +136,7 @@ class Tables:
         for key, slope in self._coefficients.items():
             if type(slope) is int:
                 ints.append(key)
-            # Of a negative zero the sign would be lost.
-            elif slope == int(slope) and abs(slope) < SMALL and key[1] != '-0.0':
+            elif is_whole(slope):
                 whole.append(key)
             else:
                 floats.append(key)
@@ -169,34 +164,39 @@ class Tables:
                 | (HAS_COEFFICIENTS if self._coefficients else 0)
                 | (HAS_LISTS if self._source_lists else 0))
 
-    def packed(self) -> bytes:
+    def readings(self) -> List[int]:
+        """The numbers of the sources with values, in order of appearance."""
+        return list(self._readings.values())
+
+    def parts(self) -> Parts:
         """The tables, after `number_coefficients`."""
         flags = self.flags()
-        parts = [packed([len(self._nodes)]), packed_strings(list(self._nodes)), packed([len(self._sources)]),
-                 packed([node for node, _ in self._sources]),
-                 b''.join([location.to_bytes(6, 'little') for _, location in self._sources])]
+        floats, whole, ints = self._written
+        head = [packed([len(self._nodes)]), packed_strings(list(self._nodes)), packed([len(self._sources)]),
+                packed([node for node, _ in self._sources]),
+                b''.join([location.to_bytes(6, 'little') for _, location in self._sources])]
+        middle, tail = [], []
         if flags & HAS_VALUES:
-            parts.append(_packed_values(self._values))
+            head.append(packed([_kind_of_value(value) for value in self._values]))
+            middle += [packed([zigzag(value) for value in self._values if type(value) is int]),
+                       packed_strings([value for value in self._values if type(value) is str])]
         if flags & HAS_COEFFICIENTS:
-            floats, whole, ints = self._written
-            parts += [packed([len(floats), len(whole), len(ints)]), struct.pack('<%dd' % len(floats), *floats),
-                      packed(whole), packed(ints)]
+            middle.append(packed([len(floats), len(whole), len(ints)]))
+            tail += [packed(whole), packed(ints)]
         if flags & HAS_LISTS:
-            parts += [packed([len(self._source_lists), len(self._slope_lists)]),
-                      packed([len(numbers) for numbers in self._source_lists]),
-                      packed([number for numbers in self._source_lists for number in numbers]),
-                      packed([len(keys) for keys in self._slope_lists]),
-                      packed([self._numbers[key] for keys in self._slope_lists for key in keys])]
-        return b''.join(parts)
+            tail += [packed([len(self._source_lists), len(self._slope_lists)]),
+                     packed([len(numbers) for numbers in self._source_lists]),
+                     packed([number for numbers in self._source_lists for number in numbers]),
+                     packed([len(keys) for keys in self._slope_lists]),
+                     packed([self._numbers[key] for keys in self._slope_lists for key in keys])]
+        return Parts(b''.join(head), [value for value in self._values if type(value) is float],
+                     b''.join(middle), floats, b''.join(tail))
 
 
-def _packed_values(values: Sequence[Any]) -> bytes:
-    kinds = [NO_VALUE if value is None else TRUE if value is True else FALSE if value is False else
-             {float: FLOAT, int: INT, str: STRING}[type(value)] for value in values]
-    floats = [value for value in values if type(value) is float]
-    return (packed(kinds) + struct.pack('<%dd' % len(floats), *floats)
-            + packed([zigzag(value) for value in values if type(value) is int])
-            + packed_strings([value for value in values if type(value) is str]))
+def _kind_of_value(value: Any) -> int:
+    if type(value) is bool:
+        return TRUE if value else FALSE
+    return NO_VALUE if value is None else {float: FLOAT, int: INT, str: STRING}[type(value)]
 
 
 class ReadTables:
@@ -214,11 +214,19 @@ class ReadTables:
         if self.source_count and max(self._source_nodes) >= len(self._nodes):
             raise reader.fail('found a source of node %d of %d', max(self._source_nodes), len(self._nodes))
         self._ids = reader.bytes(6 * self.source_count, 'location ids')
-        self.values: Sequence[Any] = (_read_values(reader, self.source_count) if flags & HAS_VALUES
-                                      else (None,) * self.source_count)
+        self.values: Sequence[Any] = (None,) * self.source_count
+        self._float_values: Sequence[int] = ()
+        self._values_at = self._slopes_at = reader.at
+        if flags & HAS_VALUES:
+            kinds = reader.column(self.source_count, 'kinds of values')
+            self._float_values = [number for number, kind in enumerate(kinds) if kind == FLOAT]
+            self._values_at = reader.at
+            self.values = _read_values(reader, kinds)
         self.coefficients: List[Any] = [None]
+        self._float_slopes = 0
         if flags & HAS_COEFFICIENTS:
             counts = [reader.number('the number of coefficients', TABLE_LIMIT) for _ in range(3)]
+            self._float_slopes, self._slopes_at = counts[0], reader.at
             self.coefficients += reader.floats(counts[0], 'a coefficient')
             self.coefficients += map(float, map(unzigzag, reader.column(counts[1], 'coefficients')))
             self.coefficients += map(unzigzag, reader.column(counts[2], 'coefficients'))
@@ -230,6 +238,24 @@ class ReadTables:
             counts = [reader.number('the number of lists', TABLE_LIMIT) for _ in range(2)]
             self.source_lists = _read_lists(reader, counts[0], self.source_count, 0, 'sources')
             self.slope_lists = _read_lists(reader, counts[1], len(self.coefficients), 1, 'coefficients')
+
+    def parts(self, data: bytes) -> Parts:
+        """The parts of the provenance that these tables were read from."""
+        values_to = self._values_at + 8 * len(self._float_values)
+        slopes_to = self._slopes_at + 8 * self._float_slopes
+        return Parts(data[:self._values_at], [self.values[number] for number in self._float_values],
+                     data[values_to:self._slopes_at], self.coefficients[1:1 + self._float_slopes], data[slopes_to:])
+
+    def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReadTables':
+        """The same tables with those floats as values and coefficients; they must be finite."""
+        if len(values) < self.source_count:
+            floats, values = values, list(self.values)
+            for number, value in zip(self._float_values, floats):
+                values[number] = value
+        result = ReadTables.__new__(ReadTables)
+        result.__dict__.update(self.__dict__, values=values,
+                               coefficients=[None, *slopes, *self.coefficients[1 + len(slopes):]])
+        return result
 
     @staticmethod
     def _check_integers(reader: Reader, numbers: Sequence[Any]) -> None:
@@ -243,8 +269,7 @@ class ReadTables:
                       int.from_bytes(self._ids[6 * number:6 * number + 6], 'little'))
 
 
-def _read_values(reader: Reader, count: int) -> List[Any]:
-    kinds = reader.column(count, 'kinds of values')
+def _read_values(reader: Reader, kinds: Sequence[int]) -> List[Any]:
     counts = {kind: list(kinds).count(kind) for kind in set(kinds)}
     unknown = sorted(set(counts) - set(range(TRUE + 1)))
     if unknown:

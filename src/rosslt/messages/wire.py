@@ -6,15 +6,16 @@ reads it.
 """
 
 import functools
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from rosslt.messages.columns import packed
 from rosslt.messages.instructions import INSTRUCTION_LIMIT, linearizations, packed_instructions, register
 from rosslt.messages.layout import TYPE_OF_KIND
+from rosslt.messages.outlines import Field, Numbered, Outline, Parts, Terms, numbered
 from rosslt.messages.reports import warn_once
 from rosslt.messages.straight import searches
 from rosslt.messages.tables import HAS_COEFFICIENTS, HAS_GRAPH, Tables, Unencodable
-from rosslt.messages.walkers import walkers
+from rosslt.messages.walkers import PLAIN, TRACKED, walkers
 from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, origins, untracked
 
 VERSION = 1
@@ -31,13 +32,10 @@ IDENTITY = 0
 Leaf = Tuple[int, Any, str]
 """The index of a tracked leaf, its value and its kind, as the walkers collect them."""
 
-Terms = Sequence[Tuple[Source, Any, Any]]
-
-Field = Tuple[int, Any, Any]
-"""What the wire says of one affine leaf, as `_field` gives it."""
+_KIND_OF = {tracked: kind for kind, plain in TYPE_OF_KIND.items() for tracked in TRACKED if PLAIN[tracked] is plain}
 
 RECENT_FIELDS = 64
-"""The most fields of a message whose provenance is remembered for the next one."""
+"""The most fields of a message of whose provenance the outline is remembered for the next one."""
 
 
 def encode(message: Any, full_history: bool = False) -> bytes:
@@ -61,8 +59,10 @@ def encode(message: Any, full_history: bool = False) -> bytes:
             data = _of_sources(message._type, which, sources)
             if len(data) <= BYTES_LIMIT:
                 return data
-    found: List[Leaf] = []
-    walkers(message.__class__).collect(message, 0, found.append)
+        found = [(index, value, _KIND_OF[type(value)]) for index, value in zip(_indices(which), values)]
+    else:
+        found = []
+        walkers(message.__class__).collect(message, 0, found.append)
     if len(found) > FIELD_LIMIT:
         warn_once((message._type, FIELD_LIMIT), 'a %s has %d tracked leaves, of which the first %d stay so',
                   message._type, len(found), FIELD_LIMIT)
@@ -80,8 +80,14 @@ def encode(message: Any, full_history: bool = False) -> bytes:
 @functools.lru_cache(maxsize=256)
 def _of_sources(message_type: str, which: int, sources: Sequence[Source]) -> bytes:
     """`_encoded`, remembered, for leaves that are their sources themselves: those with `1 << index` in `which`."""
-    indices = [index for index in range(which.bit_length()) if which >> index & 1]
-    return _Encoder(message_type).encoded([(index, source, None) for index, source in zip(indices, sources)], (), False)
+    fields = [(index, source, ()) for index, source in zip(_indices(which), sources)]
+    return _Encoder(message_type).encoded(fields, (), False)
+
+
+@functools.lru_cache(maxsize=256)
+def _indices(which: int) -> List[int]:
+    """The places of the bits in a sum."""
+    return [index for index in range(which.bit_length()) if which >> index & 1]
 
 
 def fits(kind: str, terms: Terms) -> bool:
@@ -106,28 +112,42 @@ def _encoded(message_type: str, leaves: Sequence[Leaf], full_history: bool) -> b
         elif terms:
             fields.append(_field(leaf, terms))
     if not expressions and len(fields) <= RECENT_FIELDS:
-        return _recently_encoded(message_type, tuple(fields))
+        return _like_recently(message_type, fields)
     return _Encoder(message_type).encoded(fields, expressions, full_history)
 
 
 def _field(leaf: Leaf, terms: Terms) -> Field:
-    """What the wire says of an affine leaf: its source where it is that itself, else its terms.
-
-    As numbers that are equal are not the same on the wire, 1 and 1.0, or 0.0 and -0.0, the third part tells them apart.
-    """
+    """What the wire says of an affine leaf."""
     index, value, kind = leaf
     if len(terms) == 1:
         source, at, slope = terms[0]
         if slope == 1 and type(at) is TYPE_OF_KIND[kind] and _is_same(at, value):
-            return index, source, None
-    return index, terms, tuple([type(number) if number else repr(number)
-                                for _, at, slope in terms for number in (at, slope)])
+            return index, source, ()
+    return index, None, terms
+
+
+def _like_recently(message_type: str, fields: List[Field]) -> bytes:
+    """`_Encoder.encoded` in the outline of an earlier message: a publisher mostly says what it said before, with other
+    numbers where something moves."""
+    found = numbered(fields)
+    if found is not None:
+        outline, order = _recent_outline(message_type, found)
+        if outline is not None:
+            return outline.filled([found.values[place] for place in order] if order else found.values, found.slopes)
+    return _Encoder(message_type).encoded(fields, (), False)
 
 
 @functools.lru_cache(maxsize=256)
-def _recently_encoded(message_type: str, fields: Tuple[Field, ...]) -> bytes:
-    """`_Encoder.encoded`, remembered: a publisher mostly says what it has said in the message before."""
-    return _Encoder(message_type).encoded(fields, (), False)
+def _recent_outline(message_type: str, found: Numbered) -> Tuple[Optional[Outline], Optional[Sequence[int]]]:
+    """The outline of fields, and in which order the values of sources come in it, where that is another one; None where
+    a field is left out of it."""
+    encoder = _Encoder(message_type)
+    encoder.add_fields(found.fields)
+    if len(encoder.fields) < len(found.fields):
+        return None, None
+    numbers = encoder.tables.readings()
+    order = sorted(range(len(numbers)), key=numbers.__getitem__)
+    return Outline(encoder.parts()), None if order == sorted(order) else order
 
 
 class _Encoder:
@@ -135,19 +155,15 @@ class _Encoder:
 
     def __init__(self, message_type: str) -> None:
         self._message_type = message_type
-        self._tables = Tables()
+        self.tables = Tables()
         # Of each field its leaf, the number of its source and the key of its coefficient; or the numbers of the lists
         # of both, and True.
-        self._fields: List[Tuple[int, int, Any, bool]] = []
+        self.fields: List[Tuple[int, int, Any, bool]] = []
         self._instructions: List[tuple] = []
         self._roots: Dict[int, int] = {}
 
     def encoded(self, fields: Sequence[Field], expressions: Sequence[Leaf], full_history: bool) -> bytes:
-        for field in fields:
-            try:
-                self._add_field(*field)
-            except Unencodable as error:
-                self._leave_out(field[0], error)
+        self.add_fields(fields)
         if expressions:
             instructions, roots = disassemble(leaf for _, leaf, _ in expressions)
             if len(instructions) > INSTRUCTION_LIMIT:
@@ -155,24 +171,32 @@ class _Encoder:
                     return _encoded(self._message_type, expressions, False)
                 expressions, instructions, roots = self._linearized(expressions, instructions, roots)
             self._add_expressions(expressions, instructions, roots)
-        return self._packed() if self._fields or self._roots else b''
+        return self.parts().joined() if self.fields or self._roots else b''
+
+    def add_fields(self, fields: Sequence[Field]) -> None:
+        for field in fields:
+            try:
+                self._add_field(field)
+            except Unencodable as error:
+                self._leave_out(field[0], error)
 
     def _leave_out(self, index: int, error: Unencodable) -> None:
         fault = str(error)
         warn_once((self._message_type, fault), 'leaf %d of a %s is sent untracked: %s',
                   index, self._message_type, fault)
 
-    def _add_field(self, index: int, origin: Any, distinct: Any) -> None:
-        tables = self._tables
-        if distinct is None:
-            self._fields.append((index, tables.source(origin), None, False))
-        elif len(origin) == 1:
-            source, value, slope = origin[0]
-            self._fields.append((index, tables.reading(source, value), tables.coefficient(slope), False))
+    def _add_field(self, field: Field) -> None:
+        tables = self.tables
+        index, itself, terms = field
+        if itself is not None:
+            self.fields.append((index, tables.source(itself), None, False))
+        elif len(terms) == 1:
+            source, value, slope = terms[0]
+            self.fields.append((index, tables.reading(source, value), tables.coefficient(slope), False))
         else:
-            numbers, keys = tables.lists(tuple([tables.reading(source, value) for source, value, _ in origin]),
-                                         tuple([tables.coefficient(slope) for _, _, slope in origin]))
-            self._fields.append((index, numbers, keys, True))
+            numbers, keys = tables.lists(tuple([tables.reading(source, value) for source, value, _ in terms]),
+                                         tuple([tables.coefficient(slope) for _, _, slope in terms]))
+            self.fields.append((index, numbers, keys, True))
 
     def _linearized(self, leaves: Sequence[Leaf], instructions: Sequence[tuple],
                     roots: Sequence[int]) -> Tuple[List[Leaf], List[tuple], List[int]]:
@@ -196,12 +220,12 @@ class _Encoder:
 
     def _add_expressions(self, leaves: Sequence[Leaf], instructions: List[tuple], roots: Sequence[int]) -> None:
         try:
-            register(instructions, self._tables)
+            register(instructions, self.tables)
         except Unencodable:
             leaves = [leaf for leaf in leaves if self._is_sendable(leaf)]
             instructions, roots = disassemble(leaf for _, leaf, _ in leaves)
             try:
-                register(instructions, self._tables)
+                register(instructions, self.tables)
             except Unencodable as error:
                 for index, _, _ in leaves:
                     self._leave_out(index, error)
@@ -209,7 +233,7 @@ class _Encoder:
         for (index, leaf, kind), root in zip(leaves, roots):
             code, *operands = instructions[root]
             if code == SOURCE and type(operands[1]) is TYPE_OF_KIND[kind] and _is_same(operands[1], leaf):
-                self._fields.append((index, self._tables.source(operands[0]), None, False))
+                self.fields.append((index, self.tables.source(operands[0]), None, False))
             else:
                 self._roots[index] = root
         if self._roots:
@@ -223,25 +247,25 @@ class _Encoder:
             return False
         return True
 
-    def _packed(self) -> bytes:
-        tables = self._tables
+    def parts(self) -> Parts:
+        """The provenance of all that was added."""
+        tables = self.tables
         numbers = tables.number_coefficients()
         numbers[None] = IDENTITY
         # Lists come behind the single ones, of which there are as many as there are by now.
         sources, slopes = tables.source_count, 1 + tables.coefficient_count
         fields = [(index, sources + origin, slopes + slope) if is_list else (index, origin, numbers[slope])
-                  for index, origin, slope, is_list in self._fields]
+                  for index, origin, slope, is_list in self.fields]
         instructions = sources + tables.source_list_count
         fields += [(index, instructions + root, IDENTITY) for index, root in self._roots.items()]
         fields.sort()
         flags = tables.flags() | (HAS_GRAPH if self._instructions else 0)
-        parts = [bytes((VERSION, flags)), tables.packed()]
-        if self._instructions:
-            parts.append(packed_instructions(self._instructions, tables, numbers))
+        tail = [packed_instructions(self._instructions, tables, numbers)] if self._instructions else []
         indices = [index for index, _, _ in fields]
-        parts += [packed([len(fields)]),
-                  packed([index - before - 1 for index, before in zip(indices, [-1, *indices])]),
-                  packed([origin for _, origin, _ in fields])]
+        tail += [packed([len(fields)]),
+                 packed([index - before - 1 for index, before in zip(indices, [-1, *indices])]),
+                 packed([origin for _, origin, _ in fields])]
         if flags & HAS_COEFFICIENTS:
-            parts.append(packed([slope for _, _, slope in fields]))
-        return b''.join(parts)
+            tail.append(packed([slope for _, _, slope in fields]))
+        parts = tables.parts()
+        return parts._replace(head=bytes((VERSION, flags)) + parts.head, tail=parts.tail + b''.join(tail))

@@ -17,6 +17,9 @@ NUMBERS = (float, int)
 WORTH_FOLDING = 8
 """Expressions up to this size stay as they were written where a larger one is shortened."""
 
+FEW = 64
+"""The most operations that are passed in one go."""
+
 Fold = Tuple[Dict[Source, Tuple[Any, Any]], bool]
 """The terms of a value, `{Source: (leaf, slope)}`, and whether they are exact."""
 
@@ -28,8 +31,60 @@ def folded(value: Any) -> tuple:
     made remember theirs, so that a value which has grown by a step since costs that step only.
     """
     if getattr(value, '_fold', None) is None:
-        _fold_all(value)
+        value._fold = _folded_if_short(value)
+        if value._fold is None:
+            _fold_all(value)
     return value._fold
+
+
+def _folded_if_short(value: Any) -> Optional[tuple]:
+    """The record for a value that few operations made, all of them affine: as `_fold_all` gives it, in a part of the
+    time; None for any other value.
+
+    On the way down to the sources, the slopes are multiplied. What several ways lead to is passed several times.
+    """
+    terms: Dict[Source, Tuple[Any, Any]] = {}
+    others: List[Tuple[Any, Any]] = []
+    node, rise = value, 1
+    try:
+        for _ in range(FEW):
+            form, first, second = settled(node)
+            if form is SOURCE:
+                record: Optional[tuple] = (AFFINE, ((node, 1),), type(node._plain) in NUMBERS)
+            elif form is AFFINE:
+                record = form, first, second
+            else:
+                record = getattr(node, '_fold', None)
+            if record is None:
+                if not form.affine:
+                    return None
+                if form.chains:
+                    rise *= form.slope(first._plain, second)
+                else:
+                    others.append((second, rise * form.slope[1](first._plain, second._plain)))
+                    rise *= form.slope[0](first._plain, second._plain)
+                node = first
+                continue
+            if not (rise and record[2]):
+                return None
+            for leaf, slope in record[1]:
+                source = leaf._record[1]
+                slope = slope * rise
+                if source in terms:
+                    known, part = terms[source]
+                    slope += part
+                    if known._plain != leaf._plain:
+                        return None
+                    leaf = known
+                if slope - slope != 0:
+                    return None
+                terms[source] = leaf, slope
+            if not others:
+                return AFFINE, tuple(terms.values()), True
+            node, rise = others.pop()
+    except ArithmeticError:
+        pass
+    return None
 
 
 def _fold_all(value: Any) -> List[Tuple[Any, Fold]]:
