@@ -10,7 +10,7 @@ from typing import Any, List, Optional, Sequence, Tuple
 
 from rosslt.messages.columns import BadHeader, Reader
 from rosslt.messages.graphs import Graph
-from rosslt.messages.outlines import Outline
+from rosslt.messages.outlines import Outline, Parts
 from rosslt.messages.straight import Load, Placer, straight_placer
 from rosslt.messages.tables import HAS_COEFFICIENTS, HAS_GRAPH, HAS_LISTS, HAS_VALUES, ReadTables
 from rosslt.messages.walkers import END, PLAIN, walkers
@@ -20,7 +20,7 @@ from rosslt.values import Source, deferred, untracked
 RECENT_BYTES = 1024
 """The longest provenance that is remembered for the next message."""
 
-RECENT_OUTLINES = 8
+RECENT_OUTLINES = 4
 """The most outlines of one length that are remembered for a message class."""
 
 Located = Tuple[Any, Any, Any, str]
@@ -86,16 +86,16 @@ def _header_and_placer(message_class: type, data: bytes) -> 'Tuple[ReceivedHeade
             return header.with_floats(*floats), placer
     header = ReceivedHeader(data)
     placer = header.placer(message_class)
-    if header.outline is not None:
-        known.insert(0, (header.outline, header, placer))
+    if header.is_affine:
+        known.insert(0, (Outline(header.parts(data)), header, placer))
         del known[RECENT_OUTLINES:]
     return header, placer
 
 
-@functools.lru_cache(maxsize=256)
+@functools.lru_cache(maxsize=128)
 def _recent_outlines(message_class: type, size: int, end: bytes,
                      ) -> 'List[Tuple[Outline, ReceivedHeader, Optional[Placer]]]':
-    """The outlines of headers of that size that end so, which no float does, to be added to."""
+    """The list, to be kept, of the outlines of provenances of that size with that end, which is behind all floats."""
     return []
 
 
@@ -127,8 +127,6 @@ class ReceivedHeader:
         flags = reader.number('the flags', HAS_VALUES | HAS_COEFFICIENTS | HAS_LISTS | HAS_GRAPH)
         self._tables = tables = ReadTables(reader, flags)
         self._graph = Graph(reader, tables) if flags & HAS_GRAPH else None
-        # Instructions have floats of their own, in between.
-        self.outline = None if flags & HAS_GRAPH else Outline(tables.parts(data))
         count = reader.number('the number of fields', FIELD_LIMIT)
         gaps = reader.column(count, 'leaves')
         # The sum of a gap and 1 for each, so that no leaf comes twice.
@@ -185,6 +183,15 @@ class ReceivedHeader:
         if not self._is_numeric or set(map(type, values)) != {float} or not {'d', 'f'}.issuperset(kinds):
             values = self._checked(found)
         return deferred(values, self.loads(kinds))
+
+    @property
+    def is_affine(self) -> bool:
+        """Whether there are no instructions, which have floats of their own."""
+        return self._graph is None
+
+    def parts(self, data: bytes) -> Parts:
+        """The parts of the provenance that this was read from."""
+        return self._tables.parts(data)
 
     def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReceivedHeader':
         """The same header with other floats, which are finite, as values and coefficients."""
