@@ -30,11 +30,14 @@ def folded(value: Any) -> tuple:
     It is exact where the value is affine in its sources, else a linearization. Results that two tracked operands
     made remember theirs, so that a value which has grown by a step since costs that step only.
     """
-    if getattr(value, '_fold', None) is None:
-        value._fold = _folded_if_short(value)
-        if value._fold is None:
+    fold = getattr(value, '_fold', None)
+    if fold is None:
+        fold = _folded_if_short(value)
+        if fold is None:
             _fold_all(value)
-    return value._fold
+            return value._fold
+        value._fold = fold
+    return fold
 
 
 def _folded_if_short(value: Any) -> Optional[tuple]:
