@@ -89,8 +89,12 @@ def measure(moving):
         start = time.monotonic()
         time.sleep(SECONDS)
         duration = time.monotonic() - start
-        return ((subject.cpu_seconds() - before) / duration, (receiver.cpu_seconds() - received) / duration,
-                counts[0] / duration, counts[1] / duration)
+        return (
+            (subject.cpu_seconds() - before) / duration,
+            (receiver.cpu_seconds() - received) / duration,
+            counts[0] / duration,
+            counts[1] / duration,
+        )
     finally:
         for process in (receiver, subject, publisher):
             process.stop()
@@ -100,13 +104,25 @@ def measure(moving):
 def main():
     rospy.init_node('markers_benchmark')
     print('{} tracked markers in one array at {:g} Hz; shares of a core'.format(COUNT, RATE))
-    print('{:<16} {:>18} {:>14} {:>7} {:>12} {:>12}'.format(
-        '', 'slt_visualization', 'plain receiver', 'ratio', 'poses/s', 'inserts/s'))
+    print(
+        '{:<16} {:>18} {:>14} {:>7} {:>12} {:>12}'.format(
+            '', 'slt_visualization', 'plain receiver', 'ratio', 'poses/s', 'inserts/s'
+        )
+    )
     for moving in (0, COUNT // 10, COUNT):
         subject, receiver, poses, inserts = measure(moving)
-        print('{:<16} {:>17.0%} {:>14.0%} {:>7.1f} {:>12.0f} {:>12.0f}{}'.format(
-            '{} of them move'.format(moving), subject, receiver, subject / receiver, poses, inserts,
-            '' if subject <= LIMIT else '   over the limit of {:.0%}'.format(LIMIT)), flush=True)
+        print(
+            '{:<16} {:>17.0%} {:>14.0%} {:>7.1f} {:>12.0f} {:>12.0f}{}'.format(
+                '{} of them move'.format(moving),
+                subject,
+                receiver,
+                subject / receiver,
+                poses,
+                inserts,
+                '' if subject <= LIMIT else '   over the limit of {:.0%}'.format(LIMIT),
+            ),
+            flush=True,
+        )
 
 
 if __name__ == '__main__':

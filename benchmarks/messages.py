@@ -30,6 +30,7 @@ def microseconds(call, repeat=5):
 
 def microseconds_each(call, make, count=300, repeat=7):
     """The same for a call that needs a new object each time."""
+
     def once():
         objects = iter([make() for _ in range(count)])
         return timeit.timeit(lambda: call(next(objects)), number=count, timer=time.process_time)
@@ -59,10 +60,12 @@ def tracked_pose():
 
 def tracked_strip(steps):
     """A line strip, each coordinate of each point affine in three sources."""
-    corners = [[track(0.1 * corner + axis, Source(NODE, 3 * corner + axis)) for axis in range(3)]
-               for corner in range(3)]
-    strip = Marker(points=[Point(*(bezier(step / (steps - 1), *axis) for axis in zip(*corners)))
-                           for step in range(steps)])
+    corners = [
+        [track(0.1 * corner + axis, Source(NODE, 3 * corner + axis)) for axis in range(3)] for corner in range(3)
+    ]
+    strip = Marker(
+        points=[Point(*(bezier(step / (steps - 1), *axis) for axis in zip(*corners))) for step in range(steps)]
+    )
     strip.header.frame_id = 'world'
     return strip
 
@@ -76,19 +79,30 @@ def plain_strip(steps):
 def arm():
     """Twenty points of which no coordinate is affine."""
     first, second = track(0.3, Source(NODE, 1)), track(0.5, Source(NODE, 2))
-    return Marker(points=[Point(math.cos(first) + place * math.cos(first + second),
-                                math.sin(first) + place * math.sin(first + second), 0.0) for place in range(20)])
+    return Marker(
+        points=[
+            Point(
+                math.cos(first) + place * math.cos(first + second),
+                math.sin(first) + place * math.sin(first + second),
+                0.0,
+            )
+            for place in range(20)
+        ]
+    )
 
 
 MESSAGES = [
-    ('Pose, 3 tracked', tracked_pose()), ('strip of 11, 33 tracked', tracked_strip(11)),
-    ('arm of 20, 40 not affine', arm()), ('strip of 11, none tracked', plain_strip(11)),
+    ('Pose, 3 tracked', tracked_pose()),
+    ('strip of 11, 33 tracked', tracked_strip(11)),
+    ('arm of 20, 40 not affine', arm()),
+    ('strip of 11, none tracked', plain_strip(11)),
     ('strip of 1000, none tracked', plain_strip(1000)),
     ('100 strips of 11, none tracked', MarkerArray(markers=[plain_strip(11) for _ in range(100)])),
     ('scan of 720, a list', LaserScan(ranges=[1.5] * 720)),
     ('scan of 720, an array', LaserScan(ranges=numpy.full(720, 1.5))),
     ('image of 640x480', Image(data=bytes(3 * 640 * 480))),
-    ('cloud of 100,000 points', PointCloud2(data=bytes(16 * 100000)))]
+    ('cloud of 100,000 points', PointCloud2(data=bytes(16 * 100000))),
+]
 
 
 def sending():
@@ -126,11 +140,17 @@ def moving():
 
     print('\n%-32s %12s %12s %12s' % ('a Pose on its way, 3 tracked', 'genpy', 'with in-band', 'ratio'))
     for name, alone, both in [
-            ('sending', microseconds_each(lambda message: serialize(message).getvalue(), moved),
-             microseconds_each(send, moved)),
-            ('receiving',
-             microseconds_each(lambda data: Pose().deserialize(data), lambda: serialize(moved()).getvalue()),
-             microseconds_each(lambda data: receive(data, Pose), lambda: send(moved())))]:
+        (
+            'sending',
+            microseconds_each(lambda message: serialize(message).getvalue(), moved),
+            microseconds_each(send, moved),
+        ),
+        (
+            'receiving',
+            microseconds_each(lambda data: Pose().deserialize(data), lambda: serialize(moved()).getvalue()),
+            microseconds_each(lambda data: receive(data, Pose), lambda: send(moved())),
+        ),
+    ]:
         print('%-32s %9.1f us %9.1f us %11.2fx' % (name, alone, both, both / alone))
 
 
@@ -149,14 +169,18 @@ def parts():
 
     # Lazily: what nobody looks at is never decoded.
     attached = microseconds_each(lambda message: attach(message, provenance), lambda: Marker().deserialize(plain))
-    looked_at = microseconds_each(lambda message: [values.affine(point.x) for point in message.points],
-                                  lambda: receive(send(strip), Marker))
+    looked_at = microseconds_each(
+        lambda message: [values.affine(point.x) for point in message.points], lambda: receive(send(strip), Marker)
+    )
     print('\n%-44s %10s %16s %8s' % ('Marker, 11 points, 33 tracked', 'time', 'to serializing', 'limit'))
     for name, taken, limit in [
-            ('serialize (genpy)', genpy, None), ('collect the tracked leaves', microseconds(collected), 15),
-            ('encode', microseconds(lambda: encode(strip)), None),
-            ('encode what was received', microseconds(lambda: encode(received)), None),
-            ('attach', attached, 60), ('decode 11 of them when looked at', looked_at, None)]:
+        ('serialize (genpy)', genpy, None),
+        ('collect the tracked leaves', microseconds(collected), 15),
+        ('encode', microseconds(lambda: encode(strip)), None),
+        ('encode what was received', microseconds(lambda: encode(received)), None),
+        ('attach', attached, 60),
+        ('decode 11 of them when looked at', looked_at, None),
+    ]:
         print('%-44s %7.1f us %15.2fx %8s' % (name, taken, taken / genpy, '%d us' % limit if limit else ''))
 
 

@@ -30,7 +30,7 @@ MESSAGES = 2000
 ROUNDS = 7
 ROUND_TRIPS = 100
 
-TALKER = '''
+TALKER = """
 import rospy, rosslt
 from std_msgs.msg import Float64
 rosslt.init_node('bench_talker')
@@ -39,7 +39,7 @@ rate = rospy.Rate(50)
 while not rospy.is_shutdown():
     publisher.publish(2 * rosslt.location(1.0, name='half'))
     rate.sleep()
-'''
+"""
 
 
 class Channel:
@@ -50,7 +50,7 @@ class Channel:
         self._all = threading.Event()
         self._subscriber = module.Subscriber(name, Pose, self._receive)
         with warnings.catch_warnings():
-            warnings.simplefilter('ignore')    # without a queue nothing is dropped, which is what is wanted here
+            warnings.simplefilter('ignore')  # without a queue nothing is dropped, which is what is wanted here
             self._publisher = module.Publisher(name, Pose)
         while not self._publisher.get_num_connections():
             time.sleep(0.01)
@@ -92,11 +92,13 @@ def messages():
         angle = 0.001 * next(steps)
         return Pose(position=Point(x + z * math.cos(angle), y + z * math.sin(angle), z))
 
-    cases = {'rospy, plain': (Channel('bench_rospy', rospy), lambda: plain),
-             'rosslt, no field tracked': (Channel('bench_plain', rosslt), lambda: plain),
-             'rosslt, x y z tracked': (Channel('bench_tracked', rosslt), lambda: tracked),
-             'rosslt, x y z computed once': (Channel('bench_computed', rosslt), lambda: computed),
-             'rosslt, x y z computed each time': (Channel('bench_moved', rosslt), moved)}
+    cases = {
+        'rospy, plain': (Channel('bench_rospy', rospy), lambda: plain),
+        'rosslt, no field tracked': (Channel('bench_plain', rosslt), lambda: plain),
+        'rosslt, x y z tracked': (Channel('bench_tracked', rosslt), lambda: tracked),
+        'rosslt, x y z computed once': (Channel('bench_computed', rosslt), lambda: computed),
+        'rosslt, x y z computed each time': (Channel('bench_moved', rosslt), moved),
+    }
     print('a Pose, published and received     one at a time, us   of rospy     in a flood, us   of rospy')
     times = {(name, at_once): [] for name in cases for at_once in (1, MESSAGES)}
     for _ in range(ROUNDS):
@@ -105,9 +107,15 @@ def messages():
             found.append(channel.seconds(make, at_once))
     for name in cases:
         single, flood = min(times[name, 1]), min(times[name, MESSAGES])
-        print('{:34} {:17.1f} {:10.2f} {:18.1f} {:10.2f}'.format(
-            name, single * 1e6, single / min(times['rospy, plain', 1]),
-            flood * 1e6, flood / min(times['rospy, plain', MESSAGES])))
+        print(
+            '{:34} {:17.1f} {:10.2f} {:18.1f} {:10.2f}'.format(
+                name,
+                single * 1e6,
+                single / min(times['rospy, plain', 1]),
+                flood * 1e6,
+                flood / min(times['rospy, plain', MESSAGES]),
+            )
+        )
 
 
 def round_trip():
@@ -133,10 +141,13 @@ def round_trip():
             with arrived:
                 arrived.wait_for(lambda target=target: shown['value'] == target)
             times.append(time.perf_counter() - start)
-            time.sleep(0.007)    # not in step with the talker
+            time.sleep(0.007)  # not in step with the talker
         talker.terminate()
-    print('round trip at 50 Hz, milliseconds: median {:.1f}, worst of {} {:.1f}; acknowledged after {:.1f}'.format(
-        statistics.median(times) * 1e3, len(times), max(times) * 1e3, statistics.median(acknowledged) * 1e3))
+    print(
+        'round trip at 50 Hz, milliseconds: median {:.1f}, worst of {} {:.1f}; acknowledged after {:.1f}'.format(
+            statistics.median(times) * 1e3, len(times), max(times) * 1e3, statistics.median(acknowledged) * 1e3
+        )
+    )
 
 
 if __name__ == '__main__':

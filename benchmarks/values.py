@@ -49,8 +49,10 @@ def applied(x, operations):
 
 def row(name, seconds, plain, limit=None):
     """One line of the table."""
-    print('%-44s %9.2f us %7.2f %s' % (name, seconds * 1e6, seconds / plain, '' if limit is None else
-                                      '(at most %g)' % limit))
+    print(
+        '%-44s %9.2f us %7.2f %s'
+        % (name, seconds * 1e6, seconds / plain, '' if limit is None else '(at most %g)' % limit)
+    )
 
 
 def chains():
@@ -85,11 +87,12 @@ def forward_kinematics(numpy, joints):
     pose = None
     for angle, axis, length in zip(joints, 'zyyzyz', (0.3, 0.4, 0.35, 0.2, 0.1, 0.08)):
         c, s = math.cos(angle), math.sin(angle)
-        step = numpy.array([[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, length], [0.0, 0.0, 0.0, 1.0]]
-                           if axis == 'z' else
-                           [[c, 0.0, s, s * length], [0.0, 1.0, 0.0, 0.0], [-s, 0.0, c, c * length],
-                            [0.0, 0.0, 0.0, 1.0]],
-                           dtype=object)
+        step = numpy.array(
+            [[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, length], [0.0, 0.0, 0.0, 1.0]]
+            if axis == 'z'
+            else [[c, 0.0, s, s * length], [0.0, 1.0, 0.0, 0.0], [-s, 0.0, c, c * length], [0.0, 0.0, 0.0, 1.0]],
+            dtype=object,
+        )
         pose = numpy.identity(4).astype(object) @ step if pose is None else pose @ step
     return pose
 
@@ -104,17 +107,25 @@ def arm():
     joints = [track(angle, Source('/arm', number)) for number, angle in enumerate((0.1, 0.4, 0.5, 0.2, 0.3, 0.1))]
     tip = forward_kinematics(numpy, joints)[:3, 3]
     target = [float(at) + shift for at, shift in zip(tip, (0.05, 0.1, -0.08))]
-    print('%-44s %9.2f ms %7s (at most 2)' % ('6-joint arm, record', 1e3 * best(
-        lambda: forward_kinematics(numpy, joints), 2), ''))
-    print('%-44s %9.2f ms %7s (at most 50)' % ('6-joint arm, solve the tip for all joints', 1e3 * best(
-        lambda: solve(tip, target), 1), ''))
+    print(
+        '%-44s %9.2f ms %7s (at most 2)'
+        % ('6-joint arm, record', 1e3 * best(lambda: forward_kinematics(numpy, joints), 2), '')
+    )
+    print(
+        '%-44s %9.2f ms %7s (at most 50)'
+        % ('6-joint arm, solve the tip for all joints', 1e3 * best(lambda: solve(tip, target), 1), '')
+    )
 
 
 def loops():
     """The figures for values that are updated for ever: the time per step must not grow."""
     x0, v, c = track(0.3, A), track(2.0, Source('/bench', 2)), track(0.1, Source('/bench', 3))
-    updates = {'x + v * dt': lambda x: x + v * 0.02, 'a * y + (1 - a) * x': lambda x: 0.9 * x + (1 - 0.9) * v,
-               'x * k': lambda x: x * 1.0001, 'sin(x) + c': lambda x: math.sin(x) + c}
+    updates = {
+        'x + v * dt': lambda x: x + v * 0.02,
+        'a * y + (1 - a) * x': lambda x: 0.9 * x + (1 - 0.9) * v,
+        'x * k': lambda x: x * 1.0001,
+        'sin(x) + c': lambda x: math.sin(x) + c,
+    }
     print('%-44s %12s %12s' % ('100,000 steps of, best tenth of the', 'first half', 'second half'))
     for name, update in updates.items():
         x, times = x0, []

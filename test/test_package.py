@@ -40,16 +40,28 @@ def run(command, directory, home):
     environment = {'PATH': '/usr/sbin:/usr/bin:/sbin:/bin', 'HOME': str(home), 'LANG': 'C.UTF-8'}
     if 'ROSSLT_RUN' in os.environ:
         environment['ROSSLT_RUN'] = os.environ['ROSSLT_RUN']
-    result = subprocess.run(command, cwd=directory, env=environment, stdin=subprocess.DEVNULL, check=False,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding='utf-8',
-                            timeout=TIME_LIMIT)
+    result = subprocess.run(
+        command,
+        cwd=directory,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        encoding='utf-8',
+        timeout=TIME_LIMIT,
+    )
     assert result.returncode == 0, '{} ended with {}:\n{}'.format(command, result.returncode, result.stdout)
     return result.stdout
 
 
 def copy_package(source):
-    shutil.copytree(ROOT, source / 'rosslt', symlinks=True,
-                    ignore=shutil.ignore_patterns('build', '.git', '__pycache__', '.*_cache', '.hypothesis'))
+    shutil.copytree(
+        ROOT,
+        source / 'rosslt',
+        symlinks=True,
+        ignore=shutil.ignore_patterns('build', '.git', '__pycache__', '.*_cache', '.hypothesis'),
+    )
 
 
 @pytest.fixture(scope='module')
@@ -99,8 +111,7 @@ def space(request, built):
 
 def test_the_package_its_rooms_and_its_messages_are_imported_together(space):
     rooms = sorted(path.parent.name for path in (ROOT / 'src' / 'rosslt').glob('*/__init__.py'))
-    program = 'import rosslt, rosslt.math, rosslt.srv, {}\n'.format(
-        ', '.join('rosslt.' + room for room in rooms))
+    program = 'import rosslt, rosslt.math, rosslt.srv, {}\n'.format(', '.join('rosslt.' + room for room in rooms))
     program += 'from rosslt.msg import {}\n'.format(', '.join(MESSAGES))
     program += 'print(rosslt.__file__, rosslt.msg.__file__, sep="\\n")'
     for path in space.run('/usr/bin/python3', '-c', program).splitlines():
@@ -120,8 +131,9 @@ def test_a_launch_file_finds_what_it_starts(space, launch_file):
     for node in ElementTree.parse(path).getroot().iter('node'):
         if node.get('pkg') == 'rosslt':
             program = 'import roslib.packages; print(len(roslib.packages.find_node("rosslt", "{}")))'
-            assert space.run('/usr/bin/python3', '-c', program.format(node.get('type'))).strip() != '0', \
+            assert space.run('/usr/bin/python3', '-c', program.format(node.get('type'))).strip() != '0', (
                 '{} starts {}, which is not there'.format(launch_file, node.get('type'))
+            )
 
 
 @pytest.mark.parametrize('message', MESSAGES)

@@ -46,7 +46,7 @@ def imports(path):
             for alias in node.names:
                 yield node.lineno, alias.name
         elif isinstance(node, ast.ImportFrom):
-            base = package[:len(package) - node.level + 1] if node.level else []
+            base = package[: len(package) - node.level + 1] if node.level else []
             module = '.'.join([*base, *([node.module] if node.module else [])])
             for alias in node.names:
                 yield node.lineno, module + '.' + alias.name
@@ -74,7 +74,7 @@ def faults(path):
                 yield where + ': values imports no ROS'
             continue
         if room is not None and target not in order:
-            yield where + ': the package\'s own door is above every room'
+            yield where + ": the package's own door is above every room"
         elif room is not None and order.index(target) < order.index(room):
             yield where + ': {} is above {}'.format(target, room)
         elif target in order and target != room and reaches_past_the_door(parts):
@@ -94,9 +94,12 @@ def reaches_past_the_door(parts):
 
 def offered_by(door):
     """The names that a door takes from the modules behind it."""
-    return {alias.asname or alias.name
-            for node in ast.walk(ast.parse(door.read_text(encoding='utf-8')))
-            if isinstance(node, ast.ImportFrom) and node.module for alias in node.names}
+    return {
+        alias.asname or alias.name
+        for node in ast.walk(ast.parse(door.read_text(encoding='utf-8')))
+        if isinstance(node, ast.ImportFrom) and node.module
+        for alias in node.names
+    }
 
 
 def test_every_room_is_in_the_list_and_has_a_door():
@@ -104,8 +107,9 @@ def test_every_room_is_in_the_list_and_has_a_door():
     assert there == set(rooms())
     for room in there:
         door = PACKAGE / room / '__init__.py'
-        assert ast.get_docstring(ast.parse(door.read_text(encoding='utf-8'))), \
+        assert ast.get_docstring(ast.parse(door.read_text(encoding='utf-8'))), (
             '{} does not say what the room is for'.format(door)
+        )
 
 
 @pytest.mark.skipif(sys.version_info < (3, 10), reason='sys.stdlib_module_names came with Python 3.10')
@@ -122,7 +126,7 @@ def test_a_file_is_short_and_of_the_oldest_python(path):
 
 
 def test_the_part_that_needs_no_ros_runs_without_it():
-    program = '''
+    program = """
 import sys
 
 class NoRos:
@@ -135,7 +139,13 @@ import rosslt
 import rosslt.math
 x = rosslt.track(2.0, rosslt.Source('/node', 1))
 assert list(rosslt.solve(3 * x, 12.0).values()) == [4.0]
-'''
-    result = subprocess.run([sys.executable, '-c', program], env={'PYTHONPATH': str(PACKAGE.parent)},
-                            stderr=subprocess.PIPE, encoding='utf-8', timeout=60, check=False)
+"""
+    result = subprocess.run(
+        [sys.executable, '-c', program],
+        env={'PYTHONPATH': str(PACKAGE.parent)},
+        stderr=subprocess.PIPE,
+        encoding='utf-8',
+        timeout=60,
+        check=False,
+    )
     assert result.returncode == 0, result.stderr

@@ -26,7 +26,8 @@ def test_rostest(suite, tmp_path):
     status, output = run(
         ['rostest', '--results-base-dir', str(results), str(suite)],
         environment=dict(os.environ, ROS_LOG_DIR=str(tmp_path / 'log'), ROS_HOSTNAME='localhost'),
-        time_limit=time_limit(suite))
+        time_limit=time_limit(suite),
+    )
     report = '{}\n{}\n{}'.format(suite, output, node_logs(tmp_path / 'log'))
     if status is None:
         pytest.fail('did not end within {:.0f} s: {}'.format(time_limit(suite), report), pytrace=False)
@@ -50,9 +51,16 @@ def time_limit(suite):
 
 def run(command, environment, time_limit):
     """Runs a command to its end: its status, None if it had to be stopped, and what it printed."""
-    process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                               stderr=subprocess.STDOUT, start_new_session=True, encoding='utf-8',
-                               errors='replace')
+    process = subprocess.Popen(
+        command,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+        encoding='utf-8',
+        errors='replace',
+    )
     try:
         output, _ = process.communicate(timeout=time_limit)
     except subprocess.TimeoutExpired:
@@ -78,16 +86,18 @@ def stop(process):
 def count(path):
     """The numbers of tests, failures and errors in a JUnit report."""
     suites = list(ElementTree.parse(path).getroot().iter('testsuite'))
-    return {name: sum(int(suite.get(name, 0)) for suite in suites)
-            for name in ('tests', 'failures', 'errors')}
+    return {name: sum(int(suite.get(name, 0)) for suite in suites) for name in ('tests', 'failures', 'errors')}
 
 
 def node_logs(directory):
     """The ends of what the nodes wrote, without rospy's own steps and the log of roslaunch."""
     parts = []
     for path in sorted(directory.rglob('*.log')):
-        lines = [line for line in path.read_text(encoding='utf-8', errors='replace').splitlines()
-                 if not line.startswith(('[rospy.', '[xmlrpc]'))]
+        lines = [
+            line
+            for line in path.read_text(encoding='utf-8', errors='replace').splitlines()
+            if not line.startswith(('[rospy.', '[xmlrpc]'))
+        ]
         if lines and not path.name.startswith(('roslaunch', 'rostest', 'master')):
             parts.append('--- {}\n{}'.format(path.name, '\n'.join(lines[-40:])))
     return '\n'.join(parts)

@@ -17,8 +17,15 @@ pytestmark = pytest.mark.slow
 
 
 def run(*arguments, **options):
-    options = {'stdin': subprocess.DEVNULL, 'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE,
-               'encoding': 'utf-8', 'timeout': DEMO_TIME_LIMIT, 'check': False, **options}
+    options = {
+        'stdin': subprocess.DEVNULL,
+        'stdout': subprocess.PIPE,
+        'stderr': subprocess.PIPE,
+        'encoding': 'utf-8',
+        'timeout': DEMO_TIME_LIMIT,
+        'check': False,
+        **options,
+    }
     return subprocess.run([RUN, *arguments], **options)  # noqa: PLW1510
 
 
@@ -50,14 +57,17 @@ def test_help_lists_the_verbs():
         assert '\n  ' + verb in result.stdout
 
 
-@pytest.mark.parametrize(('arguments', 'named'), [
-    (['frobnicate'], "'frobnicate'"),
-    (['demo', '--kepp'], "'--kepp'"),
-    (['build', 'all'], "'all'"),
-    (['lint', 'src'], "'src'"),
-    (['bench', 'no_such_one'], "'no_such_one'"),
-    (['exec'], 'needs a command'),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'named'),
+    [
+        (['frobnicate'], "'frobnicate'"),
+        (['demo', '--kepp'], "'--kepp'"),
+        (['build', 'all'], "'all'"),
+        (['lint', 'src'], "'src'"),
+        (['bench', 'no_such_one'], "'no_such_one'"),
+        (['exec'], 'needs a command'),
+    ],
+)
 def test_a_wrong_call_is_refused_and_named(arguments, named):
     result = run(*arguments)
     assert result.returncode == 2
@@ -84,9 +94,15 @@ def test_a_run_of_no_test_fails():
 def test_exec_hands_on_directory_input_output_and_status(tmp_path):
     link = tmp_path / 'link to run'
     link.symlink_to(RUN)
-    result = subprocess.run([str(link), 'exec', 'bash', '-c', 'pwd; cat; exit 7'], cwd=tmp_path, input='in\n',
-                            stdout=subprocess.PIPE, encoding='utf-8', timeout=DEMO_TIME_LIMIT,
-                            check=False)
+    result = subprocess.run(
+        [str(link), 'exec', 'bash', '-c', 'pwd; cat; exit 7'],
+        cwd=tmp_path,
+        input='in\n',
+        stdout=subprocess.PIPE,
+        encoding='utf-8',
+        timeout=DEMO_TIME_LIMIT,
+        check=False,
+    )
     assert result.stdout == '{}\nin\n'.format(tmp_path)
     assert result.returncode == 7
 
@@ -110,8 +126,12 @@ def test_it_takes_no_time_and_no_words_when_there_is_nothing_to_do():
 
 
 def test_several_at_the_same_time_take_turns():
-    processes = [subprocess.Popen([RUN, 'exec', 'rosmsg', 'show', 'rosslt/SourceChange'],
-                                  stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL) for _ in range(4)]
+    processes = [
+        subprocess.Popen(
+            [RUN, 'exec', 'rosmsg', 'show', 'rosslt/SourceChange'], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+        )
+        for _ in range(4)
+    ]
     assert [process.wait(timeout=DEMO_TIME_LIMIT) for process in processes] == [0] * 4
 
 
@@ -121,8 +141,12 @@ def headless():
 
 @pytest.mark.rostest
 def test_the_demo_shows_a_drag_beside_another_master_and_leaves_nothing_behind(left_running):
-    with subprocess.Popen(['rosmaster', '--core', '-p', '11311'], stdin=subprocess.DEVNULL,
-                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as master:
+    with subprocess.Popen(
+        ['rosmaster', '--core', '-p', '11311'],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as master:
         try:
             result = run('demo', env=headless())
         finally:
@@ -135,8 +159,14 @@ def test_the_demo_shows_a_drag_beside_another_master_and_leaves_nothing_behind(l
 @pytest.mark.rostest
 @pytest.mark.parametrize('end', [signal.SIGINT, signal.SIGTERM], ids=['interrupted', 'terminated'])
 def test_a_demo_that_is_kept_ends_with_all_its_nodes(left_running, end):
-    demo = subprocess.Popen([RUN, 'demo', '--keep'], env=headless(), stdin=subprocess.DEVNULL,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding='utf-8')
+    demo = subprocess.Popen(
+        [RUN, 'demo', '--keep'],
+        env=headless(),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        encoding='utf-8',
+    )
     try:
         deadline = time.monotonic() + DEMO_TIME_LIMIT
         while not any('slt_visualization' in command for command in left_running()):

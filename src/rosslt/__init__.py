@@ -29,14 +29,43 @@ __version__ = '0.1.0'
 _NEED_ROS = {
     'actions': ['SimpleActionClient', 'SimpleActionServer'],
     'messages': ['tracked_type'],
-    'node': ['Change', 'ChangeRejected', 'Publisher', 'Service', 'ServiceProxy', 'SourceUnreachable',
-             'Subscriber', 'force_value', 'get_param', 'init_node', 'location', 'reevaluate', 'undo',
-             'wait_for_message'],
+    'node': [
+        'Change',
+        'ChangeRejected',
+        'Publisher',
+        'Service',
+        'ServiceProxy',
+        'SourceUnreachable',
+        'Subscriber',
+        'force_value',
+        'get_param',
+        'init_node',
+        'location',
+        'reevaluate',
+        'undo',
+        'wait_for_message',
+    ],
 }
 _ROOMS = {name: room for room, names in _NEED_ROS.items() for name in names}
 
-__all__ = ['Error', 'NotInvertible', 'NotTracked', 'Source', 'evaluate', 'explain', 'is_tracked', 'math',
-           'solve', 'sources', 'to_bool', 'to_float', 'to_int', 'track', 'untracked', 'tf']
+__all__ = [
+    'Error',
+    'NotInvertible',
+    'NotTracked',
+    'Source',
+    'evaluate',
+    'explain',
+    'is_tracked',
+    'math',
+    'solve',
+    'sources',
+    'to_bool',
+    'to_float',
+    'to_int',
+    'track',
+    'untracked',
+    'tf',
+]
 __all__ += list(_ROOMS)
 
 

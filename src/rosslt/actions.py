@@ -20,13 +20,20 @@ class SimpleActionClient(actionlib.SimpleActionClient):
     def __init__(self, ns, ActionSpec):  # noqa: N803 (actionlib's name)
         super().__init__(ns, ActionSpec)
         client, name = self.action_client, rospy.remap_name(ns)
-        client.pub_goal = _instead(client.pub_goal, Publisher(name + '/goal', client.ActionGoal,
-                                                              queue_size=client.pub_queue_size))
+        client.pub_goal = _instead(
+            client.pub_goal, Publisher(name + '/goal', client.ActionGoal, queue_size=client.pub_queue_size)
+        )
         client.manager.register_send_goal_fn(self._publish_goal)
-        client.feedback_sub = _instead(client.feedback_sub, Subscriber(
-            name + '/feedback', client.ActionFeedback, client._feedback_cb, queue_size=client.sub_queue_size))
-        client.result_sub = _instead(client.result_sub, Subscriber(
-            name + '/result', client.ActionResult, client._result_cb, queue_size=client.sub_queue_size))
+        client.feedback_sub = _instead(
+            client.feedback_sub,
+            Subscriber(
+                name + '/feedback', client.ActionFeedback, client._feedback_cb, queue_size=client.sub_queue_size
+            ),
+        )
+        client.result_sub = _instead(
+            client.result_sub,
+            Subscriber(name + '/result', client.ActionResult, client._result_cb, queue_size=client.sub_queue_size),
+        )
 
     def _publish_goal(self, action_goal):
         """Publish a goal whose handle is known by then. actionlib's client knows it only when it has published the
@@ -49,22 +56,24 @@ class SimpleActionServer(actionlib.SimpleActionServer):
     def __init__(self, name, ActionSpec, execute_cb=None, auto_start=True):  # noqa: N803 (actionlib's name)
         # The server that it makes is not started, and so has no connections: it goes as it came.
         super().__init__(name, ActionSpec, execute_cb, auto_start=False)
-        self.action_server = _ActionServer(name, ActionSpec, self.internal_goal_callback,
-                                           self.internal_preempt_callback, auto_start)
+        self.action_server = _ActionServer(
+            name, ActionSpec, self.internal_goal_callback, self.internal_preempt_callback, auto_start
+        )
 
 
 class _ActionServer(actionlib.ActionServer):
-
     def initialize(self):
         name = rospy.remap_name(self.ns)
         # Before the plain one, so that no goal is read without its provenance.
         goals = Subscriber(name + '/goal', self.ActionGoal, self.internal_goal_callback)
         super().initialize()
         self.goal_sub = _instead(self.goal_sub, goals)
-        self.result_pub = _instead(self.result_pub, Publisher(name + '/result', self.ActionResult,
-                                                              queue_size=self.pub_queue_size))
-        self.feedback_pub = _instead(self.feedback_pub, Publisher(name + '/feedback', self.ActionFeedback,
-                                                                  queue_size=self.pub_queue_size))
+        self.result_pub = _instead(
+            self.result_pub, Publisher(name + '/result', self.ActionResult, queue_size=self.pub_queue_size)
+        )
+        self.feedback_pub = _instead(
+            self.feedback_pub, Publisher(name + '/feedback', self.ActionFeedback, queue_size=self.pub_queue_size)
+        )
 
 
 def _instead(plain, carrying):

@@ -68,8 +68,10 @@ def do_transform_wrench(wrench, transform):
 
 def quaternion_from_euler(roll, pitch, yaw):
     """The quaternion of a rotation around the fixed axes x, then y, then z."""
-    return quaternion_multiply(quaternion_about_axis(yaw, (0, 0, 1)), quaternion_multiply(
-        quaternion_about_axis(pitch, (0, 1, 0)), quaternion_about_axis(roll, (1, 0, 0))))
+    return quaternion_multiply(
+        quaternion_about_axis(yaw, (0, 0, 1)),
+        quaternion_multiply(quaternion_about_axis(pitch, (0, 1, 0)), quaternion_about_axis(roll, (1, 0, 0))),
+    )
 
 
 def euler_from_quaternion(quaternion):
@@ -92,10 +94,12 @@ def quaternion_about_axis(angle, axis):
 def quaternion_multiply(second, first):
     """The rotation `first`, and then `second`."""
     (x2, y2, z2, w2), (x1, y1, z1, w1) = _xyzw(second), _xyzw(first)
-    return (_products((w2, x1), (x2, w1), (y2, z1), (-z2, y1)),
-            _products((w2, y1), (-x2, z1), (y2, w1), (z2, x1)),
-            _products((w2, z1), (x2, y1), (-y2, x1), (z2, w1)),
-            _products((w2, w1), (-x2, x1), (-y2, y1), (-z2, z1)))
+    return (
+        _products((w2, x1), (x2, w1), (y2, z1), (-z2, y1)),
+        _products((w2, y1), (-x2, z1), (y2, w1), (z2, x1)),
+        _products((w2, z1), (x2, y1), (-y2, x1), (z2, w1)),
+        _products((w2, w1), (-x2, x1), (-y2, y1), (-z2, z1)),
+    )
 
 
 def quaternion_conjugate(quaternion):
@@ -137,9 +141,11 @@ def _xyz(vector):
 def _matrix(quaternion):
     """The rows of the rotation matrix, as KDL has them."""
     x, y, z, w = _xyzw(quaternion)
-    return ((w * w + x * x - y * y - z * z, 2 * x * y - 2 * w * z, 2 * x * z + 2 * w * y),
-            (2 * x * y + 2 * w * z, w * w - x * x + y * y - z * z, 2 * y * z - 2 * w * x),
-            (2 * x * z - 2 * w * y, 2 * y * z + 2 * w * x, w * w - x * x - y * y + z * z))
+    return (
+        (w * w + x * x - y * y - z * z, 2 * x * y - 2 * w * z, 2 * x * z + 2 * w * y),
+        (2 * x * y + 2 * w * z, w * w - x * x + y * y - z * z, 2 * y * z - 2 * w * x),
+        (2 * x * z - 2 * w * y, 2 * y * z + 2 * w * x, w * w - x * x - y * y + z * z),
+    )
 
 
 def _turn(result, vector, transform):
@@ -161,6 +167,10 @@ def _is_other_sign(quaternion):
     return (x if xx > yy and xx > zz else y if yy > zz else z) < 0
 
 
-for _stamped, _transform in ((PointStamped, do_transform_point), (Vector3Stamped, do_transform_vector3),
-                             (PoseStamped, do_transform_pose), (WrenchStamped, do_transform_wrench)):
+for _stamped, _transform in (
+    (PointStamped, do_transform_point),
+    (Vector3Stamped, do_transform_vector3),
+    (PoseStamped, do_transform_pose),
+    (WrenchStamped, do_transform_wrench),
+):
     tf2_ros.TransformRegistration().add(_stamped, _transform)

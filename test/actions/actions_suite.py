@@ -15,13 +15,15 @@ import rosslt
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'node'))
 from processes import Node, wait_until
 
-IMPORTS = '''
+IMPORTS = """
     import actionlib
     from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult
-    '''
+    """
 
 #: Sends the same goal again and again; prints what it is told, with the sources.
-CLIENT = IMPORTS + '''
+CLIENT = (
+    IMPORTS
+    + """
     def told(feedback):
         x = feedback.base_position.pose.position.x
         print(rosslt.untracked(x), [source.node for source in rosslt.sources(x)], flush=True)
@@ -34,10 +36,13 @@ CLIENT = IMPORTS + '''
         goal.target_pose.pose.position.x = rosslt.location(1.0, name='x')
         client.send_goal(goal, feedback_cb=told)
         client.wait_for_result(rospy.Duration(1.0))
-    '''
+    """
+)
 
 #: Is always a metre ahead of the goal.
-SERVER = IMPORTS + '''
+SERVER = (
+    IMPORTS
+    + """
     def execute(goal):
         feedback = MoveBaseFeedback(base_position=goal.target_pose)
         feedback.base_position.pose.position.x = goal.target_pose.pose.position.x + 1
@@ -48,9 +53,10 @@ SERVER = IMPORTS + '''
     server = {module}.SimpleActionServer('move', MoveBaseAction, execute, auto_start=False)
     server.start()
     rospy.spin()
-    '''
+    """
+)
 
-ADDING_SERVER = '''
+ADDING_SERVER = """
     from actionlib.msg import TwoIntsAction, TwoIntsResult
 
     def add(goal):
@@ -59,9 +65,9 @@ ADDING_SERVER = '''
     server = rosslt.SimpleActionServer('add', TwoIntsAction, add, auto_start=False)
     server.start()
     rospy.spin()
-    '''
+    """
 
-ADDING_CLIENT = '''
+ADDING_CLIENT = """
     from actionlib.msg import TwoIntsAction, TwoIntsGoal
 
     client = rosslt.SimpleActionClient('add', TwoIntsAction)
@@ -70,11 +76,10 @@ ADDING_CLIENT = '''
     sum = client.get_result().sum
     print(sum, sorted(source.node for source in rosslt.sources(sum)), flush=True)
     rospy.spin()
-    '''
+    """
 
 
 class Actions(unittest.TestCase):
-
     def setUp(self):
         self.feedback = queue.Queue()
 
@@ -90,9 +95,13 @@ class Actions(unittest.TestCase):
         """The next position of the server's feedback of which something holds."""
         subscriber = rosslt.Subscriber('move/feedback', MoveBaseActionFeedback, self.feedback.put)
         try:
-            return wait_until(lambda: next((x for x in [
-                self.feedback.get(timeout=10.0).feedback.base_position.pose.position.x] if holds(x)), None),
-                'feedback comes')
+            return wait_until(
+                lambda: next(
+                    (x for x in [self.feedback.get(timeout=10.0).feedback.base_position.pose.position.x] if holds(x)),
+                    None,
+                ),
+                'feedback comes',
+            )
         finally:
             subscriber.unregister()
 
@@ -118,7 +127,7 @@ class Actions(unittest.TestCase):
         self.peers('rosslt', 'rosslt')
         x = self.position()
         self.assertEqual(x, 2.0)
-        source, = rosslt.sources(x)
+        (source,) = rosslt.sources(x)
         self.assertEqual(source.node, '/client')
         self.assertEqual(rosslt.force_value(x, 8.0), {source: rosslt.Change(1.0, 7.0)})
         self.assertEqual(self.position(lambda x: x != 2.0), 8.0)
@@ -150,5 +159,6 @@ class Actions(unittest.TestCase):
 
 if __name__ == '__main__':
     import rostest
+
     rosslt.init_node('actions')
     rostest.rosrun('rosslt', 'actions', '__main__')

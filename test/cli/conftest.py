@@ -10,7 +10,7 @@ from shell import rosslt
 sys.path.insert(0, str(Path(__file__).parents[1] / 'node'))
 from processes import Master, Node, wait_until
 
-TALKER = '''
+TALKER = """
     held = []
     publisher = rosslt.Publisher('goal', PoseStamped, queue_size=10)
     rospy.set_param('~parking', [0.0, -1.0])
@@ -29,13 +29,13 @@ TALKER = '''
         rosslt.location(getter=lambda: float(len(held)), setter=lambda value: held.append(value), name='pin')
         publisher.publish(goal)
         rate.sleep()
-    '''
+    """
 
-RELAY = '''
+RELAY = """
     publisher = rosslt.Publisher('pose', PoseTracked, queue_size=10)
     rosslt.Subscriber('goal', PoseStamped, lambda goal: publisher.publish(position=goal.pose.position))
     rospy.spin()
-    '''
+    """
 
 
 @pytest.fixture(scope='session')

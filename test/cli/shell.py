@@ -13,9 +13,15 @@ TIME_LIMIT = 30  # seconds, on a busy machine
 
 def rosslt(*arguments, **environment):
     """Run the command with its output in a pipe; returns the CompletedProcess."""
-    return subprocess.run(['rosslt', *arguments], stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                          timeout=TIME_LIMIT, check=False,
-                          env=dict(os.environ, **environment))
+    return subprocess.run(
+        ['rosslt', *arguments],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=TIME_LIMIT,
+        check=False,
+        env=dict(os.environ, **environment),
+    )
 
 
 def lines(*arguments):
@@ -31,7 +37,7 @@ def failure(*arguments, **environment):
     result = rosslt(*arguments, **environment)
     assert result.returncode == 1, result
     assert result.stdout == ''
-    line, = result.stderr.splitlines()
+    (line,) = result.stderr.splitlines()
     return line
 
 
@@ -40,8 +46,9 @@ def on_terminal(*arguments):
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack('HHHH', 40, COLUMNS, 0, 0))
     environment = {name: value for name, value in os.environ.items() if name not in ('COLUMNS', 'LINES')}
-    process = subprocess.Popen(['rosslt', *arguments], stdin=theirs, stdout=theirs, stderr=subprocess.PIPE,
-                               env=environment)
+    process = subprocess.Popen(
+        ['rosslt', *arguments], stdin=theirs, stdout=theirs, stderr=subprocess.PIPE, env=environment
+    )
     os.close(theirs)
     printed = b''
     try:

@@ -17,8 +17,12 @@ NO_MASTER = {'ROS_MASTER_URI': 'http://localhost:1'}
 def bag(request, nodes, tmp_path_factory):
     """A bag of a few messages of /goal (in-band) and of /pose (of a tracked type)."""
     path = tmp_path_factory.mktemp('bags') / 'run.bag'
-    subprocess.run(['rosbag', 'record', '-O', str(path), '--limit', '5', *request.param.split(), '/goal', '/pose'],
-                   check=True, stdout=subprocess.DEVNULL, timeout=60)
+    subprocess.run(
+        ['rosbag', 'record', '-O', str(path), '--limit', '5', *request.param.split(), '/goal', '/pose'],
+        check=True,
+        stdout=subprocess.DEVNULL,
+        timeout=60,
+    )
     wait_until(path.exists, 'the bag is there')
     return str(path)
 
@@ -61,12 +65,15 @@ def test_a_topic_without_provenance_has_a_line_too(tmp_path):
 
 
 def test_it_says_why_it_cannot_read(bag, tmp_path):
-    assert failure('bag', str(tmp_path / 'no.bag')) == \
-        f'rosslt bag: cannot read {tmp_path}/no.bag: No such file or directory'
+    assert (
+        failure('bag', str(tmp_path / 'no.bag'))
+        == f'rosslt bag: cannot read {tmp_path}/no.bag: No such file or directory'
+    )
     (tmp_path / 'text.bag').write_text('hello', encoding='utf-8')
     assert 'does not appear to be a bag file' in failure('bag', str(tmp_path / 'text.bag'))
-    assert failure('echo', '--bag', bag, '/nothing') == \
-        'rosslt echo: run.bag has no topic /nothing, it has /goal, /pose'
+    assert (
+        failure('echo', '--bag', bag, '/nothing') == 'rosslt echo: run.bag has no topic /nothing, it has /goal, /pose'
+    )
     with open(bag, 'rb') as whole:
         (tmp_path / 'cut.bag').write_bytes(whole.read()[:2000])
     assert 'rosslt bag: ' in failure('bag', str(tmp_path / 'cut.bag'))

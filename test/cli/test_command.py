@@ -24,7 +24,7 @@ def place(talker, text):
     """file:line:column of a call in the talker's code."""
     with open(talker.file, encoding='utf-8') as file:
         code = file.read().splitlines()
-    number, = (number for number, line in enumerate(code, 1) if text in line)
+    (number,) = (number for number, line in enumerate(code, 1) if text in line)
     return '{}:{}:{}'.format(talker.file, number, code[number - 1].index('rosslt.location') + 1)
 
 
@@ -44,11 +44,11 @@ def put(values):
     locations = rospy.ServiceProxy('/talker/rosslt/list_locations', ListLocations)().locations
     ids = {location.name: location.id for location in locations}
     assert rospy.ServiceProxy('/talker/rosslt/change_sources', ChangeSources)(
-        [ids[name] for name in values], list(map(json.dumps, values.values())), 'test').applied
+        [ids[name] for name in values], list(map(json.dumps, values.values())), 'test'
+    ).applied
 
 
 class TestEveryVerb:
-
     @pytest.mark.parametrize('verb', VERBS)
     def test_has_help_with_an_example(self, verb):
         result = rosslt(verb, '-h')
@@ -59,31 +59,62 @@ class TestEveryVerb:
     def test_is_in_the_help_of_the_command(self):
         assert re.findall(r'^  (\w+) ', rosslt('-h').stdout, re.MULTILINE) == list(VERBS)
 
-    @pytest.mark.parametrize('arguments', [
-        (), ('no_such_verb',), ('list', 'a', 'b'), ('get',), ('set', '/talker/radius'), ('undo',),
-        ('echo', '-n', 'x', '/t'),
-        ('force', '/goal/pose'), ('graph', '--dot', '--svg'), ('bag',), ('save', '/talker'), ('generate',)])
+    @pytest.mark.parametrize(
+        'arguments',
+        [
+            (),
+            ('no_such_verb',),
+            ('list', 'a', 'b'),
+            ('get',),
+            ('set', '/talker/radius'),
+            ('undo',),
+            ('echo', '-n', 'x', '/t'),
+            ('force', '/goal/pose'),
+            ('graph', '--dot', '--svg'),
+            ('bag',),
+            ('save', '/talker'),
+            ('generate',),
+        ],
+    )
     def test_ends_with_2_where_it_is_misused(self, arguments):
         result = rosslt(*arguments)
         assert result.returncode == 2
         assert result.stdout == ''
         assert 'usage: ' in result.stderr or 'see rosslt -h' in result.stderr
 
-    @pytest.mark.parametrize('arguments', [
-        ('list',), ('get', '/talker/radius'), ('set', '/talker/radius', '1'), ('undo', '/talker'), ('echo', '/goal'),
-        ('force', '/goal/pose/position/x', '1'), ('graph',), ('save', '/talker', '-')])
+    @pytest.mark.parametrize(
+        'arguments',
+        [
+            ('list',),
+            ('get', '/talker/radius'),
+            ('set', '/talker/radius', '1'),
+            ('undo', '/talker'),
+            ('echo', '/goal'),
+            ('force', '/goal/pose/position/x', '1'),
+            ('graph',),
+            ('save', '/talker', '-'),
+        ],
+    )
     def test_says_in_one_line_and_at_once_that_there_is_no_master(self, arguments):
         begin = time.monotonic()
         line = failure(*arguments, ROS_MASTER_URI='http://localhost:1')
-        assert line == 'rosslt {}: found no ROS master at http://localhost:1: is roscore running, and ' \
-                       'ROS_MASTER_URI right?'.format(arguments[0])
+        assert (
+            line
+            == 'rosslt {}: found no ROS master at http://localhost:1: is roscore running, and '
+            'ROS_MASTER_URI right?'.format(arguments[0])
+        )
         assert time.monotonic() - begin < 5.0
 
     def test_does_not_wait_for_a_master_that_hangs(self, master):
         with subprocess.Popen(
-                [sys.executable, '-c', 'import socket, time; s = socket.socket(); s.bind(("localhost", 0)); '
-                 's.listen(5); print(s.getsockname()[1], flush=True); time.sleep(60)'],
-                stdout=subprocess.PIPE) as silent:
+            [
+                sys.executable,
+                '-c',
+                'import socket, time; s = socket.socket(); s.bind(("localhost", 0)); '
+                's.listen(5); print(s.getsockname()[1], flush=True); time.sleep(60)',
+            ],
+            stdout=subprocess.PIPE,
+        ) as silent:
             port = int(silent.stdout.readline())
             begin = time.monotonic()
             assert 'found no ROS master' in failure('list', ROS_MASTER_URI=f'http://localhost:{port}')
@@ -105,13 +136,13 @@ class TestEveryVerb:
         wait_until(lambda: state() <= {'/talker', '/relay'}, 'only the nodes are left')
 
     def test_ends_quietly_where_the_reader_of_the_pipe_goes(self, talker):
-        result = subprocess.run('rosslt echo /goal | head -n 1', shell=True, capture_output=True, text=True,
-                                timeout=30, check=False)
+        result = subprocess.run(
+            'rosslt echo /goal | head -n 1', shell=True, capture_output=True, text=True, timeout=30, check=False
+        )
         assert (len(result.stdout.splitlines()), result.stderr) == (1, '')
 
 
 class TestList:
-
     def test_prints_name_type_value_bounds_and_file_of_each_location(self, talker):
         listed = {line[0]: line[1:] for line in lines('list', '/talker')}
         assert listed['/talker/radius'] == ['float', '2.0', '0.5', '10.0', '', place(talker, "'radius'")]
@@ -125,7 +156,7 @@ class TestList:
     def test_is_a_table_on_a_terminal(self, talker):
         printed = on_terminal('list')
         assert re.search(r'^/relay\n/talker\n', printed)
-        row, = re.findall(r'^  radius .*$', printed, re.MULTILINE)
+        (row,) = re.findall(r'^  radius .*$', printed, re.MULTILINE)
         assert row.split() == ['radius', 'float', '2.0', '0.5', '..', '10.0', row.split()[-1]]
         assert row.endswith(os.path.basename(place(talker, "'radius'")))
         assert max(map(len, printed.splitlines())) <= 120
@@ -143,42 +174,57 @@ class TestList:
 
 
 class TestGetAndSet:
-
-    @pytest.mark.parametrize(('location', 'value', 'shown'), [
-        ('radius', '2.5', '2.5'), ('radius', '3', '3.0'), ('radius', '1e0', '1.0'), ('count', '-7', '-7'),
-        ('is/on', 'false', 'false'), ('frame', 'map of:=all "rooms"', 'map of:=all "rooms"'), ('frame', '1.5', '1.5'),
-        ('~parking/0', '-0.25', '-0.25'), ('/height', '0.5', '0.5')])
+    @pytest.mark.parametrize(
+        ('location', 'value', 'shown'),
+        [
+            ('radius', '2.5', '2.5'),
+            ('radius', '3', '3.0'),
+            ('radius', '1e0', '1.0'),
+            ('count', '-7', '-7'),
+            ('is/on', 'false', 'false'),
+            ('frame', 'map of:=all "rooms"', 'map of:=all "rooms"'),
+            ('frame', '1.5', '1.5'),
+            ('~parking/0', '-0.25', '-0.25'),
+            ('/height', '0.5', '0.5'),
+        ],
+    )
     def test_what_was_set_is_what_is_got(self, talker, location, value, shown):
         assert rosslt('set', '/talker/' + location, value).returncode == 0
         assert rosslt('get', 'talker/' + location).stdout == shown + '\n'
 
     def test_set_prints_what_has_changed(self, talker):
-        assert lines('set', '/talker/radius', '4.5') == [
-            ['/talker/radius', '2.0', '4.5', place(talker, "'radius'")]]
-        assert re.match(r'/talker/radius: 4\.5 -> 2\.0  \[talker\.py:\d+:\d+\]\n',
-                        on_terminal('set', '/talker/radius', '2'))
+        assert lines('set', '/talker/radius', '4.5') == [['/talker/radius', '2.0', '4.5', place(talker, "'radius'")]]
+        assert re.match(
+            r'/talker/radius: 4\.5 -> 2\.0  \[talker\.py:\d+:\d+\]\n', on_terminal('set', '/talker/radius', '2')
+        )
 
     def test_a_location_is_found_by_its_id_too(self, talker):
-        source, = json.loads(rosslt('echo', '--once', '--json', '/goal/pose/position/x').stdout)[
-            'provenance']['pose.position.x']['sources']
+        (source,) = json.loads(rosslt('echo', '--once', '--json', '/goal/pose/position/x').stdout)['provenance'][
+            'pose.position.x'
+        ]['sources']
         assert rosslt('get', '{node}#{location_id}'.format(**source)).stdout == '2.0\n'
 
-    @pytest.mark.parametrize(('location', 'value', 'reason'), [
-        ('radius', '0.1', '/talker refuses: 0.1 is below its minimum 0.5'),
-        ('radius', 'far', "/talker/radius: 'far' is no float"),
-        ('radius', 'nan', "/talker/radius: 'nan' is not finite"),
-        ('count', '1.5', "/talker/count: '1.5' is no int"),
-        ('is/on', '1', "/talker/is/on: '1' is neither true nor false"),
-        ('fixed', '2', '/talker refuses: fixed is read-only'),
-        ('nothing', '2', '/talker has no location nothing; see rosslt list /talker')])
+    @pytest.mark.parametrize(
+        ('location', 'value', 'reason'),
+        [
+            ('radius', '0.1', '/talker refuses: 0.1 is below its minimum 0.5'),
+            ('radius', 'far', "/talker/radius: 'far' is no float"),
+            ('radius', 'nan', "/talker/radius: 'nan' is not finite"),
+            ('count', '1.5', "/talker/count: '1.5' is no int"),
+            ('is/on', '1', "/talker/is/on: '1' is neither true nor false"),
+            ('fixed', '2', '/talker refuses: fixed is read-only'),
+            ('nothing', '2', '/talker has no location nothing; see rosslt list /talker'),
+        ],
+    )
     def test_what_does_not_fit_is_refused_with_a_reason(self, talker, location, value, reason):
         assert failure('set', '/talker/' + location, value) == 'rosslt set: ' + reason
 
     def test_a_node_that_is_not_there_is_said_so(self, talker):
-        assert failure('get', '/nobody/radius') == \
-            'rosslt get: /nobody/radius begins with no node that has locations; see rosslt list'
-        assert failure('get', '/talker') == \
-            'rosslt get: /talker names no location of the node; see rosslt list /talker'
+        assert (
+            failure('get', '/nobody/radius')
+            == 'rosslt get: /nobody/radius begins with no node that has locations; see rosslt list'
+        )
+        assert failure('get', '/talker') == 'rosslt get: /talker names no location of the node; see rosslt list /talker'
 
     def test_names_are_those_of_the_namespace(self, talker):
         assert rosslt('get', 'radius', ROS_NAMESPACE='/talker').stdout == '2.0\n'
@@ -186,7 +232,6 @@ class TestGetAndSet:
 
 
 class TestUndo:
-
     def test_takes_the_last_change_back(self, talker):
         rosslt('set', '/talker/radius', '5')
         assert rosslt('undo', '/talker').stdout == 'radius = 2.0\n'
@@ -197,7 +242,6 @@ class TestUndo:
 
 
 class TestEcho:
-
     def test_prints_the_provenance_of_an_ordinary_message_beside_its_fields(self, talker):
         printed = lines('echo', '--once', '/goal')
         short = os.path.basename(place(talker, "'radius'"))
@@ -223,20 +267,23 @@ class TestEcho:
         assert printed['topic'] == '/goal'
         assert printed['publisher'] == '/talker'
         assert printed['value']['pose']['position']['x'] == 7.0
-        source, = printed['provenance']['pose.position.x']['sources']
+        (source,) = printed['provenance']['pose.position.x']['sources']
         assert '{file}:{line}:{column}'.format(**source) == place(talker, "'radius'")
         assert (source['node'], source['name']) == ('/talker', 'radius')
 
     def test_says_what_fields_there_are_instead_of_one_that_is_not(self, talker):
-        assert failure('echo', '/goal/pose/place') == \
-            "rosslt echo: geometry_msgs/Pose has no field 'place', its fields are position, orientation"
+        assert (
+            failure('echo', '/goal/pose/place')
+            == "rosslt echo: geometry_msgs/Pose has no field 'place', its fields are position, orientation"
+        )
 
     def test_of_a_topic_that_nobody_publishes_fails(self, talker):
         assert failure('echo', '/nothing') == 'rosslt echo: nobody publishes /nothing'
 
     def test_without_a_count_is_ended_by_an_interrupt(self, talker):
-        process = subprocess.Popen(['rosslt', 'echo', '/goal/pose/position/x'], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True)
+        process = subprocess.Popen(
+            ['rosslt', 'echo', '/goal/pose/position/x'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
         assert process.stdout.readline().startswith('pose.position.x')
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=30)
@@ -244,10 +291,10 @@ class TestEcho:
 
 
 class TestForce:
-
     def test_changes_the_source_and_prints_what_changed(self, talker):
         assert lines('force', '/goal/pose/position/x', '13') == [
-            ['/talker/radius', '2.0', '4.0', place(talker, "'radius'")]]
+            ['/talker/radius', '2.0', '4.0', place(talker, "'radius'")]
+        ]
         assert rosslt('get', '/talker/radius').stdout == '4.0\n'
 
     def test_reaches_through_another_node(self, talker):
@@ -256,8 +303,10 @@ class TestForce:
 
     def test_changes_a_whole_part_together(self, talker):
         changed = lines('force', '/goal/pose/position', '{x: 10, y: 3.5}')
-        assert [line[:3] for line in changed] == [['/talker/radius', '2.0', '3.0'],
-                                                  ['/talker/~parking/0', '0.0', '0.5']]
+        assert [line[:3] for line in changed] == [
+            ['/talker/radius', '2.0', '3.0'],
+            ['/talker/~parking/0', '0.0', '0.5'],
+        ]
 
     def test_changes_the_source_that_it_is_told(self, talker):
         changed = lines('force', '/goal/pose/position/y', '1.5', '--source', '/talker/~parking/0')
@@ -267,39 +316,47 @@ class TestForce:
 
     def test_dry_run_prints_what_would_change_and_changes_nothing(self, talker):
         assert lines('force', '/goal/pose/position/x', '13', '--dry-run') == [
-            ['/talker/radius', '2.0', '4.0', place(talker, "'radius'")]]
+            ['/talker/radius', '2.0', '4.0', place(talker, "'radius'")]
+        ]
         assert on_terminal('force', '/goal/pose/position/x', '13', '--dry-run').startswith(
-            'would change /talker/radius: 2.0 -> 4.0')
+            'would change /talker/radius: 2.0 -> 4.0'
+        )
         assert rosslt('get', '/talker/radius').stdout == '2.0\n'
 
     def test_changes_a_text(self, talker):
         lines('force', '/goal/header/frame_id', 'map')
         assert rosslt('get', '/talker/frame').stdout == 'map\n'
 
-    @pytest.mark.parametrize(('field', 'value', 'reason'), [
-        ('/goal/pose/orientation/x', '1', 'nothing'),
-        ('/goal/pose/position/x', '100', 'above its maximum 10.0'),
-        ('/goal/pose/orientation/w', '0.5', 'read-only'),
-        ('/goal/pose/position', '{u: 1}', "geometry_msgs/Point has no field 'u', its fields are x, y, z"),
-        ('/goal/pose/position', '{x: near}', "x of the value: 'near' is no float"),
-        ('/goal/pose/position', '5', 'must be given as {FIELD: VALUE, ...}'),
-        ('/goal/pose/position/x', 'near', "'near' is no float")])
+    @pytest.mark.parametrize(
+        ('field', 'value', 'reason'),
+        [
+            ('/goal/pose/orientation/x', '1', 'nothing'),
+            ('/goal/pose/position/x', '100', 'above its maximum 10.0'),
+            ('/goal/pose/orientation/w', '0.5', 'read-only'),
+            ('/goal/pose/position', '{u: 1}', "geometry_msgs/Point has no field 'u', its fields are x, y, z"),
+            ('/goal/pose/position', '{x: near}', "x of the value: 'near' is no float"),
+            ('/goal/pose/position', '5', 'must be given as {FIELD: VALUE, ...}'),
+            ('/goal/pose/position/x', 'near', "'near' is no float"),
+        ],
+    )
     def test_says_why_it_cannot(self, talker, field, value, reason):
         assert reason in failure('force', field, value)
 
     def test_says_what_the_sources_are_where_it_is_told_another(self, talker):
-        assert failure('force', '/goal/pose/position/x', '5', '--source', '/talker/count') == \
-            'rosslt force: /talker/count is none of its sources, which are /talker/radius'
+        assert (
+            failure('force', '/goal/pose/position/x', '5', '--source', '/talker/count')
+            == 'rosslt force: /talker/count is none of its sources, which are /talker/radius'
+        )
 
     def test_does_not_wait_for_a_message_for_ever(self, talker):
         with Node('mute', "publisher = rosslt.Publisher('mute', Point, queue_size=1)\nrospy.spin()"):
-            wait_until(lambda: 'nobody' not in rosslt('force', '/mute/x', '1', '--timeout', '0.1').stderr,
-                       'it publishes')
+            wait_until(
+                lambda: 'nobody' not in rosslt('force', '/mute/x', '1', '--timeout', '0.1').stderr, 'it publishes'
+            )
             assert failure('force', '/mute/x', '1', '--timeout', '0.5') == 'rosslt force: no message within 0.5 s'
 
 
 class TestSave:
-
     def test_writes_what_rosparam_load_puts_in_force_again(self, talker, master, tmp_path):
         changed = {'radius': '4.25', 'frame': 'map', '~parking/0': '9.0', '/height': '2.0'}
         for location, value in changed.items():
@@ -310,8 +367,11 @@ class TestSave:
         assert result.stderr == 'rosslt save: not saved, as no parameter stands behind them: pin\n'
         assert yaml.safe_load(saved.read_text(encoding='utf-8')) == {
             'height': 2.0,
-            'talker': {'parking': [9.0, -1.0],
-                       'rosslt': {'radius': 4.25, 'frame': 'map', 'fixed': 1.0, 'count': 3, 'is': {'on': True}}}}
+            'talker': {
+                'parking': [9.0, -1.0],
+                'rosslt': {'radius': 4.25, 'frame': 'map', 'fixed': 1.0, 'count': 3, 'is': {'on': True}},
+            },
+        }
         put(BEGINNING)
         subprocess.run(['rosparam', 'load', str(saved)], check=True, timeout=30)
         for location, value in changed.items():
@@ -321,8 +381,10 @@ class TestSave:
         assert yaml.safe_load(rosslt('save', '/talker', '-').stdout)['talker']['rosslt']['radius'] == 2.0
 
     def test_says_why_it_cannot_write(self, talker):
-        assert failure('save', '/talker', '/no/such/folder/file') == \
-            'rosslt save: cannot write /no/such/folder/file: No such file or directory'
+        assert (
+            failure('save', '/talker', '/no/such/folder/file')
+            == 'rosslt save: cannot write /no/such/folder/file: No such file or directory'
+        )
 
 
 def test_generate_is_the_generator(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 pytestmark = pytest.mark.rostest
 
 #: Asks bash for its completions of a line, as it does itself when somebody types tab.
-ASK = r'''
+ASK = r"""
 COMP_LINE=$1 COMP_POINT=${#1}
 eval "COMP_WORDS=($1)"
 [[ $1 == *' ' ]] && COMP_WORDS+=('')
@@ -20,36 +20,48 @@ set -- $(complete -p rosslt)
 while [[ $1 != -F ]]; do shift; done
 "$2" rosslt "${COMP_WORDS[-1]}" "${COMP_WORDS[-2]}"
 printf '%s\n' "${COMPREPLY[@]}"
-'''
+"""
 
 
 def completions(line):
     """What may stand at the end of a line; a trailing space says that the word is complete."""
-    setup = next(os.path.join(prefix, 'setup.bash') for prefix in os.environ['CMAKE_PREFIX_PATH'].split(':')
-                 if os.path.exists(os.path.join(prefix, 'bin', 'rosslt')))
+    setup = next(
+        os.path.join(prefix, 'setup.bash')
+        for prefix in os.environ['CMAKE_PREFIX_PATH'].split(':')
+        if os.path.exists(os.path.join(prefix, 'bin', 'rosslt'))
+    )
     # the setup file may set a master of its own
     command = f'source {setup} && export ROS_MASTER_URI=$MASTER\n{ASK}'
-    result = subprocess.run(['bash', '--norc', '-c', command, 'bash', line], capture_output=True, text=True,
-                            timeout=30, check=True, env=dict(os.environ, MASTER=os.environ['ROS_MASTER_URI']))
+    result = subprocess.run(
+        ['bash', '--norc', '-c', command, 'bash', line],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=True,
+        env=dict(os.environ, MASTER=os.environ['ROS_MASTER_URI']),
+    )
     assert result.stderr == ''
     return result.stdout.splitlines()
 
 
-@pytest.mark.parametrize(('line', 'expected'), [
-    ('rosslt s', ['set ', 'save ']),
-    ('rosslt undo /', ['/relay ', '/talker ']),
-    ('rosslt list t', ['talker ']),
-    ('rosslt get /t', ['/talker/']),
-    ('rosslt get /talker/f', ['/talker/frame ', '/talker/fixed ']),
-    ('rosslt set talker/~parking/', ['talker/~parking/0 ', 'talker/~parking/1 ']),
-    ('rosslt echo /g', ['/goal ']),
-    ('rosslt echo --once -n 3 /goal/pose/', ['/goal/pose/position/', '/goal/pose/orientation/']),
-    ('rosslt force /g', ['/goal/']),
-    ('rosslt force /pose/', ['/pose/position/', '/pose/orientation/']),
-    ('rosslt force /goal/pose/position/', [f'/goal/pose/position/{axis} ' for axis in 'xyz']),
-    ('rosslt force /goal/pose/position/x 5 --source /talker/ra', ['/talker/radius ']),
-    ('rosslt save /r', ['/relay ']),
-])
+@pytest.mark.parametrize(
+    ('line', 'expected'),
+    [
+        ('rosslt s', ['set ', 'save ']),
+        ('rosslt undo /', ['/relay ', '/talker ']),
+        ('rosslt list t', ['talker ']),
+        ('rosslt get /t', ['/talker/']),
+        ('rosslt get /talker/f', ['/talker/frame ', '/talker/fixed ']),
+        ('rosslt set talker/~parking/', ['talker/~parking/0 ', 'talker/~parking/1 ']),
+        ('rosslt echo /g', ['/goal ']),
+        ('rosslt echo --once -n 3 /goal/pose/', ['/goal/pose/position/', '/goal/pose/orientation/']),
+        ('rosslt force /g', ['/goal/']),
+        ('rosslt force /pose/', ['/pose/position/', '/pose/orientation/']),
+        ('rosslt force /goal/pose/position/', [f'/goal/pose/position/{axis} ' for axis in 'xyz']),
+        ('rosslt force /goal/pose/position/x 5 --source /talker/ra', ['/talker/radius ']),
+        ('rosslt save /r', ['/relay ']),
+    ],
+)
 def test_what_may_stand_there_is_offered(nodes, line, expected):
     assert completions(line) == expected
 

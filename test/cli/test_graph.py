@@ -17,15 +17,24 @@ def test_each_location_has_the_fields_that_it_reaches_and_the_nodes_on_the_way(n
     assert ['/talker/~parking/0', '/pose', 'position.y', '/talker,/relay'] in flow
     assert ['/talker/frame', '/goal', 'header.frame_id', '/talker'] in flow
     # what is not published reaches nothing
-    assert {line[0] for line in flow} == {'/talker/radius', '/talker/~parking/0', '/talker//height', '/talker/frame',
-                                          '/talker/fixed'}
+    assert {line[0] for line in flow} == {
+        '/talker/radius',
+        '/talker/~parking/0',
+        '/talker//height',
+        '/talker/frame',
+        '/talker/fixed',
+    }
 
 
 def test_it_is_a_tree_on_a_terminal(nodes):
     printed = on_terminal('graph')
-    assert re.search(r'^/talker/radius  \[talker\.py:\d+:\d+\]\n'
-                     r'  /talker -> /goal: pose\.position\.x y\n'
-                     r'    /relay -> /pose: position\.x y$', printed, re.MULTILINE)
+    assert re.search(
+        r'^/talker/radius  \[talker\.py:\d+:\d+\]\n'
+        r'  /talker -> /goal: pose\.position\.x y\n'
+        r'    /relay -> /pose: position\.x y$',
+        printed,
+        re.MULTILINE,
+    )
 
 
 def test_the_drawing_leads_from_the_location_through_the_nodes_to_the_topics(nodes):
@@ -48,8 +57,13 @@ def test_it_says_so_where_no_provenance_passes(nodes):
 
 def test_it_says_so_where_graphviz_is_not_there(nodes, tmp_path):
     for name in ('rosslt', 'python3', 'env'):
-        found = next(os.path.join(folder, name) for folder in os.environ['PATH'].split(':')
-                     if os.path.exists(os.path.join(folder, name)))
+        found = next(
+            os.path.join(folder, name)
+            for folder in os.environ['PATH'].split(':')
+            if os.path.exists(os.path.join(folder, name))
+        )
         (tmp_path / name).symlink_to(found)
-    assert failure('graph', '--svg', '/goal', '--time', '0.5', PATH=str(tmp_path)) == \
-        'rosslt graph: found no command dot: install graphviz'
+    assert (
+        failure('graph', '--svg', '/goal', '--time', '0.5', PATH=str(tmp_path))
+        == 'rosslt graph: found no command dot: install graphviz'
+    )

@@ -45,8 +45,9 @@ class NoDirectory:
 
 
 def as_json(message, path=''):
-    return json.loads(json_line(Received('/topic', '/node', message._type, message), field_of(message, path), path,
-                                NoDirectory()))
+    return json.loads(
+        json_line(Received('/topic', '/node', message._type, message), field_of(message, path), path, NoDirectory())
+    )
 
 
 @pytest.mark.parametrize('message', MESSAGES.values(), ids=list(MESSAGES))
@@ -62,7 +63,7 @@ def test_each_tracked_field_has_its_provenance_beside_it(message):
 
 def test_a_path_in_the_json_leads_to_the_field():
     message = MESSAGES['array in an array']
-    path, = as_json(message)['provenance']
+    (path,) = as_json(message)['provenance']
     assert path == 'markers[0].points[0].y'
     assert field_of(message, path) == 2.0
     assert field_of(message, 'markers[0]/points[0]/y') == 2.0

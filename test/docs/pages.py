@@ -97,8 +97,13 @@ class Reader:
         return status, WARNINGS.sub('', shown)
 
     def _started(self, command, **streams):
-        return subprocess.Popen(['bash', '-c', command], cwd=str(self._folder), start_new_session=True,
-                                env=dict(os.environ, COLUMNS='120'), **streams)
+        return subprocess.Popen(
+            ['bash', '-c', command],
+            cwd=str(self._folder),
+            start_new_session=True,
+            env=dict(os.environ, COLUMNS='120'),
+            **streams,
+        )
 
     def close(self):
         """End what still runs."""

@@ -44,12 +44,31 @@ def test_what_a_page_shows_is_what_happens(reader, page):
 
 
 def test_the_site_is_built_without_a_warning(tmp_path):
-    built = subprocess.run([sys.executable, '-m', 'sphinx', '-q', '-W', '--keep-going', '-b', 'html', '-d',
-                            str(tmp_path / 'trees'), str(DOCS), str(tmp_path / 'site')],
-                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300,
-                           env=dict(os.environ, PYTHONDONTWRITEBYTECODE='1'), check=False)
+    built = subprocess.run(
+        [
+            sys.executable,
+            '-m',
+            'sphinx',
+            '-q',
+            '-W',
+            '--keep-going',
+            '-b',
+            'html',
+            '-d',
+            str(tmp_path / 'trees'),
+            str(DOCS),
+            str(tmp_path / 'site'),
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=300,
+        env=dict(os.environ, PYTHONDONTWRITEBYTECODE='1'),
+        check=False,
+    )
     assert (built.returncode, built.stdout) == (0, '')
     reference = (tmp_path / 'site' / 'reference.html').read_text(encoding='utf-8')
     import rosslt
+
     missing = [name for name in rosslt.__all__ if not re.search(rf'id="(module-)?rosslt[\w.]*\.{name}"', reference)]
     assert not missing

@@ -23,8 +23,7 @@ def wait_until(condition, what, timeout=15.0):
         if value:
             return value
         if time.monotonic() > deadline:
-            raise AssertionError('waited {:g} s in vain for {}'.format(
-                timeout, what() if callable(what) else what))
+            raise AssertionError('waited {:g} s in vain for {}'.format(timeout, what() if callable(what) else what))
         time.sleep(0.01)
 
 
@@ -59,9 +58,10 @@ class Hand:
 
     def marker(self, name):
         """The interactive marker of that name, once it is there."""
-        return wait_until(lambda: self._markers.get(name),
-                          lambda: 'the interactive marker {}; there are: {}'.format(
-                              name, ', '.join(sorted(self.names())) or 'none'))
+        return wait_until(
+            lambda: self._markers.get(name),
+            lambda: 'the interactive marker {}; there are: {}'.format(name, ', '.join(sorted(self.names())) or 'none'),
+        )
 
     def position(self, name):
         position = self.marker(name).pose.position
@@ -102,9 +102,10 @@ class Hand:
 
     def choose(self, name, title):
         """Select an entry of a marker's menu."""
-        entry = wait_until(lambda: next((entry for entry in self.marker(name).menu_entries
-                                         if title in entry.title), None),
-                           'an entry {!r} in the menu of {}'.format(title, name))
+        entry = wait_until(
+            lambda: next((entry for entry in self.marker(name).menu_entries if title in entry.title), None),
+            'an entry {!r} in the menu of {}'.format(title, name),
+        )
         feedback = InteractiveMarkerFeedback(client_id='hand', marker_name=name, menu_entry_id=entry.id)
         self._send(feedback, InteractiveMarkerFeedback.MENU_SELECT)
 

@@ -71,15 +71,19 @@ class MouseCase(unittest.TestCase):
         self.point_at(pixel)
         self.screen.press()
         self.addCleanup(self.screen.release)
-        wait_until(lambda: self.has_reported(InteractiveMarkerFeedback.MOUSE_DOWN, name),
-                   'RViz to take hold of {} at {}'.format(name, place), 3.0)
+        wait_until(
+            lambda: self.has_reported(InteractiveMarkerFeedback.MOUSE_DOWN, name),
+            'RViz to take hold of {} at {}'.format(name, place),
+            3.0,
+        )
         return pixel
 
     def point_at(self, pixel):
         """Move the mouse to a marker, and wait for RViz to say that it can be dragged."""
         wait_until(lambda: self.status_at(EMPTY) == self.status_of_nothing, 'RViz to see nothing', 10.0)
-        wait_until(lambda: self.status_at(pixel) != self.status_of_nothing,
-                   'RViz to see a handle at {}'.format(pixel), 10.0)
+        wait_until(
+            lambda: self.status_at(pixel) != self.status_of_nothing, 'RViz to see a handle at {}'.format(pixel), 10.0
+        )
 
     @classmethod
     def status_at(cls, pixel):
@@ -93,9 +97,16 @@ class MouseCase(unittest.TestCase):
     def drag(self, start, end, name, steps=12, step_time=0.03, is_released=True):
         """Drag a marker, and give the pixels that the mouse went through, to the right and down."""
         first, last = self.press(start, name), self.screen.pixel(*end)
-        self.screen.move([(round(first[0] + (last[0] - first[0]) * step / steps),
-                           round(first[1] + (last[1] - first[1]) * step / steps))
-                          for step in range(1, steps + 1)], step_time)
+        self.screen.move(
+            [
+                (
+                    round(first[0] + (last[0] - first[0]) * step / steps),
+                    round(first[1] + (last[1] - first[1]) * step / steps),
+                )
+                for step in range(1, steps + 1)
+            ],
+            step_time,
+        )
         if is_released:
             self.screen.release()
         return last[0] - first[0], last[1] - first[1]
@@ -103,6 +114,8 @@ class MouseCase(unittest.TestCase):
     def assert_comes_to(self, name, value, tolerance=None):
         """A parameter comes to a value, within a pixel's worth."""
         tolerance = tolerance or 1.0 / self.screen.scale
-        wait_until(lambda: abs(self.parameter(name) - value) <= tolerance,
-                   lambda: '{} to become {} +- {}; it is {}'.format(
-                       name, value, tolerance, self.parameter(name)), 5.0)
+        wait_until(
+            lambda: abs(self.parameter(name) - value) <= tolerance,
+            lambda: '{} to become {} +- {}; it is {}'.format(name, value, tolerance, self.parameter(name)),
+            5.0,
+        )

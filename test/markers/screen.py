@@ -13,8 +13,9 @@ STARTING = 60.0
 STOPPING = 5.0
 
 #: Screenshots are kept here, to be looked at after the tests.
-SCREENSHOTS = pathlib.Path(os.environ.get('ROSSLT_SCREENSHOTS') or
-                           pathlib.Path(__file__).resolve().parents[2] / 'build' / 'screenshots')
+SCREENSHOTS = pathlib.Path(
+    os.environ.get('ROSSLT_SCREENSHOTS') or pathlib.Path(__file__).resolve().parents[2] / 'build' / 'screenshots'
+)
 
 
 class Screen:
@@ -28,8 +29,20 @@ class Screen:
         self._processes = []
         read_end, write_end = os.pipe()
         # Without -noreset, it begins anew when its last client has gone, and takes the window manager with it.
-        self._start(['Xvfb', '-displayfd', str(write_end), '-noreset', '-screen', '0', '{}x{}x24'.format(*SIZE),
-                     '+extension', 'GLX'], pass_fds=[write_end])
+        self._start(
+            [
+                'Xvfb',
+                '-displayfd',
+                str(write_end),
+                '-noreset',
+                '-screen',
+                '0',
+                '{}x{}x24'.format(*SIZE),
+                '+extension',
+                'GLX',
+            ],
+            pass_fds=[write_end],
+        )
         os.close(write_end)
         with os.fdopen(read_end) as pipe:
             number = pipe.readline().strip()
@@ -39,8 +52,9 @@ class Screen:
         self._start(['openbox'])
         self._start(['rviz', '-d', config])
         search = ['search', '--onlyvisible', '--name', r'\.rviz\*? - RViz']
-        window = wait_until(lambda: self._xdotool(*search, is_checked=False).split(), 'the window of RViz',
-                            STARTING)[-1]
+        window = wait_until(lambda: self._xdotool(*search, is_checked=False).split(), 'the window of RViz', STARTING)[
+            -1
+        ]
         self._xdotool('windowmove', window, '0', '0', 'windowsize', window, *map(str, SIZE))
         self.origin = self.scale = None
 
@@ -61,6 +75,7 @@ class Screen:
             color: (red, green, blue), 0 to 255.
             first, second: where they are, (x, y) in metres; x grows to the right and y upwards.
         """
+
         def spots():
             found = self._find(color)
             if len(found) < 8:
@@ -69,6 +84,7 @@ class Screen:
             is_left = found[:, 0] < (found[:, 0].min() + found[:, 0].max()) / 2
             spots = found[is_left].mean(axis=0), found[~is_left].mean(axis=0)
             return spots if numpy.linalg.norm(spots[0] - spots[1]) > 100 else None
+
         left, right = wait_until(spots, 'two spots of the color {}'.format(color), STARTING)
         if first[0] > second[0]:
             first, second = second, first
@@ -121,13 +137,21 @@ class Screen:
         return self._run(['xdotool', *arguments], is_checked).decode()
 
     def _run(self, command, is_checked=True):
-        return subprocess.run(command, env=self._environment, stdout=subprocess.PIPE, check=is_checked,
-                              timeout=STARTING).stdout
+        return subprocess.run(
+            command, env=self._environment, stdout=subprocess.PIPE, check=is_checked, timeout=STARTING
+        ).stdout
 
     def _start(self, command, **options):
         if shutil.which(command[0]) is None:
             raise RuntimeError('{} is not installed'.format(command[0]))
         environment = getattr(self, '_environment', None)
-        self._processes.append(subprocess.Popen(
-            command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL, **options))
+        self._processes.append(
+            subprocess.Popen(
+                command,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                **options,
+            )
+        )

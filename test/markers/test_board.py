@@ -131,6 +131,7 @@ def test_what_cannot_be_drawn_does_not_keep_others_from_being_shown(board, sent)
     class Broken(Thing):
         def draw(self, _can_move):
             raise ArithmeticError('of all things')
+
     board.put(Broken(name='broken'))
     board.put(Thing(name='sound'))
     board.apply()

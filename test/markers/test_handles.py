@@ -22,8 +22,15 @@ from rosslt.markers.geometry import (
 
 TURN = 0.6
 TURNED = (0.0, 0.0, plain_math.sin(TURN / 2), plain_math.cos(TURN / 2))
-POINT_KINDS = [Marker.LINE_STRIP, Marker.LINE_LIST, Marker.POINTS, Marker.SPHERE_LIST, Marker.CUBE_LIST,
-               Marker.TRIANGLE_LIST, Marker.ARROW]
+POINT_KINDS = [
+    Marker.LINE_STRIP,
+    Marker.LINE_LIST,
+    Marker.POINTS,
+    Marker.SPHERE_LIST,
+    Marker.CUBE_LIST,
+    Marker.TRIANGLE_LIST,
+    Marker.ARROW,
+]
 
 
 def is_free(_value):
@@ -68,10 +75,18 @@ def direction(interactive, control):
 
 
 @pytest.mark.parametrize('is_rotated', [False, True])
-@pytest.mark.parametrize(('axes', 'mode', 'acts_along'), [
-    ('x', Control.MOVE_AXIS, (1, 0, 0)), ('y', Control.MOVE_AXIS, (0, 1, 0)), ('z', Control.MOVE_AXIS, (0, 0, 1)),
-    ('xy', Control.MOVE_PLANE, (0, 0, 1)), ('xz', Control.MOVE_PLANE, (0, 1, 0)),
-    ('yz', Control.MOVE_PLANE, (1, 0, 0)), ('xyz', Control.MOVE_3D, None)])
+@pytest.mark.parametrize(
+    ('axes', 'mode', 'acts_along'),
+    [
+        ('x', Control.MOVE_AXIS, (1, 0, 0)),
+        ('y', Control.MOVE_AXIS, (0, 1, 0)),
+        ('z', Control.MOVE_AXIS, (0, 0, 1)),
+        ('xy', Control.MOVE_PLANE, (0, 0, 1)),
+        ('xz', Control.MOVE_PLANE, (0, 1, 0)),
+        ('yz', Control.MOVE_PLANE, (1, 0, 0)),
+        ('xyz', Control.MOVE_3D, None),
+    ],
+)
 def test_tracked_coordinates_give_axes_plane_and_body_along_the_frame(axes, mode, acts_along, is_rotated):
     message = marker()
     if is_rotated:
@@ -109,21 +124,32 @@ def test_what_rviz_does_not_show_by_itself_is_drawn_even_if_it_cannot_be_moved()
 def roll_pitch_yaw(roll, pitch, yaw):
     cr, sr, cp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2)
     sp, cy, sy = math.sin(pitch / 2), math.cos(yaw / 2), math.sin(yaw / 2)
-    return Quaternion(sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy,
-                      cr * cp * cy + sr * sp * sy)
+    return Quaternion(
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
 
 
-@pytest.mark.parametrize(('angles', 'rings'), [
-    ((0.2, 0.3, tracked(0.4)), {'z': (0, 0, 1)}),
-    ((tracked(0.2), 0.0, 0.0), {'x': (1, 0, 0)}),
-    ((0.0, tracked(0.3), 0.4), {'v': (-plain_math.sin(0.4), plain_math.cos(0.4), 0)}),
-    ((tracked(0.2, 1), tracked(0.3, 2), tracked(0.4, 3)), {'x': (1, 0, 0), 'y': (0, 1, 0), 'z': (0, 0, 1)})])
+@pytest.mark.parametrize(
+    ('angles', 'rings'),
+    [
+        ((0.2, 0.3, tracked(0.4)), {'z': (0, 0, 1)}),
+        ((tracked(0.2), 0.0, 0.0), {'x': (1, 0, 0)}),
+        ((0.0, tracked(0.3), 0.4), {'v': (-plain_math.sin(0.4), plain_math.cos(0.4), 0)}),
+        ((tracked(0.2, 1), tracked(0.3, 2), tracked(0.4, 3)), {'x': (1, 0, 0), 'y': (0, 1, 0), 'z': (0, 0, 1)}),
+    ],
+)
 def test_tracked_orientation_gives_rings_for_the_ways_it_can_turn(angles, rings):
     message = marker()
     message.pose.orientation = roll_pitch_yaw(*angles)
     interactive = drawn(message)
-    found = {name[len('rotate_'):]: direction(interactive, control)
-             for name, control in controls(interactive).items() if name.startswith('rotate_')}
+    found = {
+        name[len('rotate_') :]: direction(interactive, control)
+        for name, control in controls(interactive).items()
+        if name.startswith('rotate_')
+    }
     assert set(found) == set(rings)
     for name, expected in rings.items():
         assert found[name] == pytest.approx(expected, abs=1e-6)
@@ -171,11 +197,23 @@ def test_a_point_moves_in_the_coordinates_of_its_rotated_marker():
     assert targets == pytest.approx([2.5])
 
 
-@pytest.mark.parametrize(('kind', 'names'), [
-    (Marker.CUBE, 'xyz'), (Marker.SPHERE, 'xyz'), (Marker.CYLINDER, 'xyz'), (Marker.ARROW, 'xyz'),
-    (Marker.MESH_RESOURCE, 'xyz'), (Marker.CUBE_LIST, 'xyz'), (Marker.SPHERE_LIST, 'xyz'),
-    (Marker.TRIANGLE_LIST, 'xyz'), (Marker.POINTS, 'xy'), (Marker.LINE_STRIP, 'x'), (Marker.LINE_LIST, 'x'),
-    (Marker.TEXT_VIEW_FACING, 'z')])
+@pytest.mark.parametrize(
+    ('kind', 'names'),
+    [
+        (Marker.CUBE, 'xyz'),
+        (Marker.SPHERE, 'xyz'),
+        (Marker.CYLINDER, 'xyz'),
+        (Marker.ARROW, 'xyz'),
+        (Marker.MESH_RESOURCE, 'xyz'),
+        (Marker.CUBE_LIST, 'xyz'),
+        (Marker.SPHERE_LIST, 'xyz'),
+        (Marker.TRIANGLE_LIST, 'xyz'),
+        (Marker.POINTS, 'xy'),
+        (Marker.LINE_STRIP, 'x'),
+        (Marker.LINE_LIST, 'x'),
+        (Marker.TEXT_VIEW_FACING, 'z'),
+    ],
+)
 def test_tracked_sizes_have_handles_where_rviz_heeds_them(kind, names):
     message = marker(kind)
     message.scale.x, message.scale.y, message.scale.z = (tracked(0.5, number) for number in range(3))
@@ -204,6 +242,7 @@ def test_the_size_of_controls_follows_the_size_of_the_marker():
         message = marker(size=side)
         message.pose.position.x = tracked(1.0)
         return drawn(message).scale
+
     assert size(4.0) == pytest.approx(10 * size(0.4))
 
 
@@ -218,8 +257,15 @@ def test_quaternions_are_of_length_one(given):
 
 def test_names_are_unique_over_topic_namespace_and_id():
     names = set()
-    places = [('/a', 'b', 1), ('/a', 'b:1', 1), ('/a/b', '', 1), ('/a', '', 1), ('/a', 'b', 11), ('/a', ':b', 1),
-              ('/a', 'b:1:points[0]', 1)]
+    places = [
+        ('/a', 'b', 1),
+        ('/a', 'b:1', 1),
+        ('/a/b', '', 1),
+        ('/a', '', 1),
+        ('/a', 'b', 11),
+        ('/a', ':b', 1),
+        ('/a', 'b:1:points[0]', 1),
+    ]
     for topic, name, number in places:
         message = marker(Marker.LINE_STRIP, name, number)
         message.pose.position.x, message.points = tracked(1.0), [Point(tracked(1.0), 0.0, 0.0)]
@@ -233,6 +279,7 @@ def test_the_same_thing_in_the_next_message_looks_alike_wherever_it_is():
         message.pose.position.x, message.color.g = tracked(x), color
         (found,) = handles(message).values()
         return found
+
     assert handle(1.0).look == handle(2.0).look
     assert handle(1.0).pose != handle(2.0).pose
     assert handle(1.0).look != handle(1.0, color=0.6).look

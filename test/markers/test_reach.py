@@ -14,8 +14,10 @@ UPPER_ARM, FOREARM = 1.2, 0.9
 
 def tip(shoulder, elbow):
     shoulder, elbow = values.track(shoulder, SHOULDER), values.track(elbow, ELBOW)
-    return [UPPER_ARM * math.cos(shoulder) + FOREARM * math.cos(shoulder + elbow),
-            UPPER_ARM * math.sin(shoulder) + FOREARM * math.sin(shoulder + elbow)]
+    return [
+        UPPER_ARM * math.cos(shoulder) + FOREARM * math.cos(shoulder + elbow),
+        UPPER_ARM * math.sin(shoulder) + FOREARM * math.sin(shoulder + elbow),
+    ]
 
 
 def nearest(tracked, targets):

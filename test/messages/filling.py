@@ -10,10 +10,18 @@ from genmsg.msgs import parse_type
 from rosslt import Source, evaluate, is_tracked, math, sources, track
 from rosslt.values import leaves
 
-INTEGERS = {'int8': (-2 ** 7, 2 ** 7 - 1), 'byte': (-2 ** 7, 2 ** 7 - 1), 'uint8': (0, 2 ** 8 - 1),
-            'char': (0, 2 ** 8 - 1), 'int16': (-2 ** 15, 2 ** 15 - 1), 'uint16': (0, 2 ** 16 - 1),
-            'int32': (-2 ** 31, 2 ** 31 - 1), 'uint32': (0, 2 ** 32 - 1),
-            'int64': (-2 ** 63, 2 ** 63 - 1), 'uint64': (0, 2 ** 64 - 1)}
+INTEGERS = {
+    'int8': (-(2**7), 2**7 - 1),
+    'byte': (-(2**7), 2**7 - 1),
+    'uint8': (0, 2**8 - 1),
+    'char': (0, 2**8 - 1),
+    'int16': (-(2**15), 2**15 - 1),
+    'uint16': (0, 2**16 - 1),
+    'int32': (-(2**31), 2**31 - 1),
+    'uint32': (0, 2**32 - 1),
+    'int64': (-(2**63), 2**63 - 1),
+    'uint64': (0, 2**64 - 1),
+}
 TEXTS = ('', 'world', 'grün', '\u6771\u4eac', 'a\0b', '\U0001f916' * 3)
 
 
@@ -26,7 +34,7 @@ class Filling:
 
     def source(self):
         self._count += self.random.random() < 0.8
-        return Source('/node_%d' % (self._count % 5), (self._count * 2654435761) % 2 ** 48)
+        return Source('/node_%d' % (self._count % 5), (self._count * 2654435761) % 2**48)
 
     def message(self, cls):
         message = cls()
@@ -54,7 +62,7 @@ class Filling:
             # Their constructors make plain integers of what they are given.
             instant = genpy.Time() if type_ == 'time' else genpy.Duration()
             instant.secs = self.integer(*INTEGERS['uint32' if type_ == 'time' else 'int32'])
-            instant.nsecs = self.integer(0, 10 ** 9 - 1)
+            instant.nsecs = self.integer(0, 10**9 - 1)
             return instant
         return self.message(genpy.message.get_message_class(type_))
 

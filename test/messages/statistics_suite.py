@@ -34,8 +34,9 @@ class StatisticsTest(unittest.TestCase):
         cls.timer = rospy.Timer(rospy.Duration(0.05), publish)
 
     def test_lines_in_a_pipe_tell_rates_and_sizes(self):
-        output = subprocess.check_output([*COMMAND, '-n', '4', '/chatter', 'pose', '/plain', '/nothing'],
-                                         encoding='utf-8', timeout=30)
+        output = subprocess.check_output(
+            [*COMMAND, '-n', '4', '/chatter', 'pose', '/plain', '/nothing'], encoding='utf-8', timeout=30
+        )
         lines = output.splitlines()
         self.assertEqual(len(lines), 16)
         last = {line.split()[1]: line for line in lines[-4:]}
@@ -66,8 +67,9 @@ class StatisticsTest(unittest.TestCase):
         self.assertEqual(shown.count(b'topic   type'), 3)
 
     def test_it_ends_when_nobody_reads_any_more(self):
-        process = subprocess.Popen([*COMMAND, '/plain'], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                   encoding='utf-8')
+        process = subprocess.Popen(
+            [*COMMAND, '/plain'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding='utf-8'
+        )
         process.stdout.readline()
         process.stdout.close()
         self.assertEqual(process.wait(30), 0)
@@ -81,8 +83,13 @@ class StatisticsTest(unittest.TestCase):
             self.assertIn('usage:', done.stderr)
 
     def test_without_a_master_it_says_so(self):
-        done = subprocess.run([*COMMAND, '/plain'], env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'),
-                              stderr=subprocess.PIPE, encoding='utf-8', check=False)
+        done = subprocess.run(
+            [*COMMAND, '/plain'],
+            env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'),
+            stderr=subprocess.PIPE,
+            encoding='utf-8',
+            check=False,
+        )
         self.assertEqual(done.returncode, 1)
         self.assertIn('found no ROS master at http://localhost:1', done.stderr)
 

@@ -32,8 +32,13 @@ def has_python(package):
         return False
 
 
-TYPES = [name for package in PATH.packages() if has_python(package)
-         for name in PATH.types(package) if not data_type(PATH.read(name))]
+TYPES = [
+    name
+    for package in PATH.packages()
+    if has_python(package)
+    for name in PATH.types(package)
+    if not data_type(PATH.read(name))
+]
 
 
 @pytest.fixture(scope='module')
@@ -44,8 +49,12 @@ def generated(tmp_path_factory):
     files = sorted((folder / 'msg').glob('*.msg'))
     assert len(files) == len(TYPES)
     search_path = {package: list(PATH.folders(package)) for package in PATH.packages()}
-    assert genpy.generator.MsgGenerator().generate_messages(
-        PACKAGE, [str(file) for file in files], str(folder / PACKAGE), search_path) == 0
+    assert (
+        genpy.generator.MsgGenerator().generate_messages(
+            PACKAGE, [str(file) for file in files], str(folder / PACKAGE), search_path
+        )
+        == 0
+    )
     genpy.generate_initpy.write_modules(str(folder / PACKAGE))
     sys.path.insert(0, str(folder))
     try:

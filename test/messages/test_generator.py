@@ -15,9 +15,13 @@ SCRIPT = Path(__file__).resolve().parents[2] / 'scripts' / 'generate_tracked_msg
 @pytest.fixture
 def share(tmp_path, monkeypatch):
     """A workspace with packages whose messages clash, and one that is not of ROS 1."""
-    messages = {'turtlesim/Pose': 'float32 x\n', 'other_sim/Pose': 'float32 y\nstring class\n',
-                'ros2_only/New': 'string<=3 name\n', 'other_sim/Nothing': '# no fields\n',
-                'other_sim/PoseTracked': 'rosslt/Provenance provenance\nother_sim/Pose data\n'}
+    messages = {
+        'turtlesim/Pose': 'float32 x\n',
+        'other_sim/Pose': 'float32 y\nstring class\n',
+        'ros2_only/New': 'string<=3 name\n',
+        'other_sim/Nothing': '# no fields\n',
+        'other_sim/PoseTracked': 'rosslt/Provenance provenance\nother_sim/Pose data\n',
+    }
     for name, text in messages.items():
         package, short = name.split('/')
         folder = tmp_path / 'prefix' / 'share' / package / 'msg'
@@ -114,16 +118,19 @@ def test_a_package_can_be_looked_for_elsewhere(generate, tmp_path):
     assert generate('-I', 'mine:' + str(tmp_path), '--package', 'mine')[0] == 0
 
 
-@pytest.mark.parametrize(('arguments', 'reason'), [
-    (['geometry_msgs/Pos'], 'found no message type geometry_msgs/Pos: looked for Pos.msg in '),
-    (['no_such_package/Pose'], 'found no message type no_such_package/Pose: looked for'),
-    (['--package', 'no_such_package'], "found no messages of the package 'no_such_package': looked for"),
-    (['Pose'], "'Pose' is not the name of a message type"),
-    (['../../etc/passwd'], 'is not the name of a message type'),
-    (['other_sim/PoseTracked'], 'is already a tracked type, of other_sim/Pose'),
-    (['ros2_only/New'], 'cannot read the message type ros2_only/New in '),
-    (['std_msgs/String', '--name', 'Two'], '--name needs exactly one message type, found 2'),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'reason'),
+    [
+        (['geometry_msgs/Pos'], 'found no message type geometry_msgs/Pos: looked for Pos.msg in '),
+        (['no_such_package/Pose'], 'found no message type no_such_package/Pose: looked for'),
+        (['--package', 'no_such_package'], "found no messages of the package 'no_such_package': looked for"),
+        (['Pose'], "'Pose' is not the name of a message type"),
+        (['../../etc/passwd'], 'is not the name of a message type'),
+        (['other_sim/PoseTracked'], 'is already a tracked type, of other_sim/Pose'),
+        (['ros2_only/New'], 'cannot read the message type ros2_only/New in '),
+        (['std_msgs/String', '--name', 'Two'], '--name needs exactly one message type, found 2'),
+    ],
+)
 def test_what_cannot_be_done_is_said_and_nothing_is_written(generate, share, arguments, reason):
     code, lines, errors = generate('geometry_msgs/Pose', *arguments)
     assert code == 1
@@ -132,8 +139,10 @@ def test_what_cannot_be_done_is_said_and_nothing_is_written(generate, share, arg
     assert generate.files() == {}
 
 
-@pytest.mark.parametrize('arguments', [[], ['--name'], ['-I', 'nonsense', 'std_msgs/String'],
-                                       ['--list', '--dry-run', 'std_msgs/String'], ['--unknown']])
+@pytest.mark.parametrize(
+    'arguments',
+    [[], ['--name'], ['-I', 'nonsense', 'std_msgs/String'], ['--list', '--dry-run', 'std_msgs/String'], ['--unknown']],
+)
 def test_a_call_that_is_not_understood_ends_with_2(generate, arguments):
     code, lines, errors = generate(*arguments)
     assert code == 2
@@ -182,6 +191,11 @@ def test_nothing_is_written_if_one_of_several_cannot_be(generate, monkeypatch):
 
 def test_the_script_runs_without_a_workspace(tmp_path):
     environment = {'PATH': os.environ['PATH'], 'PYTHONPATH': str(SCRIPT.parents[1] / 'src')}
-    done = subprocess.run([sys.executable, '-B', str(SCRIPT), '-o', str(tmp_path), 'geometry_msgs/Pose'],
-                          env=environment, stdout=subprocess.PIPE, encoding='utf-8', check=True)
+    done = subprocess.run(
+        [sys.executable, '-B', str(SCRIPT), '-o', str(tmp_path), 'geometry_msgs/Pose'],
+        env=environment,
+        stdout=subprocess.PIPE,
+        encoding='utf-8',
+        check=True,
+    )
     assert done.stdout.strip() == str(tmp_path / 'PoseTracked.msg')

@@ -51,11 +51,11 @@ def test_a_message_cut_short_is_not_mistaken():
     # genpy would shorten the text without a word, and take what follows for its end.
     data = in_band(String(track('hello world', Source('/node', 1))))
     for missing in range(1, 12):
-        cut = data[:4] + data[4 + missing:]
+        cut = data[:4] + data[4 + missing :]
         assert split_provenance(cut, String) == (cut, b'')
 
 
-@pytest.mark.parametrize('size', [0, 1, 7, 8, 2 ** 31, 2 ** 32 - 1])
+@pytest.mark.parametrize('size', [0, 1, 7, 8, 2**31, 2**32 - 1])
 def test_a_footer_that_lies_is_no_footer(size):
     data = serialized(Pose()) + size.to_bytes(4, 'little') + b'rSLT'
     plain, provenance = split_provenance(data, Pose)
@@ -81,7 +81,7 @@ def test_any_bytes_come_back_whole():
         mutated = bytearray(data)
         for _ in range(chance.choice([1, 2, 5])):
             mutated[chance.randrange(len(mutated))] = chance.randrange(256)
-        mutated = bytes(mutated[:chance.choice([len(mutated), chance.randrange(len(mutated))])])
+        mutated = bytes(mutated[: chance.choice([len(mutated), chance.randrange(len(mutated))])])
         plain, provenance = split_provenance(mutated, Marker)
         assert mutated.startswith(plain + provenance)
         assert len(plain) + len(provenance) in (len(mutated), len(mutated) - 8)

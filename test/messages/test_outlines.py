@@ -17,8 +17,11 @@ SOURCES = [Source('/node', 1), Source('/node', 2), Source('/other', 3)]
 #: Written as floats or as whole numbers, some equal and not the same; one is not to be sent at all.
 numbers = st.sampled_from([0.0, -0.0, 1.0, 1, 0.5, 0.25, -0.5, math.inf]) | st.floats(-10, 10)
 #: Of each coordinate the sources that it is made of, in their order.
-shapes = st.lists(st.permutations(SOURCES).flatmap(lambda order: st.integers(1, 3).map(lambda size: order[:size])),
-                  min_size=3, max_size=3)
+shapes = st.lists(
+    st.permutations(SOURCES).flatmap(lambda order: st.integers(1, 3).map(lambda size: order[:size])),
+    min_size=3,
+    max_size=3,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -39,8 +42,9 @@ def pose(shape, draw):
         if len(made_of) == 1 and draw(st.booleans()):
             coordinates.append(track(draw(st.floats(-10, 10)), made_of[0]))
         else:
-            coordinates.append(from_affine(draw(st.floats(-10, 10)),
-                                           [(source, draw(numbers), draw(numbers)) for source in made_of]))
+            coordinates.append(
+                from_affine(draw(st.floats(-10, 10)), [(source, draw(numbers), draw(numbers)) for source in made_of])
+            )
     return Pose(position=Point(*coordinates))
 
 
@@ -64,6 +68,7 @@ def test_other_numbers_in_an_outline_are_written_and_read_as_without_it(shape, d
 
 def both_ways(*messages):
     """Each message's bytes and what arrives of it, alone and after the others."""
+
     def outcome(message):
         data = encode(message)
         result = provenances(arrived(message, data))
@@ -81,12 +86,16 @@ def both_ways(*messages):
 A, B = SOURCES[:2]
 
 
-@pytest.mark.parametrize('coordinates', [
-    ([(A, 0.0, 0.5)], [(A, -0.0, 0.5)]),
-    ([(A, 0.5, 1.0)], [(A, 0.5, 1)]),
-    ([(A, 0.5, 0.0)], [(A, 0.5, -0.0)]),
-    ([(A, 1, 0.5)], [(A, 1.0, 0.5)]),
-], ids=repr)
+@pytest.mark.parametrize(
+    'coordinates',
+    [
+        ([(A, 0.0, 0.5)], [(A, -0.0, 0.5)]),
+        ([(A, 0.5, 1.0)], [(A, 0.5, 1)]),
+        ([(A, 0.5, 0.0)], [(A, 0.5, -0.0)]),
+        ([(A, 1, 0.5)], [(A, 1.0, 0.5)]),
+    ],
+    ids=repr,
+)
 def test_numbers_that_are_equal_and_not_the_same_have_outlines_of_their_own(coordinates):
     one, other = (from_affine(2.0, terms) for terms in coordinates)
     alone, together = both_ways(*[Pose(position=Point(x, y, 0.0)) for x in (one, other) for y in (one, other)])
@@ -96,9 +105,12 @@ def test_numbers_that_are_equal_and_not_the_same_have_outlines_of_their_own(coor
 
 def test_values_are_put_where_their_sources_are():
     """A comes first, as what a field is, and gets its value last."""
-    alone, together = both_ways(*[
-        Pose(position=Point(track(5.0, A), from_affine(3.0, [(B, number, 0.5), (A, number + 1, 0.25)]), 0.0))
-        for number in (1.5, 2.5)])
+    alone, together = both_ways(
+        *[
+            Pose(position=Point(track(5.0, A), from_affine(3.0, [(B, number, 0.5), (A, number + 1, 0.25)]), 0.0))
+            for number in (1.5, 2.5)
+        ]
+    )
     assert together == alone
 
 
@@ -114,6 +126,7 @@ def test_what_moves_is_checked_and_written_once(monkeypatch):
         def call(*arguments):
             counts[kind] += 1
             return function(*arguments)
+
         return call
 
     monkeypatch.setattr(wire._Encoder, '__init__', counted('written', wire._Encoder.__init__))

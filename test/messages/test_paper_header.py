@@ -23,10 +23,11 @@ def cpp_apply(value, expression):
         if token in '+-*/':
             last = stack.pop()
             if isinstance(last, str):
-                stack[-1] = stack[-1] + last if token == '+' else stack[-1][:-len(last)]
+                stack[-1] = stack[-1] + last if token == '+' else stack[-1][: -len(last)]
             else:
-                stack[-1] = {'+': operator.add, '-': operator.sub, '*': operator.mul,
-                             '/': operator.truediv}[token](stack[-1], last)
+                stack[-1] = {'+': operator.add, '-': operator.sub, '*': operator.mul, '/': operator.truediv}[token](
+                    stack[-1], last
+                )
         elif token == 'swap':
             stack[-2:] = reversed(stack[-2:])
         elif token in ('sin', 'cos', 'asin', 'acos'):
@@ -57,9 +58,19 @@ def test_fields_are_named_by_paths():
     assert {location.source_node for location in header.locations} == {NODE}
 
 
-@pytest.mark.parametrize(('leaf', 'expression'), [
-    (X, ''), (2 * X, '2;*;'), (X * 0.1 + 3.5, '0.1;*;3.5;+;'), (X + 0.0, ''), (math.sin(X), 'sin;'),
-    (2.0 / X, '2.0;swap;/;'), (-math.cos(2 * X), '2;swap;*;cos;-1;*;'), (math.acos(X) - 1, 'acos;1;-;')])
+@pytest.mark.parametrize(
+    ('leaf', 'expression'),
+    [
+        (X, ''),
+        (2 * X, '2;*;'),
+        (X * 0.1 + 3.5, '0.1;*;3.5;+;'),
+        (X + 0.0, ''),
+        (math.sin(X), 'sin;'),
+        (2.0 / X, '2.0;swap;/;'),
+        (-math.cos(2 * X), '2;swap;*;cos;-1;*;'),
+        (math.acos(X) - 1, 'acos;1;-;'),
+    ],
+)
 def test_one_source_is_written_as_it_is(leaf, expression):
     location = converted(leaf)
     assert location.expression == expression
@@ -72,8 +83,9 @@ def test_of_several_sources_the_left_most_is_written(leaf):
     location = converted(leaf)
     source = sources(leaf)[0]
     assert location.location_id == source.location_id
-    assert cpp_apply({X: 0.3, Y: 2.0}[X if source.location_id == 1 else Y], location.expression) == \
-        pytest.approx(float(leaf))
+    assert cpp_apply({X: 0.3, Y: 2.0}[X if source.location_id == 1 else Y], location.expression) == pytest.approx(
+        float(leaf)
+    )
     assert cpp_apply(0.7, location.expression) == pytest.approx(evaluate(leaf, {source: 0.7}))
 
 
@@ -106,10 +118,19 @@ def test_a_text_that_would_be_misread_is_left_out():
     assert to_paper_header(String(name + '";'), PaperIds()).paths == []
 
 
-@pytest.mark.parametrize(('value', 'expression', 'source_value'), [
-    (0.6, '2.000000;*;', 0.3), (1.1, '0.333333;*;1.000000;+;', 0.1 / 0.333333), (5.0, '3.000000;swap;-;', -2.0),
-    (0.5, '4.000000;swap;/;', 8.0), (0.0, 'sin;', 0.0), (0.25, 'cos;', 1.318116071652818),
-    (2.5, '1.000000;2.000000;+;*;', 2.5 / 3), (7.0, '', 7.0)])
+@pytest.mark.parametrize(
+    ('value', 'expression', 'source_value'),
+    [
+        (0.6, '2.000000;*;', 0.3),
+        (1.1, '0.333333;*;1.000000;+;', 0.1 / 0.333333),
+        (5.0, '3.000000;swap;-;', -2.0),
+        (0.5, '4.000000;swap;/;', 8.0),
+        (0.0, 'sin;', 0.0),
+        (0.25, 'cos;', 1.318116071652818),
+        (2.5, '1.000000;2.000000;+;*;', 2.5 / 3),
+        (7.0, '', 7.0),
+    ],
+)
 def test_what_the_cpp_library_writes_is_read(value, expression, source_value):
     leaf = read(value, expression)
     assert leaf == value
@@ -129,8 +150,8 @@ def test_integers_are_divided_as_cpp_does():
 
 
 def test_integers_stay_exact():
-    location = converted(track(2 ** 62, Source(NODE, 6)) + 1, Int64)
-    assert cpp_apply(2 ** 62, location.expression) == 2 ** 62 + 1
+    location = converted(track(2**62, Source(NODE, 6)) + 1, Int64)
+    assert cpp_apply(2**62, location.expression) == 2**62 + 1
 
 
 def test_texts_are_read_with_semicolons():
@@ -140,8 +161,9 @@ def test_texts_are_read_with_semicolons():
 
 def test_paths_are_read():
     pose = PoseStamped()
-    header = LocationHeader(['pose/position/x', 'header/stamp/nanosec'],
-                            [Location('/cpp', 1, ''), Location('/cpp', 2, '')])
+    header = LocationHeader(
+        ['pose/position/x', 'header/stamp/nanosec'], [Location('/cpp', 1, ''), Location('/cpp', 2, '')]
+    )
     from_paper_header(pose, header, PaperIds())
     assert sources(pose.pose.position.x) == [Source('/cpp', 1)]
     assert sources(pose.header.stamp.nsecs) == [Source('/cpp', 2)]
@@ -152,28 +174,40 @@ def test_what_was_written_is_read_again():
     pose = Pose(position=Point(X, 2 * X + 1, math.sin(X)))
     received = Pose(position=Point(*(float(each) for each in (X, 2 * X + 1, math.sin(X)))))
     from_paper_header(received, to_paper_header(pose, ids), ids)
-    for sent, arrived in ((pose.position.x, received.position.x), (pose.position.y, received.position.y),
-                          (pose.position.z, received.position.z)):
+    for sent, arrived in (
+        (pose.position.x, received.position.x),
+        (pose.position.y, received.position.y),
+        (pose.position.z, received.position.z),
+    ):
         assert sources(arrived) == sources(sent)
         assert evaluate(arrived, {Source(NODE, 1): 0.5}) == pytest.approx(evaluate(sent, {Source(NODE, 1): 0.5}))
 
 
 def test_ids_of_48_bits_get_ids_of_31_and_are_known_again():
     ids = PaperIds()
-    large = [Source(NODE, 5), Source(NODE, 5 + 2 ** 40), Source(NODE, 5 + 2 ** 41), Source('/other', 5)]
+    large = [Source(NODE, 5), Source(NODE, 5 + 2**40), Source(NODE, 5 + 2**41), Source('/other', 5)]
     numbers = [ids.number(source) for source in large]
-    assert max(numbers) < 2 ** 31
+    assert max(numbers) < 2**31
     assert [ids.number(source) for source in large] == numbers
     assert [ids.source(source.node, number) for source, number in zip(large, numbers)] == large
     assert ids.source('/cpp', 3) == Source('/cpp', 3)
     assert ids.number(Source('/cpp', 3)) == 3
 
 
-@pytest.mark.parametrize(('path', 'expression', 'reason'), [
-    ('position/w', '', "no field 'w'"), ('position', '', 'to a Point'), ('position/x/real', '', "no field 'real'"),
-    ('position/x', '+;', "found '\\+'"), ('position/x', 'swap;', "found 'swap'"), ('position/x', 'sinh;', "'sinh'"),
-    ('position/x', '__import__;', "'__import__'"), ('position/x', '2;', 'leaves the source out'),
-    ('position/x', '1;+;' * 10001, '20002 tokens')])
+@pytest.mark.parametrize(
+    ('path', 'expression', 'reason'),
+    [
+        ('position/w', '', "no field 'w'"),
+        ('position', '', 'to a Point'),
+        ('position/x/real', '', "no field 'real'"),
+        ('position/x', '+;', "found '\\+'"),
+        ('position/x', 'swap;', "found 'swap'"),
+        ('position/x', 'sinh;', "'sinh'"),
+        ('position/x', '__import__;', "'__import__'"),
+        ('position/x', '2;', 'leaves the source out'),
+        ('position/x', '1;+;' * 10001, '20002 tokens'),
+    ],
+)
 def test_what_is_wrong_is_said_and_the_message_is_as_it_was(path, expression, reason):
     pose = Pose()
     header = LocationHeader(['position/y', path], [Location('/cpp', 1, ''), Location('/cpp', 2, expression)])
@@ -182,7 +216,7 @@ def test_what_is_wrong_is_said_and_the_message_is_as_it_was(path, expression, re
     assert not is_tracked(pose)
 
 
-@pytest.mark.parametrize('number', [-1, 2 ** 31])
+@pytest.mark.parametrize('number', [-1, 2**31])
 def test_an_id_that_is_none_is_said(number):
     with pytest.raises(BadHeader, match='location id'):
         from_paper_header(Pose(), LocationHeader(['position/x'], [Location('/cpp', number, '')]), PaperIds())

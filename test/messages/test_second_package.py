@@ -48,27 +48,40 @@ class Workspace:
 
     def command(self, command, space):
         """A command in the environment of nothing but ROS, this workspace's space if one is given, and the master."""
-        environment = {name: os.environ[name] for name in ('HOME', 'LANG', 'ROS_LOG_DIR', 'ROSSLT_RUN')
-                       if name in os.environ}
-        environment.update(PATH='/usr/bin:/bin', ROS_MASTER_URI='http://localhost:%d' % self.port,
-                           ROS_HOSTNAME='localhost', ROS_LANG_DISABLE='genlisp', PYTHONUNBUFFERED='1')
+        environment = {
+            name: os.environ[name] for name in ('HOME', 'LANG', 'ROS_LOG_DIR', 'ROSSLT_RUN') if name in os.environ
+        }
+        environment.update(
+            PATH='/usr/bin:/bin',
+            ROS_MASTER_URI='http://localhost:%d' % self.port,
+            ROS_HOSTNAME='localhost',
+            ROS_LANG_DISABLE='genlisp',
+            PYTHONUNBUFFERED='1',
+        )
         if space:
-            command = ['bash', '-c', 'source "$0" && PATH=/usr/bin:$PATH exec "$@"',
-                       str(self.folder / space / 'setup.bash'), *command]
+            command = [
+                'bash',
+                '-c',
+                'source "$0" && PATH=/usr/bin:$PATH exec "$@"',
+                str(self.folder / space / 'setup.bash'),
+                *command,
+            ]
         return dict(args=command, cwd=str(self.folder), env=environment, stdin=subprocess.DEVNULL, encoding='utf-8')
 
     def run(self, command, space):
         """The output of a command, which must succeed."""
-        done = subprocess.run(**self.command(command, space), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              timeout=600, check=False)
+        done = subprocess.run(
+            **self.command(command, space), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=600, check=False
+        )
         assert done.returncode == 0, '%s ended with %d:\n%s' % (' '.join(command), done.returncode, done.stdout)
         return done.stdout
 
     def start(self, command, space, log):
         """A process in the background; what it prints goes into a file."""
         with (self.folder / log).open('w') as output:
-            return subprocess.Popen(**self.command(command, space), stdout=output, stderr=subprocess.STDOUT,
-                                    start_new_session=True)
+            return subprocess.Popen(
+                **self.command(command, space), stdout=output, stderr=subprocess.STDOUT, start_new_session=True
+            )
 
     def text(self, log):
         return (self.folder / log).read_text(encoding='utf-8')
@@ -116,13 +129,19 @@ def master(workspace):
 @pytest.mark.usefixtures('master')
 @pytest.mark.parametrize('space', ['devel', 'install'])
 def test_nodes_in_cpp_and_python_read_and_change_tracked_messages(workspace, space):
-    nodes = [workspace.start(['rosrun', 'second_package', name], space, name)
-             for name in ('report_listener', 'report_talker')]
+    nodes = [
+        workspace.start(['rosrun', 'second_package', name], space, name)
+        for name in ('report_listener', 'report_talker')
+    ]
     try:
-        wait_for(lambda: 'tracked: best 68 F of 2, provenance there' in workspace.text('report_listener'),
-                 'the C++ node to read a tracked message')
-        wait_for(lambda: 'ordinary: best 20 C of 2, provenance none' in workspace.text('report_listener'),
-                 'the C++ node to read an ordinary message with provenance behind it')
+        wait_for(
+            lambda: 'tracked: best 68 F of 2, provenance there' in workspace.text('report_listener'),
+            'the C++ node to read a tracked message',
+        )
+        wait_for(
+            lambda: 'ordinary: best 20 C of 2, provenance none' in workspace.text('report_listener'),
+            'the C++ node to read an ordinary message with provenance behind it',
+        )
         bag = str(workspace.folder / (space + '.bag'))
         workspace.run(['rosbag', 'record', '-O', bag, '-l', '3', '/report', '/report_in_band'], space)
         assert 'second_package/ReportTracked' in workspace.run(['rosbag', 'info', bag], space)
@@ -131,8 +150,10 @@ def test_nodes_in_cpp_and_python_read_and_change_tracked_messages(workspace, spa
         changed = workspace.run(['rosrun', 'second_package', 'report_changer'], space)
         assert 'forced to 212.00 F' in changed
         assert 'forced to 300.00 K' in changed
-        wait_for(lambda: 'tracked: best 80.33 F' in workspace.text('report_listener'),
-                 'the C++ node to read what was changed')
+        wait_for(
+            lambda: 'tracked: best 80.33 F' in workspace.text('report_listener'),
+            'the C++ node to read what was changed',
+        )
     finally:
         for node in nodes:
             stop(node)
@@ -140,7 +161,7 @@ def test_nodes_in_cpp_and_python_read_and_change_tracked_messages(workspace, spa
     assert replayed.splitlines() == ['68.0 /report_talker', '20.0 /report_talker']
 
 
-READ_BAG = '''
+READ_BAG = """
 import sys, rosbag
 from rosslt import sources
 from rosslt.messages import attach, split_provenance, unwrap
@@ -152,7 +173,7 @@ with rosbag.Bag(sys.argv[1]) as bag:
     report = message_class().deserialize(plain)
     attach(report, provenance)
     print(report.best.value, sources(report.best.value)[0].node)
-'''
+"""
 
 
 @pytest.mark.parametrize('space', ['devel', 'install'])
@@ -164,23 +185,34 @@ def test_ros_tools_know_the_tracked_types(workspace, space, name):
     listed = workspace.run([*generator, '--list', '--package', 'second_package'], space)
     assert listed.split() == ['second_package/Reading', 'second_package/Report']
     module = 'from second_package.msg import %s as m; print(m._md5sum)' % name
-    assert workspace.run(['rosmsg', 'md5', 'second_package/' + name], space) == \
-        workspace.run(['python3', '-c', module], space)
+    assert workspace.run(['rosmsg', 'md5', 'second_package/' + name], space) == workspace.run(
+        ['python3', '-c', module], space
+    )
 
 
 def test_what_is_not_to_be_installed_is_not(workspace):
     definitions = 'share/second_package/msg'
     assert (workspace.folder / 'devel' / definitions / 'Int8Tracked.msg').is_file()
     assert sorted(path.stem for path in (workspace.folder / 'install' / definitions).iterdir()) == [
-        'Reading', *GENERATED[:1], 'Report', *GENERATED[1:]]
+        'Reading',
+        *GENERATED[:1],
+        'Report',
+        *GENERATED[1:],
+    ]
 
 
 @pytest.mark.parametrize('space', ['devel', 'install'])
 def test_the_tracked_type_of_a_message_is_that_of_its_package(workspace, space):
     ask = 'import rosslt; print(*[rosslt.tracked_type(name)._type for name in %r])' % [
-        'second_package/Report', 'geometry_msgs/Twist', 'geometry_msgs/Pose']
+        'second_package/Report',
+        'geometry_msgs/Twist',
+        'geometry_msgs/Pose',
+    ]
     assert workspace.run(['python3', '-c', ask], space).split() == [
-        'second_package/ReportTracked', 'second_package/TwistTracked', 'rosslt/PoseTracked']
+        'second_package/ReportTracked',
+        'second_package/TwistTracked',
+        'rosslt/PoseTracked',
+    ]
 
 
 def test_after_a_message_changed_only_what_holds_it_is_generated_anew(workspace):

@@ -16,8 +16,21 @@ from rosslt.messages.walkers import walkers
 from rosslt.values import leaves
 
 X = track(0.25, Source('/node', 1))
-WITHOUT_ARRAYS = (Pose, PoseStamped, TransformStamped, Twist, Range, NavSatStatus, Bool, ColorRGBA, Empty, Float64,
-                  Int8, String, Time)
+WITHOUT_ARRAYS = (
+    Pose,
+    PoseStamped,
+    TransformStamped,
+    Twist,
+    Range,
+    NavSatStatus,
+    Bool,
+    ColorRGBA,
+    Empty,
+    Float64,
+    Int8,
+    String,
+    Time,
+)
 
 
 def collected(message):

@@ -29,6 +29,7 @@ def test_a_class_is_made_where_none_is_generated():
 
 def test_a_made_class_is_like_the_generated_one():
     from rosslt.messages.tracked_types import _compiled
+
     texts = {'rosslt/PoseTracked': rosslt.msg.PoseTracked._full_text.split('\n' + '=' * 80)[0]}
     for part in rosslt.msg.PoseTracked._full_text.split('\n' + '=' * 80 + '\nMSG: ')[1:]:
         name, _, text = part.partition('\n')
@@ -73,10 +74,14 @@ def test_a_definition_that_has_changed_since_gets_a_class_of_its_own():
     assert made().deserialize(serialized(wrap(old(X), made))).data.x == 0.25
 
 
-@pytest.mark.parametrize(('name', 'reason'), [
-    ('geometry_msgs/Pos', 'found no Python class of geometry_msgs/Pos|found no message type geometry_msgs/Pos'),
-    ('no_such_package/Pose', 'found no message type no_such_package/Pose: looked for'),
-    ('Pose', 'it must be a package and a type')])
+@pytest.mark.parametrize(
+    ('name', 'reason'),
+    [
+        ('geometry_msgs/Pos', 'found no Python class of geometry_msgs/Pos|found no message type geometry_msgs/Pos'),
+        ('no_such_package/Pose', 'found no message type no_such_package/Pose: looked for'),
+        ('Pose', 'it must be a package and a type'),
+    ],
+)
 def test_a_type_that_is_not_there_is_said(name, reason):
     with pytest.raises(UnknownType, match=reason):
         tracked_type(name)

@@ -40,9 +40,24 @@ def located(message, indices):
     return [value for _, _, value, _ in found]
 
 
-FILLED = [Filling(4).message(cls) for cls in (
-    Pose, Marker, MarkerArray, InteractiveMarkerUpdate, JointTrajectory, DiagnosticArray, LaserScan, TopicStatistics,
-    PoseWithCovariance, Empty, GetValuesRequest, GetValuesResponse, ListLocationsResponse)]
+FILLED = [
+    Filling(4).message(cls)
+    for cls in (
+        Pose,
+        Marker,
+        MarkerArray,
+        InteractiveMarkerUpdate,
+        JointTrajectory,
+        DiagnosticArray,
+        LaserScan,
+        TopicStatistics,
+        PoseWithCovariance,
+        Empty,
+        GetValuesRequest,
+        GetValuesResponse,
+        ListLocationsResponse,
+    )
+]
 
 
 @pytest.mark.parametrize('message', FILLED, ids=lambda message: message._type)
@@ -61,16 +76,27 @@ def test_a_serialized_message_ends_where_the_walk_says(message):
     assert end(data + b'more', 0, len(data) + 4) == len(data)
 
 
-@pytest.mark.parametrize('message', [
-    Image(data=b'123'), Image(data=bytearray(b'123')), Image(data=(1, 2, 3)), Image(data=numpy.zeros(3, numpy.uint8)),
-    LaserScan(ranges=array.array('f', [1, 2])), LaserScan(ranges=numpy.ones(2)), JointState(name=['a', 'b']),
-    PointCloud2(data=memoryview(b'1234'))], ids=lambda message: message._type)
+@pytest.mark.parametrize(
+    'message',
+    [
+        Image(data=b'123'),
+        Image(data=bytearray(b'123')),
+        Image(data=(1, 2, 3)),
+        Image(data=numpy.zeros(3, numpy.uint8)),
+        LaserScan(ranges=array.array('f', [1, 2])),
+        LaserScan(ranges=numpy.ones(2)),
+        JointState(name=['a', 'b']),
+        PointCloud2(data=memoryview(b'1234')),
+    ],
+    ids=lambda message: message._type,
+)
 def test_arrays_of_any_sort_hold_nothing_tracked_by_themselves(message):
     assert collected(message)[0] == []
 
 
-@pytest.mark.parametrize('sort', [list, tuple, type('Readings', (list,), {}),
-                                  lambda items: numpy.array(items, dtype=object)])
+@pytest.mark.parametrize(
+    'sort', [list, tuple, type('Readings', (list,), {}), lambda items: numpy.array(items, dtype=object)]
+)
 def test_tracked_elements_are_found_in_arrays_that_can_hold_them(sort):
     scan = LaserScan(ranges=sort([1.0, X, 3.0]), intensities=sort([X]))
     (first, second), count = collected(scan)
@@ -85,8 +111,10 @@ def test_a_long_array_of_bytes_is_taken_for_data():
 
 
 def test_fields_after_arrays_are_counted_from_where_these_end():
-    trajectory = JointTrajectory(joint_names=['a', 'b'], points=[
-        JointTrajectoryPoint(positions=[1.0, 2.0]), JointTrajectoryPoint(positions=[1.0], velocities=[X])])
+    trajectory = JointTrajectory(
+        joint_names=['a', 'b'],
+        points=[JointTrajectoryPoint(positions=[1.0, 2.0]), JointTrajectoryPoint(positions=[1.0], velocities=[X])],
+    )
     # seq, two of the stamp, frame_id, two names, then 2 + 2 leaves and 1 before the velocity of the second point
     assert collected(trajectory)[0] == [11]
 

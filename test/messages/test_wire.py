@@ -18,7 +18,7 @@ from rosslt.messages.received import ReceivedHeader
 from rosslt.values import AFFINE, SOURCE, assemble
 
 NODE = '/interactive_script'
-X, Y, Z = (track(value, Source(NODE, 0x21d6a37d9b01 + place)) for place, value in enumerate((0.25, -1.5, 2.0)))
+X, Y, Z = (track(value, Source(NODE, 0x21D6A37D9B01 + place)) for place, value in enumerate((0.25, -1.5, 2.0)))
 
 
 def arrived(message, **options):
@@ -59,7 +59,8 @@ def test_sizes_are_as_promised(capsys):
     promised = [  # message, plain size, the paper's in ROS 1, the largest here
         ('Pose, x y z straight from three locations', straight_pose(), 56, 199, 120),
         ('Pose, x y z a Bezier of those', bezier_pose(), 56, 313, 160),
-        ('line strip Marker, 11 Bezier points', bezier_strip(), 423, 2810, 760)]
+        ('line strip Marker, 11 Bezier points', bezier_strip(), 423, 2810, 760),
+    ]
     with capsys.disabled():
         print('\n%-44s %7s %7s %7s %9s %7s' % ('message', 'plain', 'paper', 'tracked', 'in-band', 'limit'))
         for name, message, plain, paper, limit in promised:
@@ -71,8 +72,11 @@ def test_sizes_are_as_promised(capsys):
             assert_arrived(message, arrived(message))
 
 
-@pytest.mark.parametrize('message', [Empty(), Pose(), Marker(points=[Point()] * 3), Image(data=b'12'), String('grün')],
-                         ids=lambda message: message._type)
+@pytest.mark.parametrize(
+    'message',
+    [Empty(), Pose(), Marker(points=[Point()] * 3), Image(data=b'12'), String('grün')],
+    ids=lambda message: message._type,
+)
 def test_a_message_without_a_tracked_field_is_sent_as_rospy_sends_it(message):
     assert in_band(message) == serialized(message)
 
@@ -102,7 +106,7 @@ def test_what_is_not_affine_arrives_as_the_expression():
 
 
 def test_a_value_that_was_cut_to_a_linearization_says_so_after_its_way():
-    source, = sources(X)
+    (source,) = sources(X)
     x = assemble([(SOURCE, source, 0.25), (AFFINE, 3.0, ((0, 2.0),), False)])[1]
     assert 'linearized' in explain(x)
     assert explain(arrived(Float64(x)).data) == explain(x)
@@ -123,7 +127,7 @@ def test_more_operations_than_fit_are_sent_linearized():
         assert evaluate(point.x, nudge) == pytest.approx(evaluate(sent.x, nudge), abs=1e-6)
 
 
-@pytest.mark.parametrize('value', [-2 ** 63, 2 ** 63 - 1, 0, -1])
+@pytest.mark.parametrize('value', [-(2**63), 2**63 - 1, 0, -1])
 def test_integers_are_exact_to_the_limits(value):
     received = arrived(Int64(track(value, Source('/counter', 1))))
     assert received.data == value
@@ -132,21 +136,22 @@ def test_integers_are_exact_to_the_limits(value):
 
 
 def test_integer_expressions_stay_integers():
-    count = track(2 ** 62, Source('/counter', 1))
+    count = track(2**62, Source('/counter', 1))
     received = arrived(Int64(count - 3))
-    assert evaluate(received.data, {Source('/counter', 1): 2 ** 62 + 1}) == 2 ** 62 - 2
+    assert evaluate(received.data, {Source('/counter', 1): 2**62 + 1}) == 2**62 - 2
 
 
 def test_unsigned_integers_beyond_the_signed_ones_arrive():
-    received = arrived(UInt64(track(2 ** 64 - 1, Source('/counter', 1))))
-    assert evaluate(received.data, {}) == 2 ** 64 - 1
+    received = arrived(UInt64(track(2**64 - 1, Source('/counter', 1))))
+    assert evaluate(received.data, {}) == 2**64 - 1
 
 
 def test_an_integer_source_of_a_float_field_stays_an_integer():
     received = arrived(Float64(track(3, Source('/counter', 1))))
     assert received.data == 3.0
-    assert [type(value) for value in solve(received.data, 4.0).values()] == \
-        [type(value) for value in solve(track(3, Source('/counter', 1)), 4.0).values()]
+    assert [type(value) for value in solve(received.data, 4.0).values()] == [
+        type(value) for value in solve(track(3, Source('/counter', 1)), 4.0).values()
+    ]
 
 
 def test_a_text_made_of_texts_arrives():
@@ -157,7 +162,7 @@ def test_a_text_made_of_texts_arrives():
 
 def test_times_keep_the_provenance_of_both_parts():
     sent = Header()
-    sent.stamp.secs = track(2 ** 32 - 1, Source('/clock', 1))
+    sent.stamp.secs = track(2**32 - 1, Source('/clock', 1))
     sent.stamp.nsecs = track(999999998, Source('/clock', 2)) + 1
     assert_arrived(sent, arrived(sent))
 
@@ -217,7 +222,8 @@ def test_a_full_history_that_is_too_long_is_folded():
         points.append(Point(x, 2.0, 3.0))
     received = arrived(Marker(points=points), full_history=True)
     assert evaluate(received.points[-1].x, {sources(X)[0]: 1.0}) == pytest.approx(
-        evaluate(x, {sources(X)[0]: 1.0}), rel=1e-9)
+        evaluate(x, {sources(X)[0]: 1.0}), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize('value', [float('inf'), float('nan')])
@@ -234,8 +240,9 @@ def test_what_cannot_be_sent_is_left_out_with_a_warning(caplog):
     assert 'inf' in caplog.text
 
 
-@pytest.mark.parametrize(('node', 'count'), [('/node_%d' % 0, 36000), ('/' + 'long_name_' * 9 + '%d', 12000)],
-                         ids=['sources', 'bytes'])
+@pytest.mark.parametrize(
+    ('node', 'count'), [('/node_%d' % 0, 36000), ('/' + 'long_name_' * 9 + '%d', 12000)], ids=['sources', 'bytes']
+)
 def test_of_what_is_too_much_for_one_message_the_first_part_arrives(node, count, caplog):
     names = [node % place if '%' in node else node for place in range(count)]
     sent = Marker(points=[Point(track(2.0, Source(name, place)), 0.0, 0.0) for place, name in enumerate(names)])
@@ -247,8 +254,8 @@ def test_of_what_is_too_much_for_one_message_the_first_part_arrives(node, count,
 
 
 def test_a_location_id_has_48_bits(caplog):
-    received = arrived(Point(track(1.0, Source('/node', 2 ** 48 - 1)), track(1.0, Source('/node', 2 ** 48)), 0))
-    assert sources(received.x) == [Source('/node', 2 ** 48 - 1)]
+    received = arrived(Point(track(1.0, Source('/node', 2**48 - 1)), track(1.0, Source('/node', 2**48)), 0))
+    assert sources(received.x) == [Source('/node', 2**48 - 1)]
     assert not is_tracked(received.y)
     assert '48 bits' in caplog.text
 
@@ -290,8 +297,11 @@ def test_provenance_of_an_earlier_way_is_replaced():
     assert solve(received.position.x, 1.0) != {sources(X)[0]: 1.0}
 
 
-@given(strategies.lists(strategies.floats(allow_nan=False, allow_infinity=False, width=64), min_size=1, max_size=5),
-       strategies.floats(-1e6, 1e6), strategies.floats(-1e6, 1e6))
+@given(
+    strategies.lists(strategies.floats(allow_nan=False, allow_infinity=False, width=64), min_size=1, max_size=5),
+    strategies.floats(-1e6, 1e6),
+    strategies.floats(-1e6, 1e6),
+)
 def test_affine_values_arrive_for_all_numbers(values, slope, offset):
     x = sum(slope * track(value, Source('/node', place)) for place, value in enumerate(values)) + offset
     if abs(x) < 1e300 and is_tracked(x):
@@ -300,4 +310,5 @@ def test_affine_values_arrive_for_all_numbers(values, slope, offset):
         assert sources(received) == sources(x)
         changes = dict.fromkeys(sources(x), 1.0)
         assert evaluate(received, changes) == pytest.approx(
-            evaluate(x, changes), rel=1e-6, abs=1e-6 * (1 + max(map(abs, values)) * abs(slope)))
+            evaluate(x, changes), rel=1e-6, abs=1e-6 * (1 + max(map(abs, values)) * abs(slope))
+        )

@@ -20,7 +20,7 @@ def example():
 
 
 def message():
-    x = track(0.25, Source('/script', 0x21d6a37d9b01))
+    x = track(0.25, Source('/script', 0x21D6A37D9B01))
     n = track(3, Source('/script', 7))
     return Point(x, 2.5 * x + n, x * n)
 

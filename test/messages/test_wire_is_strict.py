@@ -36,9 +36,12 @@ QUARTER = ((1, struct.pack('<d', 0.25)),)
 
 def expression(instructions, root, values=QUARTER):
     """A provenance of one field, leaf 0, by instructions in bytes."""
-    return with_values([kind for kind, _ in values], b''.join(value for _, value in values),
-                       packed([len(instructions)]) + b''.join(instructions)
-                       + b'\x01\x00' + packed([len(values) + root]), flags=9)
+    return with_values(
+        [kind for kind, _ in values],
+        b''.join(value for _, value in values),
+        packed([len(instructions)]) + b''.join(instructions) + b'\x01\x00' + packed([len(values) + root]),
+        flags=9,
+    )
 
 
 def use(message):
@@ -68,32 +71,36 @@ def test_the_smallest_provenance_is_understood():
     assert sources(point.x) == [Source('/node', 0)]
 
 
-@pytest.mark.parametrize(('data', 'reason'), [
-    (b'\x02' + header()[1:], 'version 2'),
-    (header(flags=16), 'flags'),
-    (header()[:-1], 'sources of fields'),
-    (header() + b'\0', 'bytes more'),
-    (header(tables=b'\x01\x09/n'), 'bytes of nodes'),
-    (header(tables=b'\x01\x02\xff\xfe\x00'), 'UTF-8'),
-    (header(tables=NODE + b'\x01\x01' + bytes(6)), 'node 1 of 1'),
-    (header(tables=NODE + b'\x02\x00\x00' + bytes(6)), 'location ids'),
-    (header(tables=NODE + packed([10 ** 6])), 'number of sources'),
-    (header(tables=packed([2 ** 62])), 'number of nodes'),
-    (header(tables=b'\x80' * 11), 'more than 10 bytes'),
-    (header(rest=b'\x01\x03\x00'), 'leaf 3'),
-    (header(rest=packed([1, 2 ** 63, 0])), 'leaf %d' % 2 ** 63),
-    (header(rest=b'\x01\x00\x01'), 'leaf 0 with sources 1'),
-    (header(rest=packed([2 ** 30])), 'number of fields'),
-    (with_values([6], b'', b'\x01\x00\x00'), 'kind 6'),
-    (with_values([1], struct.pack('<d', float('nan')), b'\x01\x00\x00'), 'not finite'),
-    (with_values([1], struct.pack('<d', float('inf')), b'\x01\x00\x00'), 'not finite'),
-    (with_values([2], packed([1 << 66]), b'\x01\x00\x00'), '64 bits'),
-    (header(2, rest=b'\x01\x00\x00' + struct.pack('<d', float('-inf')) + b'\x01\x00\x00\x01'), 'not finite'),
-    (header(2, rest=b'\x00\x01\x00\x00' + b'\x01\x00\x00\x02'), 'coefficients 2'),
-    (header(2, rest=b'\x00\x01\x00\x02' + b'\x01\x00\x00\x01'), 'None'),
-    (header(4, rest=b'\x01\x00\x02\x00\x01\x01\x00\x00'), 'number 1 of 1'),
-    (header(4, rest=b'\x01\x00\x01\x00\x01\x00\x00'), 'shortest of 1'),
-], ids=lambda value: value if isinstance(value, str) else '')
+@pytest.mark.parametrize(
+    ('data', 'reason'),
+    [
+        (b'\x02' + header()[1:], 'version 2'),
+        (header(flags=16), 'flags'),
+        (header()[:-1], 'sources of fields'),
+        (header() + b'\0', 'bytes more'),
+        (header(tables=b'\x01\x09/n'), 'bytes of nodes'),
+        (header(tables=b'\x01\x02\xff\xfe\x00'), 'UTF-8'),
+        (header(tables=NODE + b'\x01\x01' + bytes(6)), 'node 1 of 1'),
+        (header(tables=NODE + b'\x02\x00\x00' + bytes(6)), 'location ids'),
+        (header(tables=NODE + packed([10**6])), 'number of sources'),
+        (header(tables=packed([2**62])), 'number of nodes'),
+        (header(tables=b'\x80' * 11), 'more than 10 bytes'),
+        (header(rest=b'\x01\x03\x00'), 'leaf 3'),
+        (header(rest=packed([1, 2**63, 0])), 'leaf %d' % 2**63),
+        (header(rest=b'\x01\x00\x01'), 'leaf 0 with sources 1'),
+        (header(rest=packed([2**30])), 'number of fields'),
+        (with_values([6], b'', b'\x01\x00\x00'), 'kind 6'),
+        (with_values([1], struct.pack('<d', float('nan')), b'\x01\x00\x00'), 'not finite'),
+        (with_values([1], struct.pack('<d', float('inf')), b'\x01\x00\x00'), 'not finite'),
+        (with_values([2], packed([1 << 66]), b'\x01\x00\x00'), '64 bits'),
+        (header(2, rest=b'\x01\x00\x00' + struct.pack('<d', float('-inf')) + b'\x01\x00\x00\x01'), 'not finite'),
+        (header(2, rest=b'\x00\x01\x00\x00' + b'\x01\x00\x00\x02'), 'coefficients 2'),
+        (header(2, rest=b'\x00\x01\x00\x02' + b'\x01\x00\x00\x01'), 'None'),
+        (header(4, rest=b'\x01\x00\x02\x00\x01\x01\x00\x00'), 'number 1 of 1'),
+        (header(4, rest=b'\x01\x00\x01\x00\x01\x00\x00'), 'shortest of 1'),
+    ],
+    ids=lambda value: value if isinstance(value, str) else '',
+)
 def test_what_is_wrong_is_refused_and_named(data, reason):
     assert reason in refused(Point(), data)
 
@@ -106,33 +113,44 @@ def test_no_leaf_comes_twice_and_none_is_beyond_the_message():
     assert 'leaf 3' in refused(Point(), header(rest=b'\x04' + b'\0' * 8))
 
 
-@pytest.mark.parametrize(('message', 'value'), [
-    (Bool(True), b'\x01' + struct.pack('<d', 1.0)), (String('a'), b'\x01' + struct.pack('<d', 1.0)),
-    (Int64(3), b'\x01' + struct.pack('<d', 3.0)), (Float64(3), b'\x03\x01a'), (Float64(1), b'\x05')],
-    ids=['bool', 'string', 'int of float', 'float of string', 'float of bool'])
+@pytest.mark.parametrize(
+    ('message', 'value'),
+    [
+        (Bool(True), b'\x01' + struct.pack('<d', 1.0)),
+        (String('a'), b'\x01' + struct.pack('<d', 1.0)),
+        (Int64(3), b'\x01' + struct.pack('<d', 3.0)),
+        (Float64(3), b'\x03\x01a'),
+        (Float64(1), b'\x05'),
+    ],
+    ids=['bool', 'string', 'int of float', 'float of string', 'float of bool'],
+)
 def test_a_sum_must_fit_the_type_of_its_field(message, value):
     data = with_values(value[:1], value[1:], b'\x00\x00\x01\x02' + b'\x01\x00\x00\x01', flags=3)
     assert 'as a sum' in refused(message, data)
 
 
-@pytest.mark.parametrize(('instructions', 'reason'), [
-    ([b'\0\x01'], 'number of a source'),
-    ([b'\0\0', packed([CODES['sin'], 0])], 'on itself'),
-    ([b'\0\0', packed([CODES['sin'], 2])], 'distance'),
-    ([packed([CODES['sin'], 1]), b'\0\0'], 'distance'),
-    ([b'\0\0', packed([16 + 15000, 1])], 'unknown operation'),
-    ([b'\0\0', b'\x0a'], 'unknown operation'),
-    ([b'\x01' + struct.pack('<d', float('nan'))], 'not finite'),
-    ([packed([2, 1 << 67])], '64 bits'),
-    ([b'\0\0', b'\x06' + bytes(8) + b'\x02\x01'], 'number of terms'),
-    ([b'\x01' + bytes(8), b'\x06' + bytes(8) + b'\x01\x01\x01'], 'number of a\nsource'.replace('\n', ' ')),
-], ids=lambda value: value if isinstance(value, str) else '')
+@pytest.mark.parametrize(
+    ('instructions', 'reason'),
+    [
+        ([b'\0\x01'], 'number of a source'),
+        ([b'\0\0', packed([CODES['sin'], 0])], 'on itself'),
+        ([b'\0\0', packed([CODES['sin'], 2])], 'distance'),
+        ([packed([CODES['sin'], 1]), b'\0\0'], 'distance'),
+        ([b'\0\0', packed([16 + 15000, 1])], 'unknown operation'),
+        ([b'\0\0', b'\x0a'], 'unknown operation'),
+        ([b'\x01' + struct.pack('<d', float('nan'))], 'not finite'),
+        ([packed([2, 1 << 67])], '64 bits'),
+        ([b'\0\0', b'\x06' + bytes(8) + b'\x02\x01'], 'number of terms'),
+        ([b'\x01' + bytes(8), b'\x06' + bytes(8) + b'\x01\x01\x01'], 'number of a\nsource'.replace('\n', ' ')),
+    ],
+    ids=lambda value: value if isinstance(value, str) else '',
+)
 def test_instructions_that_are_wrong_are_refused_and_named(instructions, reason):
     assert reason in refused(Float64(), expression(instructions, len(instructions) - 1))
 
 
 def test_a_million_instructions_are_refused_by_their_number():
-    data = with_values([1], bytes(8), packed([10 ** 6]) + b'\0\0' * 100, flags=9)
+    data = with_values([1], bytes(8), packed([10**6]) + b'\0\0' * 100, flags=9)
     assert 'number of instructions' in refused(Float64(), data)
 
 
@@ -144,8 +162,8 @@ def test_instructions_without_a_value_to_start_from_are_refused():
 EXPLOSIONS = {
     'tower of powers': [b'\0\0'] + [packed([CODES['power'], 1, 1])] * 12,
     'squares of squares': [b'\0\0'] + [packed([CODES['mul'], 1, 1])] * 200,
-    'rounding to a billion digits': [b'\0\0', packed([2, zigzag(-10 ** 9)]), packed([CODES['round_to'], 2, 1])],
-    'a text repeated for ever': [packed([3, 1]) + b'a', packed([2, zigzag(10 ** 15)]), packed([CODES['repeat'], 2, 1])],
+    'rounding to a billion digits': [b'\0\0', packed([2, zigzag(-(10**9))]), packed([CODES['round_to'], 2, 1])],
+    'a text repeated for ever': [packed([3, 1]) + b'a', packed([2, zigzag(10**15)]), packed([CODES['repeat'], 2, 1])],
     'a text doubled for ever': [packed([3, 1]) + b'a'] + [packed([CODES['concat'], 1, 1])] * 200,
     'a format of great width': [packed([3, 13]) + b'%01000000000d', b'\0\0', packed([CODES['mod'], 2, 1])],
 }
@@ -196,13 +214,20 @@ def test_the_limits_keep_the_memory_small():
 
 def samples():
     """Provenances that are right, of every part that there is."""
-    strip = Marker(points=[Point(X * place, 2 * X + place, math.sin(X) * place) for place in range(4)],
-                   text=track('a', Source('/other', 2)) + 'b', frame_locked=track(True, Source('/other', 3)))
+    strip = Marker(
+        points=[Point(X * place, 2 * X + place, math.sin(X) * place) for place in range(4)],
+        text=track('a', Source('/other', 2)) + 'b',
+        frame_locked=track(True, Source('/other', 3)),
+    )
     strip.id = track(7, Source('/node', 9)) * 3
     strip.ns = strip.text
-    y = track(2, Source('/third', 2 ** 47))
-    return [(Pose, encode(Pose(position=Point(X, X + y, X * y)))), (Marker, encode(strip)),
-            (Marker, encode(strip, full_history=True)), (Marker, encode(Filling(3).message(Marker)))]
+    y = track(2, Source('/third', 2**47))
+    return [
+        (Pose, encode(Pose(position=Point(X, X + y, X * y)))),
+        (Marker, encode(strip)),
+        (Marker, encode(strip, full_history=True)),
+        (Marker, encode(Filling(3).message(Marker))),
+    ]
 
 
 def mutated(data, chance, others):
@@ -216,13 +241,13 @@ def mutated(data, chance, others):
         elif way == 1:
             data[place:place] = chance.choice([b'\xff', b'\x80' * 9, b'\0', bytes([chance.randrange(256)])])
         elif way == 2:
-            del data[place:place + chance.randrange(1, 9)]
+            del data[place : place + chance.randrange(1, 9)]
         elif way == 3:
             other = chance.choice(others)
             start = chance.randrange(len(other))
-            data[place:place + 8] = other[start:start + 8]
+            data[place : place + 8] = other[start : start + 8]
         elif way == 4:
-            data[place:place + 8] = struct.pack('<d', chance.choice([float('nan'), float('inf'), 1e308, -0.0]))
+            data[place : place + 8] = struct.pack('<d', chance.choice([float('nan'), float('inf'), 1e308, -0.0]))
         elif data:
             data[place % len(data)] = chance.randrange(256)
     return bytes(data)

@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 
 import rosslt
 
-OWNER = '''
+OWNER = """
     rosslt.location(2.0, name='gain', minimum=0.0, maximum=10.0)
     rosslt.location(1.0, name='offset')
     rosslt.location(3, name='count')
@@ -25,7 +25,7 @@ OWNER = '''
     rosslt.location(True, name='on')
     rosslt.location(5.0, name='fixed', read_only=True)
     rospy.spin()
-    '''
+    """
 
 
 def tracked(node, *names):
@@ -35,25 +35,24 @@ def tracked(node, *names):
     def listed():
         try:
             by_name = {location.name: location for location in list_locations().locations}
-        except rospy.ServiceException:    # it was restarted, and does not offer all yet
+        except rospy.ServiceException:  # it was restarted, and does not offer all yet
             return None
         return by_name if by_name.keys() >= set(names) else None
 
     by_name = wait_until(listed, '{} has {}'.format(node.name, names))
-    found = [rosslt.track(json.loads(by_name[name].value), rosslt.Source(node.name, by_name[name].id))
-             for name in names]
+    found = [
+        rosslt.track(json.loads(by_name[name].value), rosslt.Source(node.name, by_name[name].id)) for name in names
+    ]
     return found if len(found) > 1 else found[0]
 
 
 def change(node, *pairs):
     """Ask the service itself: [(tracked value, JSON text), ...]."""
     service = rospy.ServiceProxy(node.name + '/rosslt/change_sources', ChangeSources)
-    return service([rosslt.sources(value)[0].location_id for value, _ in pairs], [text for _, text in pairs],
-                   'a test')
+    return service([rosslt.sources(value)[0].location_id for value, _ in pairs], [text for _, text in pairs], 'a test')
 
 
 class Changes(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.owner = Node('owner', OWNER)
@@ -86,14 +85,22 @@ class Changes(unittest.TestCase):
         gain, count, frame, on, fixed = tracked(self.owner, 'gain', 'count', 'frame', 'on', 'fixed')
         before = self.current('gain', 'count', 'frame', 'on', 'fixed')
         for value, text, reason in (
-                (gain, '10.5', 'above its maximum 10.0'), (gain, '-1', 'below its minimum 0.0'),
-                (gain, 'NaN', 'not a finite number'), (gain, '1e999', 'not a finite number'),
-                (gain, '"text"', 'is a float'), (gain, 'true', 'is a float'),
-                (gain, '[1.0]', 'not a JSON scalar'), (gain, '', 'not a JSON scalar'),
-                (gain, '[' * 100000, 'not a JSON scalar'),
-                (gain, '9' * 400, 'too large for a float'), (gain, '9' * 10000, 'refuse'),
-                (count, '1.5', 'is a int'), (frame, '3', 'is a str'), (on, '1', 'is a bool'),
-                (fixed, '6.0', 'is read-only')):
+            (gain, '10.5', 'above its maximum 10.0'),
+            (gain, '-1', 'below its minimum 0.0'),
+            (gain, 'NaN', 'not a finite number'),
+            (gain, '1e999', 'not a finite number'),
+            (gain, '"text"', 'is a float'),
+            (gain, 'true', 'is a float'),
+            (gain, '[1.0]', 'not a JSON scalar'),
+            (gain, '', 'not a JSON scalar'),
+            (gain, '[' * 100000, 'not a JSON scalar'),
+            (gain, '9' * 400, 'too large for a float'),
+            (gain, '9' * 10000, 'refuse'),
+            (count, '1.5', 'is a int'),
+            (frame, '3', 'is a str'),
+            (on, '1', 'is a bool'),
+            (fixed, '6.0', 'is read-only'),
+        ):
             answer = change(self.owner, (value, text))
             self.assertFalse(answer.applied, text)
             if reason != 'refuse':
@@ -124,10 +131,12 @@ class Changes(unittest.TestCase):
     def test_a_plain_rostopic_pub_changes_a_source(self):
         offset = tracked(self.owner, 'offset')
         target = self.current('offset') + 1
-        change = '{{node: /owner, location_id: {}, value: "{}"}}'.format(
-            rosslt.sources(offset)[0].location_id, target)
-        subprocess.run(['rostopic', 'pub', '-1', '/rosslt/source_change', 'rosslt/SourceChange', change],
-                       check=True, stdout=subprocess.DEVNULL)
+        change = '{{node: /owner, location_id: {}, value: "{}"}}'.format(rosslt.sources(offset)[0].location_id, target)
+        subprocess.run(
+            ['rostopic', 'pub', '-1', '/rosslt/source_change', 'rosslt/SourceChange', change],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
         wait_until(lambda: self.current('offset') == target, 'the change is applied')
 
     def test_what_was_applied_is_told_with_who_asked(self):
@@ -154,8 +163,10 @@ class Changes(unittest.TestCase):
             return None
 
         try:
-            self.assertIn('/owner takes no changes now: /owner/rosslt/accept_changes is false',
-                          wait_until(refused, 'the node is locked', 0.5))
+            self.assertIn(
+                '/owner takes no changes now: /owner/rosslt/accept_changes is false',
+                wait_until(refused, 'the node is locked', 0.5),
+            )
             before = self.current('offset')
             rospy.set_param('/owner/rosslt/offset', before + 1)
             wait_until(lambda: rospy.get_param('/owner/rosslt/offset') == before, 'it is taken back')
@@ -177,10 +188,10 @@ class Changes(unittest.TestCase):
         with Node('second', OWNER) as second:
             x, y = tracked(self.owner, 'offset'), tracked(second, 'offset')
             changed = rosslt.force_value({'x': 2 * x, 'y': y + 1}, {'x': 8.0, 'y': 9.0})
-            self.assertEqual({source.node: change.new for source, change in changed.items()},
-                             {'/owner': 4.0, '/second': 8.0})
-            self.assertEqual(rosslt.untracked(rosslt.reevaluate({'k': [2 * x, 5, (y + 1,)]})),
-                             {'k': [8.0, 5, (9.0,)]})
+            self.assertEqual(
+                {source.node: change.new for source, change in changed.items()}, {'/owner': 4.0, '/second': 8.0}
+            )
+            self.assertEqual(rosslt.untracked(rosslt.reevaluate({'k': [2 * x, 5, (y + 1,)]})), {'k': [8.0, 5, (9.0,)]})
 
     def test_a_source_that_is_known_to_be_read_only_is_passed_over(self):
         fixed, offset = tracked(self.owner, 'fixed', 'offset')
@@ -215,7 +226,6 @@ class Changes(unittest.TestCase):
 
 
 class Failures(unittest.TestCase):
-
     def test_a_node_that_never_was_is_unreachable(self):
         nobody = rosslt.track(1.0, rosslt.Source('/nobody', 1))
         start = time.monotonic()
@@ -255,13 +265,13 @@ class Failures(unittest.TestCase):
                 rosslt.reevaluate([x, y])
 
     def test_an_owner_killed_in_the_middle_of_a_change_is_unreachable(self):
-        code = '''
+        code = """
             def never_ends(value):
                 print('changing', flush=True)
                 time.sleep(60)
             rosslt.location(getter=lambda: 1.0, setter=never_ends, name='slow')
             rospy.spin()
-            '''
+            """
         with Node('killed', code) as node:
             slow = tracked(node, 'slow')
             caught = []
@@ -291,26 +301,25 @@ class Failures(unittest.TestCase):
             self.assertEqual(tracked(node, 'gain'), 5.0)
 
     def test_ctrl_c_ends_a_node_that_waits_for_an_answer_within_a_second(self):
-        waiting = '''
+        waiting = """
             gain = rosslt.track(2.0, rosslt.Source('/hanging', {}))
             print('waiting', flush=True)
             rosslt.force_value(gain, 3.0, timeout=60.0)
-            '''
+            """
         with Node('hanging', OWNER) as hanging:
             location_id = rosslt.sources(tracked(hanging, 'gain'))[0].location_id
             hanging.process.send_signal(signal.SIGSTOP)
             with Node('waiting', waiting.format(location_id)) as node:
                 self.assertEqual(node.read_line(), 'waiting')
-                time.sleep(0.3)    # into the call: nothing outside shows that it has begun
+                time.sleep(0.3)  # into the call: nothing outside shows that it has begun
                 start = time.monotonic()
                 node.stop(signal.SIGINT)
                 self.assertLess(time.monotonic() - start, 1.0)
 
 
 class Crowd(unittest.TestCase):
-
     CLIENTS, TIMES = 20, 50
-    CLIENT = '''
+    CLIENT = """
         offset = rosslt.track(1.0, rosslt.Source('/crowded', {location_id}))
         print('ready', flush=True)
         while not rospy.has_param('/go'):
@@ -320,7 +329,7 @@ class Crowd(unittest.TestCase):
             (change,) = rosslt.force_value(offset, {first} + turn, timeout=30.0).values()
             acknowledged.append(change)
         print(json.dumps(acknowledged), flush=True)
-        '''
+        """
 
     def test_every_acknowledged_change_happened_in_the_order_acknowledged_and_none_is_lost(self):
         with Node('crowded', OWNER) as node:
@@ -328,9 +337,13 @@ class Crowd(unittest.TestCase):
             told = []
             subscriber = rospy.Subscriber('/crowded/rosslt/changes', AppliedChange, told.append)
             wait_until(subscriber.get_num_connections, 'the owner is connected')
-            clients = [Node('client{}'.format(number), self.CLIENT.format(
-                location_id=location_id, times=self.TIMES, first=1000.0 * (number + 1)))
-                for number in range(self.CLIENTS)]
+            clients = [
+                Node(
+                    'client{}'.format(number),
+                    self.CLIENT.format(location_id=location_id, times=self.TIMES, first=1000.0 * (number + 1)),
+                )
+                for number in range(self.CLIENTS)
+            ]
             try:
                 for client in clients:
                     self.assertEqual(client.read_line(), 'ready')
@@ -339,8 +352,10 @@ class Crowd(unittest.TestCase):
             finally:
                 for client in clients:
                     client.stop(signal.SIGKILL)
-            changes = [(json.loads(change.old_value), json.loads(change.new_value)) for change in
-                       wait_until(lambda: len(told) == self.CLIENTS * self.TIMES and told, 'all are told')]
+            changes = [
+                (json.loads(change.old_value), json.loads(change.new_value))
+                for change in wait_until(lambda: len(told) == self.CLIENTS * self.TIMES and told, 'all are told')
+            ]
             self.assertEqual(sorted(changes), sorted(map(tuple, itertools.chain(*acknowledged))))
             for (_, new), (old, _) in zip(changes, changes[1:]):
                 self.assertEqual(new, old)
@@ -353,5 +368,6 @@ class Crowd(unittest.TestCase):
 
 if __name__ == '__main__':
     import rostest
+
     rosslt.init_node('changes')
     rostest.rosrun('rosslt', 'changes', '__main__')

@@ -15,12 +15,12 @@ from rosslt.srv import ListLocations
 
 import rosslt
 
-SHOW = '''
+SHOW = """
 for source in rosslt.sources(values):
     print(source.location_id, flush=True)
 print(json.dumps(rosslt.untracked(values)), flush=True)
 rospy.spin()
-'''
+"""
 
 
 def rosparam(*arguments):
@@ -35,10 +35,10 @@ def listed(name):
 
 
 class Literals(unittest.TestCase):
-
     def test_the_same_call_again_gives_the_current_value(self):
         def read():
             return rosslt.location(0.25)
+
         first = read()
         self.assertEqual(first, 0.25)
         self.assertEqual(rosslt.force_value(first, 0.5), {rosslt.sources(first)[0]: (0.25, 0.5)})
@@ -65,13 +65,13 @@ class Literals(unittest.TestCase):
         self.assertEqual(os.path.basename(location.file), 'locations_suite.py')
         with open(location.file) as file:
             line = file.readlines()[location.line - 1]
-        self.assertTrue(line[location.column - 1:].startswith("rosslt.location(3, name='listed/here'"), line)
-        self.assertEqual((location.type, location.value, location.minimum, location.maximum),
-                         ('int', '3', '1', '5'))
+        self.assertTrue(line[location.column - 1 :].startswith("rosslt.location(3, name='listed/here'"), line)
+        self.assertEqual((location.type, location.value, location.minimum, location.maximum), ('int', '3', '1', '5'))
 
     def test_each_leaf_of_a_message_is_a_location(self):
         def read():
             return rosslt.location(PoseStamped(), name='goal')
+
         goal = read()
         self.assertIsInstance(goal, PoseStamped)
         self.assertEqual(len(rosslt.sources(goal)), 8)
@@ -114,7 +114,6 @@ class Literals(unittest.TestCase):
 
 
 class External(unittest.TestCase):
-
     def setUp(self):
         self.held = {'value': 2.0}
 
@@ -126,6 +125,7 @@ class External(unittest.TestCase):
     def test_a_getter_and_a_setter_read_and_write_it(self):
         def read():
             return rosslt.location(getter=lambda: self.held['value'], setter=self.set, name='external')
+
         self.assertEqual(read(), 2.0)
         rosslt.force_value(read() * 2, 6.0)
         self.assertEqual(self.held['value'], 3.0)
@@ -138,8 +138,9 @@ class External(unittest.TestCase):
 
     def test_where_one_setter_refuses_the_other_is_put_back(self):
         other = {'value': 1.0}
-        first = rosslt.location(getter=lambda: other['value'], name='other',
-                                setter=lambda value: other.update(value=value))
+        first = rosslt.location(
+            getter=lambda: other['value'], name='other', setter=lambda value: other.update(value=value)
+        )
         second = rosslt.location(getter=lambda: self.held['value'], setter=self.set, name='external2')
         with self.assertRaisesRegex(rosslt.ChangeRejected, 'the file is full'):
             rosslt.force_value([first, second], [5.0, 20.0])
@@ -152,7 +153,6 @@ class External(unittest.TestCase):
 
 
 class Parameters(unittest.TestCase):
-
     def read(self):
         return rosslt.location(1.0, name='parameter', minimum=0.0)
 
@@ -168,6 +168,7 @@ class Parameters(unittest.TestCase):
     def test_a_rosparam_set_of_the_whole_namespace_is_seen(self):
         def read():
             return rosslt.location([1.0, 2.0], name='pair')
+
         read()
         wait_until(lambda: rospy.has_param('~rosslt/pair'), 'the parameter is there')
         rosparam('set', '/locations/rosslt/pair', "{'0': 7.0, '1': 8.0}")
@@ -222,7 +223,6 @@ class Parameters(unittest.TestCase):
 
 
 class ParametersAsSources(unittest.TestCase):
-
     def test_a_parameter_is_a_source_and_a_change_sets_it(self):
         speed = rosslt.get_param('/fleet/speed')
         self.assertTrue(rosslt.is_tracked(speed))
@@ -263,7 +263,6 @@ class ParametersAsSources(unittest.TestCase):
 
 
 class Restarts(unittest.TestCase):
-
     def test_ids_are_the_same_after_a_restart(self):
         code = 'values = [rosslt.location(1.0), rosslt.location(2.0, name="two")]' + SHOW
         with Node('restarted', code) as node:
@@ -314,11 +313,11 @@ class Restarts(unittest.TestCase):
                 rosslt.force_value(stale, 5.0)
 
     def test_a_node_with_two_thousand_locations_is_mirrored(self):
-        code = '''
+        code = """
             values = [rosslt.location(float(i), key=i, name='many') for i in range(2000)]
             print('ready', flush=True)
             rospy.spin()
-            '''
+            """
         with Node('many', code) as node:
             self.assertEqual(node.read_line(), 'ready')
             wait_until(lambda: len(rospy.get_param('/many/rosslt/many', {})) == 2000, 'all are parameters')
@@ -329,5 +328,6 @@ class Restarts(unittest.TestCase):
 
 if __name__ == '__main__':
     import rostest
+
     rosslt.init_node('locations')
     rostest.rosrun('rosslt', 'locations', '__main__')

@@ -24,13 +24,13 @@ class Node:
         environment: further environment variables.
     """
 
-    IMPORTS = '''\
+    IMPORTS = """\
         import json, os, sys, time
         import rospy, rosslt
         from geometry_msgs.msg import Point, Pose, PoseStamped
         from rosslt.msg import Float64Tracked, PoseTracked
         from std_msgs.msg import Float64, String
-        '''
+        """
 
     def __init__(self, name, code, *options, **environment):
         self.name = '/' + name
@@ -47,15 +47,24 @@ class Node:
     def write(self, code):
         """Write the node's code, in place of what it has."""
         with open(self.file, 'w', encoding='utf-8') as file:
-            file.write(textwrap.dedent(self.IMPORTS) + 'rosslt.init_node({!r})\n'.format(self.name[1:])
-                       + textwrap.dedent(code).strip() + '\n')
+            file.write(
+                textwrap.dedent(self.IMPORTS)
+                + 'rosslt.init_node({!r})\n'.format(self.name[1:])
+                + textwrap.dedent(code).strip()
+                + '\n'
+            )
 
     def start(self, wait_for='rosslt/undo'):
         """Start it, and wait until it offers a service below its name, if one is named."""
         with open(self.errors, 'a', encoding='utf-8') as errors:
-            self.process = subprocess.Popen([sys.executable, self.file, *self.options], stdin=subprocess.PIPE,
-                                            stdout=subprocess.PIPE, stderr=errors, text=True,
-                                            env={**os.environ, **self.environment})
+            self.process = subprocess.Popen(
+                [sys.executable, self.file, *self.options],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+                env={**os.environ, **self.environment},
+            )
         if wait_for:
             wait_until(lambda: self.offers(wait_for), 'offers ' + wait_for)
 
@@ -114,8 +123,9 @@ class Master:
         self.start()
 
     def start(self):
-        self.process = subprocess.Popen(['rosmaster', '--core', '-p', str(self.port)],
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.process = subprocess.Popen(
+            ['rosmaster', '--core', '-p', str(self.port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
         wait_until(lambda: rosgraph.is_master_online(self.uri), 'the master answers')
 
     def kill(self):

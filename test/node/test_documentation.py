@@ -26,8 +26,9 @@ def run(tmp_path, master):
     def start(name, code):
         path = tmp_path / (name + '.py')
         path.write_text(code, encoding='utf-8')
-        started.append(subprocess.Popen([sys.executable, str(path)], stdout=subprocess.PIPE,
-                                        stderr=subprocess.STDOUT, text=True))
+        started.append(
+            subprocess.Popen([sys.executable, str(path)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        )
         return started[-1]
 
     yield start
@@ -46,13 +47,15 @@ def parameter(name):
 
 def echoed(topic):
     """The next message on a topic, as rostopic shows it."""
-    return subprocess.run(['rostopic', 'echo', '-n', '1', topic], check=True, stdout=subprocess.PIPE, text=True,
-                          timeout=30).stdout
+    return subprocess.run(
+        ['rostopic', 'echo', '-n', '1', topic], check=True, stdout=subprocess.PIPE, text=True, timeout=30
+    ).stdout
 
 
 def test_the_session_of_the_readme():
-    session = doctest.DocTestParser().get_doctest('\n'.join(blocks('README.md', 'python')[:1]), {}, 'README.md',
-                                                  'README.md', 0)
+    session = doctest.DocTestParser().get_doctest(
+        '\n'.join(blocks('README.md', 'python')[:1]), {}, 'README.md', 'README.md', 0
+    )
     assert session.examples
     assert doctest.DocTestRunner(optionflags=doctest.IGNORE_EXCEPTION_DETAIL).run(session).failed == 0
 
@@ -82,14 +85,14 @@ def test_the_plain_talker_of_the_page_on_nodes_and_its_tracked_twin(run):
     run('talker', tracked)
     assert 'frame_id: "world"' in echoed('/goal')
     assert wait_until(lambda: parameter('/talker/rosslt/radius'), 'the radius is a parameter') == 2.0
-    ask = '''
+    ask = """
 import rospy, rosslt, math
 from geometry_msgs.msg import PoseStamped
 rosslt.init_node('asker')
 goal = rosslt.wait_for_message('goal', PoseStamped, timeout=10.0).pose.position
 rosslt.force_value(goal, rosslt.evaluate(goal, {rosslt.sources(goal)[0]: 3.0}))
 print(rosslt.explain(goal.x))
-'''
+"""
     asker = run('asker', ask)
     output, _ = asker.communicate(timeout=30)
     assert asker.returncode == 0, output

@@ -7,23 +7,23 @@ import pytest
 import rosgraph
 from processes import Node, wait_until
 
-OWNER = '''
+OWNER = """
     publisher = rosslt.Publisher('value', Float64, queue_size=1)
     rosslt.Subscriber('input', Float64, lambda message: print('heard', message.data, flush=True))
     rate = rospy.Rate(20)
     while not rospy.is_shutdown():
         publisher.publish(2 * rosslt.location(1.5, name='half'))
         rate.sleep()
-    '''
+    """
 
-ASKER = '''
+ASKER = """
     value = rosslt.wait_for_message('value', Float64, timeout=10.0).data
     publisher = rosslt.Publisher('input', Float64, queue_size=1, latch=True)
     publisher.publish(value)
     (change,) = rosslt.force_value(value, {target}, timeout=5.0).values()
     print(json.dumps(change), flush=True)
     rospy.spin()
-    '''
+    """
 
 
 @pytest.mark.rostest
@@ -46,7 +46,7 @@ def test_a_node_is_reached_and_heard_again_after_the_master_was_killed_and_resta
 
 @pytest.mark.rostest
 def test_a_node_without_a_master_keeps_its_values_and_ends_when_told_to(master):
-    code = '''
+    code = """
         values = [rosslt.location(1.0, name='kept')]
         print('ready', flush=True)
         sys.stdin.readline()
@@ -55,7 +55,7 @@ def test_a_node_without_a_master_keeps_its_values_and_ends_when_told_to(master):
         except rosslt.SourceUnreachable as error:
             print(error, flush=True)
         print(rosslt.force_value(values[0], 3.0), rosslt.location(0.0, name='later'), flush=True)
-        '''
+        """
     with Node('alone', code) as node:
         assert node.read_line() == 'ready'
         master.kill()

@@ -21,7 +21,7 @@ from std_srvs.srv import SetBool, SetBoolResponse
 
 import rosslt
 
-TALKER = '''
+TALKER = """
     publisher = rosslt.{publisher}('pose', {kind}, queue_size=10, latch=True)
     rate = rospy.Rate(50)
     while not rospy.is_shutdown():
@@ -29,7 +29,7 @@ TALKER = '''
         pose = Pose(position=Point(2 * x, x + 1, 5.0))
         publisher.publish(pose)
         rate.sleep()
-    '''
+    """
 
 
 class Inbox(queue.Queue):
@@ -47,7 +47,6 @@ class Inbox(queue.Queue):
 
 
 class Topics(unittest.TestCase):
-
     def received(self, publisher, kind, subscriber_class, subscribed):
         with Node('talker', TALKER.format(publisher=publisher, kind=kind)):
             inbox = Inbox(subscriber_class, '/pose', subscribed)
@@ -72,8 +71,9 @@ class Topics(unittest.TestCase):
         self.check_tracked(self.received('Publisher', 'PoseTracked', rosslt.Subscriber, PoseTracked))
 
     def test_a_tracked_type_that_is_made_at_run_time_is_the_same(self):
-        self.check_tracked(self.received('Publisher', "rosslt.tracked_type('geometry_msgs/Pose')",
-                                         rosslt.Subscriber, PoseTracked))
+        self.check_tracked(
+            self.received('Publisher', "rosslt.tracked_type('geometry_msgs/Pose')", rosslt.Subscriber, PoseTracked)
+        )
 
     def test_a_plain_subscriber_gets_a_plain_message(self):
         pose = self.received('Publisher', 'Pose', rospy.Subscriber, Pose)
@@ -94,8 +94,13 @@ class Topics(unittest.TestCase):
 
     def test_rostopic_shows_the_plain_message(self):
         with Node('talker', TALKER.format(publisher='Publisher', kind='Pose')):
-            shown = subprocess.run(['rostopic', 'echo', '-n', '1', '/pose/position'], check=True, text=True,
-                                   stdout=subprocess.PIPE, timeout=20).stdout
+            shown = subprocess.run(
+                ['rostopic', 'echo', '-n', '1', '/pose/position'],
+                check=True,
+                text=True,
+                stdout=subprocess.PIPE,
+                timeout=20,
+            ).stdout
         self.assertEqual(shown.split('\n')[:3], ['x: 0.6', 'y: 1.3', 'z: 5.0'])
 
     def test_plain_and_tracked_subscribers_mix_in_one_process_in_either_order(self):
@@ -116,19 +121,18 @@ class Topics(unittest.TestCase):
     def test_plain_and_tracked_publishers_mix_on_one_topic(self):
         plain = rospy.Publisher('mixed', Pose, queue_size=10)
         tracked = rosslt.Publisher('mixed', Pose, queue_size=10)
-        code = '''
+        code = """
             def tell(pose):
                 print(pose.position.y, rosslt.is_tracked(pose), flush=True)
             rosslt.Subscriber('mixed', Pose, tell)
             rospy.spin()
-            '''
+            """
         with Node('listener', code) as listener:
             wait_until(plain.get_num_connections, 'the listener is connected')
             plain.publish(Pose(position=Point(1.0, 2.0, 3.0)))
             tracked.publish(Pose(position=Point(1.0, rosslt.location(4.0), 3.0)))
             plain.publish(Pose(position=Point(1.0, 5.0, 3.0)))
-            self.assertEqual([listener.read_line() for _ in range(3)],
-                             ['2.0 False', '4.0 True', '5.0 False'])
+            self.assertEqual([listener.read_line() for _ in range(3)], ['2.0 False', '4.0 True', '5.0 False'])
 
     def test_a_node_sends_complete_histories_when_it_is_told_to(self):
         code = """
@@ -154,23 +158,23 @@ class Topics(unittest.TestCase):
             inbox.close()
 
     def test_a_latched_message_reaches_late_joiners_with_its_provenance(self):
-        code = '''
+        code = """
             publisher = rosslt.Publisher('latched', Float64, queue_size=1, latch=True)
             publisher.publish(rosslt.location(1.5))
             time.sleep(0.1)
             rospy.spin()
-            '''
+            """
         with Node('latcher', code):
             for _ in range(2):
                 value = rosslt.wait_for_message('latched', Float64, timeout=5.0).data
                 self.assertEqual((value, rosslt.is_tracked(value)), (1.5, True))
 
     def test_a_chain_of_nodes_keeps_the_first_source_and_a_change_goes_back_to_it(self):
-        middle = '''
+        middle = """
             publisher = rosslt.Publisher('out', Float64Tracked, queue_size=1)
             rosslt.Subscriber('pose', PoseTracked, lambda pose: publisher.publish(pose.position.x * 10 - 1))
             rospy.spin()
-            '''
+            """
         talker = TALKER.format(publisher='Publisher', kind='PoseTracked')
         with Node('first', talker), Node('middle', middle):
             inbox = Inbox(rosslt.Subscriber, '/out', Float64Tracked)
@@ -184,8 +188,15 @@ class Topics(unittest.TestCase):
     def test_options_work_as_in_rospy(self):
         publisher = rosslt.Publisher('options', PointStamped, queue_size=5, tcp_nodelay=True, latch=True)
         got = []
-        subscriber = rosslt.Subscriber('options', PointStamped, lambda *arguments: got.append(arguments),
-                                       callback_args='more', queue_size=3, buff_size=10000, tcp_nodelay=True)
+        subscriber = rosslt.Subscriber(
+            'options',
+            PointStamped,
+            lambda *arguments: got.append(arguments),
+            callback_args='more',
+            queue_size=3,
+            buff_size=10000,
+            tcp_nodelay=True,
+        )
         publisher.publish(point=Point(rosslt.location(1.0), 2.0, 3.0))
         message, more = wait_until(lambda: got, 'it arrives')[0]
         self.assertEqual((more, message.point.y, rosslt.is_tracked(message.point.x)), ('more', 2.0, True))
@@ -225,8 +236,10 @@ class Topics(unittest.TestCase):
             inbox = Inbox(rosslt.Subscriber, '/greeting', kind)
             got = inbox.next(), inbox.next()
             self.assertEqual([message.data for message in got], [2.0, 3.0])
-            self.assertEqual([rosslt.solve(message.data, 5.0) for message in got],
-                             [{rosslt.sources(x)[0]: 4.0}, {rosslt.sources(x)[0]: 3.0}])
+            self.assertEqual(
+                [rosslt.solve(message.data, 5.0) for message in got],
+                [{rosslt.sources(x)[0]: 4.0}, {rosslt.sources(x)[0]: 3.0}],
+            )
             inbox.close()
             wait_until(lambda: gone, 'the listener is told that the subscriber is gone')
             self.assertEqual(gone.pop(), ('/greeting', 0))
@@ -305,16 +318,16 @@ class Topics(unittest.TestCase):
         good = bytearray(raw.next()._buff)
         raw.close()
         middle = len(plain.getvalue()) + (len(good) - len(plain.getvalue())) // 4
-        good[middle] ^= 0xff
+        good[middle] ^= 0xFF
         spoiler = rospy.Publisher('spoiled', rospy.AnyMsg, queue_size=10)
-        spoiler.impl.data_class = Float64    # what AnyMsg sends is told to be a Float64
+        spoiler.impl.data_class = Float64  # what AnyMsg sends is told to be a Float64
         spoiled = rospy.AnyMsg()
         spoiled._buff = bytes(good)
-        code = '''
+        code = """
             rosslt.Subscriber('spoiled', Float64, lambda message: print(
                 message.data, rosslt.is_tracked(message), flush=True))
             rospy.spin()
-            '''
+            """
         with Node('listener', code) as listener:
             wait_until(spoiler.get_num_connections, 'the listener is connected')
             for _ in range(3):
@@ -324,19 +337,19 @@ class Topics(unittest.TestCase):
             self.assertEqual(listener.warnings(), 1)
 
     def test_a_subscriber_that_is_slower_than_its_publisher_gets_the_newest(self):
-        code = '''
+        code = """
             publisher = rosslt.Publisher('fast', Float64, queue_size=1)
             x = rosslt.location(1.0)
             for turn in range(400):
                 publisher.publish(x + turn)
                 time.sleep(0.005)
             rospy.spin()
-            '''
+            """
         got = []
 
         def slow(message):
             got.append(message.data)
-            time.sleep(0.1)    # what is slow here
+            time.sleep(0.1)  # what is slow here
 
         subscriber = rosslt.Subscriber('/fast', Float64, slow, queue_size=1)
         with Node('fast', code):
@@ -350,10 +363,11 @@ class Topics(unittest.TestCase):
         with tempfile.TemporaryDirectory() as directory:
             path = os.path.join(directory, 'pose.bag')
             with Node('talker', TALKER.format(publisher='Publisher', kind='Pose')):
-                record = subprocess.Popen(['rosbag', 'record', '-O', path, '/pose'],
-                                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                record = subprocess.Popen(
+                    ['rosbag', 'record', '-O', path, '/pose'], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+                )
                 wait_until(lambda: os.path.exists(path + '.active'), 'the bag is open')
-                time.sleep(1.0)    # some messages: rosbag tells nobody how many it has
+                time.sleep(1.0)  # some messages: rosbag tells nobody how many it has
                 record.send_signal(signal.SIGINT)
                 record.wait(10)
             with rosbag.Bag(path) as bag:
@@ -371,15 +385,14 @@ class Topics(unittest.TestCase):
 
 
 class Services(unittest.TestCase):
-
-    SERVER = '''
+    SERVER = """
         from std_srvs.srv import SetBool, SetBoolResponse
         def handle(request):
             print(rosslt.is_tracked(request.data), flush=True)
             return SetBoolResponse(request.data, 'from ' + rosslt.location('here', name='place'))
         {module}.Service('serve', SetBool, handle)
         rospy.spin()
-        '''
+        """
 
     def test_requests_and_responses_keep_provenance(self):
         on = rosslt.location(True, name='on')
@@ -411,6 +424,7 @@ class Services(unittest.TestCase):
     def test_a_persistent_proxy_and_errors_work_as_in_rospy(self):
         def fail(_request):
             raise rospy.ServiceException('not today')
+
         service = rosslt.Service('~fail', SetBool, fail)
         proxy = rosslt.ServiceProxy('~fail', SetBool, persistent=True)
         for _ in range(2):
@@ -424,5 +438,6 @@ class Services(unittest.TestCase):
 
 if __name__ == '__main__':
     import rostest
+
     rosslt.init_node('topics')
     rostest.rosrun('rosslt', 'topics', '__main__')

@@ -20,9 +20,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'markers'))
 from hand import Hand, wait_until
 
 SCRIPT = Path(rospy.myargv()[1])
-TICK = 0.02             # s, one turn of the nodes
+TICK = 0.02  # s, one turn of the nodes
 PRECISION = 0.001
-DURATION = 4.0          # s, of a flight
+DURATION = 4.0  # s, of a flight
 LINE, CONTROL, END = range(3)
 
 
@@ -63,7 +63,6 @@ class Time:
 
 
 class Drags(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.trajectory = cls.quadcopter = None
@@ -96,8 +95,9 @@ class Drags(unittest.TestCase):
 
     def fly_on(self, progress):
         """Let time pass until a part of the flight is over; give the position of the quadcopter."""
-        self.time.move_until(lambda: self.progress(self.quadcopter.pose.position) > progress - 1e-6,
-                             'the flight to be on its way')
+        self.time.move_until(
+            lambda: self.progress(self.quadcopter.pose.position) > progress - 1e-6, 'the flight to be on its way'
+        )
         return self.quadcopter.pose.position
 
     def drag(self, name, dx, dy, dz):
@@ -124,8 +124,11 @@ class Drags(unittest.TestCase):
             match = re.fullmatch(pattern, SCRIPT.read_text())
             return match and [float(number) for number in match.groups()]
 
-        wait_until(lambda: numbers() and near(numbers(), expected, 0.51 * PRECISION),
-                   lambda: '{!r} with {}; it is {!r}'.format(template, expected, SCRIPT.read_text()), 5.0)
+        wait_until(
+            lambda: numbers() and near(numbers(), expected, 0.51 * PRECISION),
+            lambda: '{!r} with {}; it is {!r}'.format(template, expected, SCRIPT.read_text()),
+            5.0,
+        )
 
     def assert_comes_to(self, what, where):
         """With the next ticks, something is where it ought to be."""
@@ -165,20 +168,26 @@ class Drags(unittest.TestCase):
         dropped = self.drag('/quadcopter:quadcopter:0', *moved)
         end = [a + (b - a) / progress for a, b in zip(start, dropped)]
         self.assert_script_becomes('goto({}, {}, {})\nspare = 0\n', *end)
-        overshooting = [old + by / progress ** 2 for old, by in zip(before, moved)]
+        overshooting = [old + by / progress**2 for old, by in zip(before, moved)]
         self.assertFalse(near(end, overshooting, 0.5), 'the first occurrence alone would have to move that far')
 
         self.assert_comes_to(lambda: self.trajectory[END].pose.position, end)
-        there = {rosslt.sources(old)[0]: float(new)
-                 for old, new in zip(parts(here), parts(self.trajectory[END].pose.position))}
+        there = {
+            rosslt.sources(old)[0]: float(new)
+            for old, new in zip(parts(here), parts(self.trajectory[END].pose.position))
+        }
         there = [rosslt.evaluate(part, there) for part in parts(here)]
-        self.assertTrue(near(there, dropped, 0.51 * PRECISION),
-                        'where it was dragged, the new flight is at {} instead of {}'.format(there, dropped))
+        self.assertTrue(
+            near(there, dropped, 0.51 * PRECISION),
+            'where it was dragged, the new flight is at {} instead of {}'.format(there, dropped),
+        )
         for progress in (0.6, 1.0):
             here = self.fly_on(progress)
             on_the_way = [a + self.progress(here) * (b - a) for a, b in zip(start, end)]
-            self.assertTrue(near(place(here), on_the_way, 0.51 * PRECISION),
-                            'the quadcopter is at {} instead of {}'.format(place(here), on_the_way))
+            self.assertTrue(
+                near(place(here), on_the_way, 0.51 * PRECISION),
+                'the quadcopter is at {} instead of {}'.format(place(here), on_the_way),
+            )
 
     def test_dragging_the_quadcopter_where_it_rests_moves_it_there(self):
         self.fly('goto(1.0, 1.0, 1.0)\na = b = 0\n', (1.0, 1.0, 1.0), 1.0)

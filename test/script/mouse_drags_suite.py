@@ -17,11 +17,10 @@ from mouse import MouseCase
 
 SCRIPT = Path(rospy.myargv()[1])
 QUADCOPTER, END = '/quadcopter:quadcopter:0', '/trajectory_markers:end:0'
-ON_SPHERE, ON_ROTOR = 0.07, 0.13    # m along x and y from the middle, where an arrow points at the eye
+ON_SPHERE, ON_ROTOR = 0.07, 0.13  # m along x and y from the middle, where an arrow points at the eye
 
 
 class MouseDrags(MouseCase):
-
     config = rospy.myargv()[2]
     topic, node = '/trajectory_markers', '/interactive_script'
     spots = (-3.5, 2.5), (3.5, -2.5)
@@ -43,8 +42,10 @@ class MouseDrags(MouseCase):
 
     def fly(self, text, x, y):
         SCRIPT.write_text(text)
-        wait_until(lambda: self.curve and abs(self.curve[-1].x - x) + abs(self.curve[-1].y - y) < 1e-6,
-                   'a curve to ({}, {})'.format(x, y))
+        wait_until(
+            lambda: self.curve and abs(self.curve[-1].x - x) + abs(self.curve[-1].y - y) < 1e-6,
+            'a curve to ({}, {})'.format(x, y),
+        )
         self.inserts.clear()
 
     def progress(self):
@@ -62,8 +63,10 @@ class MouseDrags(MouseCase):
         self.fly('goto(2.0, 1.0, 0.5)  # to the window\n', 2.0, 1.0)
         right, down = self.drag((2.0 + ON_SPHERE, 1.0 + ON_SPHERE), (1.0, -1.5), END)
         x, y = 2.0 + right / self.screen.scale, 1.0 - down / self.screen.scale
-        wait_until(lambda: abs(self.waypoint()[0] - x) + abs(self.waypoint()[1] - y) < 2.0 / self.screen.scale,
-                   lambda: 'goto({:.3f}, {:.3f}, 0.5); the script is {}'.format(x, y, SCRIPT.read_text()))
+        wait_until(
+            lambda: abs(self.waypoint()[0] - x) + abs(self.waypoint()[1] - y) < 2.0 / self.screen.scale,
+            lambda: 'goto({:.3f}, {:.3f}, 0.5); the script is {}'.format(x, y, SCRIPT.read_text()),
+        )
         self.assertRegex(SCRIPT.read_text(), r'^goto\(\S+, \S+, 0.5\)  # to the window\n$')
 
     def test_dragging_the_quadcopter_in_mid_flight_has_the_curve_go_where_it_was_dropped(self):
@@ -74,8 +77,10 @@ class MouseDrags(MouseCase):
         wait_until(lambda: self.has_reported(InteractiveMarkerFeedback.MOUSE_UP, QUADCOPTER), 'RViz to report the end')
         dropped = self.events[-1].pose.position
         self.assertGreater(abs(dropped.x - at.x), 0.2)
-        wait_until(lambda: self.distance_of_curve(dropped) < 0.001,
-                   lambda: 'the curve to pass {}; the script is {}'.format(dropped, SCRIPT.read_text()))
+        wait_until(
+            lambda: self.distance_of_curve(dropped) < 0.001,
+            lambda: 'the curve to pass {}; the script is {}'.format(dropped, SCRIPT.read_text()),
+        )
         # Not any curve through there: the one that is there at that part of the flight.
         start, end = self.curve[0], self.waypoint()
         self.assertAlmostEqual((dropped.x - start.x) / (end[0] - start.x), progress, delta=0.01)

@@ -23,7 +23,6 @@ END = '/trajectory_markers:end:0'
 
 
 class Parameters(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.waypoints = []
@@ -40,8 +39,10 @@ class Parameters(unittest.TestCase):
         self.assertEqual((x, y, z), (2.0, 1.0, 1.5))
         self.hand.drag(END, dx=0.5, dy=-1.25, dz=0.25)
         wait_until(lambda: rospy.get_param(NODE + '/waypoints')[0] == [2.5, -0.25, 1.75], 'the parameter to follow')
-        wait_until(lambda: tuple(rosslt.untracked(list(place(self.waypoints[-1])))) == (2.5, -0.25, 1.75),
-                   'the waypoint to follow')
+        wait_until(
+            lambda: tuple(rosslt.untracked(list(place(self.waypoints[-1])))) == (2.5, -0.25, 1.75),
+            'the waypoint to follow',
+        )
         self.assertEqual(self.waypoints[-1].header.stamp, self.waypoints[0].header.stamp, 'it is the same waypoint')
         with tempfile.TemporaryDirectory() as directory:
             copy = Path(directory, 'tour.yaml')

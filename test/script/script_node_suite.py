@@ -26,7 +26,6 @@ TOUR = '# tour\ngoto(2.0, 1.0, 1.5)\nwait(0.1)\ngoto(-1, 2, 0.5)\n'
 
 
 class ScriptNode(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.log, cls.waypoints = [], []
@@ -63,8 +62,10 @@ class ScriptNode(unittest.TestCase):
         return self.waypoints[-1].pose.position
 
     def wait_for_position(self, x, y, z):
-        wait_until(lambda: self.waypoints and rosslt.untracked(self.position) == Point(x, y, z),
-                   'the waypoint ({}, {}, {})'.format(x, y, z))
+        wait_until(
+            lambda: self.waypoints and rosslt.untracked(self.position) == Point(x, y, z),
+            'the waypoint ({}, {}, {})'.format(x, y, z),
+        )
 
     def robot_at(self, x, y, z):
         transform = TransformStamped(child_frame_id='quadcopter')
@@ -81,11 +82,21 @@ class ScriptNode(unittest.TestCase):
         self.assertEqual([source.node for source in rosslt.sources(waypoint)], [NODE] * 3)
 
     def test_locations_tell_the_file_the_line_and_the_column_of_each_number(self):
-        self.assertEqual([(location.file, location.line, location.column, location.value)
-                          for location in self.locations()],
-                         [(str(self.script), *place) for place in (
-                             (2, 6, '2.0'), (2, 11, '1.0'), (2, 16, '1.5'), (3, 6, '0.1'),
-                             (4, 6, '-1.0'), (4, 10, '2.0'), (4, 13, '0.5'))])
+        self.assertEqual(
+            [(location.file, location.line, location.column, location.value) for location in self.locations()],
+            [
+                (str(self.script), *place)
+                for place in (
+                    (2, 6, '2.0'),
+                    (2, 11, '1.0'),
+                    (2, 16, '1.5'),
+                    (3, 6, '0.1'),
+                    (4, 6, '-1.0'),
+                    (4, 10, '2.0'),
+                    (4, 13, '0.5'),
+                )
+            ],
+        )
 
     def test_forcing_a_waypoint_rewrites_the_script_and_moves_that_waypoint(self):
         stamp = self.waypoints[-1].header.stamp
@@ -105,10 +116,14 @@ class ScriptNode(unittest.TestCase):
 
     def test_the_next_step_comes_when_the_robot_has_arrived(self):
         self.wait_for_position(2.0, 1.0, 1.5)
-        wait_until(lambda: self.robot_at(2.0, 1.0, 1.5) or rosslt.untracked(self.position) == Point(-1.0, 2.0, 0.5),
-                   'the next waypoint')
-        wait_until(lambda: self.robot_at(-1.0, 2.0, 0.5) or rosslt.untracked(self.position) == Point(2.0, 1.0, 1.5),
-                   'the first one again')
+        wait_until(
+            lambda: self.robot_at(2.0, 1.0, 1.5) or rosslt.untracked(self.position) == Point(-1.0, 2.0, 0.5),
+            'the next waypoint',
+        )
+        wait_until(
+            lambda: self.robot_at(-1.0, 2.0, 0.5) or rosslt.untracked(self.position) == Point(2.0, 1.0, 1.5),
+            'the first one again',
+        )
 
     def test_an_error_is_in_the_log_with_file_line_and_column_and_the_last_good_script_stays(self):
         del self.log[:]
@@ -155,12 +170,20 @@ class ScriptNode(unittest.TestCase):
         self.assertIn('goto(3.5, 1.0, 1.5)', self.script.read_text())
 
     def test_it_says_what_is_wrong_and_ends_where_there_is_no_script(self):
-        for options, text in (([], 'the parameter /none/file has to name a file'),
-                              (['_file:=/nowhere/tour.script'], '/nowhere/tour.script: it cannot be read'),
-                              (['_file:={}'.format(self.script), '_precision:=0'], '/none/precision is 0')):
-            done = subprocess.run(['rosrun', 'rosslt', 'interactive_script', '__name:=none', *options],
-                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=30, check=False,
-                                  env=dict(os.environ, ROS_LOG_DIR=str(self.script.parent)))
+        for options, text in (
+            ([], 'the parameter /none/file has to name a file'),
+            (['_file:=/nowhere/tour.script'], '/nowhere/tour.script: it cannot be read'),
+            (['_file:={}'.format(self.script), '_precision:=0'], '/none/precision is 0'),
+        ):
+            done = subprocess.run(
+                ['rosrun', 'rosslt', 'interactive_script', '__name:=none', *options],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                timeout=30,
+                check=False,
+                env=dict(os.environ, ROS_LOG_DIR=str(self.script.parent)),
+            )
             self.assertEqual(done.returncode, 1)
             self.assertIn(text, done.stdout)
 

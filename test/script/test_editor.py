@@ -31,16 +31,25 @@ class Desk:
     def open(self):
         read_end, write_end = os.pipe()
         # Without -noreset, it begins anew when its last client has gone, and takes the window manager with it.
-        self.start('Xvfb', '-displayfd', str(write_end), '-noreset', '-screen', '0', '{}x{}x24'.format(*SIZE),
-                   pass_fds=[write_end])
+        self.start(
+            'Xvfb',
+            '-displayfd',
+            str(write_end),
+            '-noreset',
+            '-screen',
+            '0',
+            '{}x{}x24'.format(*SIZE),
+            pass_fds=[write_end],
+        )
         os.close(write_end)
         with os.fdopen(read_end) as pipe:
             self.environment = dict(os.environ, DISPLAY=':' + pipe.readline().strip())
         self.start('openbox', env=self.environment)
         self.start('rosrun', 'rosslt', 'script_editor', str(self.path), env=self.environment)
         self.window = wait_until(self.find_window, 'the window to take keys', STARTING)
-        self.tool('windowmove', self.window, '0', '0', 'windowsize', '--sync', self.window, str(SIZE[0]),
-                  str(SIZE[1] - 40))
+        self.tool(
+            'windowmove', self.window, '0', '0', 'windowsize', '--sync', self.window, str(SIZE[0]), str(SIZE[1] - 40)
+        )
         wait_until(lambda: (255, 255, 255) in self.colors(), 'the text to be drawn')
 
     def find_window(self):
@@ -53,8 +62,11 @@ class Desk:
         return None
 
     def start(self, *command, **options):
-        self.processes.append(subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                               stderr=subprocess.DEVNULL, **options))
+        self.processes.append(
+            subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **options
+            )
+        )
         return self.processes[-1]
 
     def close(self):
@@ -63,8 +75,15 @@ class Desk:
             process.wait(10)
 
     def tool(self, *arguments):
-        return subprocess.run(['xdotool', *arguments], env=self.environment, stdout=subprocess.PIPE,
-                              stderr=subprocess.DEVNULL, text=True, timeout=STARTING, check=False).stdout
+        return subprocess.run(
+            ['xdotool', *arguments],
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            timeout=STARTING,
+            check=False,
+        ).stdout
 
     def press(self, *keys):
         self.tool('key', '--delay', '20', *keys)
@@ -77,15 +96,23 @@ class Desk:
 
     def colors(self):
         """{color: number of pixels}."""
-        lines = subprocess.run(['import', '-window', 'root', '-depth', '8', '-format', '%c', 'histogram:info:-'],
-                               env=self.environment, stdout=subprocess.PIPE, text=True, check=True).stdout
-        return {tuple(map(int, color.split(','))): int(count)
-                for count, color in re.findall(r'(\d+): \(\s*([\d ,]+?)\)', lines)}
+        lines = subprocess.run(
+            ['import', '-window', 'root', '-depth', '8', '-format', '%c', 'histogram:info:-'],
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
+        ).stdout
+        return {
+            tuple(map(int, color.split(','))): int(count)
+            for count, color in re.findall(r'(\d+): \(\s*([\d ,]+?)\)', lines)
+        }
 
     def screenshot(self, name):
         SCREENSHOTS.mkdir(parents=True, exist_ok=True)
-        subprocess.run(['import', '-window', 'root', str(SCREENSHOTS / (name + '.png'))], env=self.environment,
-                       check=True)
+        subprocess.run(
+            ['import', '-window', 'root', str(SCREENSHOTS / (name + '.png'))], env=self.environment, check=True
+        )
 
     def wait_for_file(self, text):
         try:

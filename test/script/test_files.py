@@ -101,6 +101,7 @@ def test_a_reader_never_sees_a_part_of_a_text(path):
 def test_a_folder_that_cannot_be_written_says_so(path, monkeypatch):
     def refuse(*_arguments, **_options):
         raise PermissionError(13, 'Permission denied')
+
     monkeypatch.setattr(files.tempfile, 'mkstemp', refuse)
     with pytest.raises(ScriptError, match='cannot be written: Permission denied'):
         files.replace(str(path), 'a = 1\n', 'a = 2\n')

@@ -9,14 +9,14 @@ from processes import wait_until
 import rosslt
 from rosslt.script import LiveScript, ScriptError, Settings, files
 
-TOUR = '''# tour
+TOUR = """# tour
 height = 1.5
 goto(2.0, 1.0, height)  # the table
 wait(1)
 goto(-1, 2, height + 0.5)
-'''
+"""
 
-TOUR_STEPS = 3      # how many they are
+TOUR_STEPS = 3  # how many they are
 
 
 class Stage:
@@ -25,12 +25,20 @@ class Stage:
     def __init__(self, path, **options):
         self.path, self.lock = path, threading.RLock()
         self.locations, self.runs, self.errors, self.memory = {}, [], [], ()
-        self.script = LiveScript(str(path), self.add, self.remove, lambda *run: self.runs.append(run),
-                                 self.errors.append, remember=self.remember, **options)
+        self.script = LiveScript(
+            str(path),
+            self.add,
+            self.remove,
+            lambda *run: self.runs.append(run),
+            self.errors.append,
+            remember=self.remember,
+            **options,
+        )
 
     def add(self, name, site, getter, setter):
         class Made:
             pass
+
         made = Made()
         made.name, made.site, made.get, made.set = name, site, getter, setter
         made.source = rosslt.Source('/interactive_script', hash(name))
@@ -80,7 +88,14 @@ def stage(tmp_path):
 
 def test_every_number_is_a_location_that_says_where_it_is(stage):
     assert [one.site[1:3] for one in stage.locations.values()] == [
-        (2, 10), (3, 6), (3, 11), (4, 6), (5, 6), (5, 10), (5, 22)]
+        (2, 10),
+        (3, 6),
+        (3, 11),
+        (4, 6),
+        (5, 6),
+        (5, 10),
+        (5, 22),
+    ]
     assert {one.site.file for one in stage.locations.values()} == {str(stage.path)}
     assert stage.at(3, 6).site.text == 'goto(2.0, 1.0, height)  # the table'
     assert [one.get() for one in stage.locations.values()] == [1.5, 2.0, 1.0, 1.0, -1.0, 2.0, 0.5]
@@ -103,7 +118,7 @@ def test_a_number_that_a_change_has_moved_along_its_line_keeps_its_location(stag
 
 
 def test_a_waypoint_solves_back_to_the_number_in_the_text(stage):
-    (source, value), = rosslt.solve(stage.steps[2].z, 3.0).items()
+    ((source, value),) = rosslt.solve(stage.steps[2].z, 3.0).items()
     stage.change(next(one for one in stage.locations.values() if one.source == source), value)
     assert stage.text == TOUR.replace('height = 1.5', 'height = 2.5')
     assert stage.steps[2].z == 3.0
@@ -144,8 +159,10 @@ def test_a_saved_text_comes_into_force(stage):
     assert not stage.runs[-1][1]
 
 
-@pytest.mark.parametrize(('text', 'place'), [('goto(1, 2\n', ':1:5: '), ('goto(1, 2)\n', ':1:1: '),
-                                             ('import os\n', ':1:1: '), ('while True: pass', ':1:')])
+@pytest.mark.parametrize(
+    ('text', 'place'),
+    [('goto(1, 2\n', ':1:5: '), ('goto(1, 2)\n', ':1:1: '), ('import os\n', ':1:1: '), ('while True: pass', ':1:')],
+)
 def test_the_last_good_script_stays_in_force_when_a_saved_one_has_an_error(stage, text, place):
     stage.save(text)
     (error,) = stage.errors
@@ -193,7 +210,7 @@ def test_a_script_that_is_gone_for_a_while_stays_in_force(stage):
 
 def test_a_change_against_a_text_that_has_moved_lands_on_the_number_it_was_meant_for(stage):
     location = stage.at(5, 6)
-    stage.path.write_text('goto(9, 9, 9)\n' + TOUR)     # the watch has not come to it yet
+    stage.path.write_text('goto(9, 9, 9)\n' + TOUR)  # the watch has not come to it yet
     stage.change(location, 5.0)
     assert stage.text == 'goto(9, 9, 9)\n' + TOUR.replace('-1', '5')
     assert location.site[1:3] == (6, 6)

@@ -14,8 +14,12 @@ NODE = '/interactive_script'
 
 def steps_of(text, **options):
     parsed = parse(text, 'tour.script')
-    return run(parsed, [rosslt.track(literal.value, rosslt.Source(NODE, index))
-                        for index, literal in enumerate(parsed.literals)], 'tour.script', **options)
+    return run(
+        parsed,
+        [rosslt.track(literal.value, rosslt.Source(NODE, index)) for index, literal in enumerate(parsed.literals)],
+        'tour.script',
+        **options,
+    )
 
 
 def error_of(text, **options):
@@ -30,7 +34,7 @@ def test_a_script_is_steps():
 
 
 def test_variables_arithmetic_loops_functions_and_math_are_there():
-    assert steps_of('''
+    assert steps_of("""
 height = 1.5
 def corner(i, radius=2):
     return radius * cos(i * pi / 2), radius * math.sin(i * pi / 2)
@@ -41,7 +45,7 @@ for i in range(4):
 points = [(p, -p) for p in (1, 2)]
 while points:
     goto(*points.pop(), max(height, 2))
-''') == [(2, 0, 1.5), (-2, 0, 1.5), (2, -2, 2), (1, -1, 2)]
+""") == [(2, 0, 1.5), (-2, 0, 1.5), (2, -2, 2), (1, -1, 2)]
 
 
 def test_a_step_knows_the_numbers_that_it_came_of():
@@ -67,18 +71,21 @@ def test_what_a_script_prints_is_printed():
     assert said == [('height', 1.5)]
 
 
-@pytest.mark.parametrize(('text', 'place', 'reason'), [
-    ('x = 1\nimport os', '2:1', 'there is no import in a script'),
-    ('from os import path', '1:1', 'there is no import in a script'),
-    ('x = (1).__class__', '1:5', 'there is no access to __class__ in a script'),
-    ('x = []._private', '1:5', 'there is no access to _private in a script'),
-    ('__builtins__', '1:1', 'there is no name __builtins__ in a script'),
-    ('def __tick__(): return 1', '1:1', 'there is no name __tick__ in a script'),
-    ('class A: pass', '1:1', 'there is no class in a script'),
-    ('try: x = 1\nexcept: pass', '1:1', 'there is no try in a script'),
-    ('with a: pass', '1:1', 'there is no with in a script'),
-    ('def f(): yield 1', '1:10', 'there is no yield in a script'),
-])
+@pytest.mark.parametrize(
+    ('text', 'place', 'reason'),
+    [
+        ('x = 1\nimport os', '2:1', 'there is no import in a script'),
+        ('from os import path', '1:1', 'there is no import in a script'),
+        ('x = (1).__class__', '1:5', 'there is no access to __class__ in a script'),
+        ('x = []._private', '1:5', 'there is no access to _private in a script'),
+        ('__builtins__', '1:1', 'there is no name __builtins__ in a script'),
+        ('def __tick__(): return 1', '1:1', 'there is no name __tick__ in a script'),
+        ('class A: pass', '1:1', 'there is no class in a script'),
+        ('try: x = 1\nexcept: pass', '1:1', 'there is no try in a script'),
+        ('with a: pass', '1:1', 'there is no with in a script'),
+        ('def f(): yield 1', '1:10', 'there is no yield in a script'),
+    ],
+)
 def test_what_must_not_be_in_a_script_is_refused_before_it_runs(text, place, reason):
     said = []
     error = error_of(text + '\nprint("ran")', say=lambda *words: said.append(words))
@@ -86,21 +93,40 @@ def test_what_must_not_be_in_a_script_is_refused_before_it_runs(text, place, rea
     assert said == []
 
 
-@pytest.mark.parametrize('name', ['open', 'eval', 'exec', 'getattr', 'globals', 'input', 'type', 'vars',
-                                  'breakpoint', '__import__', 'exit', 'rospy', 'os'])
+@pytest.mark.parametrize(
+    'name',
+    [
+        'open',
+        'eval',
+        'exec',
+        'getattr',
+        'globals',
+        'input',
+        'type',
+        'vars',
+        'breakpoint',
+        '__import__',
+        'exit',
+        'rospy',
+        'os',
+    ],
+)
 def test_a_script_has_no_name_that_leads_out_of_it(name):
     assert name in error_of('{}'.format(name)).reason
 
 
-@pytest.mark.parametrize('text', [
-    'while True: pass',
-    'while True:\n    goto(1, 2, 3)',
-    'def f(n): return f(n - 1) + f(n - 1) if n else 1\nf(60)',
-    'f = lambda n: f(n - 1) + f(n - 1) if n else 1\nf(60)',
-    'x = [1 for a in range(1000) for b in range(1000)]',
-    'x = sum(1 for a in range(1000) for b in range(1000))',
-    'points = [1]\nfor point in points: points.append(point)',
-])
+@pytest.mark.parametrize(
+    'text',
+    [
+        'while True: pass',
+        'while True:\n    goto(1, 2, 3)',
+        'def f(n): return f(n - 1) + f(n - 1) if n else 1\nf(60)',
+        'f = lambda n: f(n - 1) + f(n - 1) if n else 1\nf(60)',
+        'x = [1 for a in range(1000) for b in range(1000)]',
+        'x = sum(1 for a in range(1000) for b in range(1000))',
+        'points = [1]\nfor point in points: points.append(point)',
+    ],
+)
 def test_a_script_without_an_end_ends_with_an_error(text):
     assert 'the script does not end: stopped after 5000 steps' in error_of(text, step_limit=5000).reason
 
@@ -113,17 +139,20 @@ def test_recursion_without_an_end_ends_with_an_error():
     assert error_of('def f(): return f()\nf()').line == 1
 
 
-@pytest.mark.parametrize(('text', 'line', 'reason'), [
-    ('x = 1\ngoto(1, 2)\n', 2, "TypeError: goto() missing 1 required positional argument: 'z'"),
-    ('def f():\n    return 1 / 0\n\nf()', 2, 'ZeroDivisionError'),
-    ('goto("a", 2, 3)', 1, "goto takes numbers, not 'a'"),
-    ('goto(True, 2, 3)', 1, 'goto takes numbers, not True'),
-    ('goto(inf, 2, 3)', 1, 'goto takes finite numbers, not inf'),
-    ('wait(-1)', 1, 'wait takes 0 or more seconds, not -1'),
-    ('\n\nreturn 1', 3, "'return' outside function"),
-    ('x = sqrt(-1)', 1, 'ValueError: math domain error'),
-    ('undefined', 1, "NameError: name 'undefined' is not defined"),
-])
+@pytest.mark.parametrize(
+    ('text', 'line', 'reason'),
+    [
+        ('x = 1\ngoto(1, 2)\n', 2, "TypeError: goto() missing 1 required positional argument: 'z'"),
+        ('def f():\n    return 1 / 0\n\nf()', 2, 'ZeroDivisionError'),
+        ('goto("a", 2, 3)', 1, "goto takes numbers, not 'a'"),
+        ('goto(True, 2, 3)', 1, 'goto takes numbers, not True'),
+        ('goto(inf, 2, 3)', 1, 'goto takes finite numbers, not inf'),
+        ('wait(-1)', 1, 'wait takes 0 or more seconds, not -1'),
+        ('\n\nreturn 1', 3, "'return' outside function"),
+        ('x = sqrt(-1)', 1, 'ValueError: math domain error'),
+        ('undefined', 1, "NameError: name 'undefined' is not defined"),
+    ],
+)
 def test_an_error_names_file_line_and_reason(text, line, reason):
     error = error_of(text)
     assert (error.file, error.line) == ('tour.script', line)

@@ -14,8 +14,12 @@ def diffs(name):
     found = []
     for block in re.findall(r'```diff {}\n(.*?)```'.format(name), PAGE, re.DOTALL):
         lines = block.splitlines()
-        found.append((''.join(line[1:] + '\n' for line in lines if line[:1] != '+'),
-                      ''.join(line[1:] + '\n' for line in lines if line[:1] != '-')))
+        found.append(
+            (
+                ''.join(line[1:] + '\n' for line in lines if line[:1] != '+'),
+                ''.join(line[1:] + '\n' for line in lines if line[:1] != '-'),
+            )
+        )
     assert found
     return found
 

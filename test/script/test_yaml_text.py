@@ -5,7 +5,7 @@ import pytest
 from rosslt.script import ScriptError
 from rosslt.script.yaml_text import with_values
 
-FILE = '''# A tour.
+FILE = """# A tour.
 pause: 1.50   # seconds
 "waypoints":
   - [2.0, 1.0, &low 0.5]  # up
@@ -13,7 +13,7 @@ pause: 1.50   # seconds
      name: "home",  z: 1.0e-1}
 
 limits: [*low, on, ~]
-'''
+"""
 
 
 def test_what_is_the_same_stays_as_it_is_written():
@@ -26,8 +26,9 @@ def test_what_differs_is_rewritten_and_nothing_else():
 
 
 def test_texts_and_truth_values_keep_their_kind():
-    changed = with_values(FILE, {'waypoints': [[2.0, 1.0, 0.5], {'name': 'on'}], 'limits': [0.5, False, 'ä']},
-                          'tour.yaml')
+    changed = with_values(
+        FILE, {'waypoints': [[2.0, 1.0, 0.5], {'name': 'on'}], 'limits': [0.5, False, 'ä']}, 'tour.yaml'
+    )
     assert changed == FILE.replace('"home"', "'on'").replace('on, ~]', 'false, ä]')
 
 
@@ -35,12 +36,15 @@ def test_an_anchor_stays_and_what_it_names_is_rewritten():
     assert with_values(FILE, {'limits': [0.75, True, None]}, 'tour.yaml') == FILE.replace('&low 0.5', '&low 0.75')
 
 
-@pytest.mark.parametrize(('data', 'reason'), [
-    ({'waypoints': [[2.0, 1.0, 0.5]]}, 'tour.yaml:4:3: the file has another shape'),
-    ({'pause': [1.5]}, 'tour.yaml:2:8: the file has another shape'),
-    ({'speed': 1.0}, 'tour.yaml:2:1: the file has another shape'),
-    ({'waypoints': [[2.0, 1.0, 0.75], {}], 'limits': [0.5, True, None]}, 'tour.yaml:4:16: this is one value'),
-])
+@pytest.mark.parametrize(
+    ('data', 'reason'),
+    [
+        ({'waypoints': [[2.0, 1.0, 0.5]]}, 'tour.yaml:4:3: the file has another shape'),
+        ({'pause': [1.5]}, 'tour.yaml:2:8: the file has another shape'),
+        ({'speed': 1.0}, 'tour.yaml:2:1: the file has another shape'),
+        ({'waypoints': [[2.0, 1.0, 0.75], {}], 'limits': [0.5, True, None]}, 'tour.yaml:4:16: this is one value'),
+    ],
+)
 def test_what_cannot_be_written_is_refused_with_the_place(data, reason):
     with pytest.raises(ScriptError) as caught:
         with_values(FILE, data, 'tour.yaml')

@@ -54,8 +54,9 @@ def test_euler_from_a_quaternion_that_points_straight_up_or_down(pitch):
 
 @given(quaternions, quaternions)
 def test_quaternion_multiply(second, first):
-    close(tf.quaternion_multiply(located(second), Quaternion(*first)),
-          transformations.quaternion_multiply(second, first))
+    close(
+        tf.quaternion_multiply(located(second), Quaternion(*first)), transformations.quaternion_multiply(second, first)
+    )
 
 
 @given(quaternions)
@@ -76,14 +77,16 @@ def test_quaternion_about_axis(angle, axis):
 @given(axes, quaternions)
 def test_rotated(vector, quaternion):
     quaternion = unit(quaternion)
-    close(tf.rotated(Vector3(*located(vector)), Quaternion(*quaternion)),
-          transformations.quaternion_matrix(quaternion)[:3, :3] @ numpy.array(vector))
+    close(
+        tf.rotated(Vector3(*located(vector)), Quaternion(*quaternion)),
+        transformations.quaternion_matrix(quaternion)[:3, :3] @ numpy.array(vector),
+    )
 
 
 def test_turning_an_orientation_changes_the_angle_that_it_comes_from():
     yaw = rosslt.track(0.5, rosslt.Source('/arm', 7))
     orientation = Quaternion(*tf.quaternion_from_euler(0, 0, yaw))
     assert not rosslt.is_tracked(orientation.x)
-    changed, = rosslt.solve(orientation, Quaternion(*transformations.quaternion_from_euler(0, 0, 1.25))).items()
+    (changed,) = rosslt.solve(orientation, Quaternion(*transformations.quaternion_from_euler(0, 0, 1.25))).items()
     assert changed[0] == rosslt.Source('/arm', 7)
     assert changed[1] == pytest.approx(1.25)

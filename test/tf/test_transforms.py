@@ -46,13 +46,18 @@ def quaternions(draw):
 
 points = st.builds(Point, coordinates, coordinates, coordinates)
 vectors = st.builds(Vector3, coordinates, coordinates, coordinates)
-transforms = st.builds(TransformStamped, st.just(Header(frame_id='world')), st.just('gripper'),
-                       st.builds(Transform, vectors, quaternions()))
+transforms = st.builds(
+    TransformStamped,
+    st.just(Header(frame_id='world')),
+    st.just('gripper'),
+    st.builds(Transform, vectors, quaternions()),
+)
 
 
 def tracked(message):
     """A message whose every number is a location of its own, and those locations."""
     sources = iter(range(100))
+
     def with_source(part):
         for name, slot in zip(part.__slots__, part._slot_types):
             if slot == 'float64':
@@ -60,6 +65,7 @@ def tracked(message):
             elif slot.startswith('geometry_msgs/'):
                 with_source(getattr(part, name))
         return part
+
     return with_source(rosslt.untracked(message))
 
 
@@ -82,14 +88,19 @@ def test_a_point_is_transformed_as_by_tf2(point, transform):
 
 @given(vectors, transforms)
 def test_a_vector_is_transformed_as_by_tf2(vector, transform):
-    check(Vector3Stamped(vector=vector), transform, rosslt.tf.do_transform_vector3,
-          tf2_geometry_msgs.do_transform_vector3)
+    check(
+        Vector3Stamped(vector=vector), transform, rosslt.tf.do_transform_vector3, tf2_geometry_msgs.do_transform_vector3
+    )
 
 
 @given(vectors, vectors, transforms)
 def test_a_wrench_is_transformed_as_by_tf2(force, torque, transform):
-    check(WrenchStamped(wrench=Wrench(force, torque)), transform, rosslt.tf.do_transform_wrench,
-          tf2_geometry_msgs.do_transform_wrench)
+    check(
+        WrenchStamped(wrench=Wrench(force, torque)),
+        transform,
+        rosslt.tf.do_transform_wrench,
+        tf2_geometry_msgs.do_transform_wrench,
+    )
 
 
 @given(points, quaternions(), transforms)
@@ -123,7 +134,8 @@ def test_a_transform_that_is_tracked_itself_keeps_its_provenance(transform):
     *rotation, translation = rosslt.sources(seen.x)
     assert len(rotation) == 4
     assert rosslt.evaluate(seen.x, {translation: 0.0}) == pytest.approx(
-        seen.x - transform.transform.translation.x, abs=1e-9)
+        seen.x - transform.transform.translation.x, abs=1e-9
+    )
 
 
 def test_what_does_not_depend_on_a_number_does_not_have_it_as_a_source():

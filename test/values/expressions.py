@@ -9,8 +9,8 @@ from rosslt.values import OPERATIONS
 from rosslt.values.tracked import apply
 
 SOURCES = [Source('/node', number) for number in range(3)]
-EXTREMES = [0.0, -0.0, 1.0, -1.0, 5e-324, 1e-300, -1e-300, 1e300, -1e300, 2.0 ** 53, 0.1, math.pi]
-HUGE = [10 ** 40 + 7, -3 ** 100, 2 ** 64, 2 ** 63 - 1]
+EXTREMES = [0.0, -0.0, 1.0, -1.0, 5e-324, 1e-300, -1e-300, 1e300, -1e300, 2.0**53, 0.1, math.pi]
+HUGE = [10**40 + 7, -(3**100), 2**64, 2**63 - 1]
 
 ordinary = st.integers(-100_000, 100_000).map(lambda x: x / 1000)
 floats = ordinary | st.sampled_from(EXTREMES) | st.floats(allow_nan=False, allow_infinity=False)
@@ -28,8 +28,11 @@ def usable(value):
     """Whether a value may be the operand of the next step: finite, and not so long that it slows the test."""
     if isinstance(value, str):
         return len(value) < 50
-    return isinstance(value, (int, float)) and value - value == 0 and (
-        isinstance(value, float) or value.bit_length() < 1000)
+    return (
+        isinstance(value, (int, float))
+        and value - value == 0
+        and (isinstance(value, float) or value.bit_length() < 1000)
+    )
 
 
 def applied(row, *operands):

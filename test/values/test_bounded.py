@@ -81,18 +81,18 @@ def test_a_loop_that_folds_is_still_solved_exactly():
     assert 'linearized' not in explain(x)
 
     *_, x = run(multiplied)
-    assert solve(x, 1.0) == {A: pytest.approx(1.0001 ** -STEPS, rel=1e-8)}
+    assert solve(x, 1.0) == {A: pytest.approx(1.0001**-STEPS, rel=1e-8)}
 
     *_, x = run(low_passed)
     assert solve(x, 3.0) == {B: pytest.approx(3.0, rel=1e-9)}
 
 
 def test_whole_numbers_fold_exactly():
-    n, step = track(3, A), track(10 ** 20, B)
+    n, step = track(3, A), track(10**20, B)
     for _ in range(3 * LIMIT):
         n = n + step * 3 - 1
-    assert affine(n) == ((A, 3, 1), (B, 10 ** 20, 9 * LIMIT))
-    assert solve(n, 9 * LIMIT * (10 ** 20 + 1) + 3 - 3 * LIMIT, B) == {B: 10 ** 20 + 1}
+    assert affine(n) == ((A, 3, 1), (B, 10**20, 9 * LIMIT))
+    assert solve(n, 9 * LIMIT * (10**20 + 1) + 3 - 3 * LIMIT, B) == {B: 10**20 + 1}
 
 
 def test_what_cannot_fold_is_linearized_and_says_so():
@@ -100,7 +100,7 @@ def test_what_cannot_fold_is_linearized_and_says_so():
     assert 'linearized(' in explain(x)
     assert affine(x) is None
     assert sources(x) == [A, C]
-    (source, new), = solve(x, x + 1e-3).items()
+    ((source, new),) = solve(x, x + 1e-3).items()
     assert source == C
     assert new == pytest.approx(0.1 + 1e-3 * (1 - math.cos(x - 0.1)), rel=1e-2)
 

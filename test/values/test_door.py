@@ -50,8 +50,14 @@ def image():
 
 
 def test_leaves_have_paths(image):
-    assert leaves(image) == [('header.stamp.secs', 5), ('header.stamp.nsecs', 7), ('header.frame', 'map'),
-                             ('data', b'\x00\x01'), ('sizes[0]', 1.0), ('sizes[1]', 0.3)]
+    assert leaves(image) == [
+        ('header.stamp.secs', 5),
+        ('header.stamp.nsecs', 7),
+        ('header.frame', 'map'),
+        ('data', b'\x00\x01'),
+        ('sizes[0]', 1.0),
+        ('sizes[1]', 0.3),
+    ]
     assert leaves({'a': [1, {'b': 2.0}], 3: ()}) == [("['a'][0]", 1), ("['a'][1]['b']", 2.0)]
     assert leaves(4.0) == [('', 4.0)]
     assert leaves([]) == []
@@ -115,17 +121,20 @@ def test_folded_parts_travel_as_such():
     assert affine(again) == ((A, 0.3, 4.0), (B, 1.0, -2.0))
 
 
-@pytest.mark.parametrize('instructions', [
-    [(CONSTANT, 'a' * 100), (CONSTANT, 10 ** 9), (REPEAT, 0, 1)],
-    [(CONSTANT, 'a'), (CONSTANT, 10 ** 12), (MUL, 0, 1)],
-    [(CONSTANT, '%999999999d'), (CONSTANT, 1), (OPERATIONS[6], 0, 1)],
-    [(CONSTANT, 10), (CONSTANT, 10 ** 12), (POWER, 0, 1)],
-    [(CONSTANT, 3), *[(MUL, number, number) for number in range(60)]],
-    [(CONSTANT, 'a'), (SIN, 0)],
-    [(CONSTANT, 1.0), (CONSTANT, 'a'), (ADD, 0, 1)],
-    [(ADD, 0, 1)],
-    [(CONSTANT, -1.0), (OPERATIONS[20], 0)],
-])
+@pytest.mark.parametrize(
+    'instructions',
+    [
+        [(CONSTANT, 'a' * 100), (CONSTANT, 10**9), (REPEAT, 0, 1)],
+        [(CONSTANT, 'a'), (CONSTANT, 10**12), (MUL, 0, 1)],
+        [(CONSTANT, '%999999999d'), (CONSTANT, 1), (OPERATIONS[6], 0, 1)],
+        [(CONSTANT, 10), (CONSTANT, 10**12), (POWER, 0, 1)],
+        [(CONSTANT, 3), *[(MUL, number, number) for number in range(60)]],
+        [(CONSTANT, 'a'), (SIN, 0)],
+        [(CONSTANT, 1.0), (CONSTANT, 'a'), (ADD, 0, 1)],
+        [(ADD, 0, 1)],
+        [(CONSTANT, -1.0), (OPERATIONS[20], 0)],
+    ],
+)
 def test_instructions_that_do_not_fit_or_fill_the_memory_are_refused(instructions):
     with pytest.raises((TypeError, ValueError, ArithmeticError, IndexError)):
         assemble(instructions)
@@ -139,7 +148,7 @@ def test_a_deferred_value_is_made_when_it_is_needed():
         made.append(1)
         return x * 2
 
-    value, = deferred([0.6], [load])
+    (value,) = deferred([0.6], [load])
     assert value == 0.6
     assert is_tracked(value)
     later = value + 1
@@ -157,7 +166,7 @@ def test_a_deferred_value_that_was_rounded_on_its_way_keeps_the_laws():
     x = track(0.3, A)
     for made in (x, math.sin(x), x * 2 + 1):
         rounded = untracked(made) + 1.19e-8
-        value, = deferred([rounded], [lambda _, made=made: made])
+        (value,) = deferred([rounded], [lambda _, made=made: made])
         assert evaluate(value, {}) == rounded
         assert solve(value, rounded) == {A: 0.3}
         answer = solve(value, rounded * 1.1)

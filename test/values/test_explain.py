@@ -40,8 +40,14 @@ LINES = {
 
 @pytest.mark.parametrize('text', LINES)
 def test_it_reads_as_it_was_written(text):
-    names = {'x': track(0.3, A), 'y': track(2.0, B), 's': track('map', B), 'n': track(7, B), 'math': math,
-             'to_int': to_int}
+    names = {
+        'x': track(0.3, A),
+        'y': track(2.0, B),
+        's': track('map', B),
+        'n': track(7, B),
+        'math': math,
+        'to_int': to_int,
+    }
     assert explain(eval(text, names)) == LINES[text]
 
 

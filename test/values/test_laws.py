@@ -10,8 +10,12 @@ from rosslt import NotInvertible, evaluate, is_tracked, solve, sources, track, u
 from rosslt.values import affine, assemble, deferred, disassemble, reapply
 
 # Without a database and without its search for extremes, Hypothesis spends its time on examples.
-many = settings(max_examples=2000, suppress_health_check=list(HealthCheck), database=None,
-                phases=(Phase.explicit, Phase.generate, Phase.shrink))
+many = settings(
+    max_examples=2000,
+    suppress_health_check=list(HealthCheck),
+    database=None,
+    phases=(Phase.explicit, Phase.generate, Phase.shrink),
+)
 
 
 def is_met(found, target, present):
@@ -57,7 +61,7 @@ def test_put_get_holds_for_targets_that_some_source_value_gives(value, source, n
 @many
 @given(expressions())
 def test_get_put_solving_for_the_present_value_changes_nothing(value):
-    (source, new), = solve(value, untracked(value)).items()
+    ((source, new),) = solve(value, untracked(value)).items()
     assert evaluate(value, {source: new}) == untracked(value)
     assert sources(value)
     assert new == present_values(value)[source]
@@ -72,7 +76,7 @@ def present_values(value):
 @given(pools(numbers, 6), st.tuples(numbers, numbers, numbers), st.integers(1, 3))
 def test_put_get_holds_for_several_results_together(pool, targets, count):
     values = pool[-count:]
-    targets = list(targets[:len(values)])
+    targets = list(targets[: len(values)])
     try:
         answer = solve(values, targets)
     except NotInvertible:

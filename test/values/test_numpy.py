@@ -27,9 +27,14 @@ SCALARS = [np.float64(2), np.float32(2), np.int64(2), np.uint8(2), np.bool_(True
 
 @pytest.mark.parametrize('other', SCALARS, ids=lambda other: type(other).__name__)
 def test_numpy_scalars_on_either_side(x, other):
-    for result, expected in ((x * other, 0.5 * float(other)), (other * x, 0.5 * float(other)),
-                             (x - other, 0.5 - float(other)), (other - x, float(other) - 0.5),
-                             (other / x, float(other) / 0.5), (other ** x, float(other) ** 0.5)):
+    for result, expected in (
+        (x * other, 0.5 * float(other)),
+        (other * x, 0.5 * float(other)),
+        (x - other, 0.5 - float(other)),
+        (other - x, float(other) - 0.5),
+        (other / x, float(other) / 0.5),
+        (other**x, float(other) ** 0.5),
+    ):
         assert result == expected
         assert sources(result) == [A]
         assert solve(result, expected) == {A: 0.5}
@@ -50,17 +55,56 @@ def test_a_numpy_scalar_can_be_tracked():
 
 @pytest.mark.parametrize('array', [np.array([1.0, 2.0]), np.array([1, 2], dtype=object), np.array([[1.0], [2.0]])])
 def test_arrays_on_either_side_become_object_arrays(x, array):
-    for result, expected in ((x * array, 0.5 * array), (array * x, array * 0.5), (array - x, array - 0.5),
-                             (x / array, 0.5 / array), (x ** array, 0.5 ** array), (array // x, array // 0.5)):
+    for result, expected in (
+        (x * array, 0.5 * array),
+        (array * x, array * 0.5),
+        (array - x, array - 0.5),
+        (x / array, 0.5 / array),
+        (x**array, 0.5**array),
+        (array // x, array // 0.5),
+    ):
         assert result.dtype == object
         assert result.shape == array.shape
         assert (result == expected).all()
         assert all(sources(element) == [A] for element in result.flat)
 
 
-UFUNCS = ['sin', 'cos', 'tan', 'arcsin', 'arccos', 'arctan', 'sinh', 'cosh', 'tanh', 'arcsinh', 'arctanh', 'exp',
-          'exp2', 'expm1', 'log', 'log2', 'log10', 'log1p', 'sqrt', 'cbrt', 'fabs', 'absolute', 'negative', 'degrees',
-          'radians', 'rad2deg', 'deg2rad', 'floor', 'ceil', 'trunc', 'rint', 'square', 'reciprocal', 'positive']
+UFUNCS = [
+    'sin',
+    'cos',
+    'tan',
+    'arcsin',
+    'arccos',
+    'arctan',
+    'sinh',
+    'cosh',
+    'tanh',
+    'arcsinh',
+    'arctanh',
+    'exp',
+    'exp2',
+    'expm1',
+    'log',
+    'log2',
+    'log10',
+    'log1p',
+    'sqrt',
+    'cbrt',
+    'fabs',
+    'absolute',
+    'negative',
+    'degrees',
+    'radians',
+    'rad2deg',
+    'deg2rad',
+    'floor',
+    'ceil',
+    'trunc',
+    'rint',
+    'square',
+    'reciprocal',
+    'positive',
+]
 
 
 @pytest.mark.parametrize('name', UFUNCS)
@@ -74,8 +118,24 @@ def test_ufuncs_of_scalars_and_of_object_arrays(name, x):
     assert all(sources(element) == [A] for element in both)
 
 
-@pytest.mark.parametrize('name', ['add', 'subtract', 'multiply', 'divide', 'power', 'arctan2', 'hypot', 'fmod',
-                                  'copysign', 'remainder', 'floor_divide', 'maximum', 'minimum'])
+@pytest.mark.parametrize(
+    'name',
+    [
+        'add',
+        'subtract',
+        'multiply',
+        'divide',
+        'power',
+        'arctan2',
+        'hypot',
+        'fmod',
+        'copysign',
+        'remainder',
+        'floor_divide',
+        'maximum',
+        'minimum',
+    ],
+)
 def test_ufuncs_of_two(name, x, y):
     function = getattr(np, name)
     assert function(x, y) == pytest.approx(function(0.5, 2.0))
@@ -93,9 +153,17 @@ def test_questions_about_numbers_are_answered_plainly(x):
 
 def test_products_of_object_arrays(x, y):
     v, m = np.array([x, y], dtype=object), np.array([[x, 0.0], [1.0, y]], dtype=object)
-    for result, expected in ((v @ v, 4.25), (np.dot(v, v), 4.25), (np.sum(v), 2.5), (v.sum(), 2.5), (np.prod(v), 1.0),
-                             (np.mean(v), 1.25), (np.linalg.norm(v), plain_math.sqrt(4.25)), (np.trace(m), 2.5),
-                             (np.inner(v, [1, 2]), 4.5)):
+    for result, expected in (
+        (v @ v, 4.25),
+        (np.dot(v, v), 4.25),
+        (np.sum(v), 2.5),
+        (v.sum(), 2.5),
+        (np.prod(v), 1.0),
+        (np.mean(v), 1.25),
+        (np.linalg.norm(v), plain_math.sqrt(4.25)),
+        (np.trace(m), 2.5),
+        (np.inner(v, [1, 2]), 4.5),
+    ):
         assert result == pytest.approx(expected)
         assert sources(result) == [A, B]
         assert evaluate(result, solve(result, expected * 1.1)) == pytest.approx(expected * 1.1)

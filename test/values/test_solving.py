@@ -73,7 +73,8 @@ def test_the_operation_that_stops_it_is_named(x):
     describe_sources_with(lambda source: 'waypoints.script:3:12' if source == A else None)
     try:
         assert refusal(math.sin(x), 1.5) == (
-            'cannot make sin(0.3 [waypoints.script:3:12]) become 1.5: sin takes values in [-1, 1]')
+            'cannot make sin(0.3 [waypoints.script:3:12]) become 1.5: sin takes values in [-1, 1]'
+        )
         assert refusal(track(1.0, B) ** 2, -1.0).endswith('a power with exponent 2 is not negative')
     finally:
         describe_sources_with(None)
@@ -96,7 +97,7 @@ def test_an_aliased_source_does_not_overshoot(x):
     position = x * (t / tau) + x * 0.5 * (1 - t / tau) + previous
     answer = solve(position, 1.0)
     assert evaluate(position, answer) == pytest.approx(1.0, rel=1e-12)
-    bezier = (1 - t) ** 2 * x + 2 * (1 - t) * t * (x + 1.0) + t ** 2 * 4.0
+    bezier = (1 - t) ** 2 * x + 2 * (1 - t) * t * (x + 1.0) + t**2 * 4.0
     assert evaluate(bezier, solve(bezier, 2.0)) == pytest.approx(2.0, rel=1e-12)
 
 
@@ -109,16 +110,26 @@ def test_several_occurrences_that_are_not_affine_meet_the_target_near_the_presen
     assert 'no nearer than' in refusal(x * x + x, -1.0)
 
 
-@pytest.mark.parametrize(('make', 'target', 'found'), [
-    (lambda v: v // 2, 3.0, 6.0), (lambda v: v // 2, -3.0, -4.0), (lambda v: v % 2, 0.5, 0.5),
-    (round, 3, 2.5),
-    (lambda v: round(v, 1), 0.7, 0.65), (abs, 4.0, 4.0), (lambda v: abs(v - 9), 1.0, 8.0),
-    (lambda v: (v - 9) ** 2, 4.0, 7.0),
-    (lambda v: v ** 3, -8.0, -2.0), (math.sin, 0.5, math.asin(0.5)),
-    (lambda v: math.sin(v + 100), 0.5, None),
-    (lambda v: math.cos(-v - 7), 0.5, None),
-    (math.floor, 2, 2.0), (math.ceil, 2, 1.0), (lambda v: -7 % (v + 3), 1.0, None),
-])
+@pytest.mark.parametrize(
+    ('make', 'target', 'found'),
+    [
+        (lambda v: v // 2, 3.0, 6.0),
+        (lambda v: v // 2, -3.0, -4.0),
+        (lambda v: v % 2, 0.5, 0.5),
+        (round, 3, 2.5),
+        (lambda v: round(v, 1), 0.7, 0.65),
+        (abs, 4.0, 4.0),
+        (lambda v: abs(v - 9), 1.0, 8.0),
+        (lambda v: (v - 9) ** 2, 4.0, 7.0),
+        (lambda v: v**3, -8.0, -2.0),
+        (math.sin, 0.5, math.asin(0.5)),
+        (lambda v: math.sin(v + 100), 0.5, None),
+        (lambda v: math.cos(-v - 7), 0.5, None),
+        (math.floor, 2, 2.0),
+        (math.ceil, 2, 1.0),
+        (lambda v: -7 % (v + 3), 1.0, None),
+    ],
+)
 def test_of_several_preimages_the_nearest_is_taken(x, make, target, found):
     (new,) = solve(make(x), target).values()
     assert evaluate(make(x), {A: new}) == pytest.approx(target)
@@ -137,12 +148,20 @@ def test_the_branch_of_the_present_value_is_kept():
 
 def test_whole_numbers_stay_whole_however_large():
     n = track(3, A)
-    big = 10 ** 40
-    for value, target, found in ((n * 7 + 1, 7 * big + 1, big), (n - big, 5, big + 5),
-                                 (n * n + n, big * big + big, big),
-                                 (n ** 3, big ** 3, big), (n // 10, big, 10 * big), (-n, big, -big),
-                                 (2 ** n, 2 ** 200, 200),
-                                 (n % big, 7, 7), (n + n, 2 * big, big), (n & 3, 1, 1), (n ^ big, 0, big)):
+    big = 10**40
+    for value, target, found in (
+        (n * 7 + 1, 7 * big + 1, big),
+        (n - big, 5, big + 5),
+        (n * n + n, big * big + big, big),
+        (n**3, big**3, big),
+        (n // 10, big, 10 * big),
+        (-n, big, -big),
+        (2**n, 2**200, 200),
+        (n % big, 7, 7),
+        (n + n, 2 * big, big),
+        (n & 3, 1, 1),
+        (n ^ big, 0, big),
+    ):
         answer = solve(value, target)
         assert answer == {A: found}
         assert type(answer[A]) is int
@@ -151,7 +170,8 @@ def test_whole_numbers_stay_whole_however_large():
 def test_a_whole_number_takes_no_fraction():
     n = track(3, A)
     assert refusal(n * 2, 7) == (
-        'cannot make 3 [/node#1] * 2 become 7: /node#1 would have to be 3.5, and is a whole number')
+        'cannot make 3 [/node#1] * 2 become 7: /node#1 would have to be 3.5, and is a whole number'
+    )
     assert 'whole number' in refusal(n * 0.5, 1.2)
     assert refusal(n * 2, 7.5).endswith('it is a whole number')
     assert solve(n * 2, 8.0) == {A: 4}
@@ -174,7 +194,8 @@ def test_bools_and_texts_are_solved():
 def test_a_target_out_of_reach_names_the_bound(x):
     assert solve(x * 2, 1.0, bounds={A: (0.0, 1.0)}) == {A: 0.5}
     assert refusal(x * 2, 3.0, bounds={A: (0.0, 1.0)}) == (
-        'cannot make 0.3 [/node#1] * 2 become 3.0: /node#1 would have to be 1.5, above its maximum 1.0')
+        'cannot make 0.3 [/node#1] * 2 become 3.0: /node#1 would have to be 1.5, above its maximum 1.0'
+    )
     assert 'below its minimum 0.1' in refusal(x + 1, 1.0, bounds={A: (0.1, None)})
 
 
@@ -210,8 +231,8 @@ def test_the_least_change_is_found_where_the_results_are_not_affine():
     assert answer == {A: pytest.approx(2.0), B: pytest.approx(2.0)}
     w = track(3.0, C)
     answer = solve([u * u + v * v, w + u * 0 + v * 0], [4.0, 3.0])
-    assert answer[A] == pytest.approx(2 ** 0.5, rel=1e-6)
-    assert answer[B] == pytest.approx(2 ** 0.5, rel=1e-6)
+    assert answer[A] == pytest.approx(2**0.5, rel=1e-6)
+    assert answer[B] == pytest.approx(2**0.5, rel=1e-6)
 
 
 def test_a_result_that_stays_at_0_comes_as_near_as_rounding_lets_it():
@@ -274,7 +295,8 @@ def test_a_part_with_the_target_none_is_left_free(x, y):
 
 def test_a_leaf_without_a_source_stays(x):
     assert refusal(Point(x, 0.0, 0.0), Point(1.0, 1.0, 0.0)) == (
-        'cannot make y become 1.0: it has no source, and is 0.0')
+        'cannot make y become 1.0: it has no source, and is 0.0'
+    )
 
 
 def test_a_target_of_another_shape_is_refused(x):

@@ -13,8 +13,15 @@ TEXTS = ['', 'a', 'ab', 'base_link']
 WHOLE = [-13, -2, -1, 0, 1, 2, 6, 255]
 COUNTS = [0, 1, 3]
 
-GRIDS = {'and': (WHOLE, WHOLE), 'or': (WHOLE, WHOLE), 'xor': (WHOLE, WHOLE), 'concat': (TEXTS, TEXTS),
-         'repeat': (TEXTS, COUNTS), 'ldexp': (NUMBERS, WHOLE), 'round_to': (NUMBERS + [1234], [-1, 0, 1])}
+GRIDS = {
+    'and': (WHOLE, WHOLE),
+    'or': (WHOLE, WHOLE),
+    'xor': (WHOLE, WHOLE),
+    'concat': (TEXTS, TEXTS),
+    'repeat': (TEXTS, COUNTS),
+    'ldexp': (NUMBERS, WHOLE),
+    'round_to': (NUMBERS + [1234], [-1, 0, 1]),
+}
 SMOOTH = [row for row in ROWS if row.name not in ('bool', 'and', 'or', 'xor', 'concat', 'repeat')]
 STEP = 1e-6
 
@@ -46,8 +53,11 @@ def row_overflows(form):
 
 
 def cases(rows):
-    return [pytest.param(form, pairs, id='%s-%s' % (row.name, 'ab'[form.position]))
-            for row in rows for form, pairs in forms(row)]
+    return [
+        pytest.param(form, pairs, id='%s-%s' % (row.name, 'ab'[form.position]))
+        for row in rows
+        for form, pairs in forms(row)
+    ]
 
 
 @pytest.mark.parametrize(('form', 'pairs'), cases(ROWS))
@@ -71,8 +81,12 @@ def test_the_inverse_of_the_present_result_gives_the_present_operand_or_one_as_g
 
 @pytest.mark.parametrize(('form', 'pairs'), cases(ROWS))
 def test_the_inverse_of_any_result_gives_it_or_there_is_none(form, pairs):
-    results = {result for operand, constant in pairs for result in [defined(form, operand, constant)]
-               if result is not None and result == result}
+    results = {
+        result
+        for operand, constant in pairs
+        for result in [defined(form, operand, constant)]
+        if result is not None and result == result
+    }
     for operand, constant in pairs[::3]:
         if defined(form, operand, constant) is None:
             continue
@@ -83,7 +97,8 @@ def test_the_inverse_of_any_result_gives_it_or_there_is_none(form, pairs):
                 continue
             result = defined(form, found, constant)
             if form.operation.name in ('and', 'or', 'ldexp', 'bool', 'concat', 'repeat') and not (
-                    result is not None and alike(result, wanted)):
+                result is not None and alike(result, wanted)
+            ):
                 continue  # bits that do not fit, counts that are not whole: left to the check of each answer
             if result is None and row_overflows(form):
                 continue
@@ -120,10 +135,59 @@ def test_a_row_that_calls_itself_affine_is(form, pairs):
 
 def test_the_codes_on_the_wire_never_change():
     assert {row.code: row.name for row in ROWS} == {
-        1: 'add', 2: 'sub', 3: 'mul', 4: 'truediv', 5: 'floordiv', 6: 'mod', 7: 'power', 8: 'neg', 9: 'abs',
-        10: 'round', 11: 'round_to', 12: 'trunc', 13: 'floor', 14: 'ceil', 15: 'float', 16: 'bool',
-        20: 'sqrt', 21: 'cbrt', 22: 'exp', 23: 'exp2', 24: 'expm1', 25: 'log', 26: 'log_to', 27: 'log2',
-        28: 'log10', 29: 'log1p', 30: 'pow', 40: 'sin', 41: 'cos', 42: 'tan', 43: 'asin', 44: 'acos',
-        45: 'atan', 46: 'atan2', 47: 'degrees', 48: 'radians', 49: 'sinh', 50: 'cosh', 51: 'tanh', 52: 'asinh',
-        53: 'acosh', 54: 'atanh', 55: 'hypot', 60: 'fabs', 61: 'copysign', 62: 'fmod', 63: 'remainder',
-        64: 'ldexp', 65: 'erf', 66: 'erfc', 70: 'and', 71: 'or', 72: 'xor', 80: 'concat', 81: 'repeat'}
+        1: 'add',
+        2: 'sub',
+        3: 'mul',
+        4: 'truediv',
+        5: 'floordiv',
+        6: 'mod',
+        7: 'power',
+        8: 'neg',
+        9: 'abs',
+        10: 'round',
+        11: 'round_to',
+        12: 'trunc',
+        13: 'floor',
+        14: 'ceil',
+        15: 'float',
+        16: 'bool',
+        20: 'sqrt',
+        21: 'cbrt',
+        22: 'exp',
+        23: 'exp2',
+        24: 'expm1',
+        25: 'log',
+        26: 'log_to',
+        27: 'log2',
+        28: 'log10',
+        29: 'log1p',
+        30: 'pow',
+        40: 'sin',
+        41: 'cos',
+        42: 'tan',
+        43: 'asin',
+        44: 'acos',
+        45: 'atan',
+        46: 'atan2',
+        47: 'degrees',
+        48: 'radians',
+        49: 'sinh',
+        50: 'cosh',
+        51: 'tanh',
+        52: 'asinh',
+        53: 'acosh',
+        54: 'atanh',
+        55: 'hypot',
+        60: 'fabs',
+        61: 'copysign',
+        62: 'fmod',
+        63: 'remainder',
+        64: 'ldexp',
+        65: 'erf',
+        66: 'erfc',
+        70: 'and',
+        71: 'or',
+        72: 'xor',
+        80: 'concat',
+        81: 'repeat',
+    }

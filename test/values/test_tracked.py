@@ -23,7 +23,7 @@ def x():
     return track(0.3, A)
 
 
-@pytest.mark.parametrize('plain', [0.3, -0.0, 5e-324, 7, 10 ** 40, 'base_link', True, False])
+@pytest.mark.parametrize('plain', [0.3, -0.0, 5e-324, 7, 10**40, 'base_link', True, False])
 def test_it_shows_itself_as_its_plain_value(plain):
     value = track(plain, A)
     assert repr(value) == repr(plain)
@@ -66,24 +66,80 @@ def test_comparisons_give_plain_bools(x):
 
 
 OPERATORS = {
-    'x + 2': 2.3, '2 + x': 2.3, 'x - 2.0': -1.7, '2 - x': 1.7, 'x * 4': 1.2, '4.0 * x': 1.2, 'x / 3': 0.3 / 3,
-    '3 / x': 3 / 0.3, 'x // 0.2': 1.0, '1 // x': 3.0, 'x % 0.2': 0.3 % 0.2, '1.0 % x': 1.0 % 0.3, 'x ** 2': 0.3 ** 2,
-    '2 ** x': 2 ** 0.3, '-x': -0.3, '+x': 0.3, 'abs(-x)': 0.3, 'round(x)': 0, 'round(x * 1.234, 2)': 0.37,
-    'divmod(x, 0.2)[0]': 1.0, 'divmod(1, x)[1]': 1 % 0.3, 'n + 1': 8, '1 - n': -6, 'n * 3': 21, '3 * n': 21,
+    'x + 2': 2.3,
+    '2 + x': 2.3,
+    'x - 2.0': -1.7,
+    '2 - x': 1.7,
+    'x * 4': 1.2,
+    '4.0 * x': 1.2,
+    'x / 3': 0.3 / 3,
+    '3 / x': 3 / 0.3,
+    'x // 0.2': 1.0,
+    '1 // x': 3.0,
+    'x % 0.2': 0.3 % 0.2,
+    '1.0 % x': 1.0 % 0.3,
+    'x ** 2': 0.3**2,
+    '2 ** x': 2**0.3,
+    '-x': -0.3,
+    '+x': 0.3,
+    'abs(-x)': 0.3,
+    'round(x)': 0,
+    'round(x * 1.234, 2)': 0.37,
+    'divmod(x, 0.2)[0]': 1.0,
+    'divmod(1, x)[1]': 1 % 0.3,
+    'n + 1': 8,
+    '1 - n': -6,
+    'n * 3': 21,
+    '3 * n': 21,
     'n / 2': 3.5,
-    'n // 2': 3, '100 // n': 14, 'n % 4': 3, '100 % n': 2, 'n ** 2': 49, '2 ** n': 128, '-n': -7, 'abs(-n)': 7,
-    'n & 3': 3, '8 | n': 15, 'n ^ 1': 6, 'n * x': 7 * 0.3, 'x * n': 0.3 * 7, 'x + y': 2.3, 'round(n)': 7,
-    's + "!"': 'hi!', '"oh " + s': 'oh hi', 's * 2': 'hihi', '2 * s': 'hihi', 'n * "a"': 'aaaaaaa', 's + s': 'hihi',
-    'b & True': True, '+b': 1, 'b + 1': 2, 'b * 0.5': 0.5, 'b ^ 1': 0, 'sum([x, y])': 2.3,
-    'math.floor(x)': 0, 'math.ceil(x)': 1, 'math.trunc(x)': 0, 'rosslt.to_int(y)': 2, 'rosslt.to_float(n)': 7.0,
-    'rosslt.to_bool(n)': True, 'rosslt.to_int(b)': 1,
+    'n // 2': 3,
+    '100 // n': 14,
+    'n % 4': 3,
+    '100 % n': 2,
+    'n ** 2': 49,
+    '2 ** n': 128,
+    '-n': -7,
+    'abs(-n)': 7,
+    'n & 3': 3,
+    '8 | n': 15,
+    'n ^ 1': 6,
+    'n * x': 7 * 0.3,
+    'x * n': 0.3 * 7,
+    'x + y': 2.3,
+    'round(n)': 7,
+    's + "!"': 'hi!',
+    '"oh " + s': 'oh hi',
+    's * 2': 'hihi',
+    '2 * s': 'hihi',
+    'n * "a"': 'aaaaaaa',
+    's + s': 'hihi',
+    'b & True': True,
+    '+b': 1,
+    'b + 1': 2,
+    'b * 0.5': 0.5,
+    'b ^ 1': 0,
+    'sum([x, y])': 2.3,
+    'math.floor(x)': 0,
+    'math.ceil(x)': 1,
+    'math.trunc(x)': 0,
+    'rosslt.to_int(y)': 2,
+    'rosslt.to_float(n)': 7.0,
+    'rosslt.to_bool(n)': True,
+    'rosslt.to_int(b)': 1,
 }
 
 
 @pytest.mark.parametrize('text', OPERATORS)
 def test_operators_give_what_python_gives_and_keep_provenance(text):
-    names = {'x': track(0.3, A), 'y': track(2.0, B), 'n': track(7, C), 's': track('hi', A), 'b': track(True, B),
-             'math': math, 'rosslt': rosslt}
+    names = {
+        'x': track(0.3, A),
+        'y': track(2.0, B),
+        'n': track(7, C),
+        's': track('hi', A),
+        'b': track(True, B),
+        'math': math,
+        'rosslt': rosslt,
+    }
     result = eval(text, names)
     assert result == OPERATORS[text]
     assert type(untracked(result)) is type(OPERATORS[text])
@@ -106,8 +162,14 @@ def test_operators_in_place_make_a_new_value(x):
 
 
 def test_operands_that_are_no_numbers_are_refused_as_python_does(x):
-    for operate in (lambda: x + 'a', lambda: x * None, lambda: track('a', A) + 1, lambda: 'a' - x,
-                    lambda: track(1, A) + [], lambda: track('a', A) * 2.0):
+    for operate in (
+        lambda: x + 'a',
+        lambda: x * None,
+        lambda: track('a', A) + 1,
+        lambda: 'a' - x,
+        lambda: track(1, A) + [],
+        lambda: track('a', A) * 2.0,
+    ):
         with pytest.raises(TypeError):
             operate()
     assert [0] * track(2, A) == [0, 0]
@@ -130,15 +192,19 @@ def test_the_functions_of_math_lose_provenance_and_those_of_rosslt_keep_it(x):
     assert math.sin(x) == plain_math.sin(x)
 
 
-ONE = [name for name, function in MATH.items() if getattr(function, '__module__', '').startswith('rosslt')
-       and name not in ('log', 'hypot', 'dist', 'fsum', 'prod', 'modf', 'atan2', 'copysign', 'fmod', 'remainder',
-                        'ldexp', 'pow')]
+ONE = [
+    name
+    for name, function in MATH.items()
+    if getattr(function, '__module__', '').startswith('rosslt')
+    and name
+    not in ('log', 'hypot', 'dist', 'fsum', 'prod', 'modf', 'atan2', 'copysign', 'fmod', 'remainder', 'ldexp', 'pow')
+]
 
 
 @pytest.mark.parametrize('name', ONE)
 def test_functions_of_one_number(name):
     at = 1.5 if name == 'acosh' else 0.3
-    expected = getattr(plain_math, name, {'cbrt': lambda a: a ** (1 / 3), 'exp2': lambda a: 2 ** a}.get(name))(at)
+    expected = getattr(plain_math, name, {'cbrt': lambda a: a ** (1 / 3), 'exp2': lambda a: 2**a}.get(name))(at)
     result = getattr(math, name)(track(at, A))
     assert result == pytest.approx(expected, rel=1e-15)
     assert is_tracked(result)
@@ -164,13 +230,19 @@ def test_functions_of_many_numbers(x):
     assert math.fsum([x, 1, 2]) == 3.3
     assert math.modf(x + 1) == plain_math.modf(1.3)
     assert math.ldexp(x, 3) == 2.4
-    for value in (math.hypot(x, 4.0, 12.0), math.dist((x, 1), (0, 1)), math.prod([x, 2]), math.fsum([x]),
-                  *math.modf(x)):
+    for value in (
+        math.hypot(x, 4.0, 12.0),
+        math.dist((x, 1), (0, 1)),
+        math.prod([x, 2]),
+        math.fsum([x]),
+        *math.modf(x),
+    ):
         assert sources(value) == [A]
 
 
 def test_the_other_names_of_math_are_there():
     from rosslt.math import pi, sin
+
     assert sin(pi / 2) == 1.0
     assert math.inf == plain_math.inf
     assert math.isfinite(track(1.0, A))
@@ -180,8 +252,12 @@ def test_the_other_names_of_math_are_there():
 
 def test_copies_and_pickles_keep_provenance(x):
     value = math.sin(x * 2) + track(1, B) * x
-    for other in (copy.copy(value), copy.deepcopy([value])[0], pickle.loads(pickle.dumps(value)),
-                  pickle.loads(pickle.dumps({'a': value}, protocol=2))['a']):
+    for other in (
+        copy.copy(value),
+        copy.deepcopy([value])[0],
+        pickle.loads(pickle.dumps(value)),
+        pickle.loads(pickle.dumps({'a': value}, protocol=2))['a'],
+    ):
         assert other == value
         assert type(other) is type(value)
         assert explain(other) == explain(value)
@@ -212,7 +288,7 @@ def test_a_source_that_changed_between_two_readings_is_one_source():
     assert value == 5.0
     assert evaluate(value, {A: 10.0}) == 30.0
     assert solve(value, 9.0) == {A: 3.0}
-    (source, at, slope), = affine(value)
+    ((source, at, slope),) = affine(value)
     assert (source, slope) == (A, 3)
     assert value + slope * (10.0 - at) == pytest.approx(30.0)
 
@@ -250,10 +326,12 @@ def test_a_source_is_immutable_and_hashable():
 
 
 def test_it_runs_without_ros_and_without_numpy():
-    code = ('import sys; sys.modules.update(dict.fromkeys(["rospy", "genpy", "numpy"]))\n'
-            'from rosslt import Source, math, solve, track\n'
-            'x = track(0.3, Source("/x", 1))\n'
-            'y = [track(float(i), Source("/node", i)) for i in range(20)]\n'
-            'assert solve(math.sin(x) * 2, 1.0)\n'
-            'assert solve([sum(y), *[a + x for a in y]], [200.0, *range(20, 40)])\n')
+    code = (
+        'import sys; sys.modules.update(dict.fromkeys(["rospy", "genpy", "numpy"]))\n'
+        'from rosslt import Source, math, solve, track\n'
+        'x = track(0.3, Source("/x", 1))\n'
+        'y = [track(float(i), Source("/node", i)) for i in range(20)]\n'
+        'assert solve(math.sin(x) * 2, 1.0)\n'
+        'assert solve([sum(y), *[a + x for a in y]], [200.0, *range(20, 40)])\n'
+    )
     subprocess.run([sys.executable, '-c', code], check=True)

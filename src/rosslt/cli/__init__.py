@@ -58,8 +58,9 @@ def main(arguments=None):
         print(usage(), end='')
         return 0
     if verb not in VERBS and verb != COMPLETE:
-        print(usage().rstrip() if verb is None else f'rosslt: there is no verb {verb!r}; see rosslt -h',
-              file=sys.stderr)
+        print(
+            usage().rstrip() if verb is None else f'rosslt: there is no verb {verb!r}; see rosslt -h', file=sys.stderr
+        )
         return 2
     return run(verb, rest)
 
@@ -74,8 +75,11 @@ def run(verb, arguments):
     module = importlib.import_module('rosslt.cli.verbs.' + verb)
     if hasattr(module, 'parse'):
         parser = argparse.ArgumentParser(
-            prog='rosslt ' + verb, description=module.DESCRIPTION, epilog=module.EXAMPLE,
-            formatter_class=argparse.RawDescriptionHelpFormatter)
+            prog='rosslt ' + verb,
+            description=module.DESCRIPTION,
+            epilog=module.EXAMPLE,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
         module.parse(parser)
         arguments = parser.parse_args(arguments)
     try:

@@ -36,7 +36,8 @@ def messages(bag, topics=None):
     """The messages of a bag as Received, in the order in which they were recorded."""
     decoder = Decoder()
     for topic, (_, data, _, _, message_class), _, header in bag.read_messages(
-            topics, raw=True, return_connection_header=True):
+        topics, raw=True, return_connection_header=True
+    ):
         yield decoder.decode(data, message_class, topic, header.get('callerid', ''))
 
 
@@ -50,6 +51,9 @@ def split_topic(bag, text):
     text = '/' + text.lstrip('/')
     topic = max((name for name in topics if is_below(text, '/' + name.lstrip('/'))), key=len, default=None)
     if topic is None:
-        raise Failure('{} has no topic {}, it has {}'.format(
-            os.path.basename(bag.filename), text, ', '.join(sorted(topics)) or 'none'))
-    return topic, text[len('/' + topic.lstrip('/')):].lstrip('/.')
+        raise Failure(
+            '{} has no topic {}, it has {}'.format(
+                os.path.basename(bag.filename), text, ', '.join(sorted(topics)) or 'none'
+            )
+        )
+    return topic, text[len('/' + topic.lstrip('/')) :].lstrip('/.')

@@ -24,8 +24,11 @@ class Place(namedtuple('Place', 'node location')):
     @property
     def local_name(self):
         """Its name in its node: `radius`, `~parking/0`, `/height`."""
-        return self.location.name.replace(self.node + '/', '~', 1) \
-            if is_below(self.location.name, self.node) else self.location.name
+        return (
+            self.location.name.replace(self.node + '/', '~', 1)
+            if is_below(self.location.name, self.node)
+            else self.location.name
+        )
 
     @property
     def name(self):
@@ -61,8 +64,8 @@ class Directory:
     """Remembers what owners tell of their locations; stands in for the facts that a node has."""
 
     def __init__(self):
-        self._known = {}         # Source -> Place
-        self._ask_again = {}     # node -> a time, where it did not answer
+        self._known = {}  # Source -> Place
+        self._ask_again = {}  # node -> a time, where it did not answer
 
     def of(self, source):
         """The Place of a source; None where its owner is not there, or does not know it."""
@@ -96,10 +99,10 @@ class Directory:
         Returns:
             ({node: [Place, ...]}, {node: why it does not answer}).
         """
-        answers, silent = node.ask_all('list_locations', srv.ListLocations,
-                                       {name: srv.ListLocationsRequest() for name in nodes}, timeout)
-        places = {name: [Place(name, location) for location in answer.locations]
-                  for name, answer in answers.items()}
+        answers, silent = node.ask_all(
+            'list_locations', srv.ListLocations, {name: srv.ListLocationsRequest() for name in nodes}, timeout
+        )
+        places = {name: [Place(name, location) for location in answer.locations] for name, answer in answers.items()}
         for found in places.values():
             self._known.update((place.source, place) for place in found)
         return places, silent
@@ -108,9 +111,15 @@ class Directory:
         """What `solve` has to know of sources: its arguments `bounds` and `read_only`."""
         self.learn(sources, timeout)
         known = [place for place in map(self.of, sources) if place]
-        return {'bounds': {place.source: tuple(node.from_json(text) if text else None for text in (
-                    place.location.minimum, place.location.maximum)) for place in known},
-                'read_only': [place.source for place in known if place.location.read_only]}
+        return {
+            'bounds': {
+                place.source: tuple(
+                    node.from_json(text) if text else None for text in (place.location.minimum, place.location.maximum)
+                )
+                for place in known
+            },
+            'read_only': [place.source for place in known if place.location.read_only],
+        }
 
     def forget(self, sources):
         """Ask anew the next time."""
@@ -153,9 +162,12 @@ def split_location(master, text):
     nodes = tracked_nodes(master)
     found = max((name for name in nodes if text.startswith((name + '/', name + '#'))), key=len, default=None)
     if found is None:
-        raise Failure(f'{text} names no location of the node; see rosslt list {text}' if text in nodes else
-                      f'{text} begins with no node that has locations; see rosslt list')
-    return found, text[len(found) + 1:]
+        raise Failure(
+            f'{text} names no location of the node; see rosslt list {text}'
+            if text in nodes
+            else f'{text} begins with no node that has locations; see rosslt list'
+        )
+    return found, text[len(found) + 1 :]
 
 
 def find(master, directory, text):
@@ -166,8 +178,9 @@ def find(master, directory, text):
     """
     name, wanted = split_location(master, text)
     places = locations_of(directory, name)
-    called = [place for place in places if place.local_name == wanted] or \
-             [place for place in places if place.is_called(wanted)]
+    called = [place for place in places if place.local_name == wanted] or [
+        place for place in places if place.is_called(wanted)
+    ]
     if not called:
         raise Failure(f'{name} has no location {wanted}; see rosslt list {name}')
     if len(called) > 1:

@@ -23,13 +23,20 @@ def dot(flow, directory):
     # sorted, so that the same flow is the same text whichever message came first
     things = sorted({thing for edge in edges for thing in edge}, key=str)
     names = {thing: f'{thing[0]}{number}' for number, thing in enumerate(things)}
-    lines = ['digraph rosslt {', '  rankdir=LR;', '  node [fontname="sans", fontsize=11];',
-             '  edge [fontname="sans", fontsize=9];']
+    lines = [
+        'digraph rosslt {',
+        '  rankdir=LR;',
+        '  node [fontname="sans", fontsize=11];',
+        '  edge [fontname="sans", fontsize=9];',
+    ]
     for thing in things:
         lines.append('  {} [{}, label={}];'.format(names[thing], _LOOKS[thing[0]], _quoted(_label(thing, directory))))
     for (start, end), fields in sorted(edges.items(), key=str):
-        lines.append('  {} -> {}{};'.format(names[start], names[end],
-                                            f' [label={_quoted(brief(sorted(fields)))}]' if fields else ''))
+        lines.append(
+            '  {} -> {}{};'.format(
+                names[start], names[end], f' [label={_quoted(brief(sorted(fields)))}]' if fields else ''
+            )
+        )
     return '\n'.join([*lines, '}'])
 
 
@@ -40,8 +47,7 @@ def svg(text):
         Failure: it is not installed, or does not do it.
     """
     try:
-        drawn = subprocess.run(['dot', '-Tsvg'], input=text, capture_output=True,
-                               text=True, check=False)
+        drawn = subprocess.run(['dot', '-Tsvg'], input=text, capture_output=True, text=True, check=False)
     except FileNotFoundError:
         raise Failure('found no command dot: install graphviz') from None
     if drawn.returncode:

@@ -83,8 +83,7 @@ def _shaped(part, wanted, where):
     if isinstance(part, (list, tuple)):
         if not isinstance(wanted, list) or len(wanted) != len(part):
             raise Failure(f'{where} must be given as a list of {len(part)}, found {wanted!r}')
-        return [_shaped(each, value, f'[{index}] of {where}')
-                for index, (each, value) in enumerate(zip(part, wanted))]
+        return [_shaped(each, value, f'[{index}] of {where}') for index, (each, value) in enumerate(zip(part, wanted))]
     if not isinstance(wanted, (bool, int, float, str)):
         raise Failure(f'{where} must be given as a scalar, found {wanted!r}')
     try:

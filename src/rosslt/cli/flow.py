@@ -31,10 +31,17 @@ class Flow:
             if publisher in told:
                 return []
             told.add(publisher)
-            return [Step(publisher, reach.topic, self.provenance.fields[reach],
-                         [step for node in self._subscribers.get(reach.topic, ()) for step in steps_of(node)],
-                         is_known)
-                    for reach in reaches if reach.publisher == publisher]
+            return [
+                Step(
+                    publisher,
+                    reach.topic,
+                    self.provenance.fields[reach],
+                    [step for node in self._subscribers.get(reach.topic, ()) for step in steps_of(node)],
+                    is_known,
+                )
+                for reach in reaches
+                if reach.publisher == publisher
+            ]
 
         found = steps_of(source.node)
         for reach in reaches:
@@ -43,6 +50,7 @@ class Flow:
 
     def paths(self, source):
         """(topic, fields, [the nodes on the way there]) for all that a source reaches."""
+
         def below(steps, before):
             for step in steps:
                 nodes = [*before, step.publisher]

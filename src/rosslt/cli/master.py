@@ -42,7 +42,7 @@ def find_master(timeout=TIMEOUT):
 def tracked_nodes(master):
     """The names of the nodes that have locations, sorted."""
     _, _, services = master.getSystemState()
-    return sorted(name[:-len(_LISTING)] for name, _ in services if name.endswith(_LISTING))
+    return sorted(name[: -len(_LISTING)] for name, _ in services if name.endswith(_LISTING))
 
 
 def full_name(name):
@@ -66,7 +66,7 @@ def split_topic(master, text):
     topic = max((name for name in types if is_below(full, name)), key=len, default=None)
     if topic is None or topic not in dict(master.getPublishedTopics('/')):
         raise Failure(f'nobody publishes {full if topic is None else topic}')
-    return topic, types[topic], full[len(topic):].lstrip('/.')
+    return topic, types[topic], full[len(topic) :].lstrip('/.')
 
 
 def is_below(path, name):

@@ -14,7 +14,7 @@ def shortened(text, longest):
     if len(text) <= longest:
         return text
     end = (longest - 3) // 2
-    return text[:longest - 3 - end] + '...' + text[len(text) - end:]
+    return text[: longest - 3 - end] + '...' + text[len(text) - end :]
 
 
 def width():
@@ -32,8 +32,12 @@ def table(rows, indent=''):
 
 def write_row(*cells):
     """Print one line with tabs between its cells; a tab or a line break within one would begin another."""
-    print('\t'.join(str(cell).replace('\\', r'\\').replace('\t', r'\t').replace('\n', r'\n').replace('\r', r'\r')
-                    for cell in cells))
+    print(
+        '\t'.join(
+            str(cell).replace('\\', r'\\').replace('\t', r'\t').replace('\n', r'\n').replace('\r', r'\r')
+            for cell in cells
+        )
+    )
 
 
 def write_change(directory, source, old, new, is_planned=False):
@@ -45,7 +49,14 @@ def write_change(directory, source, old, new, is_planned=False):
     """
     place = directory.of(source)
     if is_terminal():
-        print('{}{}: {} -> {}{}'.format('would change ' if is_planned else '', directory.name(source), old, new,
-                                        f'  [{place.short_file}]' if place else ''))
+        print(
+            '{}{}: {} -> {}{}'.format(
+                'would change ' if is_planned else '',
+                directory.name(source),
+                old,
+                new,
+                f'  [{place.short_file}]' if place else '',
+            )
+        )
     else:
         write_row(directory.name(source), old, new, place.file if place else '')

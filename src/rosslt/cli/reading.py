@@ -59,8 +59,10 @@ class Decoder:
         except messages.BadHeader as error:
             if (topic, publisher) not in self._reported:
                 self._reported.add((topic, publisher))
-                print(f'rosslt: {publisher or topic} sends a provenance on {topic} that cannot be read: {error}',
-                      file=sys.stderr)
+                print(
+                    f'rosslt: {publisher or topic} sends a provenance on {topic} that cannot be read: {error}',
+                    file=sys.stderr,
+                )
         return Received(topic, publisher, message_class._type, message)
 
 

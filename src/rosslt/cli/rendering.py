@@ -44,8 +44,11 @@ def _outline(part, depth, label=''):
     else:
         plain = _jsonable(part)
         text = json.dumps(plain, ensure_ascii=False)
-        yield depth, prefix + (shortened(text, LONGEST_ARRAY) if isinstance(part, (list, tuple, bytes)) else text), \
-            part if _has_provenance(part) else None
+        yield (
+            depth,
+            prefix + (shortened(text, LONGEST_ARRAY) if isinstance(part, (list, tuple, bytes)) else text),
+            part if _has_provenance(part) else None,
+        )
 
 
 def write_lines(part, path=''):
@@ -56,26 +59,41 @@ def write_lines(part, path=''):
 
 def json_line(received, part, path, directory):
     """A message or a part of one as a line of JSON, with the provenance of its leaves beside it."""
-    provenance = {joined(path, leaf_path): {
-        'expression': values.explain(leaf),
-        'sources': [_source(source, directory) for source in values.sources(leaf)],
-    } for leaf_path, leaf in values.leaves(part) if _has_provenance(leaf)}
-    return json.dumps({'topic': received.topic, 'type': received.type, 'publisher': received.publisher,
-                       'field': path, 'value': _jsonable(part), 'provenance': provenance}, ensure_ascii=False)
+    provenance = {
+        joined(path, leaf_path): {
+            'expression': values.explain(leaf),
+            'sources': [_source(source, directory) for source in values.sources(leaf)],
+        }
+        for leaf_path, leaf in values.leaves(part)
+        if _has_provenance(leaf)
+    }
+    return json.dumps(
+        {
+            'topic': received.topic,
+            'type': received.type,
+            'publisher': received.publisher,
+            'field': path,
+            'value': _jsonable(part),
+            'provenance': provenance,
+        },
+        ensure_ascii=False,
+    )
 
 
 def _source(source, directory):
     described = {'node': source.node, 'location_id': source.location_id}
     place = directory.of(source)
     if place:
-        described.update(name=place.local_name, file=place.location.file, line=place.location.line,
-                         column=place.location.column)
+        described.update(
+            name=place.local_name, file=place.location.file, line=place.location.line, column=place.location.column
+        )
     return described
 
 
 def _has_provenance(leaf):
-    return leaf is not None and not isinstance(leaf, (list, tuple)) and not _is_structure(leaf) \
-        and values.is_tracked(leaf)
+    return (
+        leaf is not None and not isinstance(leaf, (list, tuple)) and not _is_structure(leaf) and values.is_tracked(leaf)
+    )
 
 
 def _is_structure(part):

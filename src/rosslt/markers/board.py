@@ -39,9 +39,9 @@ class Board:
         self._server = server
         self._feedback = self._decorate = self._can_move = None
         self._wanted = {}
-        self._shown = {}    # name -> (look, pose)
+        self._shown = {}  # name -> (look, pose)
         self._differ = set()
-        self._holds = {}    # name -> _Hold
+        self._holds = {}  # name -> _Hold
 
     def connect(self, feedback, decorate, can_move):
         """Before the first handle is put: what its controls depend on, and what comes of hands on them.
@@ -162,8 +162,9 @@ class _Hold:
 
     def see(self, handle):
         """A message says where it is: it is believed, unless it was under way when the marker was let go."""
-        if self._left_at is not None and (_are_near(handle.pose, self._left_at)
-                                          or time.monotonic() > self._in_flight_until):
+        if self._left_at is not None and (
+            _are_near(handle.pose, self._left_at) or time.monotonic() > self._in_flight_until
+        ):
             self.until = 0.0
 
 
@@ -181,8 +182,10 @@ class Server(InteractiveMarkerServer):
             if context is None:
                 return
             now = time.monotonic()
-            if context.last_client_id not in ('', feedback.client_id) \
-                    and now - context.last_feedback < OTHER_HAND_TIMEOUT:
+            if (
+                context.last_client_id not in ('', feedback.client_id)
+                and now - context.last_feedback < OTHER_HAND_TIMEOUT
+            ):
                 return
             context.last_feedback, context.last_client_id = now, feedback.client_id
         callback = context.feedback_cbs.get(feedback.event_type, context.default_feedback_cb)

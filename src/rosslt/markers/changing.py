@@ -41,8 +41,7 @@ def default_sources(tracked, read_only=()):
 
     Found by asking for a little change of each of the tracked values.
     """
-    present = {source: value for source, value in reach.current_values(tracked).items()
-               if source not in read_only}
+    present = {source: value for source, value in reach.current_values(tracked).items() if source not in read_only}
     numbers = [value for value in tracked if not isinstance(value, str)]
     found = set()
     for index in range(len(numbers)):
@@ -62,8 +61,11 @@ def request(wanted, timeout):
         wanted: {Source: (present value, new value)}.
         timeout: as of `force`.
     """
-    return node.force_value([values.track(present, source) for source, (present, _) in wanted.items()],
-                            [new for _, new in wanted.values()], timeout=timeout)
+    return node.force_value(
+        [values.track(present, source) for source, (present, _) in wanted.items()],
+        [new for _, new in wanted.values()],
+        timeout=timeout,
+    )
 
 
 def kept_to(value, source):

@@ -41,8 +41,7 @@ def pose_tuple(message):
 
 def arrow(axis):
     """Arrows on both sides along an axis of the frame: 0, 1 or 2 for x, y or z."""
-    return _control('move_' + AXIS_NAMES[axis], InteractiveMarkerControl.MOVE_AXIS, ONTO_AXIS[axis],
-                    fixed=True)
+    return _control('move_' + AXIS_NAMES[axis], InteractiveMarkerControl.MOVE_AXIS, ONTO_AXIS[axis], fixed=True)
 
 
 def ring(name, direction):

@@ -48,8 +48,8 @@ class Drags:
         self._say = say
         self._held, self._over = {}, collections.deque()
         self._wake = threading.Condition()
-        self.chosen = {}     # name of a handle -> the Source that its drags change
-        self._past = {}      # name of a handle -> its drags, each {Source: (value after, value before)}
+        self.chosen = {}  # name of a handle -> the Source that its drags change
+        self._past = {}  # name of a handle -> its drags, each {Source: (value after, value before)}
         threading.Thread(target=self._work, name='drags', daemon=True).start()
 
     def feedback(self, feedback):
@@ -134,7 +134,7 @@ class Drags:
             if drag.before:
                 past = self._past.setdefault(name, collections.deque(maxlen=UNDO_LIMIT))
                 past.append({source: (drag.after[source], value) for source, value in drag.before.items()})
-            if name not in self._held:    # no hand has taken it again meanwhile
+            if name not in self._held:  # no hand has taken it again meanwhile
                 self._board.let_go(name, pose, is_followed=bool(drag.before) and not refusal)
             if refusal:
                 rospy.logwarn('%s snaps back: %s', name, refusal)
@@ -190,7 +190,7 @@ class _Drag:
         self.pose = (*position, *rotation)
         # Only what the hand has changed is asked for, and that even where it goes back to where it was.
         self.is_moved = self.is_moved or position != self.start[:3]
-        self.is_turned = self.is_turned or not are_same_rotation(rotation, self.start[3:], NOISE ** 2)
+        self.is_turned = self.is_turned or not are_same_rotation(rotation, self.start[3:], NOISE**2)
 
     def remember(self, changes):
         """Keep what it has changed, to be undone."""

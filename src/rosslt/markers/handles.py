@@ -38,7 +38,8 @@ def _tracked_targets(pairs):
     # To turn a target into the coordinates of a thing and back costs a few digits: what stays, stays exactly.
     return [value for value, _ in pairs], [
         float(value) if math.isclose(value, target, rel_tol=ROUNDING, abs_tol=ROUNDING) else target
-        for value, target in pairs]
+        for value, target in pairs
+    ]
 
 
 class PoseHandle:
@@ -54,8 +55,7 @@ class PoseHandle:
         has_arrows: False where the shapes alone are to be grabbed, as there are many of their kind.
     """
 
-    __slots__ = ('name', 'frame', 'pose', 'look', 'size', '_position', '_orientation', '_shapes',
-                 '_has_arrows')
+    __slots__ = ('name', 'frame', 'pose', 'look', 'size', '_position', '_orientation', '_shapes', '_has_arrows')
 
     def __init__(self, name, frame, pose, size, look, shapes, has_arrows=True):
         position, orientation = pose.position, pose.orientation
@@ -104,8 +104,7 @@ class PoseHandle:
             can_move: tells of a tracked value whether it has a source that takes changes.
         """
         movable = movable_of(self._position, can_move)
-        parts = [controls.arrow(axis) for axis in range(3)
-                 if movable[axis] and (self._has_arrows or sum(movable) == 1)]
+        parts = [controls.arrow(axis) for axis in range(3) if movable[axis] and (self._has_arrows or sum(movable) == 1)]
         turnable = [part if can_change(part) and can_move(part) else float(part) for part in self._orientation]
         parts.extend(controls.ring(name, direction) for name, direction in turnable_directions(turnable))
         parts.append(controls.body(movable, self._shapes(), self.pose[3:], has_menu=bool(self.tracked)))

@@ -21,7 +21,7 @@ class Menus:
 
     def __init__(self, board, drags, places):
         self._board, self._drags, self._places = board, drags, places
-        self._ways = {}        # name of a handle -> (its sources, those that are read-only, the ways to change it)
+        self._ways = {}  # name of a handle -> (its sources, those that are read-only, the ways to change it)
         self._unchecked = []
 
     def add(self, server, handle):
@@ -35,8 +35,9 @@ class Menus:
         menu = MenuHandler()
         for source, changed in ways:
             title = self._places.describe_all(changed)
-            entry = menu.insert(title if source else title + ' (default)',
-                                callback=functools.partial(self._choose, handle.name, source))
+            entry = menu.insert(
+                title if source else title + ' (default)', callback=functools.partial(self._choose, handle.name, source)
+            )
             menu.setCheckState(entry, MenuHandler.CHECKED if source == chosen else MenuHandler.UNCHECKED)
         menu.insert('Undo', callback=functools.partial(self._undo, handle.name))
         where = menu.insert('Sources')
@@ -77,8 +78,11 @@ class Menus:
         able = [source for source in reach.able(tracked) if source not in read_only]
         default = changing.default_sources(tracked, read_only) or able
         # To choose a source makes a difference only where a value has another one, too.
-        others = [source for source in able if [source] != default and any(
-            len(both) > 1 and source in both for both in map(values.sources, tracked))]
+        others = [
+            source
+            for source in able
+            if [source] != default and any(len(both) > 1 and source in both for both in map(values.sources, tracked))
+        ]
         return [(None, default)] + [(source, [source]) for source in others]
 
     def _choose(self, name, source, _feedback):

@@ -69,5 +69,6 @@ class _Note:
         letters = Marker(type=Marker.TEXT_VIEW_FACING, text=text)
         letters.scale.z = height
         controls.paint(letters, COLOR)
-        return controls.interactive_marker(self.name, frame, self.pose, 1.0,
-                                           [controls.body((False,) * 3, [letters], has_menu=False)])
+        return controls.interactive_marker(
+            self.name, frame, self.pose, 1.0, [controls.body((False,) * 3, [letters], has_menu=False)]
+        )

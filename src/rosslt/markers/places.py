@@ -29,8 +29,8 @@ class Places:
 
     def __init__(self, found):
         self._found = found
-        self._known = {}     # (node, location id) -> Place
-        self._asked = {}     # node -> when, or None while it is being asked
+        self._known = {}  # (node, location id) -> Place
+        self._asked = {}  # node -> when, or None while it is being asked
         self._lock = threading.Lock()
 
     def of(self, source):
@@ -61,7 +61,7 @@ class Places:
         parts, file = [], None
         for place in map(self.describe, sources):
             before, file = file, place.partition(':')[0]
-            parts.append(place[len(file):] if file == before and ':' in place else place)
+            parts.append(place[len(file) :] if file == before and ':' in place else place)
         return ', '.join(parts)
 
     def read_only(self, sources):
@@ -81,8 +81,10 @@ class Places:
             rospy.logdebug('%s does not say where its locations are: %s', owner, error)
             news = {}
         else:
-            news = {(owner, one.id): Place(one.file, one.line, one.column, one.name, one.read_only)
-                    for one in answer.locations}
+            news = {
+                (owner, one.id): Place(one.file, one.line, one.column, one.name, one.read_only)
+                for one in answer.locations
+            }
         is_new = any(self._known.get(source) != place for source, place in news.items())
         with self._lock:
             self._known.update(news)

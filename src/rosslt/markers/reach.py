@@ -65,8 +65,7 @@ def turnable_directions(orientation):
 def able(tracked):
     """The sources that can move at least one of several values, in order of appearance."""
     rates = _rates(tracked, current_values(tracked))
-    return [source for source in values.sources(tracked)
-            if source in rates and numpy.abs(rates[source]).max() > SMALL]
+    return [source for source in values.sources(tracked) if source in rates and numpy.abs(rates[source]).max() > SMALL]
 
 
 def _is_in(span, axis):
@@ -122,8 +121,9 @@ def nearest(tracked, targets, sources):
         found, damping, step = _descend(tracked, targets, found, rates, slopes, gap, damping)
         if step <= TOLERANCE * max(1.0, *map(abs, found.values())):
             break
-    found = {source: round(value) if isinstance(sources[source], int) else float(value)
-             for source, value in found.items()}
+    found = {
+        source: round(value) if isinstance(sources[source], int) else float(value) for source, value in found.items()
+    }
     changes = {source: value for source, value in found.items() if value != sources[source]}
     return changes, float(numpy.linalg.norm(targets - _at(tracked, found)))
 

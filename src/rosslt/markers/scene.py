@@ -25,9 +25,9 @@ class Scene:
 
     def __init__(self, board):
         self._board = board
-        self._things = {}     # topic -> {key: (names of its handles, publisher)}
-        self._mortal = {}     # (topic, key) -> when it expires, a rospy.Time
-        self._warned = {}     # what has been warned of -> when
+        self._things = {}  # topic -> {key: (names of its handles, publisher)}
+        self._mortal = {}  # (topic, key) -> when it expires, a rospy.Time
+        self._warned = {}  # what has been warned of -> when
 
     def take(self, topic, message, is_shown):
         """Follow a message of any type that is watched.
@@ -86,8 +86,7 @@ class Scene:
             else:
                 self._mortal.pop((topic, key), None)
         else:
-            self._warn('{} on {}: marker {}/{} has the unknown action {}'.format(
-                publisher, topic, *key, marker.action))
+            self._warn('{} on {}: marker {}/{} has the unknown action {}'.format(publisher, topic, *key, marker.action))
 
     def _warn(self, text):
         """Say what is wrong with a message, not with each one of its kind."""
@@ -124,10 +123,20 @@ def _fault(marker):
     if marker.type not in visuals.KINDS:
         return 'has the unknown type %d' % marker.type
     pose, scale = marker.pose, marker.scale
-    numbers = (pose.position.x, pose.position.y, pose.position.z, pose.orientation.x, pose.orientation.y,
-               pose.orientation.z, pose.orientation.w, scale.x, scale.y, scale.z)
+    numbers = (
+        pose.position.x,
+        pose.position.y,
+        pose.position.z,
+        pose.orientation.x,
+        pose.orientation.y,
+        pose.orientation.z,
+        pose.orientation.w,
+        scale.x,
+        scale.y,
+        scale.z,
+    )
     if not all(map(math.isfinite, numbers)) or not all(
-            math.isfinite(point.x) and math.isfinite(point.y) and math.isfinite(point.z)
-            for point in marker.points):
+        math.isfinite(point.x) and math.isfinite(point.y) and math.isfinite(point.z) for point in marker.points
+    ):
         return 'has a number that is not finite'
     return None

@@ -33,22 +33,19 @@ def point_stamped(topic, message):
 def pose_array(topic, message):
     """A PoseArray: a handle for each tracked pose."""
     for index, pose in enumerate(message.poses):
-        yield from _pose_handles('{}:poses[{}]'.format(topic, index), message.header.frame_id, pose,
-                                 0.5 * SIZE)
+        yield from _pose_handles('{}:poses[{}]'.format(topic, index), message.header.frame_id, pose, 0.5 * SIZE)
 
 
 def path(topic, message):
     """A Path: a handle for each tracked pose, in the frame of the path."""
     for index, stamped in enumerate(message.poses):
-        yield from _pose_handles('{}:poses[{}]'.format(topic, index), message.header.frame_id, stamped.pose,
-                                 0.5 * SIZE)
+        yield from _pose_handles('{}:poses[{}]'.format(topic, index), message.header.frame_id, stamped.pose, 0.5 * SIZE)
 
 
 def polygon_stamped(topic, message):
     """A PolygonStamped: a handle for each tracked corner."""
     for index, point in enumerate(message.polygon.points):
-        yield from _point_handles('{}:points[{}]'.format(topic, index), message.header.frame_id, point,
-                                  0.4 * SIZE)
+        yield from _point_handles('{}:points[{}]'.format(topic, index), message.header.frame_id, point, 0.4 * SIZE)
 
 
 #: The function for each type of message.
@@ -64,8 +61,7 @@ BY_TYPE = {
 def _pose_handles(name, frame, pose, size, has_arrows=False):
     numbers = controls.pose_tuple(pose)
     if any(map(can_change, numbers)) and all(map(math.isfinite, numbers)):
-        yield PoseHandle(name, frame, pose, size, None, lambda: [controls.sphere(0.4 * size, COLOR)],
-                         has_arrows)
+        yield PoseHandle(name, frame, pose, size, None, lambda: [controls.sphere(0.4 * size, COLOR)], has_arrows)
 
 
 def _point_handles(name, frame, point, size):

@@ -29,8 +29,8 @@ class Watch:
         self._scene = scene
         self._only = frozenset(map(rospy.resolve_name, topics))
         self._master = rosgraph.Master(rospy.get_name())
-        self._subscribers = {}     # topic -> (its type, the subscriber)
-        self._ignored = set()      # (topic, type)
+        self._subscribers = {}  # topic -> (its type, the subscriber)
+        self._ignored = set()  # (topic, type)
         threading.Thread(target=self._look, name='topics', daemon=True).start()
 
     def _look(self):
@@ -80,8 +80,12 @@ class Watch:
         """(message class, whether RViz shows it by itself), or None where it is nothing to be seen."""
         if kind not in VISIBLE and not kind.endswith('Tracked'):
             if self._only:
-                rospy.logerr('%s is of type %s, which is nothing to be seen in RViz; these are: %s', topic,
-                             kind, ', '.join(sorted(VISIBLE)))
+                rospy.logerr(
+                    '%s is of type %s, which is nothing to be seen in RViz; these are: %s',
+                    topic,
+                    kind,
+                    ', '.join(sorted(VISIBLE)),
+                )
             return None
         message_class = roslib.message.get_message_class(kind)
         if message_class is None:

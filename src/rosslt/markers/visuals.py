@@ -29,24 +29,37 @@ KINDS = SHAPES | LISTS | {Marker.ARROW, Marker.TEXT_VIEW_FACING, Marker.MESH_RES
 def marker_handles(topic, marker, is_shown):
     """The handles of a Marker that is there to be shown."""
     position, orientation, scale = marker.pose.position, marker.pose.orientation, marker.scale
-    can_be_moved = any(map(can_change, (position.x, position.y, position.z, orientation.x, orientation.y,
-                                        orientation.z, orientation.w)))
+    can_be_moved = any(
+        map(
+            can_change, (position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
+        )
+    )
     can_be_scaled = any(map(can_change, (scale.x, scale.y, scale.z)))
     has_points = marker.type in LISTS or (marker.type == Marker.ARROW and len(marker.points) > 1)
-    points = [(index, point) for index, point in enumerate(marker.points)
-              if can_change(point.x) or can_change(point.y) or can_change(point.z)] if has_points else ()
+    points = (
+        [
+            (index, point)
+            for index, point in enumerate(marker.points)
+            if can_change(point.x) or can_change(point.y) or can_change(point.z)
+        ]
+        if has_points
+        else ()
+    )
     handles = []
     if is_shown and not (can_be_moved or can_be_scaled or points):
         return handles
     name = '{}:{}:{}'.format(topic, marker.ns, marker.id)
     frame, place, size = marker.header.frame_id, plain_pose(marker.pose), marker_size(marker, has_points)
     if can_be_moved or not is_shown:
-        handles.append(PoseHandle(name, frame, marker.pose, size, marker_look(marker),
-                                  lambda: [marker_shape(marker, is_shown)]))
+        handles.append(
+            PoseHandle(name, frame, marker.pose, size, marker_look(marker), lambda: [marker_shape(marker, is_shown)])
+        )
     if points:
         color, diameter = handle_color(marker), point_size(marker)
-        handles.extend(PointHandle('{}:points[{}]'.format(name, index), frame, place, point, diameter, color)
-                       for index, point in points)
+        handles.extend(
+            PointHandle('{}:points[{}]'.format(name, index), frame, place, point, diameter, color)
+            for index, point in points
+        )
     if can_be_scaled:
         handles.extend(scale_handles(name, frame, place, marker, has_points, size))
     return handles
@@ -63,8 +76,7 @@ def scale_handles(name, frame, place, marker, has_points, size):
                 if has_points and marker.points and marker.type != Marker.TRIANGLE_LIST:
                     first = marker.points[0]
                     start = (float(first.x), float(first.y), float(first.z))
-                yield ScaleHandle('{}:scale.{}'.format(name, field), frame, place, start, axis, out, value,
-                                  0.15 * size)
+                yield ScaleHandle('{}:scale.{}'.format(name, field), frame, place, start, axis, out, value, 0.15 * size)
 
 
 def scale_reach(marker, has_points, axis):
@@ -138,9 +150,21 @@ def marker_look(marker):
         points = tuple([(float(point.x), float(point.y), float(point.z)) for point in marker.points])
     if marker.colors:
         colors = tuple([(float(one.r), float(one.g), float(one.b), float(one.a)) for one in marker.colors])
-    return (marker.type, float(scale.x), float(scale.y), float(scale.z), float(color.r), float(color.g),
-            float(color.b), float(color.a), str(marker.text), str(marker.mesh_resource),
-            marker.mesh_use_embedded_materials, points, colors)
+    return (
+        marker.type,
+        float(scale.x),
+        float(scale.y),
+        float(scale.z),
+        float(color.r),
+        float(color.g),
+        float(color.b),
+        float(color.a),
+        str(marker.text),
+        str(marker.mesh_resource),
+        marker.mesh_use_embedded_materials,
+        points,
+        colors,
+    )
 
 
 def marker_shape(marker, is_shown):

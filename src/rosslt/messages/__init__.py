@@ -15,6 +15,24 @@ from rosslt.messages.received import attach
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 from rosslt.messages.wire import encode
 
-__all__ = ['MAGIC', 'BadHeader', 'LocationHeader', 'PaperIds', 'UnknownType', 'append_provenance', 'attach', 'encode',
-           'finder', 'from_paper_header', 'generate_tracked_msgs', 'is_tracked_type', 'plain_check', 'plain_type',
-           'split_provenance', 'to_paper_header', 'tracked_type', 'unwrap', 'wrap']
+__all__ = [
+    'MAGIC',
+    'BadHeader',
+    'LocationHeader',
+    'PaperIds',
+    'UnknownType',
+    'append_provenance',
+    'attach',
+    'encode',
+    'finder',
+    'from_paper_header',
+    'generate_tracked_msgs',
+    'is_tracked_type',
+    'plain_check',
+    'plain_type',
+    'split_provenance',
+    'to_paper_header',
+    'tracked_type',
+    'unwrap',
+    'wrap',
+]

@@ -58,8 +58,10 @@ class Reader:
 
     def fail(self, what: str, *arguments: Any) -> BadHeader:
         """The error to raise: `what`, and how far the reading came."""
-        return BadHeader('bad provenance: %s, before byte %d of %d'
-                         % (what % arguments, min(self.at, len(self.data)), len(self.data)))
+        return BadHeader(
+            'bad provenance: %s, before byte %d of %d'
+            % (what % arguments, min(self.at, len(self.data)), len(self.data))
+        )
 
     def bytes(self, size: int, what: str) -> bytes:
         """The next `size` bytes."""
@@ -84,7 +86,7 @@ class Reader:
     def column(self, count: int, what: str) -> Sequence[int]:
         """The next `count` varints."""
         start = self.at
-        chunk = self.data[start:start + count]
+        chunk = self.data[start : start + count]
         if len(chunk) < count:
             raise self.fail('found %d bytes of %s, expected %d or more', len(chunk), what, count)
         if not count or max(chunk) < 128:

@@ -35,8 +35,9 @@ def split_type(name: str) -> Tuple[str, str]:
         UnknownType: the name is not of that form.
     """
     if not _TYPE.match(name):
-        raise UnknownType('%r is not the name of a message type: it must be a package and a type, as in '
-                          'geometry_msgs/Pose' % name)
+        raise UnknownType(
+            '%r is not the name of a message type: it must be a package and a type, as in geometry_msgs/Pose' % name
+        )
     package, short = name.split('/')
     return package, short
 
@@ -55,7 +56,12 @@ def long_name(type_: str) -> str:
 def definition_of_tracked(name: str) -> str:
     """The text of the `.msg` file that makes the tracked type of the message type `name`."""
     return '%s\n# Where the values in data come from, and the message itself.\n%s %s\n%s %s\n' % (
-        MARK, PROVENANCE, FIELDS[0], name, FIELDS[1])
+        MARK,
+        PROVENANCE,
+        FIELDS[0],
+        name,
+        FIELDS[1],
+    )
 
 
 def data_type(text: str) -> Optional[str]:
@@ -75,8 +81,9 @@ class MessagePath:
         environment: instead of the process's own.
     """
 
-    def __init__(self, include: Optional[Mapping[str, Iterable[str]]] = None,
-                 environment: Optional[Mapping[str, str]] = None) -> None:
+    def __init__(
+        self, include: Optional[Mapping[str, Iterable[str]]] = None, environment: Optional[Mapping[str, str]] = None
+    ) -> None:
         environment = os.environ if environment is None else environment
         self._include = {package: list(folders) for package, folders in (include or {}).items()}
         # Distributions that put ROS beside Python itself, as Debian does, set no CMAKE_PREFIX_PATH.
@@ -106,10 +113,12 @@ class MessagePath:
         found = set(self._include)
         for share in self._shares:
             if os.path.isdir(share):
-                found.update(entry.name for entry in os.scandir(share)
-                             if os.path.isdir(os.path.join(entry.path, 'msg')))
-        found.update(package for package, folder in self._source_packages().items()
-                     if os.path.isdir(os.path.join(folder, 'msg')))
+                found.update(
+                    entry.name for entry in os.scandir(share) if os.path.isdir(os.path.join(entry.path, 'msg'))
+                )
+        found.update(
+            package for package, folder in self._source_packages().items() if os.path.isdir(os.path.join(folder, 'msg'))
+        )
         return sorted(found)
 
     def types(self, package: str) -> List[str]:
@@ -124,8 +133,9 @@ class MessagePath:
             if os.path.isdir(folder):
                 found.update(name[:-4] for name in os.listdir(folder) if name.endswith('.msg'))
         if not found:
-            raise UnknownType('found no messages of the package %r: looked for *.msg in %s'
-                              % (package, ', '.join(folders)))
+            raise UnknownType(
+                'found no messages of the package %r: looked for *.msg in %s' % (package, ', '.join(folders))
+            )
         return ['%s/%s' % (package, name) for name in sorted(found)]
 
     def tracked_types_of(self, name: str) -> List[str]:

@@ -59,8 +59,10 @@ def tracked_names(types: Sequence[str], name: Optional[str] = None) -> Dict[str,
     for each, short in zip(types, shorts):
         chosen = short if shorts.count(short) == 1 else long_name(each)
         if chosen in names:
-            raise CannotGenerate('%s and %s would both become %s: generate one of them apart, with --name'
-                                 % (names[chosen], each, chosen))
+            raise CannotGenerate(
+                '%s and %s would both become %s: generate one of them apart, with --name'
+                % (names[chosen], each, chosen)
+            )
         names[chosen] = each
     return names
 
@@ -127,11 +129,15 @@ def plan(folder: str, names: Dict[str, str]) -> List[File]:
             except (OSError, UnicodeDecodeError) as error:
                 raise CannotGenerate('will not overwrite %s: %s' % (path, error)) from error
             if not present.startswith(MARK):
-                raise CannotGenerate('will not overwrite %s: it was not generated. Choose another folder with -o '
-                                     'or another name with --name' % path)
+                raise CannotGenerate(
+                    'will not overwrite %s: it was not generated. Choose another folder with -o '
+                    'or another name with --name' % path
+                )
             if data_type(present) != source:
-                raise CannotGenerate('will not overwrite %s: it was generated for %s, not for %s. Remove it, or '
-                                     'choose another name with --name' % (path, data_type(present), source))
+                raise CannotGenerate(
+                    'will not overwrite %s: it was generated for %s, not for %s. Remove it, or '
+                    'choose another name with --name' % (path, data_type(present), source)
+                )
         files.append(File(path, definition_of_tracked(source), present))
     return files
 
@@ -180,15 +186,25 @@ def _include(argument: str) -> Tuple[str, str]:
 
 def _parser(program: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog=program, epilog=_EPILOG.format(program), formatter_class=argparse.RawDescriptionHelpFormatter,
-        description='Write the .msg files of tracked message types.')
+        prog=program,
+        epilog=_EPILOG.format(program),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description='Write the .msg files of tracked message types.',
+    )
     parser.add_argument('types', nargs='*', metavar='TYPE', help='a message type, as geometry_msgs/Pose')
     parser.add_argument('--package', action='append', default=[], help='all message types of this package')
     parser.add_argument('--all', action='store_true', help='all message types that are installed or in a workspace')
     parser.add_argument('-o', dest='folder', default='.', metavar='DIR', help='where to write (default: here)')
     parser.add_argument('--name', help='what the tracked type is called, if there is one (default: <Type>Tracked)')
-    parser.add_argument('-I', dest='include', action='append', default=[], type=_include, metavar='PACKAGE:FOLDER',
-                        help='look for the messages of PACKAGE in FOLDER first')
+    parser.add_argument(
+        '-I',
+        dest='include',
+        action='append',
+        default=[],
+        type=_include,
+        metavar='PACKAGE:FOLDER',
+        help='look for the messages of PACKAGE in FOLDER first',
+    )
     mode = parser.add_mutually_exclusive_group()
     mode.add_argument('--list', action='store_true', help='print the message types that are meant; write nothing')
     mode.add_argument('--dry-run', action='store_true', help='print the files that would be written; write nothing')

@@ -53,8 +53,9 @@ class Graph:
                 for _ in range(size):
                     index = at - reader.number('the distance of an operand', at)
                     if index not in sources or type(self._value_of(index)) not in (float, int):
-                        raise reader.fail('found an affine part over instruction %d, which is no number of a '
-                                          'source', index)
+                        raise reader.fail(
+                            'found an affine part over instruction %d, which is no number of a source', index
+                        )
                     slope = reader.number('the number of a coefficient', len(tables.coefficients) - 1)
                     if not slope:
                         raise reader.fail('found an affine part without a coefficient')
@@ -86,9 +87,12 @@ class Graph:
         try:
             if self._made is None:
                 self._compute()
-                self._made = assemble([
-                    (SOURCE, self._tables.source(one[1]), self._tables.values[one[1]]) if one[0] == SOURCE else one
-                    for one in self._instructions])
+                self._made = assemble(
+                    [
+                        (SOURCE, self._tables.source(one[1]), self._tables.values[one[1]]) if one[0] == SOURCE else one
+                        for one in self._instructions
+                    ]
+                )
             made = self._made[index]
             if type(made) in PLAIN and agrees(made, expected, kind):
                 return made

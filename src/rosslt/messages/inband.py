@@ -48,7 +48,7 @@ def split_provenance(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
     provenance = finder(message_class)(data) if data.endswith(MAGIC) else None
     if provenance is None:
         return data, b''
-    return data[:len(data) - _FOOTER.size - len(provenance)], provenance
+    return data[: len(data) - _FOOTER.size - len(provenance)], provenance
 
 
 @functools.lru_cache(maxsize=None)

@@ -35,8 +35,11 @@ def packed_instructions(instructions: Sequence[tuple], tables: Tables, numbers: 
         elif kind == AFFINE:
             value, terms, is_exact = operands
             code = (EXACT if is_exact else LINEAR) + (type(value) is int)
-            parts.append(packed([code]) + (packed([zigzag(value)]) if type(value) is int else
-                                           struct.pack('<d', value)) + packed([len(terms)]))
+            parts.append(
+                packed([code])
+                + (packed([zigzag(value)]) if type(value) is int else struct.pack('<d', value))
+                + packed([len(terms)])
+            )
             for index, slope in terms:
                 parts.append(packed([at - index, numbers[tables.coefficient(slope)]]))
         else:
@@ -97,8 +100,9 @@ def linearizations(instructions: Sequence[tuple], roots: Sequence[int]) -> List[
     return [slopes[root] for root in roots]
 
 
-def _chained(operation: Operation, arguments: Sequence[Any],
-             slopes: Sequence[Optional[Dict[int, Any]]]) -> Optional[Dict[int, Any]]:
+def _chained(
+    operation: Operation, arguments: Sequence[Any], slopes: Sequence[Optional[Dict[int, Any]]]
+) -> Optional[Dict[int, Any]]:
     """The slopes of an operation's result, of those of its operands."""
     total: Dict[int, Any] = {}
     for place, inner in enumerate(slopes):
@@ -106,8 +110,11 @@ def _chained(operation: Operation, arguments: Sequence[Any],
             return None
         if inner:
             try:
-                factor = (operation.left.slope(arguments[0], None) if operation.both is None
-                          else operation.both.slope[place](*arguments))
+                factor = (
+                    operation.left.slope(arguments[0], None)
+                    if operation.both is None
+                    else operation.both.slope[place](*arguments)
+                )
             except (ArithmeticError, TypeError, ValueError):
                 return None
             for source, slope in inner.items():

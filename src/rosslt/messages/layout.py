@@ -17,8 +17,21 @@ _SEPARATOR = '\n' + '=' * 80 + '\nMSG: '
 
 #: Of each scalar type its letter for `struct`; None for a string, which has no size of its own.
 SCALARS: Dict[str, Optional[str]] = {
-    'bool': 'B', 'int8': 'b', 'uint8': 'B', 'byte': 'b', 'char': 'B', 'int16': 'h', 'uint16': 'H', 'int32': 'i',
-    'uint32': 'I', 'int64': 'q', 'uint64': 'Q', 'float32': 'f', 'float64': 'd', 'string': None}
+    'bool': 'B',
+    'int8': 'b',
+    'uint8': 'B',
+    'byte': 'b',
+    'char': 'B',
+    'int16': 'h',
+    'uint16': 'H',
+    'int32': 'i',
+    'uint32': 'I',
+    'int64': 'q',
+    'uint64': 'Q',
+    'float32': 'f',
+    'float64': 'd',
+    'string': None,
+}
 
 #: Types that genpy gives as `bytes` when they are elements of an array.
 BYTES = ('uint8', 'char')
@@ -69,8 +82,7 @@ class Layout:
             self._add(name.strip(), text)
 
     def _add(self, name: str, text: str) -> None:
-        spec = make_python_safe(genmsg.msg_loader.load_msg_from_string(
-            genmsg.MsgContext.create_default(), text, name))
+        spec = make_python_safe(genmsg.msg_loader.load_msg_from_string(genmsg.MsgContext.create_default(), text, name))
         fields = []
         for type_, field in zip(spec.types, spec.names):
             base, is_array, length = genmsg.msgs.parse_type(type_)

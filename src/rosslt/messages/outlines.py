@@ -29,8 +29,15 @@ class Parts(NamedTuple):
 
     def joined(self) -> bytes:
         """The provenance."""
-        return b''.join((self.head, struct.pack('<%dd' % len(self.values), *self.values), self.middle,
-                         struct.pack('<%dd' % len(self.slopes), *self.slopes), self.tail))
+        return b''.join(
+            (
+                self.head,
+                struct.pack('<%dd' % len(self.values), *self.values),
+                self.middle,
+                struct.pack('<%dd' % len(self.slopes), *self.slopes),
+                self.tail,
+            )
+        )
 
 
 class Outline:
@@ -43,8 +50,10 @@ class Outline:
     def __init__(self, parts: Parts) -> None:
         self._around = parts.head, parts.middle, parts.tail
         self._slopes_at = len(parts.values) + 2
-        form = struct.Struct('<%ds%dd%ds%dd%ds' % (len(parts.head), len(parts.values), len(parts.middle),
-                                                   len(parts.slopes), len(parts.tail)))
+        form = struct.Struct(
+            '<%ds%dd%ds%dd%ds'
+            % (len(parts.head), len(parts.values), len(parts.middle), len(parts.slopes), len(parts.tail))
+        )
         self._pack, self._unpack = form.pack, form.unpack
 
     def filled(self, values: Sequence[float], slopes: Sequence[float]) -> bytes:
@@ -57,7 +66,7 @@ class Outline:
         floats that are not finite."""
         parts = self._unpack(data)
         at = self._slopes_at
-        values, slopes = parts[1:at - 1], parts[at:-1]
+        values, slopes = parts[1 : at - 1], parts[at:-1]
         if (parts[0], parts[at - 1], parts[-1]) == self._around and are_finite(values, slopes):
             return values, slopes
         return None
@@ -102,7 +111,7 @@ def numbered(fields: Sequence[Field]) -> Optional[Numbered]:
             if number is None or values[number] is not value:
                 if type(value) is not float:
                     return None
-                reading = source, value or repr(value)     # 0.0 and -0.0 are equal
+                reading = source, value or repr(value)  # 0.0 and -0.0 are equal
                 if reading not in readings:
                     readings[reading] = readings[source] = len(values)
                     values.append(value)

@@ -44,8 +44,9 @@ def from_paper_header(message: Any, header: Any, ids: PaperIds) -> None:
         if made is not None:
             _put(message, parts, _with_provenance(value, made))
         else:
-            warn_once(tuple(parts), 'bad provenance: %s holds %.60r, which its expression cannot make',
-                      '/'.join(parts), value)
+            warn_once(
+                tuple(parts), 'bad provenance: %s holds %.60r, which its expression cannot make', '/'.join(parts), value
+            )
 
 
 def _with_provenance(value: Any, made: Any) -> Any:
@@ -62,8 +63,9 @@ def _at(message: Any, parts: Sequence[str], path: str) -> Any:
     for name in parts:
         if isinstance(part, (list, tuple, bytes)):
             if not name.isdecimal() or int(name) >= len(part):
-                raise BadHeader('bad provenance: found the path %r, expected an index below %d for %r'
-                                % (path, len(part), name))
+                raise BadHeader(
+                    'bad provenance: found the path %r, expected an index below %d for %r' % (path, len(part), name)
+                )
             part = part[int(name)]
         elif name in getattr(part, '__slots__', ()):
             part = getattr(part, name)
@@ -123,11 +125,14 @@ def _applied(value: Any, tokens: Sequence[str], path: str) -> Any:
         except (IndexError, TypeError, ValueError) as error:
             if isinstance(error, ValueError) and token in FUNCTIONS:
                 raise
-            raise BadHeader('bad provenance: found %.60r in the expression %.200r of %s'
-                            % (token, ';'.join(tokens) + ';', path)) from error
+            raise BadHeader(
+                'bad provenance: found %.60r in the expression %.200r of %s' % (token, ';'.join(tokens) + ';', path)
+            ) from error
     if not is_tracked(stack[-1]):
-        raise BadHeader('bad provenance: found the expression %.200r of %s, which leaves the source out'
-                        % (';'.join(tokens) + ';', path))
+        raise BadHeader(
+            'bad provenance: found the expression %.200r of %s, which leaves the source out'
+            % (';'.join(tokens) + ';', path)
+        )
     return stack[-1]
 
 

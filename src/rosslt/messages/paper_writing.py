@@ -44,7 +44,7 @@ def _expression(leaf: Any, source: Source) -> Optional[str]:
     tokens = _path_tokens(instructions, root)
     if tokens is not None:
         return ''.join(token + ';' for token in tokens)
-    slopes, = linearizations(instructions, [root])
+    (slopes,) = linearizations(instructions, [root])
     if isinstance(leaf, str) or not slopes:
         return None
     at, slope = next(iter(slopes.items()))
@@ -100,8 +100,13 @@ def _path_tokens(instructions: Sequence[tuple], root: int) -> Optional[List[str]
 def _values(instructions: Sequence[tuple]) -> List[Any]:
     values: List[Any] = []
     for kind, *operands in instructions:
-        values.append(operands[1] if kind == SOURCE else operands[0] if kind in (CONSTANT, AFFINE)
-                      else kind.forward(*[values[index] for index in operands]))
+        values.append(
+            operands[1]
+            if kind == SOURCE
+            else operands[0]
+            if kind in (CONSTANT, AFFINE)
+            else kind.forward(*[values[index] for index in operands])
+        )
     return values
 
 

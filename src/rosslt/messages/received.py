@@ -56,8 +56,9 @@ def attach(message: Any, data: bytes) -> None:
     more = iter(wanted).__next__
     walkers(message.__class__).locate(message, 0, more(), more, found.append, arrays.append)
     if wanted[len(found)] != END:
-        raise BadHeader('bad provenance: found one of leaf %d, which the %s does not have'
-                        % (wanted[len(found)], message._type))
+        raise BadHeader(
+            'bad provenance: found one of leaf %d, which the %s does not have' % (wanted[len(found)], message._type)
+        )
     tracked = header.tracked(found)
     for (owner, key, _, _), value in zip(found, tracked):
         if type(owner) is list:
@@ -93,8 +94,11 @@ def _header_and_placer(message_class: type, data: bytes) -> 'Tuple[ReceivedHeade
 
 
 @functools.lru_cache(maxsize=128)
-def _recent_outlines(message_class: type, size: int, end: bytes,
-                     ) -> 'List[Tuple[Outline, ReceivedHeader, Optional[Placer]]]':
+def _recent_outlines(
+    message_class: type,
+    size: int,
+    end: bytes,
+) -> 'List[Tuple[Outline, ReceivedHeader, Optional[Placer]]]':
     """The list, to be kept, of the outlines of provenances of that size with that end, which is behind all floats."""
     return []
 
@@ -133,8 +137,7 @@ class ReceivedHeader:
         self.wanted = [index - 1 for index in itertools.accumulate(map((1).__add__, gaps))]
         self.wanted.append(END)
         self._origins = reader.column(count, 'the sources of fields')
-        self._slopes = reader.column(count, 'the coefficients of fields') if flags & HAS_COEFFICIENTS \
-            else bytes(count)
+        self._slopes = reader.column(count, 'the coefficients of fields') if flags & HAS_COEFFICIENTS else bytes(count)
         if reader.at != len(data):
             raise reader.fail('found %d bytes more than expected', len(data) - reader.at)
         self._lists_from = tables.source_count
@@ -148,9 +151,13 @@ class ReceivedHeader:
         """Check the numbers of each field, where some name more than single sources."""
         tables = self._tables
         singles = len(tables.coefficients)
-        if (len(set(map(len, tables.source_lists + tables.slope_lists))) == 1
-                and min(self._origins) >= self._lists_from and max(self._origins) < self._graph_from
-                and min(self._slopes) >= singles and max(self._slopes) < singles + len(tables.slope_lists)):
+        if (
+            len(set(map(len, tables.source_lists + tables.slope_lists))) == 1
+            and min(self._origins) >= self._lists_from
+            and max(self._origins) < self._graph_from
+            and min(self._slopes) >= singles
+            and max(self._slopes) < singles + len(tables.slope_lists)
+        ):
             return  # All are lists, and these of one length.
         instructions = self._graph.count if self._graph else 0
         for index, origin, slope in zip(self.wanted, self._origins, self._slopes):
@@ -158,19 +165,22 @@ class ReceivedHeader:
                 fits = slope < singles
             elif origin < self._graph_from:
                 place = slope - singles
-                fits = 0 <= place < len(tables.slope_lists) and \
-                    len(tables.slope_lists[place]) == len(tables.source_lists[origin - self._lists_from])
+                fits = 0 <= place < len(tables.slope_lists) and len(tables.slope_lists[place]) == len(
+                    tables.source_lists[origin - self._lists_from]
+                )
             else:
                 fits = origin - self._graph_from < instructions and slope == IDENTITY
             if not fits:
-                raise reader.fail('found leaf %d with sources %d and coefficients %d, which there are not',
-                                  index, origin, slope)
+                raise reader.fail(
+                    'found leaf %d with sources %d and coefficients %d, which there are not', index, origin, slope
+                )
 
     def _has_numbers_only(self) -> bool:
         """Whether every source that stands with a coefficient has a number as its value."""
         others = {number for number, value in enumerate(self._tables.values) if type(value) not in (float, int)}
         return others.isdisjoint(itertools.chain.from_iterable(self._tables.source_lists)) and others.isdisjoint(
-            origin for origin, slope in zip(self._origins, self._slopes) if slope != IDENTITY)
+            origin for origin, slope in zip(self._origins, self._slopes) if slope != IDENTITY
+        )
 
     def tracked(self, found: Sequence[Located]) -> List[Any]:
         """The tracked values of the located leaves.
@@ -208,8 +218,10 @@ class ReceivedHeader:
         known, loads = self._known_loads
         if kinds != known:
             load = self._load
-            loads = [functools.partial(load, origin, slope, kind)
-                     for origin, slope, kind in zip(self._origins, self._slopes, kinds)]
+            loads = [
+                functools.partial(load, origin, slope, kind)
+                for origin, slope, kind in zip(self._origins, self._slopes, kinds)
+            ]
             self._known_loads = kinds, loads
         return loads
 
@@ -219,13 +231,16 @@ class ReceivedHeader:
             if type(value) in PLAIN:
                 value = untracked(value)
             if type(value) not in (float, int, bool, str):
-                raise BadHeader('bad provenance: found one of leaf %d, which holds a %s'
-                                % (index, type(value).__name__))
+                raise BadHeader(
+                    'bad provenance: found one of leaf %d, which holds a %s' % (index, type(value).__name__)
+                )
             if slope != IDENTITY:
                 terms = self._terms(origin, slope)
                 if not (all(type(at) in (float, int) for _, at, _ in terms) and fits(kind, terms)):
-                    raise BadHeader('bad provenance: found leaf %d, which holds %.60r, as a sum that begins with %r '
-                                    'times %.60r' % (index, value, terms[0][2], terms[0][1]))
+                    raise BadHeader(
+                        'bad provenance: found leaf %d, which holds %.60r, as a sum that begins with %r '
+                        'times %.60r' % (index, value, terms[0][2], terms[0][1])
+                    )
             values.append(value)
         return values
 
@@ -237,8 +252,10 @@ class ReceivedHeader:
         else:
             numbers = tables.source_lists[origin - self._lists_from]
             slopes = tables.slope_lists[slope - len(tables.coefficients)]
-        return [(tables.source(number), tables.values[number], tables.coefficients[each])
-                for number, each in zip(numbers, slopes)]
+        return [
+            (tables.source(number), tables.values[number], tables.coefficients[each])
+            for number, each in zip(numbers, slopes)
+        ]
 
     def _load(self, origin: int, slope: int, kind: str, value: Any) -> Any:
         """The provenance of one field, when it is first asked for."""

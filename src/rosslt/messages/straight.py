@@ -12,8 +12,9 @@ from rosslt.messages.layout import TYPE_OF_KIND, kind_of
 from rosslt.messages.walkers import PLAIN, TRACKED, walkers
 from rosslt.values import deferred
 
-_TRACKED_OF_KIND = {kind: tracked for kind, plain in TYPE_OF_KIND.items()
-                    for tracked in TRACKED if PLAIN[tracked] is plain}
+_TRACKED_OF_KIND = {
+    kind: tracked for kind, plain in TYPE_OF_KIND.items() for tracked in TRACKED if PLAIN[tracked] is plain
+}
 
 Load = Callable[[Any], Any]
 """Makes the provenance of a value, as `deferred` asks for it."""
@@ -52,11 +53,13 @@ def searches(message_class: Any) -> Optional[Searches]:
         is_plain += lines
         is_plain += [' if type(%s) in TRACKED: return False' % value]
         gather += lines
-        gather += [' value = %s' % value,
-                   ' if type(value) in TRACKED:',
-                   '  if type(value) is not TRACKED_%s: return None' % kind_of(scalar),
-                   '  which |= %d' % (1 << index),
-                   '  values.append(value)']
+        gather += [
+            ' value = %s' % value,
+            ' if type(value) in TRACKED:',
+            '  if type(value) is not TRACKED_%s: return None' % kind_of(scalar),
+            '  which |= %d' % (1 << index),
+            '  values.append(value)',
+        ]
     is_plain.append(' return True')
     gather.append(' return which, values')
     constants = {'TRACKED_' + kind: tracked for kind, tracked in _TRACKED_OF_KIND.items()}
@@ -84,11 +87,13 @@ def straight_placer(message_class: Any, indices: Tuple[int, ...]) -> Optional[Pl
     for lines, value in _reached(head[index][0] for index in indices):
         code += lines
         values.append(value)
-    code += [' values = %s,' % ', '.join(values),
-             ' for value in values:',
-             '  if type(value) is not float: return False',
-             ' %s, = deferred(values, loads)' % ', '.join(values),
-             ' return True']
+    code += [
+        ' values = %s,' % ', '.join(values),
+        ' for value in values:',
+        '  if type(value) is not float: return False',
+        ' %s, = deferred(values, loads)' % ', '.join(values),
+        ' return True',
+    ]
     return Placer(kinds, _compiled(message_class, code, deferred=deferred)['place'])
 
 

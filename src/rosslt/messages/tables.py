@@ -27,6 +27,7 @@ HAS_VALUES, HAS_COEFFICIENTS, HAS_LISTS, HAS_GRAPH = 1, 2, 4, 8
 NO_VALUE, FLOAT, INT, STRING, FALSE, TRUE = range(6)
 """The kinds of a source's value, and of a constant."""
 
+
 class Unencodable(Error):
     """The provenance of one value cannot be sent; the error says why."""
 
@@ -127,8 +128,10 @@ class Tables:
             self._listed += len(numbers)
             if self._listed > LISTED_LIMIT:
                 raise Unencodable('the message has too many lists of sources')
-        return (self._source_lists.setdefault(numbers, len(self._source_lists)),
-                self._slope_lists.setdefault(keys, len(self._slope_lists)))
+        return (
+            self._source_lists.setdefault(numbers, len(self._source_lists)),
+            self._slope_lists.setdefault(keys, len(self._slope_lists)),
+        )
 
     def number_coefficients(self) -> Dict[Any, int]:
         """Give the coefficients their numbers, from 1: by the way in which they are written."""
@@ -140,9 +143,11 @@ class Tables:
                 whole.append(key)
             else:
                 floats.append(key)
-        self._written = ([self._coefficients[key] for key in floats],
-                         [zigzag(int(self._coefficients[key])) for key in whole],
-                         [zigzag(self._coefficients[key]) for key in ints])
+        self._written = (
+            [self._coefficients[key] for key in floats],
+            [zigzag(int(self._coefficients[key])) for key in whole],
+            [zigzag(self._coefficients[key]) for key in ints],
+        )
         self._numbers = {key: number for number, key in enumerate(floats + whole + ints, 1)}
         return self._numbers
 
@@ -160,9 +165,11 @@ class Tables:
 
     def flags(self) -> int:
         """The flags of the parts that are there."""
-        return ((HAS_VALUES if any(value is not None for value in self._values) else 0)
-                | (HAS_COEFFICIENTS if self._coefficients else 0)
-                | (HAS_LISTS if self._source_lists else 0))
+        return (
+            (HAS_VALUES if any(value is not None for value in self._values) else 0)
+            | (HAS_COEFFICIENTS if self._coefficients else 0)
+            | (HAS_LISTS if self._source_lists else 0)
+        )
 
     def readings(self) -> List[int]:
         """The numbers of the sources with values, in order of appearance."""
@@ -172,25 +179,38 @@ class Tables:
         """The tables, after `number_coefficients`."""
         flags = self.flags()
         floats, whole, ints = self._written
-        head = [packed([len(self._nodes)]), packed_strings(list(self._nodes)), packed([len(self._sources)]),
-                packed([node for node, _ in self._sources]),
-                b''.join([location.to_bytes(6, 'little') for _, location in self._sources])]
+        head = [
+            packed([len(self._nodes)]),
+            packed_strings(list(self._nodes)),
+            packed([len(self._sources)]),
+            packed([node for node, _ in self._sources]),
+            b''.join([location.to_bytes(6, 'little') for _, location in self._sources]),
+        ]
         middle, tail = [], []
         if flags & HAS_VALUES:
             head.append(packed([_kind_of_value(value) for value in self._values]))
-            middle += [packed([zigzag(value) for value in self._values if type(value) is int]),
-                       packed_strings([value for value in self._values if type(value) is str])]
+            middle += [
+                packed([zigzag(value) for value in self._values if type(value) is int]),
+                packed_strings([value for value in self._values if type(value) is str]),
+            ]
         if flags & HAS_COEFFICIENTS:
             middle.append(packed([len(floats), len(whole), len(ints)]))
             tail += [packed(whole), packed(ints)]
         if flags & HAS_LISTS:
-            tail += [packed([len(self._source_lists), len(self._slope_lists)]),
-                     packed([len(numbers) for numbers in self._source_lists]),
-                     packed([number for numbers in self._source_lists for number in numbers]),
-                     packed([len(keys) for keys in self._slope_lists]),
-                     packed([self._numbers[key] for keys in self._slope_lists for key in keys])]
-        return Parts(b''.join(head), [value for value in self._values if type(value) is float],
-                     b''.join(middle), floats, b''.join(tail))
+            tail += [
+                packed([len(self._source_lists), len(self._slope_lists)]),
+                packed([len(numbers) for numbers in self._source_lists]),
+                packed([number for numbers in self._source_lists for number in numbers]),
+                packed([len(keys) for keys in self._slope_lists]),
+                packed([self._numbers[key] for keys in self._slope_lists for key in keys]),
+            ]
+        return Parts(
+            b''.join(head),
+            [value for value in self._values if type(value) is float],
+            b''.join(middle),
+            floats,
+            b''.join(tail),
+        )
 
 
 def _kind_of_value(value: Any) -> int:
@@ -231,7 +251,7 @@ class ReadTables:
             self.coefficients += map(float, map(unzigzag, reader.column(counts[1], 'coefficients')))
             self.coefficients += map(unzigzag, reader.column(counts[2], 'coefficients'))
             if counts[1] or counts[2]:
-                self._check_integers(reader, self.coefficients[1 + counts[0]:])
+                self._check_integers(reader, self.coefficients[1 + counts[0] :])
         self.source_lists: List[Tuple[int, ...]] = []
         self.slope_lists: List[Tuple[int, ...]] = []
         if flags & HAS_LISTS:
@@ -243,8 +263,13 @@ class ReadTables:
         """The parts of the provenance that these tables were read from."""
         values_to = self._values_at + 8 * len(self._float_values)
         slopes_to = self._slopes_at + 8 * self._float_slopes
-        return Parts(data[:self._values_at], [self.values[number] for number in self._float_values],
-                     data[values_to:self._slopes_at], self.coefficients[1:1 + self._float_slopes], data[slopes_to:])
+        return Parts(
+            data[: self._values_at],
+            [self.values[number] for number in self._float_values],
+            data[values_to : self._slopes_at],
+            self.coefficients[1 : 1 + self._float_slopes],
+            data[slopes_to:],
+        )
 
     def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReadTables':
         """The same tables with those floats as values and coefficients; they must be finite."""
@@ -253,8 +278,9 @@ class ReadTables:
             for number, value in zip(self._float_values, floats):
                 values[number] = value
         result = ReadTables.__new__(ReadTables)
-        result.__dict__.update(self.__dict__, values=values,
-                               coefficients=[None, *slopes, *self.coefficients[1 + len(slopes):]])
+        result.__dict__.update(
+            self.__dict__, values=values, coefficients=[None, *slopes, *self.coefficients[1 + len(slopes) :]]
+        )
         return result
 
     @staticmethod
@@ -265,8 +291,9 @@ class ReadTables:
 
     def source(self, number: int) -> Source:
         """A source by its number."""
-        return Source(self._nodes[self._source_nodes[number]],
-                      int.from_bytes(self._ids[6 * number:6 * number + 6], 'little'))
+        return Source(
+            self._nodes[self._source_nodes[number]], int.from_bytes(self._ids[6 * number : 6 * number + 6], 'little')
+        )
 
 
 def _read_values(reader: Reader, kinds: Sequence[int]) -> List[Any]:
@@ -278,8 +305,14 @@ def _read_values(reader: Reader, kinds: Sequence[int]) -> List[Any]:
     ints = [unzigzag(number) for number in reader.column(counts.get(INT, 0), 'values')]
     ReadTables._check_integers(reader, ints)
     strings = iter(reader.strings(counts.get(STRING, 0), 'values'))
-    following = {NO_VALUE: itertools.repeat(None), FLOAT: floats, INT: iter(ints), STRING: strings,
-                 FALSE: itertools.repeat(False), TRUE: itertools.repeat(True)}
+    following = {
+        NO_VALUE: itertools.repeat(None),
+        FLOAT: floats,
+        INT: iter(ints),
+        STRING: strings,
+        FALSE: itertools.repeat(False),
+        TRUE: itertools.repeat(True),
+    }
     return [next(following[kind]) for kind in kinds]
 
 

@@ -94,8 +94,7 @@ def _generated(message_class: Any) -> Optional[type]:
     name = message_class._type
     for candidate in _candidates(name):
         cls = genpy.message.get_message_class(candidate)
-        if is_tracked_type(cls) and cls._slot_types[1] == name and \
-                plain_type(cls)._md5sum == message_class._md5sum:
+        if is_tracked_type(cls) and cls._slot_types[1] == name and plain_type(cls)._md5sum == message_class._md5sum:
             return cls
     return None
 
@@ -113,8 +112,10 @@ def _made(message_class: Any) -> type:
     name, md5sum = message_class._type, message_class._md5sum
     provenance = genpy.message.get_message_class(PROVENANCE)
     if provenance is None:
-        raise UnknownType('found no Python class of %s: the package rosslt is not built, or the setup.bash of its '
-                          'workspace was not sourced' % PROVENANCE)
+        raise UnknownType(
+            'found no Python class of %s: the package rosslt is not built, or the setup.bash of its '
+            'workspace was not sourced' % PROVENANCE
+        )
     full_name = 'rosslt/' + short_name(name)
     if genpy.message.get_message_class(full_name) or _names.setdefault(full_name, (name, md5sum)) != (name, md5sum):
         full_name = 'rosslt/' + long_name(name)
@@ -154,8 +155,7 @@ def wrap(message: Any, tracked_class: Any, full_history: bool = False) -> Any:
     """
     tracked: Any = tracked_class()
     if message._md5sum != plain_type(tracked_class)._md5sum:
-        raise TypeError('expected a %s for %s, found a %s'
-                        % (tracked._slot_types[1], tracked._type, message._type))
+        raise TypeError('expected a %s for %s, found a %s' % (tracked._slot_types[1], tracked._type, message._type))
     tracked.provenance.data = encode(message, full_history)
     tracked.data = message
     return tracked

@@ -72,8 +72,13 @@ class _Writer:
         self._layout = layout
         self._numbers = {layout.name: 0}
         self._constants: Dict[str, Any] = {
-            'TRACKED': TRACKED, 'items_of': items_of, 'listed': listed, 'END': END, 'BYTES_LIMIT': BYTES_LIMIT,
-            'length_at': struct.Struct('<I').unpack_from}
+            'TRACKED': TRACKED,
+            'items_of': items_of,
+            'listed': listed,
+            'END': END,
+            'BYTES_LIMIT': BYTES_LIMIT,
+            'length_at': struct.Struct('<I').unpack_from,
+        }
         self._lines: List[str] = []
 
     def compiled(self) -> Tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]:

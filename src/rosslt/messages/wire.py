@@ -64,16 +64,25 @@ def encode(message: Any, full_history: bool = False) -> bytes:
         found = []
         walkers(message.__class__).collect(message, 0, found.append)
     if len(found) > FIELD_LIMIT:
-        warn_once((message._type, FIELD_LIMIT), 'a %s has %d tracked leaves, of which the first %d stay so',
-                  message._type, len(found), FIELD_LIMIT)
+        warn_once(
+            (message._type, FIELD_LIMIT),
+            'a %s has %d tracked leaves, of which the first %d stay so',
+            message._type,
+            len(found),
+            FIELD_LIMIT,
+        )
         del found[FIELD_LIMIT:]
     while found:
         data = _encoded(message._type, found, full_history)
         if len(data) <= BYTES_LIMIT:
             return data
-        warn_once((message._type, BYTES_LIMIT), 'a %s has more than %d bytes of provenance: only the first half of its '
-                  'leaves stays tracked', message._type, BYTES_LIMIT)
-        del found[len(found) // 2:]
+        warn_once(
+            (message._type, BYTES_LIMIT),
+            'a %s has more than %d bytes of provenance: only the first half of its leaves stays tracked',
+            message._type,
+            BYTES_LIMIT,
+        )
+        del found[len(found) // 2 :]
     return b''
 
 
@@ -182,8 +191,9 @@ class _Encoder:
 
     def _leave_out(self, index: int, error: Unencodable) -> None:
         fault = str(error)
-        warn_once((self._message_type, fault), 'leaf %d of a %s is sent untracked: %s',
-                  index, self._message_type, fault)
+        warn_once(
+            (self._message_type, fault), 'leaf %d of a %s is sent untracked: %s', index, self._message_type, fault
+        )
 
     def _add_field(self, field: Field) -> None:
         tables = self.tables
@@ -194,12 +204,15 @@ class _Encoder:
             source, value, slope = terms[0]
             self.fields.append((index, tables.reading(source, value), tables.coefficient(slope), False))
         else:
-            numbers, keys = tables.lists(tuple([tables.reading(source, value) for source, value, _ in terms]),
-                                         tuple([tables.coefficient(slope) for _, _, slope in terms]))
+            numbers, keys = tables.lists(
+                tuple([tables.reading(source, value) for source, value, _ in terms]),
+                tuple([tables.coefficient(slope) for _, _, slope in terms]),
+            )
             self.fields.append((index, numbers, keys, True))
 
-    def _linearized(self, leaves: Sequence[Leaf], instructions: Sequence[tuple],
-                    roots: Sequence[int]) -> Tuple[List[Leaf], List[tuple], List[int]]:
+    def _linearized(
+        self, leaves: Sequence[Leaf], instructions: Sequence[tuple], roots: Sequence[int]
+    ) -> Tuple[List[Leaf], List[tuple], List[int]]:
         """A linearization of each leaf, in place of the instructions that are too many."""
         shorter: List[tuple] = []
         places: Dict[int, int] = {}
@@ -214,8 +227,9 @@ class _Encoder:
                     shorter.append(instructions[source])
             kept.append((index, leaf, kind))
             ends.append(len(shorter))
-            shorter.append((AFFINE, untracked(leaf), tuple([(places[source], slope) for source, slope
-                                                            in slopes.items()]), False))
+            shorter.append(
+                (AFFINE, untracked(leaf), tuple([(places[source], slope) for source, slope in slopes.items()]), False)
+            )
         return kept, shorter, ends
 
     def _add_expressions(self, leaves: Sequence[Leaf], instructions: List[tuple], roots: Sequence[int]) -> None:
@@ -254,17 +268,21 @@ class _Encoder:
         numbers[None] = IDENTITY
         # Lists come behind the single ones, of which there are as many as there are by now.
         sources, slopes = tables.source_count, 1 + tables.coefficient_count
-        fields = [(index, sources + origin, slopes + slope) if is_list else (index, origin, numbers[slope])
-                  for index, origin, slope, is_list in self.fields]
+        fields = [
+            (index, sources + origin, slopes + slope) if is_list else (index, origin, numbers[slope])
+            for index, origin, slope, is_list in self.fields
+        ]
         instructions = sources + tables.source_list_count
         fields += [(index, instructions + root, IDENTITY) for index, root in self._roots.items()]
         fields.sort()
         flags = tables.flags() | (HAS_GRAPH if self._instructions else 0)
         tail = [packed_instructions(self._instructions, tables, numbers)] if self._instructions else []
         indices = [index for index, _, _ in fields]
-        tail += [packed([len(fields)]),
-                 packed([index - before - 1 for index, before in zip(indices, [-1, *indices])]),
-                 packed([origin for _, origin, _ in fields])]
+        tail += [
+            packed([len(fields)]),
+            packed([index - before - 1 for index, before in zip(indices, [-1, *indices])]),
+            packed([origin for _, origin, _ in fields]),
+        ]
         if flags & HAS_COEFFICIENTS:
             tail.append(packed([slope for _, _, slope in fields]))
         parts = tables.parts()

@@ -23,7 +23,27 @@ from rosslt.node.requests import force_value as force_value_as
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 
-__all__ = ['CallSite', 'Change', 'ChangeRejected', 'Publisher', 'Service', 'ServiceProxy', 'SourceUnreachable',
-           'Subscriber', 'add_location', 'ask_all', 'force_value', 'force_value_as', 'from_json', 'get_param',
-           'init_node', 'location', 'reevaluate', 'remove_location', 'show_message_statistics', 'to_json', 'undo',
-           'wait_for_message']
+__all__ = [
+    'CallSite',
+    'Change',
+    'ChangeRejected',
+    'Publisher',
+    'Service',
+    'ServiceProxy',
+    'SourceUnreachable',
+    'Subscriber',
+    'add_location',
+    'ask_all',
+    'force_value',
+    'force_value_as',
+    'from_json',
+    'get_param',
+    'init_node',
+    'location',
+    'reevaluate',
+    'remove_location',
+    'show_message_statistics',
+    'to_json',
+    'undo',
+    'wait_for_message',
+]

@@ -26,7 +26,7 @@ class Sending:
 def carrier(message_class):
     """What makes of a message what rospy serializes in its place: the message, then its provenance."""
     if message_class is rospy.AnyMsg:
-        return lambda message: message    # with the provenance that it was received with
+        return lambda message: message  # with the provenance that it was received with
 
     class Carrier(genpy.Message):
         __slots__ = ('message',)
@@ -65,8 +65,8 @@ def reading_class(message_class, channel):
         return message_class
 
     def deserialize(message, data):
-        deserialize_plain(message, data)     # which ignores what follows the fields
-        message.__class__ = message_class    # cheaper than making another one
+        deserialize_plain(message, data)  # which ignores what follows the fields
+        message.__class__ = message_class  # cheaper than making another one
         if data.endswith(MAGIC):
             try:
                 attach(message, find(data) or b'')
@@ -83,11 +83,17 @@ def reading_class(message_class, channel):
 
     deserialize_plain, find, attach = message_class.deserialize, messages.finder(message_class), messages.attach
     # Of a message with a bad header, until rospy says from whom it came, the next it does. Only then it can be told.
-    untold = type(message_class.__name__, (message_class,), {
-        '__slots__': (), '__module__': message_class.__module__, '_connection_header': property(fset=tell)})
+    untold = type(
+        message_class.__name__,
+        (message_class,),
+        {'__slots__': (), '__module__': message_class.__module__, '_connection_header': property(fset=tell)},
+    )
     # rospy asks for a class that is of type `type`, with the fields of the message.
-    return type(message_class.__name__, (message_class,), {
-        '__slots__': (), '__module__': message_class.__module__, 'deserialize': deserialize})
+    return type(
+        message_class.__name__,
+        (message_class,),
+        {'__slots__': (), '__module__': message_class.__module__, 'deserialize': deserialize},
+    )
 
 
 def report_bad_header(channel, connection_header, error):
@@ -101,5 +107,6 @@ def report_bad_header(channel, connection_header, error):
     peer = connection_header.get('callerid', 'a peer')
     if (channel, peer) not in _reported:
         _reported.add((channel, peer))
-        rospy.logwarn('%s sends a provenance on %s that cannot be read, its messages arrive untracked: %s',
-                      peer, channel, error)
+        rospy.logwarn(
+            '%s sends a provenance on %s that cannot be read, its messages arrive untracked: %s', peer, channel, error
+        )

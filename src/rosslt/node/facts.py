@@ -30,8 +30,8 @@ class Facts:
     def __init__(self, locations, ask):
         self._locations = locations
         self._ask = ask
-        self._known = {}          # Source -> Fact; None where its owner does not know it or does not answer
-        self._good_until = {}     # Source -> a time
+        self._known = {}  # Source -> Fact; None where its owner does not know it or does not answer
+        self._good_until = {}  # Source -> a time
         self._lock = threading.Lock()
 
     def of(self, source):
@@ -54,8 +54,10 @@ class Facts:
         """
         self._learn(sources, timeout)
         facts = [(source, self.of(source)) for source in sources]
-        return {'bounds': {source: (fact.minimum, fact.maximum) for source, fact in facts if fact},
-                'read_only': [source for source, fact in facts if fact and fact.read_only]}
+        return {
+            'bounds': {source: (fact.minimum, fact.maximum) for source, fact in facts if fact},
+            'read_only': [source for source, fact in facts if fact and fact.read_only],
+        }
 
     def forget(self, sources):
         """Ask anew the next time."""
@@ -72,8 +74,7 @@ class Facts:
                     stale.setdefault(source.node, []).append(source)
         if not stale:
             return
-        answers = self._ask({node: [source.location_id for source in asked] for node, asked in stale.items()},
-                            timeout)
+        answers = self._ask({node: [source.location_id for source in asked] for node, asked in stale.items()}, timeout)
         with self._lock:
             for node, asked in stale.items():
                 told = {location.id: location for location in answers.get(node, ())}

@@ -129,8 +129,7 @@ class ExternalLocation(Location):
 
     def __init__(self, node, identity, name, site, getter, setter, read_only=False, **bounds):
         self._getter, self._setter = getter, setter
-        super().__init__(node, identity, name, site, self.value,
-                         read_only=read_only or setter is None, **bounds)
+        super().__init__(node, identity, name, site, self.value, read_only=read_only or setter is None, **bounds)
 
     @property
     def value(self):
@@ -144,8 +143,7 @@ class ExternalLocation(Location):
         try:
             self._setter(value)
         except Exception as error:  # the user's function: whatever it raises is its way to refuse
-            raise Refused(f'the setter of {self.name} refuses {value!r}: '
-                          f'{type(error).__name__}: {error}') from error
+            raise Refused(f'the setter of {self.name} refuses {value!r}: {type(error).__name__}: {error}') from error
 
 
 class Locations:
@@ -192,8 +190,9 @@ class Locations:
             ValueError: its name or its id is taken by another place.
         """
         with self.lock:
-            other = self._by_name.get(location.name) or self._below_or_above(location.name) \
-                or self.by_id.get(location.id)
+            other = (
+                self._by_name.get(location.name) or self._below_or_above(location.name) or self.by_id.get(location.id)
+            )
             if other is None:
                 self._by_name[location.name] = self.by_id[location.id] = location
                 for namespace in namespaces_of(location.name):
@@ -201,8 +200,10 @@ class Locations:
                 return location
             if (other.name, other.id, other.site) == (location.name, location.id, location.site):
                 return other
-            raise ValueError(f'the location {location.name} at {location.place} meets {other.name} at '
-                             f'{other.place}: give one of them another name=')
+            raise ValueError(
+                f'the location {location.name} at {location.place} meets {other.name} at '
+                f'{other.place}: give one of them another name='
+            )
 
     def _below_or_above(self, name):
         """A location that would share a parameter with this name: a parameter is a value or a namespace."""
@@ -281,8 +282,10 @@ def from_json(text):
     Raises:
         Refused: the text is no JSON scalar, or a number that is not finite.
     """
+
     def not_finite(constant):
         raise Refused(f'{constant} is not a finite number')
+
     try:
         value = json.loads(text, parse_constant=not_finite)
     except (ValueError, RecursionError) as error:

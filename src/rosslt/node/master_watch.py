@@ -45,15 +45,17 @@ class MasterWatch:
                     self._known = current
                     rospy.logwarn('the ROS master has been restarted: %s is registered again', self._node)
             except (OSError, rosgraph.MasterException):
-                continue    # no master now: the next turn asks again
+                continue  # no master now: the next turn asks again
 
     def _identity(self):
         return self._master.getPid()
 
     def _register(self):
         topics, services = get_topic_manager(), get_service_manager()
-        for kind, entries in ((Registration.PUB, topics.get_publications()),
-                              (Registration.SUB, topics.get_subscriptions()),
-                              (Registration.SRV, services.get_services())):
+        for kind, entries in (
+            (Registration.PUB, topics.get_publications()),
+            (Registration.SUB, topics.get_subscriptions()),
+            (Registration.SRV, services.get_services()),
+        ):
             for name, data_type_or_uri in entries:
                 get_registration_listeners().notify_added(name, data_type_or_uri, kind)

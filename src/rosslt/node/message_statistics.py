@@ -62,8 +62,14 @@ class Topic:
             self._count = self._plain = self._provenance = 0
         if not count:
             return (self.name, self.type, 0.0, None, None, None)
-        return (self.name, self.type, count / seconds, plain / count, provenance / count,
-                (plain + provenance) / plain if plain else None)
+        return (
+            self.name,
+            self.type,
+            count / seconds,
+            plain / count,
+            provenance / count,
+            (plain + provenance) / plain if plain else None,
+        )
 
 
 def class_of(header):
@@ -90,16 +96,23 @@ def provenance_size(data, message_class):
 def formatted(row):
     """A row as texts."""
     name, type_, rate, plain, provenance, ratio = row
-    return (name, type_, '%.1f Hz' % rate, *('-' if size is None else '%.0f B' % size for size in (plain, provenance)),
-            '-' if ratio is None else '%.2f' % ratio)
+    return (
+        name,
+        type_,
+        '%.1f Hz' % rate,
+        *('-' if size is None else '%.0f B' % size for size in (plain, provenance)),
+        '-' if ratio is None else '%.2f' % ratio,
+    )
 
 
 def table(rows):
     """The rows below the names of the columns, each as wide as it needs."""
     lines = [_COLUMNS, *map(formatted, rows)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(_COLUMNS))]
-    return [('%-*s  %-*s  %*s  %*s  %*s  %*s' % tuple(part for pair in zip(widths, line) for part in pair)).rstrip()
-            for line in lines]
+    return [
+        ('%-*s  %-*s  %*s  %*s  %*s  %*s' % tuple(part for pair in zip(widths, line) for part in pair)).rstrip()
+        for line in lines
+    ]
 
 
 class _Screen:
@@ -139,11 +152,15 @@ def main(arguments=None):
         The exit code.
     """
     parser = argparse.ArgumentParser(
-        prog='rosslt_message_statistics', epilog=_EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
-        description='Print rate, plain size, provenance size and ratio of the messages on topics.')
+        prog='rosslt_message_statistics',
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description='Print rate, plain size, provenance size and ratio of the messages on topics.',
+    )
     parser.add_argument('topics', nargs='+', metavar='TOPIC', help='of any message type, tracked or not')
-    parser.add_argument('-i', '--interval', type=_positive, default=1.0, metavar='S',
-                        help='seconds between two reports (default: 1)')
+    parser.add_argument(
+        '-i', '--interval', type=_positive, default=1.0, metavar='S', help='seconds between two reports (default: 1)'
+    )
     parser.add_argument('-n', '--count', type=int, default=0, metavar='N', help='end after N reports (default: never)')
     options = parser.parse_args(rospy.myargv(sys.argv)[1:] if arguments is None else arguments)
     if not rosgraph.is_master_online():

@@ -40,8 +40,7 @@ def init_node(name, *args, **rospy_options):
         _owner = Owner()
 
 
-def location(value=None, name=None, key=None, minimum=None, maximum=None, read_only=False, *,
-             getter=None, setter=None):
+def location(value=None, name=None, key=None, minimum=None, maximum=None, read_only=False, *, getter=None, setter=None):
     """A value that can be changed at runtime (the paper's `create_location`, section IV-A).
 
     The place of the call identifies it: the same call again, in a loop or a callback, gives its current
@@ -74,8 +73,12 @@ def location(value=None, name=None, key=None, minimum=None, maximum=None, read_o
         site = call_site(frame)
         base, identity = _named(name, key, site)
         if getter is not None:
-            place = _created(site, lambda: owner.locations.add(
-                ExternalLocation(owner.name, identity, base, site, getter, setter, **limits)))
+            place = _created(
+                site,
+                lambda: owner.locations.add(
+                    ExternalLocation(owner.name, identity, base, site, getter, setter, **limits)
+                ),
+            )
             return lambda: place.tracked
 
         def leaf(literal, path):
@@ -85,9 +88,14 @@ def location(value=None, name=None, key=None, minimum=None, maximum=None, read_o
                 own_limits = {'read_only': read_only}
             else:
                 own_limits = limits
-            return _created(site, lambda: owner.add_literal(HeldLocation(
-                owner.name, '\n'.join([identity, *path]), '/'.join([base, *path]), site, literal,
-                **own_limits)))
+            return _created(
+                site,
+                lambda: owner.add_literal(
+                    HeldLocation(
+                        owner.name, '\n'.join([identity, *path]), '/'.join([base, *path]), site, literal, **own_limits
+                    )
+                ),
+            )
 
         return _reader(value, (), leaf)
 
@@ -113,8 +121,9 @@ def add_location(name, site, getter, setter=None, **limits):
     """
     owner = started('add_location')
     base, identity = _named(name, None, site)
-    return _created(site, lambda: owner.locations.add(
-        ExternalLocation(owner.name, identity, base, site, getter, setter, **limits)))
+    return _created(
+        site, lambda: owner.locations.add(ExternalLocation(owner.name, identity, base, site, getter, setter, **limits))
+    )
 
 
 def remove_location(location):
@@ -216,8 +225,7 @@ def _named(name, key, site):
         return name_of(site, key), identity_of(site, key)
     full = name if key is None else '{}/{}'.format(name, re.sub(r'\W', '_', str(key)))
     if not re.fullmatch(r'[A-Za-z]\w*(/\w+)*', full, flags=re.ASCII):
-        raise ValueError(f'{full!r} is not a name for a location: give words of letters, digits and _, '
-                         'joined by /')
+        raise ValueError(f'{full!r} is not a name for a location: give words of letters, digits and _, joined by /')
     if full.split('/')[0] in SETTINGS:
         raise ValueError(f'a location cannot be named {full}: the parameter of that name is a setting of the node')
     return full, full
@@ -246,8 +254,10 @@ def _reader(literal, path, leaf):
         return lambda: kind([read() for read in parts])
     if hasattr(literal, '_slot_types'):
         return _message_reader(literal, path, leaf)
-    raise TypeError(f'a {type(literal).__name__} cannot be a location: give a float, int, str or bool, or a '
-                    'message, list or dict of them')
+    raise TypeError(
+        f'a {type(literal).__name__} cannot be a location: give a float, int, str or bool, or a '
+        'message, list or dict of them'
+    )
 
 
 def _message_reader(message, path, leaf):
@@ -275,5 +285,6 @@ def _marshal_tracked_values():
     dispatch = xmlrpc.client.Marshaller.dispatch
     for plain in (float, int, bool, str):
         tracked = type(values.track(plain(), values.Source('/', 0)))
-        dispatch.setdefault(tracked, lambda marshaller, value, write, plain=plain:
-                            dispatch[plain](marshaller, plain(value), write))
+        dispatch.setdefault(
+            tracked, lambda marshaller, value, write, plain=plain: dispatch[plain](marshaller, plain(value), write)
+        )

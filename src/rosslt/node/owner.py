@@ -150,8 +150,14 @@ class Owner:
     def applied(self, location, old, new, requester):
         """Tell of a change that has been applied."""
         if type(old) is not type(new) or old != new:
-            self._changes.publish(stamp=rospy.Time.now(), location_id=location.id, name=location.name,
-                                  old_value=to_json(old), new_value=to_json(new), requester=requester)
+            self._changes.publish(
+                stamp=rospy.Time.now(),
+                location_id=location.id,
+                name=location.name,
+                old_value=to_json(old),
+                new_value=to_json(new),
+                requester=requester,
+            )
 
     def _known(self, location_id):
         location = self.locations.by_id.get(location_id)
@@ -201,14 +207,28 @@ class Owner:
 
     def _list_locations(self, request):
         asked = request.location_ids or self.locations.by_id
+
         def bound(value):
             return '' if value is None else to_json(value)
-        return srv.ListLocationsResponse([
-            msg.Location(id=location.id, name=location.name, file=os.path.realpath(location.site.file),
-                         line=location.site.line, column=location.site.column, type=location.type.__name__,
-                         value=to_json(location.value), minimum=bound(location.minimum),
-                         maximum=bound(location.maximum), read_only=location.read_only)
-            for location in map(self.locations.by_id.get, list(asked)) if location is not None])
+
+        return srv.ListLocationsResponse(
+            [
+                msg.Location(
+                    id=location.id,
+                    name=location.name,
+                    file=os.path.realpath(location.site.file),
+                    line=location.site.line,
+                    column=location.site.column,
+                    type=location.type.__name__,
+                    value=to_json(location.value),
+                    minimum=bound(location.minimum),
+                    maximum=bound(location.maximum),
+                    read_only=location.read_only,
+                )
+                for location in map(self.locations.by_id.get, list(asked))
+                if location is not None
+            ]
+        )
 
     def _undo(self, _request):
         try:
@@ -222,8 +242,7 @@ class Owner:
         if rospy.names.canonicalize_name(change.node) != self.name:
             return
         requester = change.requester or change._connection_header.get('callerid', '')
-        response = self.change_sources(
-            srv.ChangeSourcesRequest([change.location_id], [change.value], requester))
+        response = self.change_sources(srv.ChangeSourcesRequest([change.location_id], [change.value], requester))
         if not response.applied:
             rospy.logerr('/rosslt/source_change from %s is refused: %s', requester, response.reasons[0])
 
@@ -240,18 +259,22 @@ class Owner:
         """`rosparam set` of what stands in the namespace of the locations and is none."""
         if name == 'accept_changes':
             accepted = value is True or value == {}
-            self.locked = '' if accepted else (f'{self.name} takes no changes now: '
-                                               f'{self.name}/rosslt/accept_changes is {to_json(value)}')
+            self.locked = (
+                ''
+                if accepted
+                else (f'{self.name} takes no changes now: {self.name}/rosslt/accept_changes is {to_json(value)}')
+            )
             rospy.loginfo('%s', self.locked or self.name + ' takes changes')
         elif name == 'history':
             Sending.full_history = value == 'full'
             if value not in ('full', 'folded', {}):
-                rospy.logerr("%s/rosslt/history is %r instead of 'full' or 'folded': taken for 'folded'", self.name,
-                             value)
+                rospy.logerr(
+                    "%s/rosslt/history is %r instead of 'full' or 'folded': taken for 'folded'", self.name, value
+                )
         elif value == {}:
             self.mirror.left_behind.pop(name, None)
         else:
-            self.mirror.left_behind[name] = value    # perhaps that of a location which is created later
+            self.mirror.left_behind[name] = value  # perhaps that of a location which is created later
 
 
 def _ask_for_locations(ids_by_node, timeout):

@@ -66,8 +66,9 @@ class Branch(Parameter):
     def _put(self, value):
         self._parts = self._other = None
         if isinstance(value, dict):
-            self._parts = {name: self._trees.at('{}/{}'.format(self.key, name), self._site, part)
-                           for name, part in value.items()}
+            self._parts = {
+                name: self._trees.at('{}/{}'.format(self.key, name), self._site, part) for name, part in value.items()
+            }
         else:
             self._other = value
 
@@ -111,14 +112,13 @@ class Leaf(Parameter):
     def _readers(self, name, value, before):
         """The functions that read a part tracked and plain."""
         if isinstance(value, list):
-            parts = [self._readers('{}/{}'.format(name, index), part, before)
-                     for index, part in enumerate(value)]
+            parts = [self._readers('{}/{}'.format(name, index), part, before) for index, part in enumerate(value)]
             return (lambda: [read() for read, _ in parts]), (lambda: [plain() for _, plain in parts])
         if isinstance(value, dict):
-            branches = {key: self._readers('{}/{}'.format(name, key), part, before)
-                        for key, part in value.items()}
-            return (lambda: {key: read() for key, (read, _) in branches.items()}), \
-                   (lambda: {key: plain() for key, (_, plain) in branches.items()})
+            branches = {key: self._readers('{}/{}'.format(name, key), part, before) for key, part in value.items()}
+            return (lambda: {key: read() for key, (read, _) in branches.items()}), (
+                lambda: {key: plain() for key, (_, plain) in branches.items()}
+            )
         if not isinstance(scalar(value), (bool, int, float, str)):
             return (lambda: value), (lambda: value)
         location = before.get(name)

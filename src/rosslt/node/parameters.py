@@ -76,14 +76,25 @@ class LiteralParameter(Parameter):
         # perhaps, has set it for this one.
         literal = literals.get(location.name, location.literal)
         if type(literal) is not type(location.literal) or literal != location.literal:
-            rospy.loginfo('%s now says %r where it said %r: the parameter %s = %r of an earlier run is '
-                          'dropped', location.place, location.literal, literal, self.key, value)
+            rospy.loginfo(
+                '%s now says %r where it said %r: the parameter %s = %r of an earlier run is dropped',
+                location.place,
+                location.literal,
+                literal,
+                self.key,
+                value,
+            )
             return
         try:
             location.put(location.checked(value))
         except Refused as refused:
-            rospy.logwarn('the parameter %s is not taken, %s goes on with %r: %s', self.key, location.place,
-                          location.value, refused)
+            rospy.logwarn(
+                'the parameter %s is not taken, %s goes on with %r: %s',
+                self.key,
+                location.place,
+                location.value,
+                refused,
+            )
 
 
 class ParameterMirror:
@@ -103,11 +114,11 @@ class ParameterMirror:
         self._masters = threading.local()
         self._wake = threading.Condition()
         self._by_key = {}
-        self._unwritten = {}      # parameter -> None: an ordered set
+        self._unwritten = {}  # parameter -> None: an ordered set
         self._unread = {}
-        self._recorded = set()    # parameters whose literal is written down
-        self._heard = set()       # keys that the master tells us of, with all below them
-        self._asked = 0           # writes asked for, and how many of them are done
+        self._recorded = set()  # parameters whose literal is written down
+        self._heard = set()  # keys that the master tells us of, with all below them
+        self._asked = 0  # writes asked for, and how many of them are done
         self._done = 0
         self._listen()
         self.left_behind = flat(self.read(self._namespace, {}))
@@ -185,8 +196,15 @@ class ParameterMirror:
 
     def _notice(self, key, value):
         with self._wake:
-            ours = [name for name in self._by_key if key == name or name.startswith(key + '/')
-                    or key.startswith(name + '/')] if key not in self._by_key else [key]
+            ours = (
+                [
+                    name
+                    for name in self._by_key
+                    if key == name or name.startswith(key + '/') or key.startswith(name + '/')
+                ]
+                if key not in self._by_key
+                else [key]
+            )
             for name in ours:
                 self._unread[self._by_key[name]] = None
             self._wake.notify_all()
@@ -195,7 +213,7 @@ class ParameterMirror:
         for name, part in (flat(value) if isinstance(value, dict) else {'': value}).items():
             full = f'{key}/{name}'.rstrip('/')
             if full not in self._by_key:
-                self._namespace_set(full[len(self._namespace) + 1:], part)
+                self._namespace_set(full[len(self._namespace) + 1 :], part)
         return True
 
     def _work(self):
@@ -210,8 +228,12 @@ class ParameterMirror:
                 for parameter in unread:
                     self._take(parameter)
             except (OSError, HTTPException, rosgraph.MasterException) as error:
-                rospy.logwarn_throttle(30, 'parameters below %s do not follow, the master does not answer '
-                                           '(%s); trying again', self._namespace, error)
+                rospy.logwarn_throttle(
+                    30,
+                    'parameters below %s do not follow, the master does not answer (%s); trying again',
+                    self._namespace,
+                    error,
+                )
                 rospy.rostime.wallsleep(RETRY_PERIOD)
                 self.write(*unwritten, *unread)
                 continue
@@ -246,12 +268,11 @@ class ParameterMirror:
         with self._wake:
             overtaken = parameter in self._unwritten
         if value is None or overtaken:
-            return    # deleted, or about to be written: the value in force stays
+            return  # deleted, or about to be written: the value in force stays
         try:
             parameter.take(value)
         except Refused as refused:
-            rospy.logerr('rosparam set %s is refused, it stays %r: %s', parameter.key, parameter.value(),
-                         refused)
+            rospy.logerr('rosparam set %s is refused, it stays %r: %s', parameter.key, parameter.value(), refused)
             self.write(parameter)
 
 

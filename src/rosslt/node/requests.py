@@ -50,9 +50,12 @@ def force_value(owner, x, target, source=None, timeout=1.0):
     by_node = {}
     for changing, value in wanted.items():
         by_node.setdefault(changing.node, []).append((changing, value))
-    requests = {node: srv.ChangeSourcesRequest([changing.location_id for changing, _ in pairs],
-                                               [to_json(value) for _, value in pairs], owner.name)
-                for node, pairs in by_node.items()}
+    requests = {
+        node: srv.ChangeSourcesRequest(
+            [changing.location_id for changing, _ in pairs], [to_json(value) for _, value in pairs], owner.name
+        )
+        for node, pairs in by_node.items()
+    }
     answers, silent = _ask(owner, 'change_sources', srv.ChangeSources, requests, deadline)
     changed, reasons = {}, {}
     for node, answer in answers.items():
@@ -64,8 +67,11 @@ def force_value(owner, x, target, source=None, timeout=1.0):
     if reasons or silent:
         owner.facts.forget(wanted)
     if reasons:
-        raise ChangeRejected('the change is refused: ' + '; '.join(
-            f'{rejected.node}: {reason}' for rejected, reason in reasons.items()), reasons, changed)
+        raise ChangeRejected(
+            'the change is refused: ' + '; '.join(f'{rejected.node}: {reason}' for rejected, reason in reasons.items()),
+            reasons,
+            changed,
+        )
     if silent:
         raise _unreachable(silent, changed)
     return changed
@@ -76,8 +82,9 @@ def reevaluate(owner, x, timeout=1.0):
     by_node = {}
     for source in values.sources(x):
         by_node.setdefault(source.node, []).append(source)
-    requests = {node: srv.GetValuesRequest([source.location_id for source in wanted])
-                for node, wanted in by_node.items()}
+    requests = {
+        node: srv.GetValuesRequest([source.location_id for source in wanted]) for node, wanted in by_node.items()
+    }
     answers, silent = _ask(owner, 'get_values', srv.GetValues, requests, time.monotonic() + timeout)
     current = {}
     for node, answer in answers.items():
@@ -92,8 +99,9 @@ def reevaluate(owner, x, timeout=1.0):
 
 
 def _unreachable(silent, changed=None):
-    return SourceUnreachable('; '.join(f'cannot reach {node}: {why}' for node, why in silent.items()),
-                             sorted(silent), changed)
+    return SourceUnreachable(
+        '; '.join(f'cannot reach {node}: {why}' for node, why in silent.items()), sorted(silent), changed
+    )
 
 
 def _ask(owner, service, service_class, requests, deadline):

@@ -55,6 +55,11 @@ def reading_service(service_class, channel):
         service_class: of the service.
         channel: its resolved name.
     """
-    return type(service_class.__name__, (service_class,), {
-        '_request_class': reading_class(service_class._request_class, channel),
-        '_response_class': reading_class(service_class._response_class, channel)})
+    return type(
+        service_class.__name__,
+        (service_class,),
+        {
+            '_request_class': reading_class(service_class._request_class, channel),
+            '_response_class': reading_class(service_class._response_class, channel),
+        },
+    )

@@ -46,7 +46,7 @@ class Publisher(rospy.Publisher):
             carried = self._carried(message)
         impl = self.impl
         lock = getattr(impl, 'publock', None)
-        if lock is None or not is_initialized():    # unregistered, closed, or too early
+        if lock is None or not is_initialized():  # unregistered, closed, or too early
             super().publish(carried)
             return
         # As rospy does it, without looking again for what is known by now. What it has written of a message that cannot
@@ -92,8 +92,11 @@ class _Listener(rospy.SubscribeListener):
         self._carried = carried
 
     def peer_subscribe(self, topic_name, topic_publish, peer_publish):
-        self._listener.peer_subscribe(topic_name, lambda message: topic_publish(self._carried(message)),
-                                      lambda message: peer_publish(self._carried(message)))
+        self._listener.peer_subscribe(
+            topic_name,
+            lambda message: topic_publish(self._carried(message)),
+            lambda message: peer_publish(self._carried(message)),
+        )
 
     def peer_unsubscribe(self, topic_name, num_peers):
         self._listener.peer_unsubscribe(topic_name, num_peers)
@@ -110,8 +113,9 @@ class Subscriber(rospy.Subscriber):
     def __init__(self, name, data_class, callback=None, callback_args=None, *args, **kwargs):
         if callback is not None and messages.is_tracked_type(data_class):
             callback = self._unwrapping(callback)
-        super().__init__(name, reading_class(data_class, rospy.resolve_name(name)), callback, callback_args,
-                         *args, **kwargs)
+        super().__init__(
+            name, reading_class(data_class, rospy.resolve_name(name)), callback, callback_args, *args, **kwargs
+        )
         if data_class is not rospy.AnyMsg:
             _read_in_band(self.impl, data_class)
 
@@ -125,6 +129,7 @@ class Subscriber(rospy.Subscriber):
                 message = tracked_message.data
             message._connection_header = tracked_message._connection_header
             callback(message, *callback_args)
+
         return unwrapped
 
 

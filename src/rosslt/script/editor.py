@@ -37,8 +37,8 @@ class Editor(QMainWindow):
     def __init__(self, path):
         super().__init__()
         self._path = path
-        self._saved = ''        # the text in the file, as far as it is known here
-        self._numbers = []      # [(cursor, text)]: where the numbers of that text are by now, and what they were
+        self._saved = ''  # the text in the file, as far as it is known here
+        self._numbers = []  # [(cursor, text)]: where the numbers of that text are by now, and what they were
         self._text = _Text()
         self.setCentralWidget(self._text)
         self.setWindowTitle('{}[*] - script'.format(os.path.basename(path)))
@@ -57,8 +57,9 @@ class Editor(QMainWindow):
     def closeEvent(self, event):  # noqa: N802  (the name is Qt's)
         """Ask before anything is lost."""
         if self._text.document().isModified():
-            answer = QMessageBox.question(self, 'script', 'Save the changes?',
-                                          QMessageBox.Save | QMessageBox.Discard | QMessageBox.Cancel)
+            answer = QMessageBox.question(
+                self, 'script', 'Save the changes?', QMessageBox.Save | QMessageBox.Discard | QMessageBox.Cancel
+            )
             if answer == QMessageBox.Cancel or (answer == QMessageBox.Save and not self._save()):
                 event.ignore()
 
@@ -129,7 +130,7 @@ class Editor(QMainWindow):
         is_modified = self._text.document().isModified()
         marked = []
         for (cursor, before), literal in zip(self._numbers, new.literals):
-            after = new.text[literal.start:literal.end]
+            after = new.text[literal.start : literal.end]
             # A number that was edited here, too, is what was typed.
             if after != before and cursor.selectedText() == before:
                 start = cursor.selectionStart()
@@ -138,8 +139,9 @@ class Editor(QMainWindow):
                 cursor.setPosition(start + len(after), QTextCursor.KeepAnchor)
                 marked.append(cursor)
         self._saved = text
-        self._numbers = [(cursor, new.text[literal.start:literal.end])
-                         for (cursor, _), literal in zip(self._numbers, new.literals)]
+        self._numbers = [
+            (cursor, new.text[literal.start : literal.end]) for (cursor, _), literal in zip(self._numbers, new.literals)
+        ]
         self._text.document().setModified(is_modified and self._to_write() != text)
         self._text.mark(marked)
         return True
@@ -156,7 +158,7 @@ class Editor(QMainWindow):
             cursor = QTextCursor(self._text.document())
             cursor.setPosition(_position(found.text, literal.start))
             cursor.setPosition(_position(found.text, literal.end), QTextCursor.KeepAnchor)
-            self._numbers.append((cursor, found.text[literal.start:literal.end]))
+            self._numbers.append((cursor, found.text[literal.start : literal.end]))
 
     def _check(self):
         """Show what is wrong with the script, at its line."""
@@ -274,11 +276,13 @@ def _position(text, index):
 
 def main():
     """Open the window; returns when it is closed."""
-    parser = argparse.ArgumentParser(prog='script_editor', description='Edit a live script. Ctrl-S saves and so runs '
-                                     'it, F5 shows what is in the file.')
+    parser = argparse.ArgumentParser(
+        prog='script_editor',
+        description='Edit a live script. Ctrl-S saves and so runs it, F5 shows what is in the file.',
+    )
     parser.add_argument('file', help='the script')
     arguments = parser.parse_args(rospy.myargv()[1:])
-    signal.signal(signal.SIGINT, signal.SIG_DFL)    # Qt does not come back to Python to hear of it
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Qt does not come back to Python to hear of it
     application = QApplication(sys.argv[:1])
     window = Editor(os.path.abspath(arguments.file))
     window.show()

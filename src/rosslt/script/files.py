@@ -27,8 +27,8 @@ PATIENCE = 0.5
 #: What watchdog reports when somebody has written; newer versions report who reads, too.
 WRITTEN = frozenset(['created', 'modified', 'moved', 'closed', 'deleted'])
 
-EXCHANGE = 2    # RENAME_EXCHANGE, for renameat2
-CURRENT_DIRECTORY = -100    # AT_FDCWD
+EXCHANGE = 2  # RENAME_EXCHANGE, for renameat2
+CURRENT_DIRECTORY = -100  # AT_FDCWD
 
 
 class Unsettled(ScriptError):
@@ -45,9 +45,13 @@ def read(path):
     try:
         return data.decode('utf-8')
     except UnicodeDecodeError as error:
-        before = data[:error.start].decode('utf-8')
-        raise ScriptError(path, before.count('\n') + 1, len(before) - before.rfind('\n'),
-                          'it is not in UTF-8: {}'.format(error.reason)) from None
+        before = data[: error.start].decode('utf-8')
+        raise ScriptError(
+            path,
+            before.count('\n') + 1,
+            len(before) - before.rfind('\n'),
+            'it is not in UTF-8: {}'.format(error.reason),
+        ) from None
 
 
 def holds(path, *texts):
@@ -108,7 +112,7 @@ def replace(path, expected, text):
                 os.chown(other, status.st_uid, status.st_gid)
             return _swap(other, target, expected.encode('utf-8'), text.encode('utf-8'))
         finally:
-            with contextlib.suppress(FileNotFoundError):    # it has been renamed
+            with contextlib.suppress(FileNotFoundError):  # it has been renamed
                 os.unlink(other)
     except OSError as error:
         raise ScriptError(path, None, None, 'it cannot be written: {}'.format(error.strerror)) from None
@@ -180,8 +184,9 @@ class Watch:
         threading.Thread(target=self._work, name='watch', daemon=True).start()
 
     def _note(self, event):
-        paths = {os.path.abspath(os.fsdecode(path)) for path in (event.src_path, getattr(event, 'dest_path', ''))
-                 if path}
+        paths = {
+            os.path.abspath(os.fsdecode(path)) for path in (event.src_path, getattr(event, 'dest_path', '')) if path
+        }
         if event.event_type in WRITTEN and paths & self._names:
             self._written.set()
 

@@ -81,7 +81,7 @@ def rewritten(parsed, index, value, precision, file):
     values[index] = wanted
     # Parentheses for the places where a number with another sign would mean something else: 2 ** 2, return-1
     for candidate in (spelling, '({})'.format(spelling)):
-        text = parsed.text[:literal.start] + candidate + parsed.text[literal.end:]
+        text = parsed.text[: literal.start] + candidate + parsed.text[literal.end :]
         try:
             result = parse(text, file)
         except ScriptError:
@@ -99,7 +99,7 @@ def spelled(value, precision, is_whole):
         precision: the step that it is rounded to.
         is_whole: whether it was written without a decimal point, and is so again where it can be.
     """
-    if abs(value) > precision * 2 ** 53:    # there are no digits to round
+    if abs(value) > precision * 2**53:  # there are no digits to round
         return repr(int(value) if is_whole and float(value).is_integer() else float(value))
     step = Decimal(repr(precision))
     rounded = round(value / precision) * step
@@ -148,6 +148,7 @@ def difference(old, new):
 
 def _common_ends(old, new):
     """Up to where the old text is equal to the new one, and from where on it is again; these may overlap."""
+
     def common(pairs):
         return next((count for count, (a, b) in enumerate(pairs) if a != b), min(len(old), len(new)))
 
@@ -178,12 +179,17 @@ class _Positions:
         """The index in the text."""
         start = self._starts[line - 1]
         # a character has no more bytes than that the slice of as many characters holds it
-        return start + len(self._text[start:start + byte].encode('utf-8')[:byte].decode('utf-8'))
+        return start + len(self._text[start : start + byte].encode('utf-8')[:byte].decode('utf-8'))
 
     def literal(self, node, value):
         start = self.of(node.lineno, node.col_offset)
-        return Literal(start, self.of(node.end_lineno, node.end_col_offset), node.lineno,
-                       start - self._starts[node.lineno - 1] + 1, value)
+        return Literal(
+            start,
+            self.of(node.end_lineno, node.end_col_offset),
+            node.lineno,
+            start - self._starts[node.lineno - 1] + 1,
+            value,
+        )
 
     def is_sign_of(self, node, number):
         """Whether nothing but a minus and blanks stands before the number: no parenthesis and no comment."""
@@ -201,8 +207,12 @@ def _number_nodes(tree, positions):
             continue
         if _is_number(node):
             found.append((positions.literal(node, node.value), node))
-        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub) and _is_number(node.operand) \
-                and positions.is_sign_of(node, node.operand):
+        elif (
+            isinstance(node, ast.UnaryOp)
+            and isinstance(node.op, ast.USub)
+            and _is_number(node.operand)
+            and positions.is_sign_of(node, node.operand)
+        ):
             found.append((positions.literal(node, -node.operand.value), node))
         else:
             nodes.extend(ast.iter_child_nodes(node))
@@ -232,6 +242,6 @@ class _Substitution(ast.NodeTransformer):
             return super().visit(node)
         name = ast.copy_location(ast.Name(LITERALS, ast.Load()), node)
         number = ast.copy_location(ast.Constant(index, kind=None), node)
-        if not hasattr(ast, 'unparse'):     # Python 3.8 has a node of its own around an index
+        if not hasattr(ast, 'unparse'):  # Python 3.8 has a node of its own around an index
             number = ast.copy_location(ast.Index(number), node)
         return ast.copy_location(ast.Subscript(name, number, ast.Load()), node)

@@ -53,16 +53,25 @@ class LiveScript:
         ScriptError: the file cannot be read.
     """
 
-    def __init__(self, path, add, remove, take, report, settings=DEFAULT_SETTINGS, remembered=lambda text: (),
-                 remember=lambda text, names: None):
+    def __init__(
+        self,
+        path,
+        add,
+        remove,
+        take,
+        report,
+        settings=DEFAULT_SETTINGS,
+        remembered=lambda text: (),
+        remember=lambda text, names: None,
+    ):
         self.path = path
         self._add, self._remove = add, remove
         self._take, self._report, self._settings = take, report, settings
         self._remember = remember
         # Whoever holds it calls nobody who holds the lock of the node's locations: changes come with that one held.
         self._lock = threading.RLock()
-        self._refused = None    # a text in the file that cannot come into force
-        self._past = []         # (time at which it was no longer in force, _State), since somebody saved a text
+        self._refused = None  # a text in the file that cannot come into force
+        self._past = []  # (time at which it was no longer in force, _State), since somebody saved a text
         self._reserved = set()  # names of places in texts that are not in force yet
         text = files.read(path)
         self._state = _State(literals.parse('', path), [], [])
@@ -86,7 +95,7 @@ class LiveScript:
                 if self._take_in(files.read_settled(self.path)):
                     return
             except files.Unsettled:
-                continue    # it may be changes that do not let it settle
+                continue  # it may be changes that do not let it settle
             except ScriptError as error:
                 self._report(error)
                 return
@@ -143,8 +152,11 @@ class LiveScript:
         gone, kept = made.places, state.places
         try:
             with self._lock:
-                if self._state is state and (files.holds(self.path, text) if made.parsed.text == text
-                                             else files.replace(self.path, text, made.parsed.text)):
+                if self._state is state and (
+                    files.holds(self.path, text)
+                    if made.parsed.text == text
+                    else files.replace(self.path, text, made.parsed.text)
+                ):
                     self._come_into_force(made, made.parsed.skeleton == state.parsed.skeleton)
                     self._past.clear()
                     gone, kept = kept, gone
@@ -189,8 +201,12 @@ class LiveScript:
         try:
             for index in missing:
                 place = _Place(names[index], parsed.literals[index].value)
-                place.location = self._add(place.name, self._site(parsed.text, parsed.literals[index]), place.read,
-                                           functools.partial(self._change, place))
+                place.location = self._add(
+                    place.name,
+                    self._site(parsed.text, parsed.literals[index]),
+                    place.read,
+                    functools.partial(self._change, place),
+                )
                 places[index] = place
             return _State(parsed, places, self._run(parsed, places))
         except BaseException:
@@ -215,8 +231,9 @@ class LiveScript:
         return names
 
     def _run(self, parsed, places):
-        numbers = [values.track(literal.value, place.location.source)
-                   for literal, place in zip(parsed.literals, places)]
+        numbers = [
+            values.track(literal.value, place.location.source) for literal, place in zip(parsed.literals, places)
+        ]
         return running.run(parsed, numbers, self.path, self._settings.step_limit)
 
     def _come_into_force(self, state, is_same_but_for_numbers):
@@ -235,7 +252,7 @@ class LiveScript:
                 self._remove(place.location)
 
     def _site(self, text, literal):
-        line = text[:literal.start].rpartition('\n')[2] + text[literal.start:].partition('\n')[0]
+        line = text[: literal.start].rpartition('\n')[2] + text[literal.start :].partition('\n')[0]
         return node.CallSite(os.path.abspath(self.path), literal.line, literal.column, line)
 
 

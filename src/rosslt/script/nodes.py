@@ -29,8 +29,9 @@ def run():
     """
     path = os.path.abspath(os.path.expanduser(_text('~file')))
     _copy_example(path)
-    settings = Settings(_positive('~precision', DEFAULT_SETTINGS.precision),
-                        int(_positive('~step_limit', DEFAULT_SETTINGS.step_limit)))
+    settings = Settings(
+        _positive('~precision', DEFAULT_SETTINGS.precision), int(_positive('~step_limit', DEFAULT_SETTINGS.step_limit))
+    )
     player, memory = make_player(PoseStampedTracked), _Memory()
 
     def take(steps, is_same_but_for_numbers):
@@ -40,10 +41,11 @@ def run():
     def report(error):
         rospy.logerr('%s (the last script that ran stays in force)', error)
 
-    script = LiveScript(path, node.add_location, node.remove_location, take, report, settings, memory.recall,
-                        memory.keep)
+    script = LiveScript(
+        path, node.add_location, node.remove_location, take, report, settings, memory.recall, memory.keep
+    )
     Watch(path, script.look)
-    script.look()   # what was saved before the watch began
+    script.look()  # what was saved before the watch began
     rospy.loginfo('%s is in force', path)
     _loop(player.tick)
 
@@ -129,8 +131,9 @@ class _Memory:
             try:
                 rospy.set_param(self.PARAMETER, news)
             except OSError as error:
-                rospy.logwarn('the master does not answer; the ids of numbers may change with the next start: %s',
-                              error)
+                rospy.logwarn(
+                    'the master does not answer; the ids of numbers may change with the next start: %s', error
+                )
 
 
 def _digest(text):

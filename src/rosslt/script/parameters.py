@@ -30,8 +30,9 @@ class Waypoints:
         try:
             steps = [step for waypoint in waypoints for step in (Goto(*map(values.to_float, waypoint)), Wait(pause))]
         except TypeError:
-            rospy.logerr_throttle(10, '%s is %s instead of a list of [x, y, z]', rospy.resolve_name(self._name),
-                                  present[0])
+            rospy.logerr_throttle(
+                10, '%s is %s instead of a list of [x, y, z]', rospy.resolve_name(self._name), present[0]
+            )
             return
         has_same_count = self._present is not None and len(self._present[0]) == len(waypoints)
         self._present = present

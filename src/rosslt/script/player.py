@@ -70,7 +70,7 @@ class Player:
 
     def _publish(self):
         """Publish the waypoint in force: while waiting, the one before."""
-        for step in reversed(self._steps[:self._index + 1]):
+        for step in reversed(self._steps[: self._index + 1]):
             if isinstance(step, Goto):
                 waypoint = PoseStamped()
                 waypoint.header.frame_id, waypoint.header.stamp = self._frame, self._stamp or self._began
@@ -99,7 +99,7 @@ class Arrival:
             at = self._buffer.lookup_transform(self._frame, self._robot, rospy.Time()).transform.translation
         except tf2_ros.TransformException:
             return False
-        return (at.x - place.x) ** 2 + (at.y - place.y) ** 2 + (at.z - place.z) ** 2 <= self._tolerance ** 2
+        return (at.x - place.x) ** 2 + (at.y - place.y) ** 2 + (at.z - place.z) ** 2 <= self._tolerance**2
 
 
 def make_player(message_class):

@@ -28,21 +28,100 @@ STEP_LIMIT = 100000
 TICK = '__tick__'
 
 ALLOWED = (
-    ast.Module, ast.Expr, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.For, ast.While, ast.If, ast.Break,
-    ast.Continue, ast.Pass, ast.Assert, ast.Delete, ast.Global, ast.Nonlocal, ast.FunctionDef, ast.Lambda,
-    ast.Return, ast.arguments, ast.arg, ast.keyword, ast.Call, ast.Name, ast.expr_context, ast.Constant,
-    ast.JoinedStr, ast.FormattedValue, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.operator, ast.unaryop, ast.boolop,
-    ast.Compare, ast.cmpop, ast.IfExp, ast.NamedExpr, ast.Tuple, ast.List, ast.Dict, ast.Set, ast.Subscript,
-    ast.slice, ast.Slice, ast.Starred, ast.comprehension, ast.ListComp, ast.SetComp, ast.DictComp,
-    ast.GeneratorExp, ast.Attribute)
+    ast.Module,
+    ast.Expr,
+    ast.Assign,
+    ast.AugAssign,
+    ast.AnnAssign,
+    ast.For,
+    ast.While,
+    ast.If,
+    ast.Break,
+    ast.Continue,
+    ast.Pass,
+    ast.Assert,
+    ast.Delete,
+    ast.Global,
+    ast.Nonlocal,
+    ast.FunctionDef,
+    ast.Lambda,
+    ast.Return,
+    ast.arguments,
+    ast.arg,
+    ast.keyword,
+    ast.Call,
+    ast.Name,
+    ast.expr_context,
+    ast.Constant,
+    ast.JoinedStr,
+    ast.FormattedValue,
+    ast.BinOp,
+    ast.UnaryOp,
+    ast.BoolOp,
+    ast.operator,
+    ast.unaryop,
+    ast.boolop,
+    ast.Compare,
+    ast.cmpop,
+    ast.IfExp,
+    ast.NamedExpr,
+    ast.Tuple,
+    ast.List,
+    ast.Dict,
+    ast.Set,
+    ast.Subscript,
+    ast.slice,
+    ast.Slice,
+    ast.Starred,
+    ast.comprehension,
+    ast.ListComp,
+    ast.SetComp,
+    ast.DictComp,
+    ast.GeneratorExp,
+    ast.Attribute,
+)
 
 #: What people call the parts of the syntax that a script does without.
-FORBIDDEN = {'Import': 'import', 'ImportFrom': 'import', 'ClassDef': 'class', 'Try': 'try', 'TryStar': 'try',
-             'With': 'with', 'Raise': 'raise', 'Yield': 'yield', 'YieldFrom': 'yield', 'Match': 'match',
-             'AsyncFunctionDef': 'async', 'AsyncFor': 'async', 'AsyncWith': 'async', 'Await': 'await'}
+FORBIDDEN = {
+    'Import': 'import',
+    'ImportFrom': 'import',
+    'ClassDef': 'class',
+    'Try': 'try',
+    'TryStar': 'try',
+    'With': 'with',
+    'Raise': 'raise',
+    'Yield': 'yield',
+    'YieldFrom': 'yield',
+    'Match': 'match',
+    'AsyncFunctionDef': 'async',
+    'AsyncFor': 'async',
+    'AsyncWith': 'async',
+    'Await': 'await',
+}
 
-BUILTINS = ('abs', 'all', 'any', 'dict', 'divmod', 'enumerate', 'filter', 'len', 'list', 'map', 'max', 'min', 'repr',
-            'reversed', 'round', 'set', 'sorted', 'str', 'sum', 'tuple', 'zip')
+BUILTINS = (
+    'abs',
+    'all',
+    'any',
+    'dict',
+    'divmod',
+    'enumerate',
+    'filter',
+    'len',
+    'list',
+    'map',
+    'max',
+    'min',
+    'repr',
+    'reversed',
+    'round',
+    'set',
+    'sorted',
+    'str',
+    'sum',
+    'tuple',
+    'zip',
+)
 
 
 def run(parsed, numbers, file, step_limit=STEP_LIMIT, say=print):
@@ -88,15 +167,28 @@ def run(parsed, numbers, file, step_limit=STEP_LIMIT, say=print):
         steps.append(Wait(float(seconds)))
 
     for function in (goto, wait):
-        function.__qualname__ = function.__name__    # as errors call them
+        function.__qualname__ = function.__name__  # as errors call them
     try:
         code = compile(_Ticking().visit(copy.deepcopy(parsed.tree)), file, 'exec')
-        exec(code, {  # in here a script finds what stands below, and nothing else
-            '__builtins__': {}, LITERALS: list(numbers), TICK: tick, 'goto': goto, 'wait': wait, 'print': say,
-            'range': limited_range, 'int': values.to_int, 'float': values.to_float, 'bool': values.to_bool,
-            'math': types.SimpleNamespace(**values.MATH), **values.MATH,
-            **{name: getattr(builtins, name) for name in BUILTINS}})
-    except SyntaxError as error:    # return outside of a function, and the like
+        exec(
+            code,
+            {  # in here a script finds what stands below, and nothing else
+                '__builtins__': {},
+                LITERALS: list(numbers),
+                TICK: tick,
+                'goto': goto,
+                'wait': wait,
+                'print': say,
+                'range': limited_range,
+                'int': values.to_int,
+                'float': values.to_float,
+                'bool': values.to_bool,
+                'math': types.SimpleNamespace(**values.MATH),
+                **values.MATH,
+                **{name: getattr(builtins, name) for name in BUILTINS},
+            },
+        )
+    except SyntaxError as error:  # return outside of a function, and the like
         raise ScriptError(file, error.lineno or 1, error.offset or 1, error.msg) from None
     except Exception as error:  # whatever it raises is what is wrong with the script
         line, column = _where(error.__traceback__, file)
@@ -114,9 +206,12 @@ def _number(value, function):
     if not values.is_tracked(value):
         return float(value)
     instructions, (root,) = values.disassemble([values.to_float(value)])
-    return values.assemble([
-        (values.SOURCE, instruction[1], float(instruction[2])) if instruction[0] == values.SOURCE else instruction
-        for instruction in instructions])[root]
+    return values.assemble(
+        [
+            (values.SOURCE, instruction[1], float(instruction[2])) if instruction[0] == values.SOURCE else instruction
+            for instruction in instructions
+        ]
+    )[root]
 
 
 def _check(tree, file):

@@ -57,6 +57,7 @@ def boxed(numpy: Any, operand: Any) -> Any:
 
 def array_ufunc(apply: Callable[..., Any], plain: Callable[[Any], Any]) -> Callable[..., Any]:
     """The method that NumPy calls for a ufunc with a tracked scalar among its operands."""
+
     def called(self: Any, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         numpy = sys.modules['numpy']
         row = BY_UFUNC.get(ufunc.__name__)
@@ -67,4 +68,5 @@ def array_ufunc(apply: Callable[..., Any], plain: Callable[[Any], Any]) -> Calla
         except TypeError:
             # A question about numbers (isfinite), a plain array to write to: no place for provenance.
             return getattr(ufunc, method)(*[plain(operand) for operand in inputs], **options)
+
     return called

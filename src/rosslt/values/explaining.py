@@ -69,7 +69,7 @@ def _applied(row: Any, operands: Any) -> Text:
         return '%s(%s)' % (row.shown_as, ', '.join(text for text, _ in operands)), FUNCTION
     level = row.precedence
     if row.arity == 1:
-        (text, strength), = operands
+        ((text, strength),) = operands
         return row.symbol + (text if strength in (FUNCTION, POWER.precedence) else '(%s)' % text), level
     (left, a), (right, b) = operands
     symbol = row.symbol
@@ -78,8 +78,9 @@ def _applied(row: Any, operands: Any) -> Text:
     left_needs, right_needs = (level + 1, level) if row is POWER else (level, level + 1)
     if row is POWER and left.startswith('-'):
         a = min(a, NEGATE.precedence)
-    return ' '.join((left if a >= left_needs else '(%s)' % left, symbol,
-                     right if b >= right_needs else '(%s)' % right)), level
+    return ' '.join(
+        (left if a >= left_needs else '(%s)' % left, symbol, right if b >= right_needs else '(%s)' % right)
+    ), level
 
 
 def _sum(node: Any, terms: Any, exact: bool) -> Text:
@@ -106,8 +107,8 @@ def _shortened(text: str, longest: int) -> str:
     if len(text) <= longest:
         return text
     brackets = len(text) - len(text.lstrip('('))
-    inner = text[max(0, brackets - 3):]
+    inner = text[max(0, brackets - 3) :]
     if len(inner) <= longest:
         return inner
     end = longest // 2 - 5
-    return '%s ... %s' % (inner[:longest // 2].rstrip(' .'), inner[-end:].lstrip(' .'))
+    return '%s ... %s' % (inner[: longest // 2].rstrip(' .'), inner[-end:].lstrip(' .'))

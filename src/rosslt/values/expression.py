@@ -149,8 +149,10 @@ class Graph:
         if form.chains:
             return (slope_or_zero(form.slope, values[index[id(first)]], second),)
         a, b = index[id(first)], index[id(second)]
-        return (slope_or_zero(form.slope[0], values[a], values[b]) if depends[a] else 0,
-                slope_or_zero(form.slope[1], values[a], values[b]) if depends[b] else 0)
+        return (
+            slope_or_zero(form.slope[0], values[a], values[b]) if depends[a] else 0,
+            slope_or_zero(form.slope[1], values[a], values[b]) if depends[b] else 0,
+        )
 
     def gradient(self, root: int, values: List[Any], depends: List[bool]) -> Dict[Source, Any]:
         """The slope of one node for each source that it depends on, by one sweep backwards."""

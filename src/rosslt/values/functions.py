@@ -16,12 +16,15 @@ from .tracked import TRACKED, apply
 def function(operation: Operation) -> Callable[..., Any]:
     """A row of the table as a function."""
     if operation.arity == 1:
+
         def applied(x: Any) -> Any:
             return apply(operation, x)
     else:
+
         def applied(x: Any, y: Any) -> Any:  # type: ignore[misc]
             result = apply(operation, x, y)
             return operation.forward(x, y) if result is NotImplemented else result
+
     applied.__name__ = applied.__qualname__ = operation.name
     applied.__doc__ = 'math.%s, keeping provenance.' % operation.name
     return applied
@@ -93,8 +96,9 @@ def _any_tracked(numbers: Iterable[Any]) -> bool:
 
 def _namespace() -> Dict[str, Any]:
     names = {name: thing for name, thing in vars(math).items() if not name.startswith('_')}
-    names.update((row.name, function(row)) for row in ops.BY_CODE.values()
-                 if row.name in names or row in (ops.CBRT, ops.EXP2))
+    names.update(
+        (row.name, function(row)) for row in ops.BY_CODE.values() if row.name in names or row in (ops.CBRT, ops.EXP2)
+    )
     for composed in (log, hypot, dist, fsum, prod, modf):
         names[composed.__name__] = composed
     return names

@@ -85,8 +85,9 @@ class Attempt:
             if meets(self._result(candidate), wanted):
                 return candidate
         if self._kind is float:
-            better = self._searched(self._root, wanted, candidates[0],
-                                    lambda result: almost_meets(result, wanted, present))
+            better = self._searched(
+                self._root, wanted, candidates[0], lambda result: almost_meets(result, wanted, present)
+            )
             return float(better)
         if self._kind is int:
             return refuse('%s would have to be %s, and is a whole number', '{source}', shown(found))
@@ -161,7 +162,7 @@ class Attempt:
         times = len(self._at(MARK)[place]) - least
         mark = MARK * ((len(wanted) - least) // times if times else 0)
         first = self._at(mark)[place].find(mark)
-        return wanted[first:first + len(mark)]
+        return wanted[first : first + len(mark)]
 
     def _searched(self, place: int, wanted: Any, start: Any, accepts: Any) -> Any:
         def slope(value: Any) -> Any:

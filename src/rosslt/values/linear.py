@@ -17,6 +17,7 @@ def solved(matrix: List[List[float]], right: List[float]) -> List[float]:
     if size >= LARGE:
         try:
             import numpy
+
             return numpy.linalg.solve(numpy.array(matrix, float), numpy.array(right, float)).tolist()
         except ImportError:
             pass
@@ -27,7 +28,7 @@ def solved(matrix: List[List[float]], right: List[float]) -> List[float]:
         best = max(range(pivot, size), key=lambda place: abs(rows[place][pivot]))
         rows[pivot], rows[best] = rows[best], rows[pivot]
         head = rows[pivot]
-        for row in rows[pivot + 1:]:
+        for row in rows[pivot + 1 :]:
             factor = row[pivot] / head[pivot]
             for place in range(pivot, size + 1):
                 row[place] -= factor * head[place]
@@ -57,8 +58,9 @@ def least_norm(jacobian: List[List[float]], missing: List[float], damping: float
     if len(rows) <= len(columns):
         weights = solved(_products(rows, damping), right)
         return [sum(part * weight for part, weight in zip(column, weights)) for column in columns]
-    return solved(_products(columns, damping), [sum(part * value for part, value in zip(column, right))
-                                                for column in columns])
+    return solved(
+        _products(columns, damping), [sum(part * value for part, value in zip(column, right)) for column in columns]
+    )
 
 
 def _products(vectors: List, damping: float) -> List[List[float]]:

@@ -24,8 +24,9 @@ class Search:
         meets: whether a value of f counts as the wanted one.
     """
 
-    def __init__(self, f: Callable[[Any], Any], slope: Callable[[Any], Any], wanted: Any,
-                 meets: Callable[[Any], bool]) -> None:
+    def __init__(
+        self, f: Callable[[Any], Any], slope: Callable[[Any], Any], wanted: Any, meets: Callable[[Any], bool]
+    ) -> None:
         self._f = f
         self._slope = slope
         self._wanted = wanted
@@ -51,8 +52,11 @@ class Search:
             x = self._descent(x)
             if self._met(x):
                 return x
-        return refuse('it was found to come no nearer than %.7g', self._f(x)) if x is not None else refuse(
-            'it is defined nowhere near')
+        return (
+            refuse('it was found to come no nearer than %.7g', self._f(x))
+            if x is not None
+            else refuse('it is defined nowhere near')
+        )
 
     def _missing(self, x: Any) -> Optional[Any]:
         """By how much f(x) is too large; None where f is not defined."""
@@ -111,7 +115,7 @@ class Search:
         """Pairs of numbers between which f passes the wanted value, the nearest to the start first."""
         steps: List[Any] = [1] if whole else [max(abs(start) * 1e-4, 1e-300) if start else 1e-4]
         fine = 1e8 * steps[0]
-        far = (abs(start) + 1) * 2 ** 70 if whole else 1e290
+        far = (abs(start) + 1) * 2**70 if whole else 1e290
         while steps[-1] < far:
             growth = 2 if whole else 1.6 if steps[-1] < fine else 8.0 if steps[-1] < 1e9 else 1e6
             steps.append(steps[-1] * growth)
@@ -145,5 +149,3 @@ class Search:
                 break
             low, high = (middle, high) if missing < 0 else (low, middle)
         return low if self._met(low) else high
-
-

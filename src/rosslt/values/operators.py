@@ -11,13 +11,19 @@ NUMBERS: Tuple[Any, ...] = (TrackedFloat, TrackedInt, TrackedBool)
 WHOLE: Tuple[Any, ...] = (TrackedInt, TrackedBool)
 TEXT: Any = TrackedStr
 
-FAST = {'add': ops.ADD, 'sub': ops.SUBTRACT, 'mul': ops.MULTIPLY, 'truediv': ops.DIVIDE,
-        'floordiv': ops.FLOOR_DIVIDE, 'mod': ops.REMAINDER}
+FAST = {
+    'add': ops.ADD,
+    'sub': ops.SUBTRACT,
+    'mul': ops.MULTIPLY,
+    'truediv': ops.DIVIDE,
+    'floordiv': ops.FLOOR_DIVIDE,
+    'mod': ops.REMAINDER,
+}
 """The operators that make a float of two floats."""
 
 BITWISE = {'and': ops.AND, 'or': ops.OR, 'xor': ops.XOR}
 
-TEMPLATE = '''
+TEMPLATE = """
 def __{name}__(self, other):
     kind = type(other)
     if kind is float:
@@ -55,14 +61,22 @@ def __r{name}__(self, other):
             shorten(result)
         return result
     return apply(operation, other, self)
-'''
+"""
 """What `apply` does, written out for floats: a call less, and `self._plain + other` is Python's fast addition."""
 
 
 def give_fast_operator(name: str, operation: Operation) -> None:
     """Give TrackedFloat an operator and its reflection, compiled from the template."""
-    methods = dict(TrackedFloat=TrackedFloat, SHARED=SHARED, shorten=shorten, apply=apply,
-                   operation=operation, left=operation.left, right=operation.right, both=operation.both)
+    methods = dict(
+        TrackedFloat=TrackedFloat,
+        SHARED=SHARED,
+        shorten=shorten,
+        apply=apply,
+        operation=operation,
+        left=operation.left,
+        right=operation.right,
+        both=operation.both,
+    )
     exec(TEMPLATE.format(name=name, symbol=operation.symbol, limit=LIMIT), methods)
     for method in ('__%s__' % name, '__r%s__' % name):
         setattr(TrackedFloat, method, methods[method])
@@ -70,6 +84,7 @@ def give_fast_operator(name: str, operation: Operation) -> None:
 
 def give_operator(cls: type, name: str, operation: Operation) -> None:
     """Give a class an operator and its reflection."""
+
     def method(self: Any, other: Any) -> Any:
         return apply(operation, self, other)
 
@@ -82,6 +97,7 @@ def give_operator(cls: type, name: str, operation: Operation) -> None:
 
 def give_method(cls: type, name: str, operation: Operation) -> None:
     """Give a class a method that applies an operation to it and what else it is called with."""
+
     def method(self: Any, *others: Any) -> Any:
         return apply(operation, self, *others)
 
@@ -136,6 +152,7 @@ def itself(self: Any, *_: Any) -> Any:
 def as_instructions(self: Any, protocol: int) -> Tuple[Any, Tuple[Any, int]]:
     """How pickle keeps a value: as the flat instructions that make it, so that depth does not matter."""
     from .instructions import disassemble  # which walks expressions, made of the classes given this method
+
     instructions, (index,) = disassemble([self])
     return from_instructions, (instructions, index)
 
@@ -143,6 +160,7 @@ def as_instructions(self: Any, protocol: int) -> Tuple[Any, Tuple[Any, int]]:
 def from_instructions(instructions: Any, index: int) -> Any:
     """The value that pickle kept."""
     from .instructions import assemble
+
     return assemble(instructions)[index]
 
 
@@ -163,8 +181,13 @@ def give_all() -> None:
         cls.__divmod__, cls.__rdivmod__ = floor_and_rest, reflected_floor_and_rest
         cls.__round__ = rounded
         cls.__pos__ = cls.conjugate = itself
-        for name, row in (('__neg__', ops.NEGATE), ('__abs__', ops.ABSOLUTE), ('__trunc__', ops.TRUNCATE),
-                          ('__floor__', ops.FLOOR), ('__ceil__', ops.CEIL)):
+        for name, row in (
+            ('__neg__', ops.NEGATE),
+            ('__abs__', ops.ABSOLUTE),
+            ('__trunc__', ops.TRUNCATE),
+            ('__floor__', ops.FLOOR),
+            ('__ceil__', ops.CEIL),
+        ):
             give_method(cls, name, row)
         for row in ops.BY_CODE.values():
             for name in row.numpy if row.precedence == FUNCTION else ():

@@ -66,7 +66,7 @@ def within(present: Any, one_end: Any, other_end: Any, holds: Callable[[Any], bo
         return nearest(present, (start, start + inward, start + 2 * inward), holds, reason)
     end = float(end)
     reach = min(float(high) - float(low), max(1.0, abs(end)))
-    for shift in [0.0] + [2.0 ** -n for n in range(54, 0, -1)]:
+    for shift in [0.0] + [2.0**-n for n in range(54, 0, -1)]:
         if holds(end + inward * shift * reach):
             return end + inward * shift * reach
     return refuse(reason)
@@ -81,8 +81,7 @@ def floor_divisor(y: Any, a: Any, b: Any) -> Any:
     """The `b` with `a // b == y`."""
     sign = 1 if (a >= 0) == (y >= 0) else -1
     least, most = ratio(abs(a), max(abs(y), abs(y + 1))), ratio(abs(a), min(abs(y), abs(y + 1)))
-    return within(b, sign * least, sign * most, lambda v: v != 0 and a // v == y,
-                  'no divisor gives that quotient')
+    return within(b, sign * least, sign * most, lambda v: v != 0 and a // v == y, 'no divisor gives that quotient')
 
 
 def divided(y: Any, a: Any, b: Any, rest: Callable[[Any, Any], Any]) -> Any:
@@ -90,8 +89,12 @@ def divided(y: Any, a: Any, b: Any, rest: Callable[[Any, Any], Any]) -> Any:
     if close(rest(a, b), y):
         return a
     base = a - rest(a, b) + y
-    return nearest(a, (base, base - b, base + b, y), lambda v: close(rest(v, b), y) or _rounded(rest, v, b, y),
-                   'such a remainder is not possible for that divisor')
+    return nearest(
+        a,
+        (base, base - b, base + b, y),
+        lambda v: close(rest(v, b), y) or _rounded(rest, v, b, y),
+        'such a remainder is not possible for that divisor',
+    )
 
 
 def _rounded(rest: Callable[[Any, Any], Any], v: Any, b: Any, y: Any) -> bool:
@@ -104,13 +107,21 @@ def modulus(y: Any, a: Any, b: Any, rest: Callable[[Any, Any], Any]) -> Any:
     if close(rest(a, b), y):
         return b
     if a == y:
-        return within(b, math.copysign(abs(a) if isinstance(a, float) else 1, b) and a, a * 2,
-                      lambda v: v != 0 and rest(a, v) == y, 'no divisor gives that remainder')
+        return within(
+            b,
+            math.copysign(abs(a) if isinstance(a, float) else 1, b) and a,
+            a * 2,
+            lambda v: v != 0 and rest(a, v) == y,
+            'no divisor gives that remainder',
+        )
     turns = round(ratio(a - y, b))
     counts = {count for n in (turns, 0) for count in (n - 1, n, n + 1)} - {0}
-    return nearest(b, sorted(ratio(a - y, count) for count in counts), lambda v: close(rest(a, v), y)
-                   or (isinstance(v, float) and abs(rest(a, v) - y) <= 4e-16 * abs(a)),
-                   'no divisor gives that remainder')
+    return nearest(
+        b,
+        sorted(ratio(a - y, count) for count in counts),
+        lambda v: close(rest(a, v), y) or (isinstance(v, float) and abs(rest(a, v) - y) <= 4e-16 * abs(a)),
+        'no divisor gives that remainder',
+    )
 
 
 def whole_root(y: int, n: int) -> Any:
@@ -120,8 +131,8 @@ def whole_root(y: int, n: int) -> Any:
     low, high = 0, 1 << (y.bit_length() // n + 1)
     while low < high:
         middle = (low + high) // 2
-        low, high = (middle + 1, high) if middle ** n < y else (low, middle)
-    return low if low ** n == y else y ** (1 / n)
+        low, high = (middle + 1, high) if middle**n < y else (low, middle)
+    return low if low**n == y else y ** (1 / n)
 
 
 def base(y: Any, a: Any, b: Any) -> Any:
@@ -140,10 +151,10 @@ def base(y: Any, a: Any, b: Any) -> Any:
 def exponent(y: Any, a: Any, b: Any) -> Any:
     """The `b` with `a ** b == y`."""
     if a in (0, 1, -1) or y == 0:
-        return nearest(b, (b, 0, 1, 2), lambda v: not (a == 0 > v) and a ** v == y, 'powers of %r take few values' % a)
+        return nearest(b, (b, 0, 1, 2), lambda v: not (a == 0 > v) and a**v == y, 'powers of %r take few values' % a)
     exact = math.log(abs(y)) / math.log(abs(a))
     whole = round(exact)
-    if close(a ** whole, y):
+    if close(a**whole, y):
         return whole
     return exact if a > 0 and y > 0 else refuse('a power of %r is not %r', a, y)
 
@@ -151,19 +162,29 @@ def exponent(y: Any, a: Any, b: Any) -> Any:
 def angle_opposite(y: float, a: float, b: float) -> float:
     """The `a` with `atan2(a, b) == y`."""
     if b == 0:
-        return within(a, 0.0, math.copysign(math.inf, y), lambda v: close(math.atan2(v, b), y),
-                      'atan2(_, 0) is a quarter turn')
-    return nearest(a, (b * math.tan(y), 0.0, -0.0), lambda v: close(math.atan2(v, b), y),
-                   'that direction is on the other side of %r' % b)
+        return within(
+            a, 0.0, math.copysign(math.inf, y), lambda v: close(math.atan2(v, b), y), 'atan2(_, 0) is a quarter turn'
+        )
+    return nearest(
+        a,
+        (b * math.tan(y), 0.0, -0.0),
+        lambda v: close(math.atan2(v, b), y),
+        'that direction is on the other side of %r' % b,
+    )
 
 
 def angle_adjacent(y: float, a: float, b: float) -> float:
     """The `b` with `atan2(a, b) == y`."""
     if a == 0:
-        return nearest(b, (abs(b) or 1.0, -abs(b) or -1.0), lambda v: close(math.atan2(a, v), y),
-                       'atan2(0, _) is 0 or half a turn')
-    return nearest(b, (a / (math.tan(y) or math.inf), 0.0), lambda v: close(math.atan2(a, v), y),
-                   'that direction is on the other side of %r' % a)
+        return nearest(
+            b, (abs(b) or 1.0, -abs(b) or -1.0), lambda v: close(math.atan2(a, v), y), 'atan2(0, _) is 0 or half a turn'
+        )
+    return nearest(
+        b,
+        (a / (math.tan(y) or math.inf), 0.0),
+        lambda v: close(math.atan2(a, v), y),
+        'that direction is on the other side of %r' % a,
+    )
 
 
 def leg(y: float, a: float, b: float) -> float:
@@ -208,17 +229,17 @@ def erf_slope(x: float) -> float:
 
 def without(y: str, a: str, b: str) -> str:
     """The beginning `a` of the text y that ends in b."""
-    return y[:len(y) - len(b)] if y.endswith(b) else refuse('%r does not end with %r', y, b)
+    return y[: len(y) - len(b)] if y.endswith(b) else refuse('%r does not end with %r', y, b)
 
 
 def without_beginning(y: str, a: str, b: str) -> str:
     """The end `b` of the text y that begins with a."""
-    return y[len(a):] if y.startswith(a) else refuse('%r does not begin with %r', y, a)
+    return y[len(a) :] if y.startswith(a) else refuse('%r does not begin with %r', y, a)
 
 
 def repeated(y: str, a: str, b: int) -> str:
     """The `a` with `a * b == y`."""
-    part = y[:len(y) // b] if b > 0 else ''
+    part = y[: len(y) // b] if b > 0 else ''
     return part if len(part) * b == len(y) and part * b == y else refuse('%r is not a text %r times', y, b)
 
 

@@ -66,8 +66,14 @@ class OutOfBounds(NoPreimage):
     """The answer found is beyond a bound; there may be another one within."""
 
 
-def solve(value: Any, target: Any, source: Optional[Source] = None, *, bounds: Optional[Bounds] = None,
-          read_only: Collection[Source] = ()) -> Dict[Source, Any]:
+def solve(
+    value: Any,
+    target: Any,
+    source: Optional[Source] = None,
+    *,
+    bounds: Optional[Bounds] = None,
+    read_only: Collection[Source] = (),
+) -> Dict[Source, Any]:
     """Find the source values that make a tracked value become a target.
 
     Args:
@@ -159,8 +165,10 @@ def target_of(value: Any, target: Any) -> Any:
     """
     wanted = scalar(target)
     if wanted is None or isinstance(wanted, str) != isinstance(value, str):
-        raise NotInvertible('cannot make %s become %r: it is a %s' % (
-            brief(value), target, 'text' if isinstance(value, str) else 'number'))
+        raise NotInvertible(
+            'cannot make %s become %r: it is a %s'
+            % (brief(value), target, 'text' if isinstance(value, str) else 'number')
+        )
     if isinstance(wanted, float) and not math.isfinite(wanted):
         raise NotInvertible('cannot make %s become %r: no source may hold what is not finite' % (brief(value), wanted))
     if not isinstance(value._plain, float) and isinstance(wanted, float):
@@ -187,8 +195,9 @@ def solve_one(graph: Graph, value: Any, target: Any, freedom: Freedom, changes: 
     if not candidates:
         raise NotTracked('%s has no source' % brief(value))
     if freedom.only is not None and freedom.only not in candidates:
-        raise NotInvertible('cannot make %s become %r: it does not depend on %s'
-                            % (brief(value), target, describe_source(freedom.only)))
+        raise NotInvertible(
+            'cannot make %s become %r: it does not depend on %s' % (brief(value), target, describe_source(freedom.only))
+        )
     reasons = []
     for candidate in candidates:
         if candidate in changes or freedom.only not in (None, candidate):
@@ -206,8 +215,10 @@ def solve_one(graph: Graph, value: Any, target: Any, freedom: Freedom, changes: 
             values = graph.tried({candidate: _present(graph, candidate)})
             if values and values[root] == wanted:
                 return {candidate: _present(graph, candidate)}
-    raise NotInvertible('cannot make %s become %r: %s' % (brief(value), target, '; '.join(reasons[:4])
-                                                         or 'all its sources are needed otherwise'))
+    raise NotInvertible(
+        'cannot make %s become %r: %s'
+        % (brief(value), target, '; '.join(reasons[:4]) or 'all its sources are needed otherwise')
+    )
 
 
 def _present(graph: Graph, source: Source) -> Any:

@@ -47,8 +47,12 @@ class System:
     def solution(self) -> Optional[List[float]]:
         """The unknowns' values that give all results, None where none were found."""
         for stir in STIRS:
-            start = [self._clamped(place, value + stir * max(1.0, abs(value)) * math.cos(1.0 + 2.4 * place) if stir
-                                   else value) for place, value in enumerate(self.start)]
+            start = [
+                self._clamped(
+                    place, value + stir * max(1.0, abs(value)) * math.cos(1.0 + 2.4 * place) if stir else value
+                )
+                for place, value in enumerate(self.start)
+            ]
             found = self._descent(start)
             if found is not None:
                 return self._nearer(found)
@@ -58,7 +62,8 @@ class System:
         """Whether such values give all results."""
         values = self._at(x)
         return values is not None and all(
-            almost_meets(values[root], wanted, self._size) for root, wanted in zip(self._roots, self._wanted))
+            almost_meets(values[root], wanted, self._size) for root, wanted in zip(self._roots, self._wanted)
+        )
 
     def _clamped(self, place: int, value: float) -> float:
         low, high = self._limits[place]
@@ -98,8 +103,13 @@ class System:
         while True:
             free = [[0.0 if place in held else part for place, part in enumerate(row)] for row in jacobian]
             step = least_norm(free, missing, damping)
-            leaving = {place for place, part in enumerate(step) if part and place not in held and (
-                x[place] >= self._limits[place][1] if part > 0 else x[place] <= self._limits[place][0])}
+            leaving = {
+                place
+                for place, part in enumerate(step)
+                if part
+                and place not in held
+                and (x[place] >= self._limits[place][1] if part > 0 else x[place] <= self._limits[place][0])
+            }
             if not leaving:
                 return step
             held |= leaving
@@ -139,13 +149,15 @@ class System:
             gone = [value - start for value, start in zip(x, self.start)]
             try:
                 jacobian = self._jacobian(values)
-                needed = [part + sum(slope * way for slope, way in zip(row, gone))
-                          for part, row in zip(missing, jacobian)]
+                needed = [
+                    part + sum(slope * way for slope, way in zip(row, gone)) for part, row in zip(missing, jacobian)
+                ]
                 step = self._step(self.start, values, needed, 0.0)
             except (ArithmeticError, ValueError):
                 break
-            found = self._descent([self._clamped(place, start + part)
-                                   for place, (start, part) in enumerate(zip(self.start, step))])
+            found = self._descent(
+                [self._clamped(place, start + part) for place, (start, part) in enumerate(zip(self.start, step))]
+            )
             if found is None or self._way(found) >= self._way(x) * (1 - 1e-6):
                 break
             x = found
@@ -158,12 +170,18 @@ class System:
 def size_of(goals: List[Goal]) -> float:
     """The size of what is being moved, from where and to where: next to 0, no result can come nearer than a small part
     of that."""
-    return max((abs(part) for _, value, wanted in goals if not isinstance(value, str)
-                for part in (value._plain, wanted)), default=1.0)
+    return max(
+        (abs(part) for _, value, wanted in goals if not isinstance(value, str) for part in (value._plain, wanted)),
+        default=1.0,
+    )
 
 
-def solve_together(graph: Graph, goals: List[Goal], freedom: Any, solve_one: Callable[..., Dict[Source, Any]],
-                   ) -> Dict[Source, Any]:
+def solve_together(
+    graph: Graph,
+    goals: List[Goal],
+    freedom: Any,
+    solve_one: Callable[..., Dict[Source, Any]],
+) -> Dict[Source, Any]:
     """The source values that give all of several results that share sources.
 
     Float sources move together. Where they do not suffice (texts, whole numbers, bools), the results are solved one
@@ -173,8 +191,12 @@ def solve_together(graph: Graph, goals: List[Goal], freedom: Any, solve_one: Cal
         NotInvertible: no values were found that give all; the result that stays away is named.
     """
     concerned = list(Graph(value for _, value, _ in goals).occurrences)
-    floats = [source for source in concerned if freedom.allows(source)
-              and all(type(graph.nodes[place]._plain) is float for place in graph.occurrences[source])]
+    floats = [
+        source
+        for source in concerned
+        if freedom.allows(source)
+        and all(type(graph.nodes[place]._plain) is float for place in graph.occurrences[source])
+    ]
     if floats and not any(isinstance(wanted, str) for _, _, wanted in goals):
         system = System(graph, goals, floats, freedom)
         found = system.solution()
@@ -188,13 +210,21 @@ def solve_together(graph: Graph, goals: List[Goal], freedom: Any, solve_one: Cal
             try:
                 changes.update(solve_one(graph, value, wanted, freedom, changes))
             except NotInvertible as reason:
-                raise NotInvertible('%s, with the others as wanted' % reason if not path else
-                                    '%s: %s' % (path, reason)) from None
+                raise NotInvertible(
+                    '%s, with the others as wanted' % reason if not path else '%s: %s' % (path, reason)
+                ) from None
     values = graph.tried(changes)
     for path, value, wanted in goals:
         result = values[graph.index[id(value)]] if values else math.nan
         if not almost_meets(result, wanted, size_of(goals)):
-            raise NotInvertible('cannot make %s %s become %r together with the others: %s would make it %r' % (
-                path, brief(value), wanted, ', '.join('%s = %r' % (describe_source(source), new)
-                                                      for source, new in changes.items()), result))
+            raise NotInvertible(
+                'cannot make %s %s become %r together with the others: %s would make it %r'
+                % (
+                    path,
+                    brief(value),
+                    wanted,
+                    ', '.join('%s = %r' % (describe_source(source), new) for source, new in changes.items()),
+                    result,
+                )
+            )
     return changes

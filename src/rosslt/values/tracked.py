@@ -81,6 +81,7 @@ def scalar(value: Any) -> Any:
 def shorten(value: Any) -> None:
     """Keep a value's expression within the limit."""
     from .folding import shorten  # which walks expressions, made of what this module defines
+
     shorten(value)
 
 

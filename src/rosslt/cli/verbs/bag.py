@@ -29,14 +29,21 @@ def run(options):
     directory = Directory()
     directory.learn(found.sources)
     for name, topic in sorted(topics.items()):
-        rows = [(directory.name(source), found.fields[reach]) for source in directory.ordered(found.sources)
-                for reach in found.reached_by(source) if reach.topic == name]
+        rows = [
+            (directory.name(source), found.fields[reach])
+            for source in directory.ordered(found.sources)
+            for reach in found.reached_by(source)
+            if reach.topic == name
+        ]
         (_show if is_terminal() else _write)(name, topic, tracked.get(name, 0), rows)
 
 
 def _show(name, topic, tracked, rows):
-    print('{}  {}, {} message{}, {} with provenance'.format(
-        name, topic.msg_type, topic.message_count, 's' * (topic.message_count != 1), tracked or 'none'))
+    print(
+        '{}  {}, {} message{}, {} with provenance'.format(
+            name, topic.msg_type, topic.message_count, 's' * (topic.message_count != 1), tracked or 'none'
+        )
+    )
     for line in table([(source, '-> ' + brief(fields)) for source, fields in rows], indent='  '):
         print(line)
 

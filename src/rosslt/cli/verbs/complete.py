@@ -31,7 +31,7 @@ def run(arguments):
     with contextlib.suppress(Failure):
         for candidate in _candidates(words, word):
             if candidate.startswith(word) and candidate != word:
-                print(candidate[len(word) - len(seen):])
+                print(candidate[len(word) - len(seen) :])
 
 
 def _candidates(words, word):
@@ -42,8 +42,7 @@ def _candidates(words, word):
         return _locations(word)
     if words[-1] in _TAKES_ARGUMENT:
         return []
-    position = sum(not each.startswith('-') and before not in _TAKES_ARGUMENT
-                   for before, each in zip(words, words[1:]))
+    position = sum(not each.startswith('-') and before not in _TAKES_ARGUMENT for before, each in zip(words, words[1:]))
     kind = _KINDS.get((words[0], position))
     return kind(word) if kind else []
 
@@ -67,7 +66,7 @@ def _topics(word, end=' '):
     topic = max((name for name in types if path.startswith(name + '/')), key=len, default=None)
     names = [name + end for name in types]
     if topic is not None:
-        begun = path[len(topic):].rpartition('/')[0]
+        begun = path[len(topic) :].rpartition('/')[0]
         names += [f'{topic}{begun}/{field}' for field in _fields(types[topic], begun)]
     return _as_typed(names, word)
 
@@ -96,7 +95,7 @@ def _as_typed(names, word):
     """Full names, or those in the own namespace where the word that is begun is none."""
     if not word or word.startswith('/'):
         return names
-    return [name[len(_namespace()):] for name in names if name.startswith(_namespace())]
+    return [name[len(_namespace()) :] for name in names if name.startswith(_namespace())]
 
 
 def _namespace():

@@ -30,11 +30,15 @@ Asker = namedtuple('Asker', 'name facts')
 def parse(parser):
     parser.add_argument('field', metavar='TOPIC/FIELD', help='as /goal/pose/position/x or /path/points[3]')
     parser.add_argument('value', metavar='VALUE', help='a scalar; YAML for a whole part of a message')
-    parser.add_argument('--source', metavar='S', help='change this location alone: NODE/LOCATION, NODE#ID, or '
-                                                      'FILE:LINE:COLUMN as rosslt echo says')
+    parser.add_argument(
+        '--source',
+        metavar='S',
+        help='change this location alone: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as rosslt echo says',
+    )
     parser.add_argument('--dry-run', action='store_true', help='print what would change; change nothing')
-    parser.add_argument('--timeout', type=float, default=5.0, metavar='S',
-                        help='seconds to wait for a message (default: 5)')
+    parser.add_argument(
+        '--timeout', type=float, default=5.0, metavar='S', help='seconds to wait for a message (default: 5)'
+    )
 
 
 def run(options):
@@ -70,8 +74,9 @@ def _source(directory, sources, text):
     """The one among sources that people call `text`."""
     called = [source for source in sources if text in _names(directory, source)]
     if not called:
-        raise Failure('{} is none of its sources, which are {}'.format(
-            text, ', '.join(map(directory.name, sources)) or 'none'))
+        raise Failure(
+            '{} is none of its sources, which are {}'.format(text, ', '.join(map(directory.name, sources)) or 'none')
+        )
     if len(called) > 1:
         raise Failure('{} may be {}'.format(text, ' or '.join(map(directory.name, called))))
     return called[0]

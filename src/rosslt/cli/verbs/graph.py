@@ -64,6 +64,13 @@ def _show(flow, sources, directory):
 
 def _show_steps(steps, indent):
     for step in steps:
-        print('{}{} -> {}: {}{}'.format(indent, step.publisher, step.topic, brief(step.fields),
-                                        '' if step.is_known else '  (it is not seen how it came here)'))
+        print(
+            '{}{} -> {}: {}{}'.format(
+                indent,
+                step.publisher,
+                step.topic,
+                brief(step.fields),
+                '' if step.is_known else '  (it is not seen how it came here)',
+            )
+        )
         _show_steps(step.next, indent + '  ')

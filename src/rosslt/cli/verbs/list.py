@@ -38,10 +38,14 @@ def run(options):
 
 def _show(node, places):
     print(node)
-    rows = [(place.local_name, place.location.type, shortened(place.location.value, LONGEST_VALUE),
-             _limits(place.location)) for place in places]
-    lines = [table([(*row, file) for row, file in zip(rows, files)], indent='  ')
-             for files in ([place.file for place in places], [place.short_file for place in places])]
+    rows = [
+        (place.local_name, place.location.type, shortened(place.location.value, LONGEST_VALUE), _limits(place.location))
+        for place in places
+    ]
+    lines = [
+        table([(*row, file) for row, file in zip(rows, files)], indent='  ')
+        for files in ([place.file for place in places], [place.short_file for place in places])
+    ]
     for line in lines[0] if all(len(line) <= width() for line in lines[0]) else lines[1]:
         print(line)
 
@@ -57,5 +61,12 @@ def _limits(location):
 def _write(_node, places):
     for place in places:
         location = place.location
-        write_row(place.name, location.type, location.value, location.minimum, location.maximum,
-                  'read-only' if location.read_only else '', place.file)
+        write_row(
+            place.name,
+            location.type,
+            location.value,
+            location.minimum,
+            location.maximum,
+            'read-only' if location.read_only else '',
+            place.file,
+        )

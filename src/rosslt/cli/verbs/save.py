@@ -35,8 +35,9 @@ def run(options):
             left_out.append(place.local_name)
     text = yaml.safe_dump(saved, default_flow_style=False, allow_unicode=True) if saved else ''
     try:
-        with contextlib.nullcontext(sys.stdout) if options.file == '-' else \
-                open(options.file, 'w', encoding='utf-8') as file:
+        with (
+            contextlib.nullcontext(sys.stdout) if options.file == '-' else open(options.file, 'w', encoding='utf-8')
+        ) as file:
             file.write(text)
     except OSError as error:
         raise Failure(f'cannot write {options.file}: {error.strerror}') from None
