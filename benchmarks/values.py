@@ -10,7 +10,7 @@ import random
 import time
 
 from rosslt import Source, evaluate, math, solve, track
-from rosslt.values import deferred, from_affine
+from rosslt.values import from_affine, lazy
 
 A = Source('/bench', 1)
 REPEATS = 60
@@ -71,7 +71,7 @@ def chains():
     print('%-44s %20.2f (at most 1.3)' % ('record, per operation, 5000 against 50', many / 100 / record))
     collecting = best(lambda: applied(x, long), 1, True) / 100 / best(lambda: applied(x, short), 50, True)
     print('%-44s %20.2f' % ('the same, garbage collector on', collecting))
-    row('a deferred value', best(lambda: deferred([0.5], [None]), 500), plain)
+    row('a lazy value', best(lambda: lazy([0.5], [None]), 500), plain)
     row('a value from one term', best(lambda: from_affine(0.5, ((A, 0.3, 2.0),)), 500), plain)
     try:
         from uncertainties import ufloat

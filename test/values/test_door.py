@@ -1,4 +1,4 @@
-"""What the rooms above rely on: leaves, terms, instructions, deferred values."""
+"""What the rooms above rely on: leaves, terms, instructions, lazy values."""
 
 import pytest
 
@@ -10,9 +10,9 @@ from rosslt.values import (
     SOURCE,
     affine,
     assemble,
-    deferred,
     disassemble,
     from_affine,
+    lazy,
     leaves,
     reapply,
 )
@@ -148,7 +148,7 @@ def test_a_deferred_value_is_made_when_it_is_needed():
         made.append(1)
         return x * 2
 
-    (value,) = deferred([0.6], [load])
+    (value,) = lazy([0.6], [load])
     assert value == 0.6
     assert is_tracked(value)
     later = value + 1
@@ -157,7 +157,7 @@ def test_a_deferred_value_is_made_when_it_is_needed():
     assert solve(later, 3.0) == {A: 1.0}
     assert affine(value) == ((A, 0.3, 2),)
     assert made == [1]
-    number, text = deferred([0.6, 'hi'], [lambda value: ((A, value / 2, 2.0),), lambda value: track(value, B)])
+    number, text = lazy([0.6, 'hi'], [lambda value: ((A, value / 2, 2.0),), lambda value: track(value, B)])
     assert affine(number) == ((A, 0.3, 2.0),)
     assert sources(text) == [B]
 
@@ -166,7 +166,7 @@ def test_a_deferred_value_that_was_rounded_on_its_way_keeps_the_laws():
     x = track(0.3, A)
     for made in (x, math.sin(x), x * 2 + 1):
         rounded = untracked(made) + 1.19e-8
-        (value,) = deferred([rounded], [lambda _, made=made: made])
+        (value,) = lazy([rounded], [lambda _, made=made: made])
         assert evaluate(value, {}) == rounded
         assert solve(value, rounded) == {A: 0.3}
         answer = solve(value, rounded * 1.1)

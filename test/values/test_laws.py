@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from rosslt import NotInvertible, evaluate, is_tracked, solve, sources, track, untracked
-from rosslt.values import affine, assemble, deferred, disassemble, reapply
+from rosslt.values import affine, assemble, disassemble, lazy, reapply
 
 # Without a database and without its search for extremes, Hypothesis spends its time on examples.
 many = settings(
@@ -112,7 +112,7 @@ def test_evaluating_is_the_same_however_an_expression_travelled(value, source, n
     expected = outcome(value)
     assert outcome(assemble(instructions)[root]) == expected
     assert outcome(pickle.loads(pickle.dumps(value))) == expected
-    assert outcome(deferred([untracked(value)], [lambda _: value])[0]) == expected
+    assert outcome(lazy([untracked(value)], [lambda _: value])[0]) == expected
     again = assemble(instructions)[root]
     assert sources(again) == sources(value)
     assert type(again) is type(value)

@@ -7,7 +7,7 @@ from typing import Any, List, Sequence
 from rosslt.messages.columns import BadHeader
 from rosslt.messages.paper_header import FROM_ROS2, FUNCTIONS, ID_LIMIT, PaperIds
 from rosslt.messages.reports import warn_once
-from rosslt.values import MATH, NotInvertible, Source, deferred, is_tracked, solve, track, untracked
+from rosslt.values import MATH, NotInvertible, Source, is_tracked, lazy, solve, track, untracked
 
 TOKEN_LIMIT = 10000
 """The most tokens of an expression."""
@@ -51,7 +51,7 @@ def from_paper_header(message: Any, header: Any, ids: PaperIds) -> None:
 
 def _with_provenance(value: Any, made: Any) -> Any:
     """The field's value, with the provenance of what was computed to be it up to rounding."""
-    return deferred([value], [lambda _: made])[0]
+    return lazy([value], [lambda _: made])[0]
 
 
 def _field_parts(parts: List[str], message: Any) -> List[str]:

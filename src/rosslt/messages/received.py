@@ -15,7 +15,7 @@ from rosslt.messages.straight import Load, Placer, straight_placer
 from rosslt.messages.tables import HAS_COEFFICIENTS, HAS_GRAPH, HAS_LISTS, HAS_VALUES, ReadTables
 from rosslt.messages.walkers import END, PLAIN, walkers
 from rosslt.messages.wire import BYTES_LIMIT, FIELD_LIMIT, IDENTITY, VERSION, fits
-from rosslt.values import Source, deferred, untracked
+from rosslt.values import Source, lazy, untracked
 
 RECENT_BYTES = 1024
 """The longest provenance that is remembered for the next message."""
@@ -192,7 +192,7 @@ class ReceivedHeader:
         kinds = [kind for _, _, _, kind in found]
         if not self._is_numeric or set(map(type, values)) != {float} or not {'d', 'f'}.issuperset(kinds):
             values = self._checked(found)
-        return deferred(values, self.loads(kinds))
+        return lazy(values, self.loads(kinds))
 
     @property
     def is_affine(self) -> bool:
@@ -214,7 +214,7 @@ class ReceivedHeader:
         return straight_placer(message_class, tuple(self.wanted[:-1])) if self._is_numeric else None
 
     def loads(self, kinds: Sequence[str]) -> List[Load]:
-        """Of each field what makes its provenance, as `deferred` asks for it."""
+        """Of each field what makes its provenance, as `lazy` asks for it."""
         known, loads = self._known_loads
         if kinds != known:
             load = self._load

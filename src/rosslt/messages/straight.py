@@ -10,14 +10,14 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Op
 
 from rosslt.messages.layout import TYPE_OF_KIND, kind_of
 from rosslt.messages.walkers import PLAIN, TRACKED, walkers
-from rosslt.values import deferred
+from rosslt.values import lazy
 
 _TRACKED_OF_KIND = {
     kind: tracked for kind, plain in TYPE_OF_KIND.items() for tracked in TRACKED if PLAIN[tracked] is plain
 }
 
 Load = Callable[[Any], Any]
-"""Makes the provenance of a value, as `deferred` asks for it."""
+"""Makes the provenance of a value, as `lazy` asks for it."""
 
 
 class Placer(NamedTuple):
@@ -26,7 +26,7 @@ class Placer(NamedTuple):
     kinds: List[str]
     """Of each leaf its kind."""
     place: Callable[[Any, Sequence[Load]], bool]
-    """`place(message, loads)` makes the leaves deferred values with these loads, and tells whether it did: it does not
+    """`place(message, loads)` makes the leaves lazy values with these loads, and tells whether it did: it does not
     where one of them holds anything else than a plain float."""
 
 
@@ -91,10 +91,10 @@ def straight_placer(message_class: Any, indices: Tuple[int, ...]) -> Optional[Pl
         ' values = %s,' % ', '.join(values),
         ' for value in values:',
         '  if type(value) is not float: return False',
-        ' %s, = deferred(values, loads)' % ', '.join(values),
+        ' %s, = lazy(values, loads)' % ', '.join(values),
         ' return True',
     ]
-    return Placer(kinds, _compiled(message_class, code, deferred=deferred)['place'])
+    return Placer(kinds, _compiled(message_class, code, lazy=lazy)['place'])
 
 
 def _reached(paths: Iterable[str]) -> Iterator[Tuple[List[str], str]]:

@@ -6,19 +6,19 @@ library only. Other rooms use the names below and nothing behind them.
 """
 
 from . import operators  # noqa: F401, completes the tracked classes
-from .containers import is_tracked, leaves, untracked
+from .affine import affine
 from .errors import Error, NotInvertible, NotTracked
-from .explaining import explain
-from .expression import evaluate, sources
-from .folding import affine
+from .explain import explain
 from .functions import MATH, to_bool, to_float, to_int
+from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
-from .reapplying import reapply
-from .solving import solve
+from .reapply import reapply
+from .solve import solve
 from .sources import Source, describe_source, describe_sources_with
-from .tracked import deferred, from_affine, origins, track
+from .tracked import from_affine, lazy, origins, track
+from .tree import is_tracked, leaves, untracked
 
 __all__ = [
     'AFFINE',
@@ -33,7 +33,7 @@ __all__ = [
     'Source',
     'affine',
     'assemble',
-    'deferred',
+    'lazy',
     'describe_source',
     'describe_sources_with',
     'disassemble',

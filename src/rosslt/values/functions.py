@@ -7,9 +7,9 @@ import functools
 import math
 from typing import Any, Callable, Dict, Iterable, Tuple
 
-from . import operations as ops
-from .arrays import is_array
-from .operations import Operation
+from .numpy_ufuncs import is_array
+from .operations import BY_CODE, Operation
+from .operations import table as ops
 from .tracked import TRACKED, apply
 
 
@@ -97,7 +97,7 @@ def _any_tracked(numbers: Iterable[Any]) -> bool:
 def _namespace() -> Dict[str, Any]:
     names = {name: thing for name, thing in vars(math).items() if not name.startswith('_')}
     names.update(
-        (row.name, function(row)) for row in ops.BY_CODE.values() if row.name in names or row in (ops.CBRT, ops.EXP2)
+        (row.name, function(row)) for row in BY_CODE.values() if row.name in names or row in (ops.CBRT, ops.EXP2)
     )
     for composed in (log, hypot, dist, fsum, prod, modf):
         names[composed.__name__] = composed

@@ -7,9 +7,11 @@ operands among the earlier instructions.
 
 from typing import Any, Dict, Iterable, List, Tuple
 
-from . import operations as ops
-from .expression import Graph
-from .operations import MOST_BITS, Operation
+from .graph import Graph
+from .operations import AFFINE as RECORD_AFFINE
+from .operations import SOURCE as RECORD_SOURCE
+from .operations import Operation
+from .operations.table import MOST_BITS
 from .tracked import TRACKED, apply, make
 
 SOURCE, CONSTANT, AFFINE = 'source', 'constant', 'affine'
@@ -38,14 +40,14 @@ def disassemble(xs: Iterable[Any]) -> Tuple[List[tuple], List[int]]:
     graph = Graph(root for root in roots if type(root) in TRACKED)
     for node, (form, first, second) in zip(graph.nodes, graph.records):
         instruction: tuple
-        if form is ops.SOURCE:
+        if form is RECORD_SOURCE:
             key = type(node._plain), repr(node._plain), first
             if key in index:
                 index[id(node)] = index[key]
                 continue
             index[key] = len(instructions)
             instruction = SOURCE, first, node._plain
-        elif form is ops.AFFINE:
+        elif form is RECORD_AFFINE:
             instruction = AFFINE, node._plain, tuple((index[id(leaf)], slope) for leaf, slope in first), second
         elif form.operation.arity == 1:
             instruction = form.operation, index[id(first)]
@@ -79,12 +81,12 @@ def assemble(instructions: Iterable[tuple]) -> List[Any]:
                 raise TypeError('%s of such operands' % kind.name)
             _check_size(value)
         elif kind == SOURCE:
-            value = make(instruction[2], (ops.SOURCE, instruction[1], None), 1)
+            value = make(instruction[2], (RECORD_SOURCE, instruction[1], None), 1)
         elif kind == CONSTANT:
             value = instruction[1]
         else:
             terms = tuple([(made[index], slope) for index, slope in instruction[2]])
-            value = make(instruction[1], (ops.AFFINE, terms, instruction[3]), len(terms) + 1)
+            value = make(instruction[1], (RECORD_AFFINE, terms, instruction[3]), len(terms) + 1)
         made.append(value)
     return made
 

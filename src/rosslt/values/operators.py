@@ -2,10 +2,21 @@
 
 from typing import Any, Optional, Tuple
 
-from . import operations as ops
-from .arrays import UfuncDoor, array_ufunc
-from .operations import FUNCTION, Operation
-from .tracked import LIMIT, SHARED, TRACKED, TrackedBool, TrackedFloat, TrackedInt, TrackedStr, apply, plain, shorten
+from .numpy_ufuncs import ArrayUfuncDescriptor, array_ufunc
+from .operations import BY_CODE, FUNCTION, Operation
+from .operations import table as ops
+from .tracked import (
+    LIMIT,
+    MAX_SHARED_SIZE,
+    TRACKED,
+    TrackedBool,
+    TrackedFloat,
+    TrackedInt,
+    TrackedStr,
+    apply,
+    plain,
+    shorten,
+)
 
 NUMBERS: Tuple[Any, ...] = (TrackedFloat, TrackedInt, TrackedBool)
 WHOLE: Tuple[Any, ...] = (TrackedInt, TrackedBool)
@@ -44,7 +55,7 @@ def __{name}__(self, other):
         small = other._size
         if large < small:
             large, small = small, large
-        size = result._size = large + (small if small < SHARED else SHARED) + 1
+        size = result._size = large + (small if small < MAX_SHARED_SIZE else MAX_SHARED_SIZE) + 1
         if size > {limit}:
             shorten(result)
         return result
@@ -69,7 +80,7 @@ def give_fast_operator(name: str, operation: Operation) -> None:
     """Give TrackedFloat an operator and its reflection, compiled from the template."""
     methods = dict(
         TrackedFloat=TrackedFloat,
-        SHARED=SHARED,
+        MAX_SHARED_SIZE=MAX_SHARED_SIZE,
         shorten=shorten,
         apply=apply,
         operation=operation,
@@ -189,10 +200,10 @@ def give_all() -> None:
             ('__ceil__', ops.CEIL),
         ):
             give_method(cls, name, row)
-        for row in ops.BY_CODE.values():
+        for row in BY_CODE.values():
             for name in row.numpy if row.precedence == FUNCTION else ():
                 give_method(cls, name, row)
-        cls.__array_ufunc__ = UfuncDoor(array_ufunc(apply, plain))
+        cls.__array_ufunc__ = ArrayUfuncDescriptor(array_ufunc(apply, plain))
     give_method(TrackedBool, '__pos__', ops.TRUNCATE)
     TEXT.__add__, TEXT.__radd__ = joined, joined_behind
     TEXT.__mul__ = TEXT.__rmul__ = text_repeated

@@ -7,15 +7,15 @@ means the same, so readers take it once and need no lock. Recording an operation
 
 from typing import Any, Callable, Iterable, List, Optional, Tuple
 
-from . import operations as ops
-from .arrays import is_array, spread
-from .operations import AFFINE, DEFERRED, SOURCE, Operation
+from .numpy_ufuncs import broadcast, is_array
+from .operations import AFFINE, LAZY, SOURCE, Operation
+from .operations import table as ops
 from .sources import Source
 
 LIMIT = 8192
-"""The size at which a value's expression is shortened (see `folding.shorten`)."""
+"""The size at which a value's expression is shortened (see `affine.shorten`)."""
 
-SHARED = 16
+MAX_SHARED_SIZE = 16
 """The most that the smaller of two operands adds to the size of a result. Operands mostly share their past; adding
 up their sizes would count it twice at every step, and so pass the limit in no time."""
 
@@ -80,7 +80,7 @@ def scalar(value: Any) -> Any:
 
 def shorten(value: Any) -> None:
     """Keep a value's expression within the limit."""
-    from .folding import shorten  # which walks expressions, made of what this module defines
+    from .affine import shorten  # which walks expressions, made of what this module defines
 
     shorten(value)
 
@@ -107,7 +107,7 @@ def apply(operation: Operation, first: Any, second: Any = None) -> Any:
     """
     if operation.arity == 1:
         if is_array(first):
-            return spread(apply, operation, first)
+            return broadcast(apply, operation, first)
         if isinstance(first, str) and not operation.on_text:
             raise TypeError('%s of a text' % operation.name)
         if type(first) in TRACKED:
@@ -115,14 +115,14 @@ def apply(operation: Operation, first: Any, second: Any = None) -> Any:
         return operation.forward(first)
     a, b = scalar(first), scalar(second)
     if a is None or b is None:
-        return spread(apply, operation, first, second) if is_array(first) or is_array(second) else NotImplemented
+        return broadcast(apply, operation, first, second) if is_array(first) or is_array(second) else NotImplemented
     if (type(a) is str or type(b) is str) and not operation.on_text:
         return NotImplemented
     value = operation.forward(a, b)
     if type(first) in TRACKED:
         if type(second) in TRACKED:
             small, large = sorted((first._size, second._size))
-            return make(value, (operation.both, first, second), large + min(small, SHARED) + 1)
+            return make(value, (operation.both, first, second), large + min(small, MAX_SHARED_SIZE) + 1)
         return make(value, (operation.left, first, b), first._size + 1)
     return make(value, (operation.right, second, a), second._size + 1) if type(second) in TRACKED else value
 
@@ -143,7 +143,7 @@ def track(value: Any, source: Source) -> Any:
     return make(number, (SOURCE, source, None), 1)
 
 
-def deferred(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[Any]:
+def lazy(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[Any]:
     """Tracked values whose records are made when they are first needed.
 
     Args:
@@ -156,7 +156,7 @@ def deferred(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> Li
     for value, load in zip(values, loads):
         result = CLASSES[type(value)](value)
         result._plain = value
-        result._record = (DEFERRED, load, None)
+        result._record = (LAZY, load, None)
         result._size = 1
         results.append(result)
     return results
@@ -167,8 +167,8 @@ def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
     found = []
     for value in values:
         form, first, _ = value._record
-        if form is DEFERRED:
-            form, first, _ = settled(value)
+        if form is LAZY:
+            form, first, _ = resolve(value)
         if form is not SOURCE:
             return None
         found.append(first)
@@ -198,14 +198,14 @@ def _of_terms(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> tuple:
     return AFFINE, leaves, True
 
 
-def settled(value: Any) -> tuple:
-    """The record of a tracked value, made first where it is deferred."""
+def resolve(value: Any) -> tuple:
+    """The record of a tracked value, made first where it is lazy."""
     record = value._record
-    if record[0] is not DEFERRED:
+    if record[0] is not LAZY:
         return record
     made = record[1](value._plain)
     if type(made) in TRACKED:
-        record = settled(made)
+        record = resolve(made)
         size = made._size
         difference = 0 if isinstance(made, str) else value._plain - made._plain
         if difference and record[0] is not AFFINE:

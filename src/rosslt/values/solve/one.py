@@ -8,11 +8,11 @@ import math
 from fractions import Fraction
 from typing import Any, Dict, List, Tuple
 
-from .expression import Graph
-from .newton import Search
-from .operations import AFFINE, SOURCE, Form
-from .preimages import NoPreimage, near, refuse
-from .sources import Source
+from ..graph import Graph
+from ..operations import AFFINE, SOURCE, Form
+from ..operations.inverses import NoPreimage, near, refuse
+from ..sources import Source
+from .root_finding import Search
 
 MARK = '\ue000'
 """A character of Unicode's private use area."""
@@ -115,7 +115,7 @@ class Attempt:
                 wanted, place = self._through_terms(place, wanted, values)
                 continue
             a = index[id(first)]
-            if form.chains:
+            if form.single_operand:
                 wanted = undone(form, form.inverse, wanted, values[a], second)
                 place = a
                 continue

@@ -2,10 +2,10 @@
 
 from typing import Any, Dict, Iterable, List, Optional, Tuple
 
-from .containers import leaves, rebuilt
 from .operations import AFFINE, SOURCE
 from .sources import Source
-from .tracked import TRACKED, settled
+from .tracked import TRACKED, resolve
+from .tree import leaves, rebuilt
 
 
 class Graph:
@@ -40,7 +40,7 @@ class Graph:
                 continue
             record = node._record
             form, first, second = record
-            if form.chains:
+            if form.single_operand:
                 if id(first) not in index:
                     stack.append(first)
                     continue
@@ -54,7 +54,7 @@ class Graph:
                     stack.append(second)
                     continue
             else:
-                record = settled(node)
+                record = resolve(node)
                 form, first, second = record
                 if form is SOURCE:
                     self.occurrences.setdefault(first, []).append(len(self.nodes))
@@ -80,7 +80,7 @@ class Graph:
         index = self.index
         flags: List[bool] = []
         for form, first, second in self.records:
-            if form.chains:
+            if form.single_operand:
                 flag = flags[index[id(first)]]
             elif form is SOURCE:
                 flag = first in changed
@@ -98,7 +98,7 @@ class Graph:
         for place, (form, first, second) in enumerate(self.records):
             if not depends[place] or form is SOURCE:
                 continue
-            if form.chains:
+            if form.single_operand:
                 steps.append((place, form.forward, index[id(first)], None, second))
             elif form is AFFINE:
                 base = self.nodes[place]._plain
@@ -146,7 +146,7 @@ class Graph:
         """The slope of a node for each of its operands, at such values of the nodes; 0 where there is none."""
         form, first, second = self.records[place]
         index = self.index
-        if form.chains:
+        if form.single_operand:
             return (slope_or_zero(form.slope, values[index[id(first)]], second),)
         a, b = index[id(first)], index[id(second)]
         return (
@@ -173,7 +173,7 @@ class Graph:
             else:
                 slopes = self.slopes(place, values, depends)
                 weights[index[id(first)]] += weight * slopes[0]
-                if not form.chains:
+                if not form.single_operand:
                     weights[index[id(second)]] += weight * slopes[1]
         return found
 
@@ -195,7 +195,7 @@ class Graph:
                 slope = 1
             elif form is AFFINE:
                 slope = sum(part * rise[index[id(leaf)]] for leaf, part in first)
-            elif form.chains:
+            elif form.single_operand:
                 a = index[id(first)]
                 slope = rise[a] * self.slopes(place, values, depends)[0]
                 affine = form.affine and straight[a]
@@ -258,7 +258,7 @@ def _along_chain(x: Any, changes: Dict[Source, Any]) -> Optional[Any]:
     records = []
     record = x._record
     form, first, _ = record
-    while form.chains:
+    while form.single_operand:
         records.append(record)
         record = first._record
         form, first, _ = record

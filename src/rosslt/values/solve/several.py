@@ -7,12 +7,12 @@ dragging the tip of an arm, of which only the forward kinematics is known, turns
 import math
 from typing import Any, Callable, Dict, List, Optional, Tuple
 
-from .errors import NotInvertible
-from .explaining import brief
-from .expression import Graph
-from .inverting import almost_meets, meets
-from .linear import least_norm
-from .sources import Source, describe_source
+from ..errors import NotInvertible
+from ..explain import brief
+from ..graph import Graph
+from ..sources import Source, describe_source
+from .least_squares import least_norm
+from .one import almost_meets, meets
 
 ROUNDS = 60
 DAMPINGS = (0.0, 1e-9, 1e-6, 1e-4, 1e-2, 1.0, 100.0)

@@ -8,16 +8,17 @@ is returned.
 import math
 from typing import Any, Collection, Dict, List, NamedTuple, Optional, Tuple
 
-from .containers import paired
-from .errors import NotInvertible, NotTracked
-from .explaining import brief
-from .expression import Graph
-from .inverting import Attempt
-from .operations import ADD, DIVIDE, MULTIPLY, SOURCE, SUBTRACT
-from .preimages import NoPreimage, refuse
-from .sources import Source, describe_source
-from .together import solve_together
-from .tracked import TRACKED, TrackedFloat, scalar
+from ..errors import NotInvertible, NotTracked
+from ..explain import brief
+from ..graph import Graph
+from ..operations import SOURCE
+from ..operations.inverses import NoPreimage, refuse
+from ..operations.table import ADD, DIVIDE, MULTIPLY, SUBTRACT
+from ..sources import Source, describe_source
+from ..tracked import TRACKED, TrackedFloat, scalar
+from ..tree import paired
+from .one import Attempt
+from .several import solve_together
 
 Bounds = Dict[Source, Tuple[Any, Any]]
 
@@ -128,7 +129,7 @@ def _along_chain(value: Any, target: Any) -> Optional[Dict[Source, float]]:
                 wanted = wanted + second
             elif form is OVER:
                 wanted = wanted * second
-            elif form.chains:
+            elif form.single_operand:
                 wanted = form.inverse(wanted, first._plain, second)
             else:
                 break
@@ -293,7 +294,7 @@ def _apart(graph: Graph, goals: List[Tuple[str, Any, Any]], freedom: Freedom) ->
                 mask |= masks[graph.index[id(leaf)]]
         else:
             mask = masks[graph.index[id(first)]]
-            if not form.chains:
+            if not form.single_operand:
                 mask |= masks[graph.index[id(second)]]
         masks.append(mask)
     groups: List[Tuple[int, List[Tuple[str, Any, Any]]]] = []

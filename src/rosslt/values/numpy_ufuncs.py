@@ -2,23 +2,22 @@
 
 NumPy asks the class of a scalar for `__array_ufunc__` on two occasions and takes the answer differently. Its own
 operators (`np.float64(2) * x`, `array * x`) leave the work to `x.__rmul__` if it is None, and otherwise convert x to
-a plain float. A function (`np.sin(x)`) refuses to work if it is None, and otherwise calls it. `UfuncDoor` answers
-both, by a look at which instruction of the caller is being executed.
+a plain float. A function (`np.sin(x)`) refuses to work if it is None, and otherwise calls it. `ArrayUfuncDescriptor`
+answers both, by a look at which instruction of the caller is being executed.
 """
 
 import dis
 import sys
 from typing import Any, Callable
 
-from . import operations as ops
-from .operations import Operation
+from .operations import BY_CODE, Operation
 
-BY_UFUNC = {name: row for row in ops.BY_CODE.values() for name in row.numpy}
+BY_UFUNC = {name: row for row in BY_CODE.values() for name in row.numpy}
 IN_PLACE = 13
 """The first argument of Python 3.11's BINARY_OP that stands for an operator in place."""
 
 
-class UfuncDoor:
+class ArrayUfuncDescriptor:
     """The class attribute `__array_ufunc__`: None while a binary operator asks, else the method."""
 
     def __init__(self, method: Callable[..., Any]) -> None:
@@ -37,7 +36,7 @@ def is_array(x: Any) -> bool:
     return hasattr(x, '__array_ufunc__') and hasattr(x, 'dtype') and hasattr(x, 'astype')
 
 
-def spread(apply: Callable[..., Any], operation: Operation, *operands: Any) -> Any:
+def broadcast(apply: Callable[..., Any], operation: Operation, *operands: Any) -> Any:
     """An operation on each element of arrays, broadcast as in NumPy: an object array, or a scalar."""
     numpy = sys.modules['numpy']
     each = numpy.frompyfunc(lambda *scalars: apply(operation, *scalars), len(operands), 1)
@@ -62,7 +61,7 @@ def array_ufunc(apply: Callable[..., Any], plain: Callable[[Any], Any]) -> Calla
         numpy = sys.modules['numpy']
         row = BY_UFUNC.get(ufunc.__name__)
         if row is not None and row.arity == len(inputs) and method == '__call__' and not options:
-            return spread(apply, row, *inputs)
+            return broadcast(apply, row, *inputs)
         try:
             return getattr(ufunc, method)(*[boxed(numpy, operand) for operand in inputs], **options)
         except TypeError:

@@ -2,8 +2,9 @@
 
 from typing import Any, Dict, Tuple
 
-from .expression import Graph
-from .operations import ADD, AFFINE, FUNCTION, MULTIPLY, NEGATE, POWER, SOURCE, SUBTRACT
+from .graph import Graph
+from .operations import AFFINE, FUNCTION, SOURCE
+from .operations.table import ADD, MULTIPLY, NEGATE, POWER, SUBTRACT
 from .sources import describe_source
 from .tracked import TRACKED, plain
 

@@ -8,7 +8,7 @@ import math
 from fractions import Fraction
 from typing import Any, Callable, Iterator, List, Optional, Tuple
 
-from .preimages import refuse
+from ..operations.inverses import refuse
 
 STEPS = 80
 HALVINGS = 30

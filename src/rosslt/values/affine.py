@@ -8,16 +8,16 @@ enough, the rest is replaced by its linearization at the present values, which `
 import math
 from typing import Any, Dict, List, Optional, Tuple
 
-from .expression import Graph, slope_or_zero
+from .graph import Graph, slope_or_zero
 from .operations import AFFINE, SOURCE
 from .sources import Source
-from .tracked import LIMIT, TRACKED, make, settled
+from .tracked import LIMIT, TRACKED, make, resolve
 
 NUMBERS = (float, int)
 WORTH_FOLDING = 8
 """Expressions up to this size stay as they were written where a larger one is shortened."""
 
-FEW = 64
+MAX_FAST_FOLD = 64
 """The most operations that are passed in one go."""
 
 Fold = Tuple[Dict[Source, Tuple[Any, Any]], bool]
@@ -50,8 +50,8 @@ def _folded_if_short(value: Any) -> Optional[tuple]:
     others: List[Tuple[Any, Any]] = []
     node, rise = value, 1
     try:
-        for _ in range(FEW):
-            form, first, second = settled(node)
+        for _ in range(MAX_FAST_FOLD):
+            form, first, second = resolve(node)
             if form is SOURCE:
                 record: Optional[tuple] = (AFFINE, ((node, 1),), type(node._plain) in NUMBERS)
             elif form is AFFINE:
@@ -61,7 +61,7 @@ def _folded_if_short(value: Any) -> Optional[tuple]:
             if record is None:
                 if not form.affine:
                     return None
-                if form.chains:
+                if form.single_operand:
                     rise *= form.slope(first._plain, second)
                 else:
                     others.append((second, rise * form.slope[1](first._plain, second._plain)))
@@ -100,14 +100,14 @@ def _fold_all(value: Any) -> List[Tuple[Any, Fold]]:
         if id(node) in folds:
             stack.pop()
             continue
-        form, first, second = settled(node)
+        form, first, second = resolve(node)
         remembered = (form, first, second) if form is AFFINE else getattr(node, '_fold', None)
         if remembered is not None:
             _, terms, exact = remembered
             fold = {leaf._record[1]: (leaf, slope) for leaf, slope in terms}, exact
         elif form is SOURCE:
             fold = {first: (node, 1)}, type(node._plain) in NUMBERS
-        elif form.chains:
+        elif form.single_operand:
             if id(first) not in folds:
                 stack.append(first)
                 continue
@@ -184,7 +184,7 @@ def affine(x: Any) -> Optional[Tuple[Tuple[Source, Any, Any], ...]]:
     """
     if type(x) not in TRACKED:
         return ()
-    form, first, _ = settled(x)
+    form, first, _ = resolve(x)
     if form is SOURCE:
         return ((first, x._plain, 1),) if type(x._plain) in NUMBERS else None
     _, terms, exact = folded(x)
@@ -200,7 +200,7 @@ def shorten(value: Any) -> None:
             form, first, second = node._record
             if not exact and form.operation is not None:
                 _replace(first, folds)
-                if not form.chains:
+                if not form.single_operand:
                     _replace(second, folds)
         size = len(Graph([value]).nodes)
         if size <= LIMIT // 2:

@@ -2,11 +2,11 @@
 
 from typing import Any, Dict
 
-from .containers import rebuilt
-from .expression import Graph, tracked_leaves
+from .graph import Graph, tracked_leaves
 from .operations import AFFINE, SOURCE
 from .sources import Source
 from .tracked import TRACKED, apply, make
+from .tree import rebuilt
 
 
 def reapply(x: Any, changes: Dict[Source, Any]) -> Any:
@@ -35,6 +35,6 @@ def reapply(x: Any, changes: Dict[Source, Any]) -> Any:
         elif form.position == 1:
             again = apply(form.operation, second, made[id(first)])
         else:
-            again = apply(form.operation, made[id(first)], second if form.chains else made[id(second)])
+            again = apply(form.operation, made[id(first)], second if form.single_operand else made[id(second)])
         made[id(node)] = again
     return rebuilt(x, lambda leaf: made[id(leaf)] if type(leaf) in TRACKED else leaf)
