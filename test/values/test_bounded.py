@@ -10,7 +10,7 @@ import pytest
 
 from rosslt import Source, evaluate, explain, math, solve, sources, track
 from rosslt.values import affine, disassemble
-from rosslt.values.tracked import LIMIT
+from rosslt.values.affine import LIMIT
 
 STEPS = 100_000
 A, B, C = Source('/node', 1), Source('/node', 2), Source('/node', 3)

@@ -17,7 +17,7 @@ from .operations import Operation
 from .reapply import reapply
 from .solve import solve
 from .sources import Source, describe_source, describe_sources_with
-from .tracked import from_affine, lazy, origins, track
+from .tracked import from_affine, lazy, origins, plain_scalar, track
 from .tree import is_tracked, leaves, untracked
 
 __all__ = [
@@ -43,6 +43,7 @@ __all__ = [
     'is_tracked',
     'leaves',
     'origins',
+    'plain_scalar',
     'reapply',
     'solve',
     'sources',

@@ -2,7 +2,7 @@
 
 from typing import Any, Dict, Iterable, List, Optional, Tuple
 
-from .operations import AFFINE, SOURCE
+from .operations import SOURCE
 from .sources import Source
 from .tracked import TRACKED, resolve
 from .tree import leaves, rebuilt
@@ -56,15 +56,15 @@ class Graph:
             else:
                 record = resolve(node)
                 form, first, second = record
+                if record[0].operation is not None:
+                    continue
                 if form is SOURCE:
                     self.occurrences.setdefault(first, []).append(len(self.nodes))
-                elif form is AFFINE:
-                    missing = [leaf for leaf, _ in first if id(leaf) not in index]
+                else:
+                    missing = [operand for operand in form.operands(first, second) if id(operand) not in index]
                     if missing:
                         stack.extend(reversed(missing))
                         continue
-                else:
-                    continue
             index[id(node)] = len(self.nodes)
             self.nodes.append(node)
             self.records.append(record)
@@ -84,10 +84,8 @@ class Graph:
                 flag = flags[index[id(first)]]
             elif form is SOURCE:
                 flag = first in changed
-            elif form is AFFINE:
-                flag = any(flags[index[id(leaf)]] for leaf, _ in first)
             else:
-                flag = flags[index[id(first)]] or flags[index[id(second)]]
+                flag = any([flags[index[id(operand)]] for operand in form.operands(first, second)])
             flags.append(flag)
         return flags
 
@@ -100,12 +98,11 @@ class Graph:
                 continue
             if form.single_operand:
                 steps.append((place, form.forward, index[id(first)], None, second))
-            elif form is AFFINE:
-                base = self.nodes[place]._plain
-                terms = [(index[id(leaf)], leaf._plain, slope) for leaf, slope in first]
-                steps.append((place, None, None, None, (base, terms)))
-            else:
+            elif form.operation is not None:
                 steps.append((place, form.forward, index[id(first)], index[id(second)], None))
+            else:
+                operands = [index[id(operand)] for operand in form.operands(first, second)]
+                steps.append((place, None, operands, None, (form, self.nodes[place]._plain, first, second)))
         return steps
 
     def run(self, steps: List[tuple], values: List[Any], changes: Dict[Source, Any]) -> None:
@@ -119,11 +116,8 @@ class Graph:
                 values[place] = value
         for place, forward, first, second, constant in steps:
             if forward is None:
-                value, terms = constant
-                for leaf, at, slope in terms:
-                    if values[leaf] != at:
-                        value += slope * (values[leaf] - at)
-                values[place] = value
+                form, present, of, by = constant
+                values[place] = form.evaluate(present, of, by, [values[operand] for operand in first])
             elif second is None:
                 values[place] = forward(values[first], constant)
             else:
@@ -148,6 +142,13 @@ class Graph:
         index = self.index
         if form.single_operand:
             return (slope_or_zero(form.slope, values[index[id(first)]], second),)
+        if form.operation is None:
+            operands = form.operands(first, second)
+            try:
+                slopes = form.slopes(first, second, [values[index[id(operand)]] for operand in operands])
+                return tuple([slope if slope - slope == 0 else 0 for slope in slopes])
+            except (ArithmeticError, ValueError, TypeError):
+                return (0,) * len(operands)
         a, b = index[id(first)], index[id(second)]
         return (
             slope_or_zero(form.slope[0], values[a], values[b]) if depends[a] else 0,
@@ -167,14 +168,10 @@ class Graph:
             form, first, second = self.records[place]
             if form is SOURCE:
                 found[first] = found.get(first, 0) + weight
-            elif form is AFFINE:
-                for leaf, slope in first:
-                    weights[index[id(leaf)]] += weight * slope
             else:
                 slopes = self.slopes(place, values, depends)
-                weights[index[id(first)]] += weight * slopes[0]
-                if not form.single_operand:
-                    weights[index[id(second)]] += weight * slopes[1]
+                for operand, slope in zip(form.operands(first, second), slopes):
+                    weights[index[id(operand)]] += weight * slope
         return found
 
     def tangent(self, values: List[Any], depends: List[bool], root: int) -> Tuple[List[Any], List[bool]]:
@@ -193,19 +190,15 @@ class Graph:
                 pass
             elif form is SOURCE:
                 slope = 1
-            elif form is AFFINE:
-                slope = sum(part * rise[index[id(leaf)]] for leaf, part in first)
             elif form.single_operand:
                 a = index[id(first)]
                 slope = rise[a] * self.slopes(place, values, depends)[0]
                 affine = form.affine and straight[a]
             else:
-                a, b = index[id(first)], index[id(second)]
-                part, other = self.slopes(place, values, depends)
-                slope = rise[a] * part + rise[b] * other
-                row = form.operation
-                alone = row.left.affine if not depends[b] else row.right.affine if not depends[a] else form.affine
-                affine = alone and straight[a] and straight[b]
+                places = [index[id(operand)] for operand in form.operands(first, second)]
+                slope = sum(rise[at] * part for at, part in zip(places, self.slopes(place, values, depends)))
+                affine = form.is_affine(first, second, [depends[at] for at in places])
+                affine = affine and all([straight[at] for at in places])
             rise.append(slope)
             straight.append(affine)
         return rise, straight
@@ -230,6 +223,17 @@ def sources(x: Any) -> List[Source]:
     return list(Graph(tracked_leaves(x)).occurrences)
 
 
+def check_changes(changes: Dict[Source, Any]) -> None:
+    """Refuse changes that do not say of which Source.
+
+    Raises:
+        TypeError: a key is no Source.
+    """
+    for key in changes:
+        if type(key) is not Source:
+            raise TypeError('changes are {Source: value}, and %r is a %s' % (key, type(key).__name__))
+
+
 def evaluate(x: Any, changes: Dict[Source, Any]) -> Any:
     """The value that an expression has with other source values.
 
@@ -241,8 +245,10 @@ def evaluate(x: Any, changes: Dict[Source, Any]) -> Any:
         The plain value, or a copy of the message, list or dict holding plain values.
 
     Raises:
+        TypeError: a key of `changes` is no Source.
         ArithmeticError, ValueError: as the operations themselves do for such values.
     """
+    check_changes(changes)
     if type(x) in TRACKED:
         value = _along_chain(x, changes)
         if value is not None:

@@ -13,7 +13,6 @@ from fractions import Fraction
 from math import inf
 from typing import Any, NoReturn
 
-from .form import operation
 from .inverses import (
     TURN,
     angle_adjacent,
@@ -37,6 +36,7 @@ from .inverses import (
     without,
     without_beginning,
 )
+from .row import operation
 
 
 def _no_slope(*operands: Any) -> NoReturn:

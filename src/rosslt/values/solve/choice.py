@@ -15,7 +15,7 @@ from ..operations import SOURCE
 from ..operations.inverses import NoPreimage, refuse
 from ..operations.table import ADD, DIVIDE, MULTIPLY, SUBTRACT
 from ..sources import Source, describe_source
-from ..tracked import TRACKED, TrackedFloat, scalar
+from ..tracked import TRACKED, TrackedFloat, plain_scalar
 from ..tree import paired
 from .one import Attempt
 from .several import solve_together
@@ -164,7 +164,7 @@ def target_of(value: Any, target: Any) -> Any:
     Raises:
         NotInvertible: a text for a number, a number for a text, or no finite number.
     """
-    wanted = scalar(target)
+    wanted = plain_scalar(target)
     if wanted is None or isinstance(wanted, str) != isinstance(value, str):
         raise NotInvertible(
             'cannot make %s become %r: it is a %s'

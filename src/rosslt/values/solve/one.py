@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any, Dict, List, Tuple
 
 from ..graph import Graph
-from ..operations import AFFINE, SOURCE, Form
+from ..operations import SOURCE, Form
 from ..operations.inverses import NoPreimage, near, refuse
 from ..sources import Source
 from .root_finding import Search
@@ -111,8 +111,13 @@ class Attempt:
             form, first, second = graph.records[place]
             if form is SOURCE:
                 return wanted
-            if form is AFFINE:
-                wanted, place = self._through_terms(place, wanted, values)
+            if form.operation is None:
+                dependent = [
+                    at for at, operand in enumerate(form.operands(first, second)) if depends[index[id(operand)]]
+                ]
+                if len(dependent) > 1:
+                    return self._several(place, wanted, values)
+                wanted, place = self._through_form(place, dependent[0], wanted, values)
                 continue
             a = index[id(first)]
             if form.single_operand:
@@ -126,16 +131,27 @@ class Attempt:
             wanted = undone(form, form.inverse[side], wanted, values[a], values[b])
             place = b if side else a
 
-    def _through_terms(self, place: int, wanted: Any, values: List[Any]) -> Tuple[Any, int]:
-        """What the leaf of a folded value must become, and its place."""
-        _, terms, _ = self._graph.records[place]
-        for leaf, slope in terms:
-            at = self._graph.index[id(leaf)]
-            if self._depends[at]:
-                if not slope:
-                    refuse('its slope is 0')
-                return values[at] + quotient(difference(wanted, values[place]), slope), at
-        raise AssertionError('a folded value that depends on a source has a term for it')
+    def _through_form(self, place: int, operand: int, wanted: Any, values: List[Any]) -> Tuple[Any, int]:
+        """What an operand of a value must become that is no row's, and the operand's place."""
+        form, first, second = self._graph.records[place]
+        places = [self._graph.index[id(node)] for node in form.operands(first, second)]
+        at = places[operand]
+        try:
+            found = form.undo(operand, wanted, values[place], first, second, [values[one] for one in places])
+        except (ArithmeticError, TypeError):
+            return refuse('{source} would be beyond what a float holds')
+        if found is NotImplemented:
+
+            def result(value: Any) -> Any:
+                others = [value if one == at else values[one] for one in places]
+                return form.evaluate(self._graph.nodes[place]._plain, first, second, others)
+
+            def slope(value: Any) -> Any:
+                others = [value if one == at else values[one] for one in places]
+                return form.slopes(first, second, others)[operand]
+
+            found = Search(result, slope, wanted, lambda made: meets(made, wanted)).near(values[at])
+        return found, at
 
     def _several(self, place: int, wanted: Any, values: List[Any]) -> Any:
         """The source's value where it appears more than once below a node."""
