@@ -5,6 +5,9 @@ is pure Python and imports no ROS; NumPy is used where the caller brings it. It 
 library only. Other rooms use the names below and nothing behind them.
 """
 
+import importlib
+from typing import Any, Callable, Dict
+
 from . import operators  # noqa: F401, completes the tracked classes
 from .affine import affine
 from .errors import Error, NotInvertible, NotTracked
@@ -33,7 +36,6 @@ __all__ = [
     'Source',
     'affine',
     'assemble',
-    'lazy',
     'describe_source',
     'describe_sources_with',
     'disassemble',
@@ -41,7 +43,9 @@ __all__ = [
     'explain',
     'from_affine',
     'is_tracked',
+    'lazy',
     'leaves',
+    'numpy_functions',
     'origins',
     'plain_scalar',
     'reapply',
@@ -53,3 +57,9 @@ __all__ = [
     'track',
     'untracked',
 ]
+
+
+def numpy_functions() -> Dict[str, Callable[..., Any]]:
+    """NumPy's public functions by name (`dot`, `linalg.inv`), each keeping provenance; NumPy is imported for it."""
+    functions: Dict[str, Callable[..., Any]] = importlib.import_module('.arrays', __name__).FUNCTIONS
+    return functions

@@ -8,7 +8,7 @@ from .numpy_ufuncs import array_ufunc
 from .operations import BY_CODE, FUNCTION, Operation
 from .operations import table as ops
 from .recording import MAX_SHARED_SIZE, apply, joint_size
-from .tracked import TRACKED, TrackedBool, TrackedFloat, TrackedInt, TrackedStr, plain
+from .tracked import CREATE, TRACKED, TrackedBool, TrackedFloat, TrackedInt, TrackedStr, plain
 
 NUMBERS: Tuple[Any, ...] = (TrackedFloat, TrackedInt, TrackedBool)
 WHOLE: Tuple[Any, ...] = (TrackedInt, TrackedBool)
@@ -31,7 +31,7 @@ def __{name}__(self, other):
     kind = type(other)
     if kind is float:
         value = self._plain {symbol} other
-        result = create(TrackedFloat, value)
+        result = create(value)
         result._plain = value
         result._record = (left, self, other)
         size = result._size = self._size + 1
@@ -40,7 +40,7 @@ def __{name}__(self, other):
         return result
     if kind is TrackedFloat:
         value = self._plain {symbol} other._plain
-        result = create(TrackedFloat, value)
+        result = create(value)
         result._plain = value
         result._record = (both, self, other)
         large = self._size
@@ -59,7 +59,7 @@ def __{name}__(self, other):
 def __r{name}__(self, other):
     if type(other) is float:
         value = other {symbol} self._plain
-        result = create(TrackedFloat, value)
+        result = create(value)
         result._plain = value
         result._record = (right, self, other)
         size = result._size = self._size + 1
@@ -75,7 +75,7 @@ def give_fast_operator(name: str, operation: Operation) -> None:
     """Give TrackedFloat an operator and its reflection, compiled from the template."""
     methods = dict(
         TrackedFloat=TrackedFloat,
-        create=float.__new__,
+        create=CREATE[float],
         joint_size=joint_size,
         MAX_SHARED_SIZE=MAX_SHARED_SIZE,
         shorten=shorten,
@@ -178,6 +178,7 @@ def give_all() -> None:
         give_operator(TrackedInt, name, row)
         give_operator(TrackedBool, name, row)
     for cls in WHOLE:
+        cls.numerator = property(itself)
         cls.__mul__ = cls.__rmul__ = product
     for cls in NUMBERS:
         give_operator(cls, 'pow', ops.POWER)
@@ -185,6 +186,7 @@ def give_all() -> None:
         cls.__divmod__, cls.__rdivmod__ = floor_and_rest, reflected_floor_and_rest
         cls.__round__ = rounded
         cls.__pos__ = cls.conjugate = itself
+        cls.real = property(itself)
         for name, row in (
             ('__neg__', ops.NEGATE),
             ('__abs__', ops.ABSOLUTE),
@@ -198,6 +200,7 @@ def give_all() -> None:
                 give_method(cls, name, row)
         cls.__array_ufunc__ = array_ufunc(apply, plain)
     give_method(TrackedBool, '__pos__', ops.TRUNCATE)
+    TrackedBool.real = TrackedBool.numerator = property(TrackedBool.__pos__)  # type: ignore[assignment, misc]
     TEXT.__add__, TEXT.__radd__ = joined, joined_behind
     TEXT.__mul__ = TEXT.__rmul__ = text_repeated
     for tracked in TRACKED:

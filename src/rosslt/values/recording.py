@@ -5,7 +5,7 @@ from typing import Any, Sequence
 from .affine import LIMIT, shorten
 from .numpy_ufuncs import broadcast, is_array
 from .operations import Operation
-from .tracked import CLASSES, CREATE, TRACKED, plain_scalar
+from .tracked import CREATE, TRACKED, plain_scalar
 
 MAX_SHARED_SIZE = 16
 """The most that the smaller of two operands adds to the size of a result. Operands mostly share their past; adding
@@ -14,11 +14,10 @@ up their sizes would count it twice at every step, and so pass the limit in no t
 
 def make(value: Any, record: tuple, size: int) -> Any:
     """The tracked value with that record; `value` itself if its type cannot be tracked (a complex number)."""
-    kind = type(value)
-    tracked_class = CLASSES.get(kind)
-    if tracked_class is None:
+    create = CREATE.get(type(value))
+    if create is None:
         return value
-    result = CREATE[kind](tracked_class, value)
+    result = create(value)
     result._plain = value
     result._record = record
     result._size = size

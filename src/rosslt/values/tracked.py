@@ -11,33 +11,34 @@ from .operations import AFFINE, LAZY, SOURCE
 from .operations import table as ops
 from .sources import Source
 
-class TrackedFloat(float):
+class TrackedType(type):
+    """The type of the tracked classes: calling one of them gives a plain value.
+
+    Others make numbers with `type(x)(...)`, as statistics.mean and float.fromhex do; what they make has no provenance.
+    This room makes tracked values by `CREATE`, which is as fast as a call of the class.
+    """
+
+    def __call__(cls, *args: Any, **options: Any) -> Any:
+        return PLAIN_CLASSES[cls](*args, **options)
+
+
+class TrackedFloat(float, metaclass=TrackedType):
     """A float with provenance. Made by `track` and by arithmetic; calling the class gives a plain float."""
 
     __slots__ = ('_plain', '_record', '_size', '_fold')
     _plain: float
 
-    def __new__(cls, *args: Any) -> Any:
-        # Others make numbers with `type(x)(...)`: statistics.mean does, float.fromhex too. Those have no provenance.
-        return float(*args)
 
-
-class TrackedInt(int):
+class TrackedInt(int, metaclass=TrackedType):
     """An int with provenance. (A subclass of int takes no slots.)"""
 
     _plain: int
 
-    def __new__(cls, *args: Any, **options: Any) -> Any:
-        return int(*args, **options)
 
-
-class TrackedBool(int):
+class TrackedBool(int, metaclass=TrackedType):
     """A bool with provenance: an int that shows itself as a bool, since bool takes no subclasses."""
 
     _plain: bool
-
-    def __new__(cls, *args: Any) -> Any:
-        return bool(*args)
 
     def __repr__(self) -> str:
         return repr(self._plain)
@@ -48,17 +49,16 @@ class TrackedBool(int):
         return format(self._plain, spec)
 
 
-class TrackedStr(str):
+class TrackedStr(str, metaclass=TrackedType):
     """A str with provenance."""
 
     __slots__ = ('_plain', '_record', '_size', '_fold')
 
-    def __new__(cls, *args: Any, **options: Any) -> Any:
-        return str(*args, **options)
-
 
 CLASSES: Dict[Any, Any] = {float: TrackedFloat, int: TrackedInt, bool: TrackedBool, str: TrackedStr}
-CREATE: Dict[Any, Any] = {float: float.__new__, int: int.__new__, bool: int.__new__, str: str.__new__}
+PLAIN_CLASSES: Dict[Any, Any] = {tracked: kind for kind, tracked in CLASSES.items()}
+CREATE: Dict[Any, Callable[[Any], Any]] = {kind: type.__call__.__get__(tracked) for kind, tracked in CLASSES.items()}
+"""What makes a tracked value, still without provenance, of a plain one of each type."""
 TRACKED = frozenset(CLASSES.values())
 
 
@@ -85,8 +85,7 @@ def plain_scalar(value: Any) -> Any:
 
 def new(value: Any, record: tuple, size: int) -> Any:
     """The tracked value with that record, however long its expression is (`recording.make` keeps it within the limit)."""
-    kind = type(value)
-    result = CREATE[kind](CLASSES[kind], value)
+    result = CREATE[type(value)](value)
     result._plain = value
     result._record = record
     result._size = size
@@ -120,8 +119,7 @@ def lazy(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[A
     """
     results = []
     for value, load in zip(values, loads):
-        kind = type(value)
-        result = CREATE[kind](CLASSES[kind], value)
+        result = CREATE[type(value)](value)
         result._plain = value
         result._record = (LAZY, load, None)
         result._size = 1

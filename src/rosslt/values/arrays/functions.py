@@ -6,10 +6,9 @@ from typing import Any, Callable, Dict, List
 import numpy as np
 
 from ..numpy_ufuncs import boxed
-from ..tracked import plain
-from . import linear_algebra
+from ..tracked import TRACKED, plain
+from . import linear_algebra  # noqa: F401, registers its functions
 from .tracked_array import (
-    REPLACEMENTS,
     TrackedArray,
     array,
     each,
@@ -72,12 +71,11 @@ def full(shape: Any, fill_value: Any, dtype: Any = None, order: str = 'C') -> An
 
 def arange(*args: Any, **kwargs: Any) -> Any:
     """numpy.arange, keeping provenance; how many elements there are stays."""
-    if not holds_tracked(args):
-        return np.arange(*args, **kwargs)
-    count = len(np.arange(*map(plain, args), **kwargs))
-    start, step = (0, args[0])[len(args) > 1], args[2] if len(args) > 2 else 1
-    start = start if len(args) > 1 else 0
-    return array([start + place * step for place in range(count)]) if count else np.arange(0.0)
+    present = np.arange(*map(plain, args), **kwargs)
+    start, step = args[0] if len(args) > 1 else 0, args[2] if len(args) > 2 else 1
+    if not holds_tracked((start, step)):
+        return present
+    return array([start + place * step for place in range(len(present))]) if len(present) else present
 
 
 def linspace(
@@ -101,7 +99,7 @@ def interp(x: Any, xp: Any, fp: Any, left: Any = None, right: Any = None, period
     """numpy.interp, keeping provenance: of the point, and of the points between which it lies."""
     if not holds_tracked((x, xp, fp, left, right)):
         return np.interp(x, xp, fp, left, right, period)
-    known, values = list(np.ravel(unwrapped(array(xp)))), list(np.ravel(unwrapped(array(fp))))
+    known, values = ([x if type(x) in TRACKED else float(x) for x in np.ravel(unwrapped(array(of)))] for of in (xp, fp))
     if len(known) != len(values):
         raise ValueError('fp and xp are not of the same length.')
     if period is not None:
@@ -155,6 +153,52 @@ def einsum(subscripts: str, *operands: Any, **options: Any) -> Any:
     return np.sum(product, axis=tuple(range(len(result), len(labels)))) if len(labels) > len(result) else product
 
 
+@replaces(np.cross)
+def cross(a: Any, b: Any, axisa: int = -1, axisb: int = -1, axisc: int = -1, axis: Any = None) -> Any:
+    """numpy.cross, keeping provenance."""
+    if not holds_tracked((a, b)):
+        return np.cross(a, b, axisa, axisb, axisc, axis)
+    if axis is not None:
+        axisa = axisb = axisc = axis
+    a, b = (np.moveaxis(unwrapped(array(x)).astype(object), at, -1) for x, at in ((a, axisa), (b, axisb)))
+    if not {a.shape[-1], b.shape[-1]} <= {2, 3}:
+        raise ValueError('incompatible dimensions for cross product\n(dimension must be 2 or 3)')
+    (a0, a1, a2), (b0, b1, b2) = ([*np.moveaxis(x, -1, 0), 0][:3] for x in (a, b))
+    if a.shape[-1] == b.shape[-1] == 2:
+        return a0 * b1 - a1 * b0
+    parts = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
+    result = np.empty((*np.broadcast(*[boxed(np, part) for part in parts]).shape, 3), object)
+    for place, part in enumerate(parts):
+        result[..., place] = part
+    return np.moveaxis(result, -1, axisc)
+
+
+@replaces(np.polyval)
+def polyval(p: Any, x: Any) -> Any:
+    """numpy.polyval, keeping provenance."""
+    x = unwrapped(array(x)).astype(object)
+    return functools.reduce(lambda total, coefficient: total * x + coefficient, list(p), 0 * x)
+
+
+@replaces(np.median)
+def median(a: Any, axis: Any = None, *args: Any, **kwargs: Any) -> Any:
+    """numpy.median, keeping provenance: that of the middle element, or of the two."""
+    if args or kwargs or not holds_tracked(a):
+        return np.median(plain_array(array(a)), axis, *args, **kwargs)
+    ordered = np.sort(unwrapped(array(a)), axis=axis)
+    ordered = ordered if axis is None else np.moveaxis(ordered, axis, 0)
+    middle = len(ordered) // 2
+    return ordered[middle] + 0.0 if len(ordered) % 2 else (ordered[middle - 1] + ordered[middle]) / 2
+
+
+@replaces(np.round, np.around)
+def around(a: Any, decimals: int = 0, out: Any = None) -> Any:
+    """numpy.round, keeping provenance."""
+    if out is not None or not holds_tracked(a):
+        return np.around(plain_array(array(a)), decimals, out)
+    return np.frompyfunc(lambda x: round(x, decimals), 1, 1)(boxed(np, unwrapped(array(a))))
+
+
 @replaces(np.clip)
 def clip(a: Any, a_min: Any, a_max: Any, *args: Any, **kwargs: Any) -> Any:
     """numpy.clip, keeping provenance: of the number itself, or of the end that it is set to."""
@@ -195,9 +239,10 @@ def _functions() -> Dict[str, Any]:
     }
     made.update({name: storage(getattr(np, name)) for name in ('zeros', 'ones', 'empty', 'identity', 'eye')})
     made.update({name: question(name) for name in ('isfinite', 'isnan', 'isinf', 'signbit')})
-    own = (array, full, arange, linspace, interp, einsum, clip, where)
+    own = (array, full, arange, linspace, interp, einsum, cross, median, polyval, around, clip, where)
     made.update({function.__name__: wrapping(function) for function in own})
     made['asarray'] = made['asanyarray'] = made['array']
+    made['round'] = made['around']
     for name in np.linalg.__all__:
         made['linalg.' + name] = keeping_provenance(getattr(np.linalg, name))
     return made
@@ -217,5 +262,3 @@ def wrapping(function: Callable[..., Any]) -> Callable[..., Any]:
 FUNCTIONS = _functions()
 """NumPy's public functions by name (`dot`, `linalg.inv`), each keeping provenance. What has no version here that does, and takes
 no objects (`fft`, `linalg.eig`, `linalg.svd`), gets the plain numbers and gives plain results."""
-
-__all__ = ['FUNCTIONS', 'REPLACEMENTS', 'keeping_provenance', 'linear_algebra']
