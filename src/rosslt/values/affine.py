@@ -105,8 +105,7 @@ def _exactly_remembered(node: Any) -> tuple:
     """The record of a value, replaced by its fold where that is known and means the same."""
     fold = getattr(node, '_fold', None)
     if fold is not None and fold[2] and node._size > WORTH_FOLDING:
-        node._record = fold
-        node._size = len(fold[1]) + 1
+        _replace(node, fold)
     return resolve(node)
 
 
@@ -140,7 +139,7 @@ def _fold_of(nodes: List[Node]) -> tuple:
     for node, record in reversed(nodes):
         form, first, second = record
         if form is SOURCE:
-            exact = exact and type(node._plain) in NUMBERS
+            exact = exact and _is_exact_leaf(node)
             continue
         weight = weights.pop(id(node))
         exact = exact and _is_exact(record)
@@ -231,6 +230,11 @@ def shorten(value: Any) -> None:
             value._fold = fold
             value._size = size
             return
+    _replace(value, fold)
+
+
+def _replace(value: Any, fold: tuple) -> None:
+    """Let a fold stand for a value."""
     value._record = value._fold = fold
     # A fold of many terms is made again only after as many operations: otherwise every operation would cost all terms.
     terms = len(fold[1])
@@ -243,21 +247,25 @@ def _fold_exact_parts(nodes: List[Node]) -> None:
     It ends early where the parts overlap so much that folding each takes long; what is then too large is linearized.
     """
     exact: Dict[int, bool] = {}
-    visits = MAX_VISITS * len(nodes)
+    parts: List[Any] = []
     for node, record in nodes:
         form, first, second = record
         operands = form.operands(first, second)
-        if form is SOURCE:
-            exact[id(node)] = type(node._plain) in NUMBERS
-            continue
-        exact[id(node)] = _is_exact(record) and all(exact[id(operand)] for operand in operands)
-        if exact[id(node)] or form is AFFINE:
-            continue
-        for operand in operands:
-            if visits > 0 and exact[id(operand)] and operand._size > WORTH_FOLDING and operand._record[0] is not AFFINE:
-                below = _nodes_below(operand, _remembered)
-                fold = _fold_of(below)
-                visits -= len(below)
-                if fold[2]:
-                    operand._record = operand._fold = fold
-                    operand._size = len(fold[1]) + 1
+        exact[id(node)] = _is_exact_leaf(node) if form is SOURCE else _is_exact(record)
+        exact[id(node)] = exact[id(node)] and all([exact[id(operand)] for operand in operands])
+        if not exact[id(node)]:
+            parts.extend([operand for operand in operands if exact[id(operand)]])
+    # The last part is mostly what goes on growing; the others build on each other from the first one on.
+    visits = MAX_VISITS * len(nodes)
+    for part in parts[-1:] + parts[:-1]:
+        if visits > 0 and part._size > WORTH_FOLDING and part._record[0] is not AFFINE:
+            below = _nodes_below(part, _remembered)
+            fold = _fold_of(below)
+            visits -= len(below)
+            if fold[2]:
+                _replace(part, fold)
+
+
+def _is_exact_leaf(node: Any) -> bool:
+    """Whether a source is a number."""
+    return type(node._plain) in NUMBERS
