@@ -1,8 +1,8 @@
 """The names of NumPy, for tracked values: `from rosslt import numpy as np` in the place of `import numpy as np`.
 
-The functions keep the provenance of tracked scalars, of lists and arrays that hold them, and give what NumPy's give for plain
-numbers. `array`, `zeros`, `ones` and their like make arrays that take tracked values, which NumPy's own functions work on too
-(see `docs/values.md`).
+The functions keep the provenance of tracked scalars, of lists and arrays that hold them, and give what NumPy's give
+for plain numbers. `array`, `zeros`, `ones` and their like make arrays that take tracked values, which NumPy's own
+functions work on too (see `docs/values.md`).
 """
 
 import types
@@ -19,7 +19,8 @@ vars(linalg).update(
 )
 globals().update((name, function) for name, function in FUNCTIONS.items() if '.' not in name)
 
-__all__ = [*numpy.__all__, 'linalg']
+__all__ = list(numpy.__all__)
+__all__ += ['linalg']
 
 
 def __getattr__(name: str) -> Any:

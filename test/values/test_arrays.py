@@ -178,7 +178,9 @@ def test_what_computes_in_floats_only_gets_the_plain_numbers():
         assert not is_tracked(result)
 
 
-@pytest.mark.parametrize('made', [tracked_np.zeros(3), tracked_np.ones((2, 3)), tracked_np.identity(3), tracked_np.eye(2)])
+@pytest.mark.parametrize(
+    'made', [tracked_np.zeros(3), tracked_np.ones((2, 3)), tracked_np.identity(3), tracked_np.eye(2)]
+)
 def test_new_arrays_take_tracked_values(made):
     made[(0,) * made.ndim] = track(0.3, A)
     assert sources(made + 1) == [A]

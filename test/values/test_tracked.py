@@ -366,7 +366,17 @@ def test_calling_a_tracked_class_gives_a_plain_value(x):
 
 def test_statistics_of_tracked_values_can_be_computed_with(x):
     values = [x, track(2.0, B), track(4.0, C)]
-    for name in ('mean', 'fmean', 'harmonic_mean', 'geometric_mean', 'variance', 'pvariance', 'stdev', 'pstdev', 'median'):
+    for name in (
+        'mean',
+        'fmean',
+        'harmonic_mean',
+        'geometric_mean',
+        'variance',
+        'pvariance',
+        'stdev',
+        'pstdev',
+        'median',
+    ):
         function = getattr(statistics, name)
         result = function(values)
         assert result == pytest.approx(function([0.3, 2.0, 4.0]))

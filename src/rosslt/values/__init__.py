@@ -20,6 +20,7 @@ from .operations import Operation
 from .reapply import reapply
 from .solve import solve
 from .sources import Source, describe_source, describe_sources_with
+from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import from_affine, lazy, origins, plain_scalar, track
 from .tree import is_tracked, leaves, untracked
 
@@ -29,6 +30,7 @@ __all__ = [
     'MATH',
     'OPERATIONS',
     'SOURCE',
+    'TRACKED_CLASSES',
     'Error',
     'NotInvertible',
     'NotTracked',

@@ -1,11 +1,11 @@
 """Folding: the affine part of an expression as coefficients per source, and the limit on growth.
 
-A value that is updated in a loop, `x = x + v * dt`, must not grow for ever. Once an expression passes `LIMIT`, what is affine in
-its sources is folded into one record, which means exactly the same; if that is not enough, the rest is replaced by its
-linearization at the present values, which `explain` marks as such.
+A value that is updated in a loop, `x = x + v * dt`, must not grow for ever. Once an expression passes `LIMIT`, what is
+affine in its sources is folded into one record, which means exactly the same; if that is not enough, the rest is
+replaced by its linearization at the present values, which `explain` marks as such.
 
-A fold is made by one sweep from the value down to its sources, which multiplies and adds up slopes: it takes time and memory in
-proportion to the operations and sources below the value.
+A fold is made by one sweep from the value down to its sources, which multiplies and adds up slopes: it takes time and
+memory in proportion to the operations and sources below the value.
 """
 
 import math
@@ -36,14 +36,14 @@ Node = Tuple[Any, tuple]
 def folded(value: Any) -> tuple:
     """The record `(AFFINE, ((leaf, slope), ...), is_exact)` that stands for a value near its present one.
 
-    It is exact where the value is affine in its sources, else a linearization. A value remembers its own, so that one which has
-    grown by a step since costs that step only.
+    It is exact where the value is affine in its sources, else a linearization. A value remembers its own, so that one
+    which has grown by a step since costs that step only.
     """
     fold = getattr(value, '_fold', None)
     if fold is None:
         fold = _folded_if_short(value) or _fold_of(_nodes_below(value, _remembered))
         value._fold = fold
-    return fold  # type: ignore[no-any-return]
+    return fold
 
 
 def _folded_if_short(value: Any) -> Optional[tuple]:
@@ -252,7 +252,7 @@ def _fold_exact_parts(nodes: List[Node]) -> None:
         form, first, second = record
         operands = form.operands(first, second)
         exact[id(node)] = _is_exact_leaf(node) if form is SOURCE else _is_exact(record)
-        exact[id(node)] = exact[id(node)] and all([exact[id(operand)] for operand in operands])
+        exact[id(node)] = exact[id(node)] and all(exact[id(operand)] for operand in operands)
         if not exact[id(node)]:
             parts.extend([operand for operand in operands if exact[id(operand)]])
     # The last part is mostly what goes on growing; the others build on each other from the first one on.

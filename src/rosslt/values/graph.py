@@ -85,7 +85,7 @@ class Graph:
             elif form is SOURCE:
                 flag = first in changed
             else:
-                flag = any([flags[index[id(operand)]] for operand in form.operands(first, second)])
+                flag = any(flags[index[id(operand)]] for operand in form.operands(first, second))
             flags.append(flag)
         return flags
 
@@ -198,7 +198,7 @@ class Graph:
                 places = [index[id(operand)] for operand in form.operands(first, second)]
                 slope = sum(rise[at] * part for at, part in zip(places, self.slopes(place, values, depends)))
                 affine = form.is_affine(first, second, [depends[at] for at in places])
-                affine = affine and all([straight[at] for at in places])
+                affine = affine and all(straight[at] for at in places)
             rise.append(slope)
             straight.append(affine)
         return rise, straight

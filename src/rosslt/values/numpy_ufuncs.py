@@ -1,8 +1,8 @@
 """Tracked values in NumPy's arithmetic. NumPy itself is only used once the caller brings an array or a ufunc.
 
-The tracked numbers define `__array_ufunc__` (NEP 13), so NumPy hands them its operators and functions: `np.sin(x)`, `array * x`,
-`np.float32(2) * x`. One case it does not hand on: since NumPy 1.23 the operators of `np.float64` compute at once with a
-subclass of float, so `np.float64(2) * x` is plain (docs/values.md says what to do).
+The tracked numbers define `__array_ufunc__` (NEP 13), so NumPy hands them its operators and functions: `np.sin(x)`,
+`array * x`, `np.float32(2) * x`. One case it does not hand on: since NumPy 1.23 the operators of `np.float64` compute
+at once with a subclass of float, so `np.float64(2) * x` is plain (docs/values.md says what to do).
 """
 
 import sys

@@ -200,13 +200,13 @@ def give_all() -> None:
                 give_method(cls, name, row)
         cls.__array_ufunc__ = array_ufunc(apply, plain)
     give_method(TrackedBool, '__pos__', ops.TRUNCATE)
-    TrackedBool.real = TrackedBool.numerator = property(TrackedBool.__pos__)  # type: ignore[assignment, misc]
+    TrackedBool.real = TrackedBool.numerator = property(TrackedBool.__pos__)  # type: ignore[assignment]
     TEXT.__add__, TEXT.__radd__ = joined, joined_behind
     TEXT.__mul__ = TEXT.__rmul__ = text_repeated
     for tracked in TRACKED:
         for name in ('__copy__', '__deepcopy__'):
             setattr(tracked, name, itself)
-        tracked.__reduce_ex__ = as_instructions  # type: ignore[assignment, method-assign]
+        tracked.__reduce_ex__ = as_instructions
 
 
 give_all()

@@ -1,4 +1,4 @@
-"""Recording operations: each makes a tracked value that knows its operands, in O(1), and keeps its expression within a limit."""
+"""Recording operations: each makes a tracked value that knows its operands, and keeps its expression in a limit."""
 
 from typing import Any, Sequence
 

@@ -11,6 +11,7 @@ from .operations import AFFINE, LAZY, SOURCE
 from .operations import table as ops
 from .sources import Source
 
+
 class TrackedType(type):
     """The type of the tracked classes: calling one of them gives a plain value.
 
@@ -49,7 +50,7 @@ class TrackedBool(int, metaclass=TrackedType):
         return format(self._plain, spec)
 
 
-class TrackedStr(str, metaclass=TrackedType):
+class TrackedStr(str, metaclass=TrackedType):  # type: ignore[misc]  # for mypy, str is an abstract Sequence
     """A str with provenance."""
 
     __slots__ = ('_plain', '_record', '_size', '_fold')
@@ -84,7 +85,7 @@ def plain_scalar(value: Any) -> Any:
 
 
 def new(value: Any, record: tuple, size: int) -> Any:
-    """The tracked value with that record, however long its expression is (`recording.make` keeps it within the limit)."""
+    """The tracked value with that record, however long its expression is (`recording.make` keeps a limit)."""
     result = CREATE[type(value)](value)
     result._plain = value
     result._record = record

@@ -20,8 +20,11 @@ from .tracked_array import (
 )
 
 MAX_STORED = 4096
-"""`zeros`, `ones` and their like make arrays that take tracked values up to this many elements: a pose, a matrix or a list of
-waypoints, but no image."""
+"""`zeros`, `ones` and their like make arrays that take tracked values up to this many elements: a pose, a matrix or a
+list of waypoints, but no image."""
+
+
+NUMPY_LINSPACE: Any = np.linspace  # whose annotations leave out what it is given here
 
 
 def keeping_provenance(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -83,7 +86,7 @@ def linspace(
 ) -> Any:
     """numpy.linspace, keeping provenance."""
     if not holds_tracked((start, stop)):
-        return np.linspace(start, stop, num, endpoint, retstep, dtype, axis)
+        return NUMPY_LINSPACE(start, stop, num, endpoint, retstep, dtype, axis)
     start, stop = (array(end) if isinstance(end, (list, tuple)) else end for end in (start, stop))
     intervals = num - 1 if endpoint else num
     step = (stop - start) / intervals if intervals > 0 else np.nan
@@ -103,7 +106,10 @@ def interp(x: Any, xp: Any, fp: Any, left: Any = None, right: Any = None, period
     if len(known) != len(values):
         raise ValueError('fp and xp are not of the same length.')
     if period is not None:
-        x, known = np.mod(array(x), period) if isinstance(x, (list, np.ndarray)) else x % period, [a % period for a in known]
+        x, known = (
+            np.mod(array(x), period) if isinstance(x, (list, np.ndarray)) else x % period,
+            [a % period for a in known],
+        )
         order = sorted(range(len(known)), key=known.__getitem__)
         known, values = [known[place] for place in order], [values[place] for place in order]
         known = [known[-1] - period, *known, known[0] + period]
@@ -148,7 +154,9 @@ def einsum(subscripts: str, *operands: Any, **options: Any) -> Any:
                 factor = np.diagonal(factor, 0, first, second)
                 term = term[:first] + term[first + 1 : second] + term[second + 1 :] + label
         factor = factor.transpose(sorted(range(len(term)), key=lambda axis: labels.index(term[axis])))
-        factor = factor.reshape([factor.shape[sorted(term, key=labels.index).index(one)] if one in term else 1 for one in labels])
+        factor = factor.reshape(
+            [factor.shape[sorted(term, key=labels.index).index(one)] if one in term else 1 for one in labels]
+        )
         product = factor if product is None else product * factor
     return np.sum(product, axis=tuple(range(len(result), len(labels)))) if len(labels) > len(result) else product
 
@@ -254,11 +262,13 @@ def wrapping(function: Callable[..., Any]) -> Callable[..., Any]:
     @functools.wraps(function)
     def called(*args: Any, **kwargs: Any) -> Any:
         result = wrapped(function(*args, **kwargs))
-        return result[()] if isinstance(result, TrackedArray) and result.shape == () and function is not array else result
+        return (
+            result[()] if isinstance(result, TrackedArray) and result.shape == () and function is not array else result
+        )
 
     return called
 
 
 FUNCTIONS = _functions()
-"""NumPy's public functions by name (`dot`, `linalg.inv`), each keeping provenance. What has no version here that does, and takes
-no objects (`fft`, `linalg.eig`, `linalg.svd`), gets the plain numbers and gives plain results."""
+"""NumPy's public functions by name (`dot`, `linalg.inv`), each keeping provenance. What has no version here that does,
+and takes no objects (`fft`, `linalg.eig`, `linalg.svd`), gets the plain numbers and gives plain results."""

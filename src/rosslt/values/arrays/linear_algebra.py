@@ -1,7 +1,7 @@
 """Linear algebra on arrays that hold tracked values, by elimination: every step is an operation of the table.
 
-Of arrays with more than two dimensions, the last two are the matrices, as in `numpy.linalg`. Pivots are chosen by their present
-values, so an expression follows the same elimination when its sources change.
+Of arrays with more than two dimensions, the last two are the matrices, as in `numpy.linalg`. Pivots are chosen by
+their present values, so an expression follows the same elimination when its sources change.
 """
 
 from typing import Any, List, Tuple

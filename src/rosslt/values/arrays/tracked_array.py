@@ -1,12 +1,12 @@
 """An array that may hold tracked values and that NumPy's own functions work on.
 
-A plain object array holds tracked values too, but NumPy refuses to invert it or to ask whether it is finite. `TrackedArray` is an
-object array that takes part in NumPy's two documented protocols: `__array_ufunc__` (NEP 13) for ufuncs and operators,
-`__array_function__` (NEP 18) for all other functions. Where a function knows no objects and has no version here that keeps
-provenance, it gets the plain numbers, and the result is plain.
+A plain object array holds tracked values too, but NumPy refuses to invert it or to ask whether it is finite.
+`TrackedArray` is an object array that takes part in NumPy's two documented protocols: `__array_ufunc__` (NEP 13) for
+ufuncs and operators, `__array_function__` (NEP 18) for all other functions. Where a function knows no objects and has
+no version here that keeps provenance, it gets the plain numbers, and the result is plain.
 """
 
-from typing import Any, Callable, Dict, Iterable, Tuple
+from typing import Any, Callable, Dict, Iterable, Mapping
 
 import numpy as np
 
@@ -38,7 +38,9 @@ class TrackedArray(np.ndarray):
         function = getattr(ufunc, method)
         return with_objects_or_plain(function, inputs, options)
 
-    def __array_function__(self, func: Any, types: Iterable[type], args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> Any:
+    def __array_function__(
+        self, func: Any, types: Iterable[Any], args: Iterable[Any], kwargs: Mapping[str, Any]
+    ) -> Any:
         replacement = REPLACEMENTS.get(func)
         if replacement is not None:
             return wrapped(replacement(*args, **kwargs))
@@ -52,13 +54,13 @@ class TrackedArray(np.ndarray):
         return array, (self.tolist(),)
 
 
-def with_objects_or_plain(function: Callable[..., Any], args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> Any:
+def with_objects_or_plain(function: Callable[..., Any], args: Iterable[Any], kwargs: Mapping[str, Any]) -> Any:
     """Call NumPy's function with object arrays; with plain numbers where it takes no objects."""
     try:
-        result = function(*each(unwrapped, args), **each(unwrapped, kwargs))
+        result = function(*each(unwrapped, list(args)), **each(unwrapped, dict(kwargs)))
     except TypeError:
         # A question about numbers (isfinite), a computation in floats (fft), an array of floats to write to.
-        result = function(*each(plain_array, args), **each(plain_array, kwargs))
+        result = function(*each(plain_array, list(args)), **each(plain_array, dict(kwargs)))
     return wrapped(result)
 
 
@@ -90,9 +92,7 @@ def wrapped(x: Any) -> Any:
 def plain_array(x: Any) -> Any:
     """Tracked scalars and arrays of them as plain ones; an object array of numbers as an array of floats or ints."""
     if isinstance(x, np.ndarray) and x.dtype == object:
-        values = np.empty(x.shape, object)
-        values.flat = [plain(element) for element in x.flat]
-        return np.array(values.tolist()) if values.size else values.astype(float)
+        return np.array([plain(element) for element in x.flat]).reshape(x.shape)
     return plain(x)
 
 
@@ -129,4 +129,3 @@ def as_objects(x: Any) -> Any:
     if isinstance(x, (list, tuple)):
         return [as_objects(part) for part in x]
     return x.tolist() if isinstance(x, (np.ndarray, np.generic)) else x
-

@@ -1,7 +1,7 @@
 """The one table of operations: what rosslt knows about arithmetic. A new operation is one row in `table.py`.
 
-`row.py` says what a row holds, `form.py` in which forms a record uses one, `notation.py` how both are written for people;
-`inverses.py` has the inverses that take more than a line.
+`row.py` says what a row holds, `form.py` in which forms a record uses one, `notation.py` how both are written for
+people; `inverses.py` has the inverses that take more than a line.
 """
 
 from . import table

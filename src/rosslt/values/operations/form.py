@@ -17,10 +17,10 @@ SOURCE_INSTRUCTION, CONSTANT_INSTRUCTION, AFFINE_INSTRUCTION = 'source', 'consta
 class Form:
     """What a record `(form, first, second)` means. A new form of record is a subclass with these methods.
 
-    What walks expressions asks the form, with two short cuts for speed: a record with `single_operand` is an operation on one
-    tracked value `first` and a constant `second`, with `forward(first, second)`, `inverse(y, first, second)` and
-    `slope(first, second)` in that order; a record whose `operation` is not None and that has no `single_operand` is one on
-    two tracked values, and its `inverse` and `slope` are pairs.
+    What walks expressions asks the form, with two short cuts for speed: a record with `single_operand` is an operation
+    on one tracked value `first` and a constant `second`, with `forward(first, second)`, `inverse(y, first, second)`
+    and `slope(first, second)` in that order; a record whose `operation` is not None and that has no `single_operand`
+    is one on two tracked values, and its `inverse` and `slope` are pairs.
 
     Attributes:
         operation: the row of the table, None where the form is not a row's.

@@ -41,9 +41,7 @@ def infix(symbol: str, level: int, first: Text, second: Text) -> Text:
     left_needs, right_needs = (level + 1, level) if level == POWER else (level, level + 1)
     if level == POWER and left.startswith('-'):
         a = min(a, MINUS)
-    text = ' '.join(
-        (left if a >= left_needs else '(%s)' % left, symbol, right if b >= right_needs else '(%s)' % right)
-    )
+    text = ' '.join((left if a >= left_needs else '(%s)' % left, symbol, right if b >= right_needs else '(%s)' % right))
     return text, level
 
 
