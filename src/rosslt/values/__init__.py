@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict
 
 from . import operators  # noqa: F401, completes the tracked classes
 from .affine import affine
+from .calls import operation
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
 from .functions import MATH, to_bool, to_float, to_int
@@ -48,6 +49,7 @@ __all__ = [
     'lazy',
     'leaves',
     'numpy_functions',
+    'operation',
     'origins',
     'plain_scalar',
     'reapply',
