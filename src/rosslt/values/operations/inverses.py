@@ -155,7 +155,11 @@ def angle_opposite(y: float, a: float, b: float) -> float:
     """The `a` with `atan2(a, b) == y`."""
     if b == 0:
         return within(
-            a, 0.0, math.copysign(math.inf, y), lambda v: is_rounded(math.atan2(v, b), y), 'atan2(_, 0) is a quarter turn'
+            a,
+            0.0,
+            math.copysign(math.inf, y),
+            lambda v: is_rounded(math.atan2(v, b), y),
+            'atan2(_, 0) is a quarter turn',
         )
     return nearest(
         a,
@@ -169,7 +173,10 @@ def angle_adjacent(y: float, a: float, b: float) -> float:
     """The `b` with `atan2(a, b) == y`."""
     if a == 0:
         return nearest(
-            b, (abs(b) or 1.0, -abs(b) or -1.0), lambda v: is_rounded(math.atan2(a, v), y), 'atan2(0, _) is 0 or half a turn'
+            b,
+            (abs(b) or 1.0, -abs(b) or -1.0),
+            lambda v: is_rounded(math.atan2(a, v), y),
+            'atan2(0, _) is 0 or half a turn',
         )
     return nearest(
         b,

@@ -102,9 +102,7 @@ def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: flo
     )
 
 
-def _with_numpy(
-    numpy: Any, rows: Rows, right: List[float], columns: Dict[int, int], damping: float
-) -> List[float]:
+def _with_numpy(numpy: Any, rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
     matrix = numpy.zeros((len(rows), len(columns)))
     for line, row in zip(matrix, rows):
         line[[columns[place] for place in row]] = list(row.values())

@@ -170,7 +170,10 @@ class Attempt:
         if isinstance(value, str):
             return value
         low, high = self._low, self._high
-        for bound, word, is_beyond in ((low, 'below its minimum', value < low), (high, 'above its maximum', value > high)):
+        for bound, word, is_beyond in (
+            (low, 'below its minimum', value < low),
+            (high, 'above its maximum', value > high),
+        ):
             if is_beyond or (self._kind is float and is_at(value, bound) and value != bound):
                 if math.isfinite(bound) and self._accepts(self._result(self._kind(bound)), wanted):
                     return self._kind(bound)

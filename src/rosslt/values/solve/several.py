@@ -23,6 +23,10 @@ STIRS = (1e-2, 0.1, 0.5)
 RADII = (0.3, 1.0, 2.0, 3.0)
 """How far from the present values the later starts lie, in turn."""
 
+FIRST_DAMPING, LAST_DAMPING = 1e-3, 1e9
+MOST_APPROACHES = 200
+"""How a descent to what cannot be met is damped, and how many steps it takes at most."""
+
 MOST_STARTS = 120
 ENOUGH_DEAD_ENDS = 5
 """So many starts that end in the same place short of the target show that it is out of reach."""
@@ -113,23 +117,70 @@ class System:
             pass
         return None if best is None else self._tidied(best)
 
-    def closest(self) -> Tuple[Point, float]:
-        """The unknowns' values that bring the results nearest to what is wanted, and the distance that remains."""
-        best = Descent(self.start, math.inf)
-        units, self._units = self._units, [1.0] * len(self._units)
+    def closest(self) -> Point:
+        """The unknowns' values that bring the results nearest to what is wanted, in the results' own units.
+
+        Where the slopes at the present values lead nowhere, it is tried from beside them (a straight arm).
+        """
+        self._units = [1.0] * len(self._units)
+        best, least = self.start, math.inf
         try:
-            missing = self._missing(self._tried(self.start), self._wanted)
-            best = Descent(self.start, math.inf if missing is None else math.hypot(*missing))
             for stir in (0.0,) + STIRS[:2]:
-                end = self._descend(self._stirred(stir), nearest=True)
-                if end is not None and end.size < best.size * (1 - 1e-12):
-                    best = end
-                if best.size < math.inf and best.x is not self.start:
+                end = self._approach(self._stirred(stir) if stir else self.start)
+                if end is not None and end.size < least * (1 - 1e-12):
+                    if stir and end.size >= self._distance_at_start() * (1 - 1e-9):
+                        continue
+                    best, least = end.x, end.size
+                if best != self.start:
                     break
         except Exhausted:
             pass
-        self._units = units
         return best
+
+    def _distance_at_start(self) -> float:
+        missing = self._missing(self._tried(self.start), self._wanted)
+        return math.inf if missing is None else math.hypot(*missing)
+
+    def _approach(self, x: Point) -> Optional[Descent]:
+        """Where a point moves to that comes nearer to what is wanted with every step (Levenberg-Marquardt)."""
+        values = self._tried(x)
+        missing = self._missing(values, self._wanted)
+        if values is None or missing is None:
+            return None
+        size, damping = math.hypot(*missing), FIRST_DAMPING
+        for _ in range(MOST_APPROACHES):
+            try:
+                rows = self._jacobian(values)
+                step = self._step(x, rows, missing, damping, by_row=False)
+                ahead, there, left = self._ahead(x, step, 1.0, self._wanted)
+            except Exhausted:
+                break
+            except UNDEFINED:
+                damping *= 4
+                continue
+            way = [value - before for value, before in zip(ahead, x)]
+            if self._length(way) <= 1e-12 * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
+                break
+            if there is None or left is None:
+                damping *= 4
+                continue
+            # The gain against the one that the slopes promise, which a step that goes too far does not keep.
+            foretold = [
+                part - sum([slope * way[place] for place, slope in row.items()]) for part, row in zip(missing, rows)
+            ]
+            promised = size - math.hypot(*foretold)
+            gain = size - math.hypot(*left)
+            if not gain > 0.1 * promised:
+                if damping > LAST_DAMPING:
+                    break
+                damping *= 4
+                continue
+            if gain > 0.7 * promised:
+                damping = max(damping / 4, 1e-12)
+            x, values, missing, size = ahead, there, left, size - gain
+            if not size or gain <= 1e-15 * size:
+                break
+        return Descent(x, size)
 
     def accepts(self, x: Point) -> bool:
         """Whether such values give all results."""
@@ -251,15 +302,12 @@ class System:
     def _length(self, step: Point) -> float:
         return math.hypot(*[part / scale for part, scale in zip(step, self._scales)])
 
-    def _descend(
-        self, x: Point, wanted: Optional[Sequence[Any]] = None, nearest: bool = False, rounds: int = ROUNDS
-    ) -> Optional[Descent]:
+    def _descend(self, x: Point, wanted: Optional[Sequence[Any]] = None, rounds: int = ROUNDS) -> Optional[Descent]:
         """Where steps that each bring the results nearer lead from a point; None where they are not defined there.
 
         Args:
             x: where to begin.
             wanted: the results; those of the system by default.
-            nearest: whether to come as near as possible in the results' own units, rather than to meet them.
             rounds: the most steps.
         """
         wanted = self._wanted if wanted is None else wanted
@@ -269,7 +317,7 @@ class System:
             return None
         size = math.hypot(*missing)
         radius = FIRST_RADIUS * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)])
-        level = 1 if nearest else 0
+        level = 0
         slow = 0
         for _ in range(rounds):
             if not size:
@@ -283,7 +331,7 @@ class System:
             # What is met is polished, without a search for a better way.
             for attempt in range(level, len(DAMPINGS)) if size > MET else (0,):
                 try:
-                    step = self._step(x, rows, missing, DAMPINGS[attempt], not nearest)
+                    step = self._step(x, rows, missing, DAMPINGS[attempt])
                 except Exhausted:
                     raise
                 except UNDEFINED:
@@ -291,7 +339,7 @@ class System:
                 length = self._length(step)
                 if not 0 < length < math.inf:
                     continue
-                if length > radius and not nearest and attempt == level:
+                if length > radius and attempt == level:
                     # As good as a line: however far it is.
                     ahead, there, left = self._ahead(x, step, 1.0, wanted)
                     if left is not None and math.hypot(*left) <= 1e-3 * size:
@@ -305,11 +353,11 @@ class System:
                 break
             if there is None or left is None:
                 break
-            level = max(1 if nearest else 0, attempt - 1)
+            level = max(0, attempt - 1)
             gain = size - math.hypot(*left)
             x, values, missing, size = ahead, there, left, size - gain
             slow = slow + 1 if gain < 1e-3 * size else 0
-            if nearest and gain <= 1e-15 * size or slow > (20 if nearest else 6):
+            if slow > 6:
                 break
         return Descent(x, size)
 
