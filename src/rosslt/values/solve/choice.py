@@ -357,7 +357,8 @@ def _solve_parts(value: Any, target: Any, freedom: Freedom) -> Dict[Source, Any]
             raise NotInvertible('cannot make %s become %r: it has no source, and is %r' % (path, wanted, leaf))
     graph = Graph(leaf for _, leaf, _ in tracked)
     answer: Dict[Source, Any] = {}
-    for group in _apart(graph, tracked, freedom):
+    groups = _apart(graph, tracked, freedom)
+    for group in groups:
         if all(leaf._plain == wanted for _, leaf, wanted in group):
             continue
         if len(group) == 1:
@@ -365,7 +366,8 @@ def _solve_parts(value: Any, target: Any, freedom: Freedom) -> Dict[Source, Any]
             answer.update(solve_one(leaf, wanted, freedom, {}))
         else:
             goals = [(path, leaf, target_of(leaf, wanted)) for path, leaf, wanted in group]
-            answer.update(_solve_together(Graph(leaf for _, leaf, _ in group), goals, freedom))
+            part = graph if len(groups) == 1 else Graph(leaf for _, leaf, _ in group)
+            answer.update(_solve_together(part, goals, freedom))
     return {source: new for source, new in answer.items() if not _is_present(graph, source, new)}
 
 

@@ -56,11 +56,26 @@ def shortest_step(
     return step
 
 
+def work_of_step(rows: Rows, unknowns: int) -> float:
+    """What a step costs, in the units of `budget`."""
+    width = min(len(rows), unknowns)
+    if width < LARGE:
+        return 0.3 * width**3 + 10 * unknowns
+    entries = sum([len(row) for row in rows])
+    work = 5e-4 * width**3
+    if _is_sparse(entries, len(rows) * unknowns):
+        work = min(work, 10_000)
+    return work + 2 * entries + 10 * unknowns
+
+
+def _is_sparse(entries: int, size: int) -> bool:
+    return size >= SPARSE_SIZE and entries <= SPARSE_PART * size
+
+
 def _sparse(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> Optional[List[float]]:
     """The shortest solution by LSMR, None where the system is small or dense, or where there is no SciPy."""
     entries = sum(len(row) for row in rows)
-    size = len(rows) * len(columns)
-    if size < SPARSE_SIZE or entries > SPARSE_PART * size:
+    if not _is_sparse(entries, len(rows) * len(columns)):
         return None
     try:
         from scipy.sparse import csr_matrix

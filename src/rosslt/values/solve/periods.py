@@ -13,6 +13,11 @@ MOST = 8
 """The most periods that are tried for one source."""
 
 
+def has_periods(graph: Graph) -> bool:
+    """Whether there is an operation with a period in some expressions."""
+    return any(form.operation in OF_ANGLES or form.operation in REMAINDERS for form, _, _ in graph.records)
+
+
 def periods(graph: Graph, values: List[Any], rise: Dict[int, Any]) -> List[float]:
     """The periods that a source may have, the longest first; whether all results have them is left to be checked.
 

@@ -12,8 +12,8 @@ from ..closeness import ROUNDING, almost_meets, is_at
 from ..graph import Graph
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted, Trial
-from .least_squares import Rows, shortest_step
-from .periods import periods, turns_too_many
+from .least_squares import Rows, shortest_step, work_of_step
+from .periods import has_periods, periods, turns_too_many
 
 ROUNDS = 50
 DAMPINGS = (0.0, 1e-8, 1e-5, 1e-3, 1e-2, 0.1, 1.0, 10.0, 1e3)
@@ -34,8 +34,14 @@ ENOUGH_DEAD_ENDS = 5
 FIRST_RADIUS = 1.0
 """How far the first step may go, in the sources' scales or sizes, unless the results follow it as a line does."""
 
-MET = 1e-13
-"""Results that miss no more than this part of their size are met."""
+MET = 1e-10
+"""Results that miss no more than this part of their size are met; what is left to do is to polish them."""
+
+STRAIGHT = 1e-3
+"""Where a step leaves no more than this part of what was missing, the results follow the slopes as a line does."""
+
+SHORT_WAY = 0.25
+"""A source that moves by no more than this is not looked at for whole periods."""
 
 LONG = 2.0
 """An answer that is so many times as far away as the slopes promise is worth a look for a nearer one."""
@@ -89,6 +95,8 @@ class System:
             for wanted, at in zip(self._wanted, self._present)
         ]
         self._below: Dict[int, List[int]] = {}
+        self._promised = 0.0
+        """How far away the answer is, as the first step taken promises."""
         self.start = [float(base[graph.occurrences[source][0]]) for source in unknowns]
 
     def solution(self) -> Optional[Point]:
@@ -97,7 +105,6 @@ class System:
         dead_ends: Dict[str, int] = {}
         found_since = 0
         try:
-            promised = self._promised()
             for start in self._starts():
                 end = self._descend(start)
                 if end is None:
@@ -111,7 +118,7 @@ class System:
                 x = self._nearer(self._unwound(end.x))
                 best = x if best is None or self._way(x) < self._way(best) else best
                 found_since += 1
-                if self._way(best) <= LONG * promised or found_since > 3:
+                if self._way(best) <= LONG * self._promised or found_since > 3:
                     break
         except Exhausted:
             pass
@@ -229,19 +236,6 @@ class System:
             x = end.x
         return x
 
-    def _promised(self) -> float:
-        """How far away the answer is, as the slopes at the present values promise; 0 where they lead nowhere."""
-        values = self._tried(self.start)
-        missing = self._missing(values, self._wanted)
-        if values is None or missing is None:
-            return 0.0
-        try:
-            step = self._step(self.start, self._jacobian(values), missing, 0.0)
-        except UNDEFINED:
-            return 0.0
-        length = self._length(step)
-        return length if math.isfinite(length) else 0.0
-
     def _clamped(self, place: int, value: float) -> float:
         low, high = self._limits[place]
         return min(max(value, low), high)
@@ -286,8 +280,7 @@ class System:
 
     def _step(self, x: Point, rows: Rows, missing: List[float], damping: float, by_row: bool = True) -> Point:
         """A step towards the results; an unknown at a bound that it would leave stays there."""
-        width = min(len(rows), len(x))
-        self._budget.spend(width * width * (0.3 if width < 8 else 0.02) * width + 10 * len(x))
+        self._budget.spend(work_of_step(rows, len(x)))
         while True:
             step = shortest_step(rows, missing, self._scales, damping, by_row)
             leaving = {
@@ -319,11 +312,13 @@ class System:
         radius = FIRST_RADIUS * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)])
         level = 0
         slow = 0
+        rows: Rows = []
         for _ in range(rounds):
             if not size:
                 break
             try:
-                rows = self._jacobian(values)
+                # The slopes of the round before do where they foretold the results that well.
+                rows = rows or self._jacobian(values)
             except Exhausted:
                 raise
             except UNDEFINED:
@@ -339,10 +334,11 @@ class System:
                 length = self._length(step)
                 if not 0 < length < math.inf:
                     continue
+                self._promised = self._promised or length
                 if length > radius and attempt == level:
                     # As good as a line: however far it is.
                     ahead, there, left = self._ahead(x, step, 1.0, wanted)
-                    if left is not None and math.hypot(*left) <= 1e-3 * size:
+                    if left is not None and math.hypot(*left) <= STRAIGHT * size:
                         break
                 ahead, there, left = self._ahead(x, step, min(1.0, radius / length), wanted)
                 if left is not None and math.hypot(*left) < size:
@@ -355,6 +351,8 @@ class System:
                 break
             level = max(0, attempt - 1)
             gain = size - math.hypot(*left)
+            if size - gain > STRAIGHT * size:
+                rows = []
             x, values, missing, size = ahead, there, left, size - gain
             slow = slow + 1 if gain < 1e-3 * size else 0
             if slow > 6:
@@ -371,14 +369,17 @@ class System:
 
     def _unwound(self, x: Point) -> Point:
         """The same answer with each unknown within half a period of its present value, where that is an answer, too."""
+        far = [place for place, value in enumerate(x) if abs(value - self.start[place]) > SHORT_WAY]
+        if not far or not has_periods(self._graph):
+            return x
         values = self._tried(x)
-        if values is None or all([abs(at - value) < 0.5 for at, value in zip(x, self.start)]):
+        if values is None:
             return x
         partials = self._trial.partials(values)
-        for place, source in enumerate(self._unknowns):
-            if abs(x[place] - self.start[place]) < 1e-9:
-                continue
-            for period in periods(self._graph, values, self._graph.tangent(source, partials)):
+        for place in far:
+            self._budget.spend(len(partials))
+            rise = self._graph.tangent(self._unknowns[place], partials)
+            for period in periods(self._graph, values, rise):
                 turns = turns_too_many(self.start[place], x[place], period)
                 if not turns:
                     continue
