@@ -10,9 +10,11 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tu
 
 from ..closeness import ROUNDING, almost_meets, is_at
 from ..graph import Graph
+from ..operations.table import DIVIDE
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted, Trial
 from .least_squares import Rows, shortest_step, work_of_step
+from .one import undone
 from .periods import has_periods, periods, turns_too_many
 
 ROUNDS = 50
@@ -28,7 +30,10 @@ MOST_APPROACHES = 200
 """How a descent to what cannot be met is damped, and how many steps it takes at most."""
 
 MOST_STARTS = 120
-ENOUGH_DEAD_ENDS = 5
+FOLLOWED_STEPS = 8
+"""In how many steps the results are moved along the straight way to what is wanted."""
+
+ENOUGH_DEAD_ENDS = 12
 """So many starts that end in the same place short of the target show that it is out of reach."""
 
 FIRST_RADIUS = 1.0
@@ -55,6 +60,24 @@ class Descent(NamedTuple):
 
     x: Point
     size: float
+
+
+class Equation(NamedTuple):
+    """A node's value that is wanted: `value == wanted + factor * other value`.
+
+    Attributes:
+        place: the node's place in the graph.
+        wanted: what is wanted of it.
+        unit: what a difference of 1 counts.
+        other: the place of another node, None for none.
+        factor: how often that one's value is added.
+    """
+
+    place: int
+    wanted: Any
+    unit: float
+    other: Optional[int] = None
+    factor: float = 0.0
 
 
 class System:
@@ -90,9 +113,9 @@ class System:
         self._scales = [freedom.scale(source) for source in unknowns]
         self._size = size_of(goals)
         self._present = [base[root] for root in self._roots]
-        self._units = [
-            1.0 / (max(abs(float(wanted)), abs(float(at)), 1e-6 * self._size) or 1.0)
-            for wanted, at in zip(self._wanted, self._present)
+        self._equations = [
+            Equation(root, wanted, _unit(wanted, at, 1e-6 * self._size))
+            for root, wanted, at in zip(self._roots, self._wanted, self._present)
         ]
         self._below: Dict[int, List[int]] = {}
         self._promised = 0.0
@@ -103,12 +126,9 @@ class System:
         """The unknowns' values that give all results, None where none were found."""
         best: Optional[Point] = None
         dead_ends: Dict[str, int] = {}
-        found_since = 0
+        found = 0
         try:
-            for start in self._starts():
-                end = self._descend(start)
-                if end is None:
-                    continue
+            for end in self._ends():
                 if not self.accepts(end.x):
                     key = '%.3g' % end.size
                     dead_ends[key] = dead_ends.get(key, 0) + 1
@@ -117,19 +137,73 @@ class System:
                     continue
                 x = self._nearer(self._unwound(end.x))
                 best = x if best is None or self._way(x) < self._way(best) else best
-                found_since += 1
-                if self._way(best) <= LONG * self._promised or found_since > 3:
+                found += 1
+                if self._way(best) <= LONG * self._promised or found > 3:
                     break
         except Exhausted:
             pass
         return None if best is None else self._tidied(best)
+
+    def _ends(self) -> Iterator[Descent]:
+        """Where descents end, those of the results as they are and those of what is left of them when their outermost
+        operations are undone, which has no poles and does not saturate."""
+        for start in self._starts():
+            end = self._descend(start, self._equations)
+            if end is not None:
+                yield end
+            undone_equations = self._undone(start)
+            if undone_equations is None:
+                continue
+            end = self._descend(start, undone_equations)
+            if end is not None and end.size < 1e-6:
+                end = self._descend(end.x, self._equations)
+                if end is not None:
+                    yield end
+
+    def _undone(self, x: Point) -> Optional[List[Equation]]:
+        """The equations with the outermost operations undone, on the branches of a point, quotients as products.
+
+        Returns:
+            None where there is nothing to undo, or the results are not defined there.
+        """
+        values = self._tried(x)
+        if values is None:
+            return None
+        equations = [self._undone_one(equation, values) for equation in self._equations]
+        return None if equations == self._equations else equations
+
+    def _undone_one(self, equation: Equation, values: List[Any]) -> Equation:
+        records, index, depends = self._graph.records, self._graph.index, self._trial.depends
+        place, wanted = equation.place, equation.wanted
+        try:
+            while True:
+                form, first, second = records[place]
+                if form.operation is None:
+                    break
+                a = index[id(first)]
+                if form.single_operand:
+                    wanted = float(undone(form, form.inverse, wanted, values[a], second))
+                    place = a
+                    continue
+                b = index[id(second)]
+                if depends[a] and depends[b]:
+                    if form.operation is DIVIDE:
+                        unit = _unit(values[a], wanted * values[b], 0.0)
+                        return Equation(a, 0.0, unit, b, float(wanted))
+                    break
+                side = 0 if depends[a] else 1
+                wanted = float(undone(form, form.inverse[side], wanted, values[a], values[b]))
+                place = b if side else a
+            return equation if place == equation.place else Equation(place, wanted, _unit(wanted, values[place], 0.0))
+        except UNDEFINED:
+            return equation if place == equation.place else Equation(place, wanted, _unit(wanted, values[place], 0.0))
 
     def closest(self) -> Point:
         """The unknowns' values that bring the results nearest to what is wanted, in the results' own units.
 
         Where the slopes at the present values lead nowhere, it is tried from beside them (a straight arm).
         """
-        self._units = [1.0] * len(self._units)
+        self._equations = [equation._replace(unit=1.0) for equation in self._equations]
         best, least = self.start, math.inf
         try:
             for stir in (0.0,) + STIRS[:2]:
@@ -145,21 +219,21 @@ class System:
         return best
 
     def _distance_at_start(self) -> float:
-        missing = self._missing(self._tried(self.start), self._wanted)
+        missing = self._missing(self._tried(self.start), self._equations)
         return math.inf if missing is None else math.hypot(*missing)
 
     def _approach(self, x: Point) -> Optional[Descent]:
         """Where a point moves to that comes nearer to what is wanted with every step (Levenberg-Marquardt)."""
         values = self._tried(x)
-        missing = self._missing(values, self._wanted)
+        missing = self._missing(values, self._equations)
         if values is None or missing is None:
             return None
         size, damping = math.hypot(*missing), FIRST_DAMPING
         for _ in range(MOST_APPROACHES):
             try:
-                rows = self._jacobian(values)
+                rows = self._jacobian(values, self._equations)
                 step = self._step(x, rows, missing, damping, by_row=False)
-                ahead, there, left = self._ahead(x, step, 1.0, self._wanted)
+                ahead, there, left = self._ahead(x, step, 1.0, self._equations)
             except Exhausted:
                 break
             except UNDEFINED:
@@ -225,14 +299,16 @@ class System:
 
     def _followed(self) -> Optional[Point]:
         """Where the unknowns come to when the results are moved to what is wanted in small steps."""
-        x: Optional[Point] = self.start
-        steps = 8
-        for number in range(1, steps):
-            part = number / steps
-            wanted = [at + part * (goal - at) for at, goal in zip(self._present, self._wanted)]
-            end = self._descend(x or self.start, wanted, rounds=6)
+        x: Point = self.start
+        for number in range(1, FOLLOWED_STEPS):
+            part = number / FOLLOWED_STEPS
+            equations = [
+                equation._replace(wanted=at + part * (equation.wanted - at))
+                for at, equation in zip(self._present, self._equations)
+            ]
+            end = self._descend(x, equations, rounds=6)
             if end is None:
-                return x
+                break
             x = end.x
         return x
 
@@ -243,39 +319,45 @@ class System:
     def _tried(self, x: Point) -> Optional[List[Any]]:
         return self._trial.tried(dict(zip(self._unknowns, x)))
 
-    def _missing(self, values: Optional[List[Any]], wanted: Sequence[Any]) -> Optional[List[float]]:
-        """By how much each result is too small, in its unit; None where one is not defined."""
+    def _missing(self, values: Optional[List[Any]], equations: Sequence[Equation]) -> Optional[List[float]]:
+        """By how much each node's value is too small, in its unit; None where one is not defined."""
         if values is None:
             return None
         try:
             missing = [
-                float((goal - values[root]) * unit) for root, goal, unit in zip(self._roots, wanted, self._units)
+                float((wanted - values[place] if other is None else wanted + factor * values[other] - values[place]) * unit)
+                for place, wanted, unit, other, factor in equations
             ]
         except UNDEFINED:
             return None
         return missing if all([math.isfinite(part) for part in missing]) else None
 
-    def _jacobian(self, values: List[Any]) -> Rows:
-        """The slopes of each result, in its unit, for each unknown; without zeros."""
+    def _jacobian(self, values: List[Any], equations: Sequence[Equation]) -> Rows:
+        """The slopes of each node's value, in its unit, for each unknown; without zeros."""
         partials = self._trial.partials(values)
-        rows: Rows = [{} for _ in self._roots]
-        if len(self._unknowns) * 4 < len(self._roots):
+        rows: Rows = [{} for _ in equations]
+        terms = [(row, one.place, one.unit) for row, one in zip(rows, equations)]
+        terms += [
+            (row, one.other, -one.factor * one.unit) for row, one in zip(rows, equations) if one.other is not None
+        ]
+        if len(self._unknowns) * 4 < len(equations):
             self._budget.spend(len(self._unknowns) * len(partials))
             for column, source in enumerate(self._unknowns):
                 rise = self._graph.tangent(source, partials)
-                for row, root, unit in zip(rows, self._roots, self._units):
-                    slope = rise.get(root)
+                for row, place, unit in terms:
+                    slope = rise.get(place)
                     if slope:
-                        row[column] = _finite(slope * unit)
+                        row[column] = row.get(column, 0.0) + _finite(slope * unit)
             return rows
-        for row, root, unit in zip(rows, self._roots, self._units):
-            below = self._below.get(root)
+        for row, place, unit in terms:
+            below = self._below.get(place)
             if below is None:
-                below = self._below[root] = self._graph.below(root, partials)
+                below = self._below[place] = self._graph.below(place, partials)
             self._budget.spend(2 * len(below))
-            for source, slope in self._graph.gradient(root, partials, below).items():
-                if slope and source in self._column:
-                    row[self._column[source]] = _finite(slope * unit)
+            for source, slope in self._graph.gradient(place, partials, below).items():
+                column_of = self._column.get(source)
+                if slope and column_of is not None:
+                    row[column_of] = row.get(column_of, 0.0) + _finite(slope * unit)
         return rows
 
     def _step(self, x: Point, rows: Rows, missing: List[float], damping: float, by_row: bool = True) -> Point:
@@ -295,17 +377,16 @@ class System:
     def _length(self, step: Point) -> float:
         return math.hypot(*[part / scale for part, scale in zip(step, self._scales)])
 
-    def _descend(self, x: Point, wanted: Optional[Sequence[Any]] = None, rounds: int = ROUNDS) -> Optional[Descent]:
+    def _descend(self, x: Point, equations: Sequence[Equation], rounds: int = ROUNDS) -> Optional[Descent]:
         """Where steps that each bring the results nearer lead from a point; None where they are not defined there.
 
         Args:
             x: where to begin.
-            wanted: the results; those of the system by default.
+            equations: what is to be met.
             rounds: the most steps.
         """
-        wanted = self._wanted if wanted is None else wanted
         values = self._tried(x)
-        missing = self._missing(values, wanted)
+        missing = self._missing(values, equations)
         if values is None or missing is None:
             return None
         size = math.hypot(*missing)
@@ -318,7 +399,7 @@ class System:
                 break
             try:
                 # The slopes of the round before do where they foretold the results that well.
-                rows = rows or self._jacobian(values)
+                rows = rows or self._jacobian(values, equations)
             except Exhausted:
                 raise
             except UNDEFINED:
@@ -337,10 +418,10 @@ class System:
                 self._promised = self._promised or length
                 if length > radius and attempt == level:
                     # As good as a line: however far it is.
-                    ahead, there, left = self._ahead(x, step, 1.0, wanted)
+                    ahead, there, left = self._ahead(x, step, 1.0, equations)
                     if left is not None and math.hypot(*left) <= STRAIGHT * size:
                         break
-                ahead, there, left = self._ahead(x, step, min(1.0, radius / length), wanted)
+                ahead, there, left = self._ahead(x, step, min(1.0, radius / length), equations)
                 if left is not None and math.hypot(*left) < size:
                     if length > radius:
                         radius *= 2
@@ -360,12 +441,12 @@ class System:
         return Descent(x, size)
 
     def _ahead(
-        self, x: Point, step: Point, part: float, wanted: Sequence[Any]
+        self, x: Point, step: Point, part: float, equations: Sequence[Equation]
     ) -> Tuple[Point, Optional[List[Any]], Optional[List[float]]]:
         """Where a part of a step leads: the point, the nodes' values and what is missing."""
         ahead = [self._clamped(place, value + part * way) for place, (value, way) in enumerate(zip(x, step))]
         there = self._tried(ahead)
-        return ahead, there, self._missing(there, wanted)
+        return ahead, there, self._missing(there, equations)
 
     def _unwound(self, x: Point) -> Point:
         """The same answer with each unknown within half a period of its present value, where that is an answer, too."""
@@ -387,7 +468,7 @@ class System:
                 turned[place] = self._clamped(place, x[place] - turns * period)
                 if abs(turned[place] - self.start[place]) >= abs(x[place] - self.start[place]):
                     continue
-                end = self._descend(turned, rounds=3)
+                end = self._descend(turned, self._equations, rounds=3)
                 if end is not None and self.accepts(end.x) and self._way(end.x) < self._way(x):
                     x = end.x
         return x
@@ -400,18 +481,19 @@ class System:
         try:
             for _ in range(ROUNDS):
                 values = self._tried(x)
-                missing = self._missing(values, self._wanted)
+                missing = self._missing(values, self._equations)
                 if values is None or missing is None:
                     break
                 gone = [value - start for value, start in zip(x, self.start)]
-                rows = self._jacobian(values)
+                rows = self._jacobian(values, self._equations)
                 needed = [
                     part + sum([slope * gone[place] for place, slope in row.items()])
                     for part, row in zip(missing, rows)
                 ]
                 step = self._step(self.start, rows, needed, 0.0)
                 end = self._descend(
-                    [self._clamped(place, start + part) for place, (start, part) in enumerate(zip(self.start, step))]
+                    [self._clamped(place, start + part) for place, (start, part) in enumerate(zip(self.start, step))],
+                    self._equations,
                 )
                 if end is None or not self.accepts(end.x) or self._way(end.x) >= self._way(x) * (1 - 1e-6):
                     break
@@ -440,6 +522,12 @@ class System:
 
     def _way(self, x: Point) -> float:
         return self._length([value - start for value, start in zip(x, self.start)])
+
+
+def _unit(wanted: Any, present: Any, least: float) -> float:
+    """What a difference counts of a value that is and becomes so large."""
+    size = max(abs(float(wanted)), abs(float(present)), least)
+    return 1.0 / size if 1e-300 < size < math.inf else 1.0
 
 
 def _finite(slope: Any) -> float:
