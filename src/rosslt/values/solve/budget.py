@@ -11,11 +11,14 @@ from ..operations.inverses import NoPreimage
 from ..operations.table import POWER
 from ..sources import Source
 
-LEAST_WORK = 300_000
-"""The work that any solve may do: 0.1 seconds."""
+WORK_OF_A_RESULT = 80_000
+"""The work that may be done for each result that is wanted: 20 milliseconds ..."""
+
+MOST_WORK_OF_RESULTS = 400_000
+"""... and for all of them, in expressions of ordinary size."""
 
 WORK_PER_NODE = 60
-"""What it may do beyond that for each node of a large expression."""
+"""What may be done beyond that for each node of a large expression."""
 
 WORK_OF_A_CALL = 12
 """What an evaluation costs besides its operations."""
@@ -45,9 +48,9 @@ class Budget:
         self.left = work
 
     @classmethod
-    def of(cls, graph: Graph) -> 'Budget':
-        """The budget for solving with all nodes of a graph."""
-        return cls(LEAST_WORK + WORK_PER_NODE * len(graph.nodes))
+    def of(cls, graph: Graph, results: int = 1) -> 'Budget':
+        """The budget for solving for so many results of a graph."""
+        return cls(min(WORK_OF_A_RESULT * results, MOST_WORK_OF_RESULTS) + WORK_PER_NODE * len(graph.nodes))
 
     def share(self, part: float) -> 'Budget':
         """A part of what is left, taken out of it; give back with `refund` what of it was not needed."""

@@ -418,7 +418,7 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
         NotInvertible: no values were found that give all; the result that stays away is named.
     """
     concerned = list(graph.occurrences)
-    budget = Budget.of(graph)
+    budget = Budget.of(graph, len(goals))
     movable = [source for source in concerned if freedom.allows(source) and _holds_number(graph, source)]
     if any(isinstance(wanted, str) for _, _, wanted in goals):
         movable = []

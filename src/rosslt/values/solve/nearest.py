@@ -82,7 +82,7 @@ def nearest(
     present = _distance(xs, targets, {})
     if not unknowns:
         return {}, present
-    found = System(graph, goals, unknowns, freedom, Budget.of(graph)).closest()
+    found = System(graph, goals, unknowns, freedom, Budget.of(graph, len(goals))).closest()
     changes: Dict[Source, Any] = {}
     for source, value in zip(unknowns, found):
         old = graph.nodes[graph.occurrences[source][0]]._plain

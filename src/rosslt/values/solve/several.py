@@ -18,11 +18,11 @@ from .one import undone
 from .periods import has_periods, periods, turns_too_many
 
 ROUNDS = 50
-DAMPINGS = (0.0, 1e-8, 1e-5, 1e-3, 1e-2, 0.1, 1.0, 10.0, 1e3)
+DAMPINGS = (0.0, 1e-6, 1e-3, 0.03, 1.0, 30.0)
 STIRS = (1e-2, 0.1, 0.5)
 """By how much the start is moved, in turn, where the slopes at the present values lead nowhere (a straight arm)."""
 
-RADII = (0.3, 1.0, 2.0, 3.0)
+RADII = (0.3, 1.0, 0.15, 3.0, 0.3)
 """How far from the present values the later starts lie, in turn."""
 
 FIRST_DAMPING, LAST_DAMPING = 1e-3, 1e9
@@ -435,7 +435,7 @@ class System:
             if size - gain > STRAIGHT * size:
                 rows = []
             x, values, missing, size = ahead, there, left, size - gain
-            slow = slow + 1 if gain < 1e-3 * size else 0
+            slow = slow + 1 if gain < 0.01 * size else 0
             if slow > 6:
                 break
         return Descent(x, size)
@@ -526,7 +526,10 @@ class System:
 
 def _unit(wanted: Any, present: Any, least: float) -> float:
     """What a difference counts of a value that is and becomes so large."""
-    size = max(abs(float(wanted)), abs(float(present)), least)
+    try:
+        size = max(abs(float(wanted)), abs(float(present)), least)
+    except UNDEFINED:
+        return 1.0
     return 1.0 / size if 1e-300 < size < math.inf else 1.0
 
 
