@@ -19,7 +19,7 @@ from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
-from .solve import solve
+from .solve import nearest, slopes, solve, source_values
 from .sources import Source, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import from_affine, lazy, origins, plain_scalar, track
@@ -48,12 +48,15 @@ __all__ = [
     'is_tracked',
     'lazy',
     'leaves',
+    'nearest',
     'numpy_functions',
     'operation',
     'origins',
     'plain_scalar',
     'reapply',
+    'slopes',
     'solve',
+    'source_values',
     'sources',
     'to_bool',
     'to_float',

@@ -11,7 +11,7 @@ memory in proportion to the operations and sources below the value.
 import math
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
-from .graph import slope_or_zero
+from .graph import slope_or_zero, slopes_or_zeros
 from .operations import AFFINE, SOURCE
 from .sources import Source
 from .tracked import TRACKED, new, resolve
@@ -147,7 +147,8 @@ def _fold_of(nodes: List[Node]) -> tuple:
             operands: Iterable[Any] = (first,)
             slopes: Iterable[Any] = (slope_or_zero(form.slope, first._plain, second),)
         else:
-            operands, slopes = form.operands(first, second), _slopes(record)
+            operands = form.operands(first, second)
+            slopes = slopes_or_zeros(record, [operand._plain for operand in operands])
         for operand, slope in zip(operands, slopes):
             try:
                 total = weights.get(id(operand), 0) + weight * slope
@@ -159,17 +160,6 @@ def _fold_of(nodes: List[Node]) -> tuple:
     leaves = [(node, weights[id(node)]) for node, record in nodes if record[0] is SOURCE]
     terms, can_merge = _merged(leaves)
     return AFFINE, terms, exact and can_merge
-
-
-def _slopes(record: tuple) -> Iterable[Any]:
-    """The slopes of a record at the present values of its operands, 0 where there are none that a float holds."""
-    form, first, second = record
-    operands = form.operands(first, second)
-    try:
-        slopes = form.slopes(first, second, [operand._plain for operand in operands])
-        return [slope if slope - slope == 0 else 0 for slope in slopes]
-    except (ArithmeticError, ValueError, TypeError):
-        return [0] * len(operands)
 
 
 def _is_exact(record: tuple) -> bool:
