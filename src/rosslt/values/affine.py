@@ -47,7 +47,7 @@ def folded(value: Any) -> tuple:
 
 
 def _folded_if_short(value: Any) -> Optional[tuple]:
-    """The record for a value that few operations made, all of them affine: as `_fold_all` gives it, in a part of the
+    """The record for a value that few operations made, all of them affine: as `_fold_of` gives it, in a part of the
     time; None for any other value.
 
     On the way down to the sources, the slopes are multiplied. What several ways lead to is passed several times.
@@ -65,7 +65,7 @@ def _folded_if_short(value: Any) -> Optional[tuple]:
             else:
                 record = getattr(node, '_fold', None)
             if record is None:
-                if not form.affine:
+                if not form.affine or form.operation is None:
                     return None
                 if form.single_operand:
                     rise *= form.slope(first._plain, second)
