@@ -27,28 +27,39 @@ def eliminated(matrix: Any, right: Any) -> Tuple[List[List[Any]], List[List[Any]
         numpy.linalg.LinAlgError: the matrix is singular or not square.
     """
     rows, others = [list(row) for row in matrix], [list(row) for row in right]
-    size = len(rows)
+    size, sign = len(rows), 1
     if any(len(row) != size for row in rows):
         raise np.linalg.LinAlgError('Last 2 dimensions of the array must be square')
-    determinant: Any = 1.0
+    determinant: Any = None
     for column in range(size):
         pivot = max(range(column, size), key=lambda row: abs(float(rows[row][column])))
         if pivot != column:
             rows[pivot], rows[column] = rows[column], rows[pivot]
             others[pivot], others[column] = others[column], others[pivot]
-            determinant = -determinant
+            sign = -sign
         head = rows[column][column]
-        determinant = determinant * head
+        determinant = head if determinant is None else determinant * head
         if head == 0:
             return rows, others, determinant
-        rows[column] = [part / head for part in rows[column]]
-        others[column] = [part / head for part in others[column]]
+        rows[column] = divided(rows[column], head)
+        others[column] = divided(others[column], head)
         for row in range(size):
             factor = rows[row][column]
             if row != column and not is_plain_zero(factor):
-                rows[row] = [a - factor * b for a, b in zip(rows[row], rows[column])]
-                others[row] = [a - factor * b for a, b in zip(others[row], others[column])]
-    return rows, others, determinant
+                rows[row] = reduced(rows[row], factor, rows[column])
+                others[row] = reduced(others[row], factor, others[column])
+    determinant = 1.0 if determinant is None else determinant
+    return rows, others, determinant if sign > 0 else -determinant
+
+
+def divided(row: List[Any], head: Any) -> List[Any]:
+    """A row divided by a number; what is 0 and stays so is left out of the expressions."""
+    return [part if is_plain_zero(part) else part / head for part in row]
+
+
+def reduced(row: List[Any], factor: Any, other: List[Any]) -> List[Any]:
+    """A row without a multiple of another one."""
+    return [a if is_plain_zero(b) else a - factor * b for a, b in zip(row, other)]
 
 
 def is_plain_zero(x: Any) -> bool:
