@@ -28,8 +28,7 @@ BITWISE = {'and': ops.AND, 'or': ops.OR, 'xor': ops.XOR}
 
 TEMPLATE = """
 def __{name}__(self, other):
-    kind = type(other)
-    if kind is float:
+    if type(other) is float:
         value = self._plain {symbol} other
         result = create(value)
         result._plain = value
@@ -38,7 +37,7 @@ def __{name}__(self, other):
         if size > {limit}:
             shorten(result)
         return result
-    if kind is TrackedFloat:
+    if type(other) is TrackedFloat:
         value = self._plain {symbol} other._plain
         result = create(value)
         result._plain = value
