@@ -387,16 +387,27 @@ class System:
     def _step(self, x: Point, rows: Rows, missing: List[float], damping: float, by_row: bool = True) -> Point:
         """A step towards the results; an unknown at a bound that it would leave stays there."""
         self._budget.spend(work_of_step(rows, len(x)))
+        at_bounds = [place for place, (value, (low, high)) in enumerate(zip(x, self._limits)) if not low < value < high]
+        if not at_bounds:
+            return shortest_step(rows, missing, self._scales, damping, by_row)
+        downhill = dict.fromkeys(at_bounds, 0.0)
+        for row, part in zip(rows, missing):
+            for place in at_bounds:
+                downhill[place] += row.get(place, 0.0) * part
+        held = {place for place in at_bounds if self._leaves(place, x[place], downhill[place])}
         while True:
-            step = shortest_step(rows, missing, self._scales, damping, by_row)
-            leaving = {
-                place
-                for place, (part, value, (low, high)) in enumerate(zip(step, x, self._limits))
-                if part and (value >= high if part > 0 else value <= low)
-            }
+            free = [{place: slope for place, slope in row.items() if place not in held} for row in rows]
+            step = shortest_step(free, missing, self._scales, damping, by_row)
+            leaving = [place for place in at_bounds if self._leaves(place, x[place], step[place])]
             if not leaving:
                 return step
-            rows = [{place: slope for place, slope in row.items() if place not in leaving} for row in rows]
+            # One at a time: without it the others may come back.
+            held.add(max(leaving, key=lambda place: abs(step[place]) / self._scales[place]))
+
+    def _leaves(self, place: int, value: float, way: float) -> bool:
+        """Whether an unknown at a bound would leave it."""
+        low, high = self._limits[place]
+        return value >= high if way > 0 else way < 0 and value <= low
 
     def _length(self, step: Point) -> float:
         return math.hypot(*[part / scale for part, scale in zip(step, self._scales)])
