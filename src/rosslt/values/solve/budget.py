@@ -4,15 +4,16 @@ Work is counted, not timed, so that the same question has the same answer on eve
 of the expression evaluated once, 0.2 to 0.4 microseconds; the derivative of one costs several.
 """
 
-from typing import Any, Dict, Iterable, List, Mapping, Optional
+import contextlib
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, Optional
 
 from ..graph import Graph
 from ..operations.inverses import NoPreimage
 from ..operations.table import POWER
 from ..sources import Source
 
-WORK_OF_A_RESULT = 80_000
-"""The work that may be done for each result that is wanted: 20 milliseconds ..."""
+WORK_OF_A_RESULT = 150_000
+"""The work that may be done for each result that is wanted: 40 milliseconds ..."""
 
 MOST_WORK_OF_RESULTS = 400_000
 """... and for all of them, in expressions of ordinary size."""
@@ -63,6 +64,17 @@ class Budget:
         self.left += max(rest.left, 0)
         rest.left = 0
 
+    @contextlib.contextmanager
+    def part_of(self, trial: 'Trial', part: float) -> Iterator[None]:
+        """Let a trial spend no more than a part of what is left."""
+        share = self.share(part)
+        trial.budget = share
+        try:
+            yield
+        finally:
+            trial.budget = self
+            self.refund(share)
+
     def spend(self, work: float) -> None:
         """Do work.
 
@@ -91,7 +103,7 @@ class Trial:
         self.graph = graph
         self.base = base
         self.depends = graph.depending(changing)
-        self._budget = budget
+        self.budget = budget
         last = max(roots)
         steps = [step for step in graph.steps(self.depends) if step[0] <= last]
         self._steps = steps
@@ -107,7 +119,7 @@ class Trial:
             Exhausted: the budget is spent.
             ArithmeticError, ValueError, TypeError: an operation is not defined there.
         """
-        self._budget.spend(self.work)
+        self.budget.spend(self.work)
         values = list(self.base)
         self.graph.run(self._safe_steps, values, changes, self._most_bits)
         return values
@@ -123,7 +135,7 @@ class Trial:
 
     def partials(self, values: List[Any]) -> Dict[int, tuple]:
         """The slopes of all nodes that may change for their operands, at such values."""
-        self._budget.spend(self.work * WORK_OF_A_SLOPE)
+        self.budget.spend(self.work * WORK_OF_A_SLOPE)
         return self.graph.partials(self._steps, values)
 
 

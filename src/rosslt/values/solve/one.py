@@ -14,6 +14,7 @@ from ..closeness import almost_meets, is_at, is_near, meets
 from ..graph import Graph
 from ..operations import SOURCE, Form
 from ..operations.inverses import NoPreimage, refuse
+from ..operations.table import DIVIDE
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted, Trial
 from .periods import periods, turns_too_many
@@ -24,6 +25,9 @@ MARK = '\ue000'
 
 LONGEST_NUMBER = 2**16
 """Whole numbers with more bits are not solved for: exact fractions of them take too long."""
+
+FIRST_SEARCH = 0.4
+"""The part of the budget that a search from the present value may take."""
 
 Limits = Tuple[Any, Any]
 
@@ -242,11 +246,36 @@ class Attempt:
                 refuse('its occurrences cancel out')
             return start + quotient(difference(wanted, values[place]), rise)
         self._searches += 1
+        search = self._search(place, wanted, lambda result: meets(result, wanted), self._low, self._high)
         if self._searches > 1:
             # What a whole search from one start does not find, a descent from another one may.
-            search = self._search(place, wanted, lambda result: meets(result, wanted))
             return search.descend_whole(start) if self._kind is int else search.descend(start)
-        return self._searched(place, wanted, start, lambda result: meets(result, wanted), self._low, self._high)
+        if self._kind is float:
+            found = self._of_quotient(place, wanted, start)
+            if found is not None and search.is_met(found):
+                return search.nearer(start, found)
+        # The rest is for other branches of the operations undone so far.
+        with self._trial.budget.part_of(self._trial, FIRST_SEARCH):
+            return self._searched(place, wanted, start, lambda result: meets(result, wanted), self._low, self._high)
+
+    def _of_quotient(self, place: int, wanted: Any, start: float) -> Optional[float]:
+        """Where a quotient of two expressions may be the wanted one, found without its poles: `a - wanted * b` is 0
+        there. None for any other operation."""
+        form, first, second = self._graph.records[place]
+        if form.operation is not DIVIDE:
+            return None
+        a, b = self._graph.index[id(first)], self._graph.index[id(second)]
+
+        def excess(value: Any) -> Any:
+            values = self._trial.values({self._source: value})
+            return values[a] - wanted * values[b]
+
+        def slope(value: Any) -> Any:
+            values = self._trial.values({self._source: value})
+            rise = self._graph.tangent(self._source, self._trial.partials(values))
+            return rise.get(a, 0) - wanted * rise.get(b, 0)
+
+        return Search(excess, slope, 0.0, lambda result: result == 0, self._low, self._high).descend(start)
 
     def _text_within(self, place: int, wanted: str) -> str:
         """The text that a source must hold which appears in a longer one more than once.

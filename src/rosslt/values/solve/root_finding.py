@@ -61,7 +61,7 @@ class Search:
         try:
             found = self.descend(start)
             if self.is_met(found):
-                return self._nearer(start, found)
+                return self.nearer(start, found)
             for x in self._scanned(start):
                 if self.is_met(x):
                     return x
@@ -143,14 +143,17 @@ class Search:
     def _clamped(self, x: float) -> float:
         return min(max(x, self._low), self._high)
 
-    def _nearer(self, start: float, found: float) -> float:
+    def nearer(self, start: float, found: float) -> float:
         """An answer between the start and one that was found, on either side, that one where there is none."""
         way = abs(found - start)
         if not way > 0.05 * max(1.0, abs(start)):
             return found
-        for x in self._crossings(start, [way * part / 16 for part in range(1, 16)]):
-            if self.is_met(x) and abs(x - start) < way:
-                return x
+        try:
+            for x in self._crossings(start, [way * part / 16 for part in range(1, 16)]):
+                if self.is_met(x) and abs(x - start) < way:
+                    return x
+        except Exhausted:
+            pass
         return found
 
     def _scanned(self, start: float) -> Iterator[float]:
@@ -224,13 +227,18 @@ class Search:
 
     def between(self, low: float, high: float) -> float:
         """Where f passes the wanted value, between one x where it is below and another where it is above."""
+        largest = max([abs(missing) for missing in (self.missing(low), self.missing(high)) if missing is not None])
+        is_polished = False
         for _ in range(120):
             middle = low + (high - low) / 2
             missing = self.missing(middle)
             if not missing or middle in (low, high):
-                break
+                return middle
+            if abs(missing) > 2 * largest and abs(high - low) <= 1e-3 * abs(middle):
+                return middle  # a pole, where f passes nothing
             low, high = (middle, high) if missing < 0 else (low, middle)
-            if abs(high - low) <= 1e-3 * abs(middle):
+            if not is_polished and abs(high - low) <= 1e-3 * abs(middle):
+                is_polished = True
                 polished = self.descend(middle, 8)
                 if min(low, high) <= polished <= max(low, high) and self.is_met(polished):
                     return polished

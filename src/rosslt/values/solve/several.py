@@ -4,6 +4,7 @@ Of all source values that give the results, those nearest the present ones are t
 dragging the tip of an arm, of which only the forward kinematics is known, turns its joints as little as it can.
 """
 
+import itertools
 import math
 import random
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
@@ -47,6 +48,13 @@ STRAIGHT = 1e-3
 
 SHORT_WAY = 0.25
 """A source that moves by no more than this is not looked at for whole periods."""
+
+LARGE_TURN = 0.8
+"""An angle that turns by more than this, in radians, is worth a look for an answer that turns it less."""
+
+SECOND_RADII = (1.0, 2.0, 3.0)
+MOST_SECOND_STARTS = 8
+"""From where such a nearer answer is looked for."""
 
 LONG = 2.0
 """An answer that is so many times as far away as the slopes promise is worth a look for a nearer one."""
@@ -124,41 +132,53 @@ class System:
 
     def solution(self) -> Optional[Point]:
         """The unknowns' values that give all results, None where none were found."""
-        best: Optional[Point] = None
         dead_ends: Dict[str, int] = {}
-        found = 0
         try:
-            for end in self._ends():
-                if not self.accepts(end.x):
+            for start in self._starts():
+                for end in self._ends(start):
+                    if self.accepts(end.x):
+                        return self._tidied(self._nearest(end.x))
                     key = '%.3g' % end.size
                     dead_ends[key] = dead_ends.get(key, 0) + 1
-                    if dead_ends[key] >= ENOUGH_DEAD_ENDS and best is None:
-                        break
-                    continue
-                x = self._nearer(self._unwound(end.x))
-                best = x if best is None or self._way(x) < self._way(best) else best
-                found += 1
-                if self._way(best) <= LONG * self._promised or found > 3:
-                    break
+                    if dead_ends[key] >= ENOUGH_DEAD_ENDS:
+                        return None
         except Exhausted:
             pass
-        return None if best is None else self._tidied(best)
+        return None
 
-    def _ends(self) -> Iterator[Descent]:
-        """Where descents end, those of the results as they are and those of what is left of them when their outermost
-        operations are undone, which has no poles and does not saturate."""
-        for start in self._starts():
-            end = self._descend(start, self._equations)
+    def _nearest(self, x: Point) -> Point:
+        """The nearest of some answers, from one: looked for from other starts where that one is far away."""
+        best = x
+        try:
+            best = x = self._nearer(self._unwound(x))
+            turned = has_periods(self._graph) and max([abs(a - b) for a, b in zip(x, self.start)]) > LARGE_TURN
+            if self._way(x) <= LONG * self._promised and not turned:
+                return best
+            for start in itertools.islice(self._scattered(SECOND_RADII), MOST_SECOND_STARTS):
+                for end in self._ends(start):
+                    if self.accepts(end.x):
+                        x = self._nearer(self._unwound(end.x))
+                        best = x if self._way(x) < self._way(best) else best
+        except Exhausted:
+            pass
+        return best
+
+    def _ends(self, start: Point) -> Iterator[Descent]:
+        """Where descents from a start end, those of the results as they are and those of what is left of them when their
+        outermost operations are undone, which has no poles and does not saturate."""
+        end = self._descend(start, self._equations)
+        if end is not None:
+            yield end
+            if end.size < MET:
+                return
+        undone_equations = self._undone(start)
+        if undone_equations is None:
+            return
+        end = self._descend(start, undone_equations)
+        if end is not None and end.size < 1e-6:
+            end = self._descend(end.x, self._equations)
             if end is not None:
                 yield end
-            undone_equations = self._undone(start)
-            if undone_equations is None:
-                continue
-            end = self._descend(start, undone_equations)
-            if end is not None and end.size < 1e-6:
-                end = self._descend(end.x, self._equations)
-                if end is not None:
-                    yield end
 
     def _undone(self, x: Point) -> Optional[List[Equation]]:
         """The equations with the outermost operations undone, on the branches of a point, quotients as products.
@@ -279,9 +299,13 @@ class System:
         followed = self._followed()
         if followed is not None:
             yield followed
+        yield from itertools.islice(self._scattered(RADII), MOST_STARTS)
+
+    def _scattered(self, radii: Sequence[float]) -> Iterator[Point]:
+        """Points around the present values, at such radii in turn, and anywhere within the bounds."""
         chance = random.Random(1)
-        for number in range(MOST_STARTS):
-            radius = RADII[number % len(RADII)]
+        for number in itertools.count():
+            radius = radii[number % len(radii)]
             start = []
             for value, (low, high), scale in zip(self.start, self._limits, self._scales):
                 if number % 2 and math.isfinite(high - low):
@@ -363,16 +387,27 @@ class System:
     def _step(self, x: Point, rows: Rows, missing: List[float], damping: float, by_row: bool = True) -> Point:
         """A step towards the results; an unknown at a bound that it would leave stays there."""
         self._budget.spend(work_of_step(rows, len(x)))
+        at_bounds = [place for place, (value, (low, high)) in enumerate(zip(x, self._limits)) if not low < value < high]
+        if not at_bounds:
+            return shortest_step(rows, missing, self._scales, damping, by_row)
+        downhill = dict.fromkeys(at_bounds, 0.0)
+        for row, part in zip(rows, missing):
+            for place in at_bounds:
+                downhill[place] += row.get(place, 0.0) * part
+        held = {place for place in at_bounds if self._leaves(place, x[place], downhill[place])}
         while True:
-            step = shortest_step(rows, missing, self._scales, damping, by_row)
-            leaving = {
-                place
-                for place, (part, value, (low, high)) in enumerate(zip(step, x, self._limits))
-                if part and (value >= high if part > 0 else value <= low)
-            }
+            free = [{place: slope for place, slope in row.items() if place not in held} for row in rows]
+            step = shortest_step(free, missing, self._scales, damping, by_row)
+            leaving = [place for place in at_bounds if self._leaves(place, x[place], step[place])]
             if not leaving:
                 return step
-            rows = [{place: slope for place, slope in row.items() if place not in leaving} for row in rows]
+            # One at a time: without it the others may come back.
+            held.add(max(leaving, key=lambda place: abs(step[place]) / self._scales[place]))
+
+    def _leaves(self, place: int, value: float, way: float) -> bool:
+        """Whether an unknown at a bound would leave it."""
+        low, high = self._limits[place]
+        return value >= high if way > 0 else way < 0 and value <= low
 
     def _length(self, step: Point) -> float:
         return math.hypot(*[part / scale for part, scale in zip(step, self._scales)])
