@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 """What holds for actions that carry provenance, also with peers that know nothing of it."""
 
-import os
 import queue
-import sys
 import unittest
 
 import rospy
@@ -11,9 +9,7 @@ from actionlib.msg import TwoIntsAction, TwoIntsGoal
 from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionResult
 
 import rosslt
-
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'node'))
-from processes import Node, wait_until
+from support.processes import Node, wait_until
 
 IMPORTS = """
     import actionlib

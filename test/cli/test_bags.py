@@ -4,9 +4,10 @@ import subprocess
 
 import pytest
 import rosbag
-from processes import wait_until
-from shell import failure, lines, on_terminal, rosslt
 from std_msgs.msg import String
+
+from support.processes import wait_until
+from support.shell import failure, lines, on_terminal, rosslt
 
 pytestmark = pytest.mark.rostest
 

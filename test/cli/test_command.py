@@ -11,11 +11,11 @@ import time
 import pytest
 import rospy
 import yaml
-from processes import Node, wait_until
 from rosslt.srv import ChangeSources, ListLocations
-from shell import failure, lines, on_terminal, rosslt
 
 from rosslt.cli import VERBS
+from support.processes import Node, wait_until
+from support.shell import failure, lines, on_terminal, rosslt
 
 pytestmark = pytest.mark.rostest
 

@@ -7,10 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from pages import Reader, sessions
 
-sys.path.insert(0, str(Path(__file__).parents[1] / 'node'))
-from processes import Master
+from support.pages import Reader, sessions
+from support.processes import Master
 
 DOCS = Path(__file__).parents[2] / 'docs'
 

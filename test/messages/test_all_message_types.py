@@ -7,7 +7,6 @@ import genpy.generate_initpy
 import genpy.generator
 import genpy.message
 import pytest
-from filling import Filling, assert_arrived, serialized
 
 from rosslt.messages import (
     append_provenance,
@@ -19,6 +18,7 @@ from rosslt.messages import (
     wrap,
 )
 from rosslt.messages.definitions import MessagePath, data_type
+from support.filling import Filling, assert_arrived, serialized
 
 PACKAGE = 'rosslt_test_tracked'
 PATH = MessagePath()

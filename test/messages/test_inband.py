@@ -4,13 +4,13 @@ import io
 import random
 
 import pytest
-from filling import Filling, assert_arrived, serialized
 from geometry_msgs.msg import Point, Pose
 from std_msgs.msg import ByteMultiArray, Empty, String, UInt8MultiArray
 from visualization_msgs.msg import Marker
 
 from rosslt import Source, track
 from rosslt.messages import append_provenance, attach, encode, split_provenance
+from support.filling import Filling, assert_arrived, serialized
 
 X = track(0.25, Source('/node', 1))
 

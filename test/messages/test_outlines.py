@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from filling import serialized
 from geometry_msgs.msg import Point, Pose, Twist, Vector3
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,6 +11,7 @@ from rosslt import Source, is_tracked, sources, track
 from rosslt.messages import BadHeader, attach, encode, received, wire
 from rosslt.messages.received import ReceivedHeader
 from rosslt.values import affine, from_affine
+from support.filling import serialized
 
 SOURCES = [Source('/node', 1), Source('/node', 2), Source('/other', 3)]
 #: Written as floats or as whole numbers, some equal and not the same; one is not to be sent at all.

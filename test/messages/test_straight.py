@@ -3,7 +3,6 @@
 import itertools
 
 import pytest
-from filling import Filling, assert_arrived
 from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped, PoseWithCovariance, TransformStamped, Twist
 from sensor_msgs.msg import NavSatStatus, Range
 from std_msgs.msg import Bool, ColorRGBA, Empty, Float64, Int8, String, Time
@@ -14,6 +13,7 @@ from rosslt.messages import attach, encode, wire
 from rosslt.messages.straight import searches, straight_placer
 from rosslt.messages.walkers import walkers
 from rosslt.values import leaves
+from support.filling import Filling, assert_arrived
 
 X = track(0.25, Source('/node', 1))
 WITHOUT_ARRAYS = (

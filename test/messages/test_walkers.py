@@ -9,7 +9,6 @@ import genpy.dynamic
 import numpy
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from filling import Filling, serialized
 from geometry_msgs.msg import Point, Pose, PoseArray, PoseWithCovariance
 from rosgraph_msgs.msg import TopicStatistics
 from rosslt.srv import GetValuesRequest, GetValuesResponse, ListLocationsResponse
@@ -21,6 +20,7 @@ from visualization_msgs.msg import InteractiveMarkerUpdate, Marker, MarkerArray
 from rosslt import Source, track
 from rosslt.messages.walkers import END, TRACKED, walkers
 from rosslt.values import leaves
+from support.filling import Filling, serialized
 
 X = track(0.25, Source('/node', 1))
 

@@ -6,7 +6,6 @@ import struct
 import tracemalloc
 
 import pytest
-from filling import Filling, every_leaf, serialized
 from geometry_msgs.msg import Point, Pose
 from std_msgs.msg import Bool, Float64, Int64, String
 from visualization_msgs.msg import Marker
@@ -15,6 +14,7 @@ from rosslt import Error, NotInvertible, NotTracked, Source, explain, is_tracked
 from rosslt.messages import BadHeader, attach, encode
 from rosslt.messages.columns import packed, zigzag
 from rosslt.values import OPERATIONS
+from support.filling import Filling, every_leaf, serialized
 
 X = track(0.25, Source('/node', 1))
 CODES = {operation.name: 16 + code for code, operation in OPERATIONS.items()}

@@ -10,12 +10,12 @@ import time
 import unittest
 
 import rospy
-from processes import Node, wait_until
 from rosslt.msg import AppliedChange
 from rosslt.srv import ChangeSources, GetValues, ListLocations
 from std_srvs.srv import Trigger
 
 import rosslt
+from support.processes import Node, wait_until
 
 OWNER = """
     rosslt.location(2.0, name='gain', minimum=0.0, maximum=10.0)

@@ -10,10 +10,10 @@ from collections import OrderedDict
 import rosgraph
 import rospy
 from geometry_msgs.msg import Point, PoseStamped
-from processes import Node, wait_until
 from rosslt.srv import ListLocations
 
 import rosslt
+from support.processes import Node, wait_until
 
 SHOW = """
 for source in rosslt.sources(values):

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 import rosgraph
-from processes import wait_until
+
+from support.processes import wait_until
 
 ROOT = Path(__file__).resolve().parents[2]
 

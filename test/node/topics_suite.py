@@ -14,12 +14,12 @@ import unittest
 import rosbag
 import rospy
 from geometry_msgs.msg import Point, PointStamped, Pose
-from processes import Node, wait_until
 from rosslt.msg import Float64Tracked, PoseTracked
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, SetBoolResponse
 
 import rosslt
+from support.processes import Node, wait_until
 
 TALKER = """
     publisher = rosslt.{publisher}('pose', {kind}, queue_size=10, latch=True)

@@ -10,10 +10,8 @@ import rostest
 from visualization_msgs.msg import InteractiveMarkerFeedback, Marker, MarkerArray
 
 import rosslt
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'markers'))
-from hand import wait_until
-from mouse import MouseCase
+from support.hand import wait_until
+from support.mouse import MouseCase
 
 SCRIPT = Path(rospy.myargv()[1])
 QUADCOPTER, END = '/quadcopter:quadcopter:0', '/trajectory_markers:end:0'

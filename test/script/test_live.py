@@ -4,10 +4,10 @@ import random
 import threading
 
 import pytest
-from processes import wait_until
 
 import rosslt
 from rosslt.script import LiveScript, ScriptError, Settings, files
+from support.processes import wait_until
 
 TOUR = """# tour
 height = 1.5

@@ -3,12 +3,12 @@
 import pickle
 
 import pytest
-from expressions import SOURCES, expressions, linear_expressions, numbers, pools, scalars, usable
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from rosslt import NotInvertible, evaluate, is_tracked, solve, sources, track, untracked
 from rosslt.values import affine, assemble, disassemble, lazy, reapply
+from support.expressions import SOURCES, expressions, linear_expressions, numbers, pools, scalars, usable
 
 # Without a database and without its search for extremes, Hypothesis spends its time on examples.
 many = settings(

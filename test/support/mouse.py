@@ -4,10 +4,11 @@ import unittest
 
 import rospy
 from geometry_msgs.msg import Point
-from hand import wait_until
-from screen import Screen
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerUpdate, Marker, MarkerArray
+
+from support.hand import wait_until
+from support.screen import Screen
 
 #: A pixel in view where no marker is, and where RViz says what the mouse does there: left, top, right, bottom.
 EMPTY = (30, 80)

@@ -6,7 +6,8 @@ import shutil
 import subprocess
 
 import numpy
-from hand import wait_until
+
+from support.hand import wait_until
 
 SIZE = (1000, 800)
 STARTING = 60.0
