@@ -66,7 +66,8 @@ class CallForm(Form):
         begin = len(arguments) - len(keywords)
         shown[begin:] = ['%s=%s' % pair for pair in zip(keywords, shown[begin:])]
         text = '%s(%s)' % (self.name, ', '.join(shown)) + ('' if second is None else '[%d]' % second)
-        return text if self.derivatives else 'numerically ' + text, FUNCTION
+        is_exact = all(_of(self.derivatives, at) for at, one in enumerate(arguments) if type(one) in TRACKED)
+        return text if is_exact else 'numerically ' + text, FUNCTION
 
     def call(self, arguments: Sequence[Any], keywords: Sequence[str]) -> Any:
         """The function's result for such arguments."""
@@ -102,25 +103,17 @@ def _of(functions: Functions, at: int) -> Optional[Callable[..., Any]]:
 def operation(
     function: Optional[Callable[..., Any]] = None, *, inverse: Functions = None, slope: Functions = None
 ) -> Callable[..., Any]:
-    """Make a function of numbers one that keeps provenance, as a decorator or by a call.
-
-        @rosslt.operation
-        def range_of(voltage): ...
-
-        ik = rosslt.operation(ik)
+    """Make a function of numbers one that keeps provenance, as a decorator or by a call: `ik = rosslt.operation(ik)`.
 
     Args:
-        function: takes plain numbers by position or keyword (and whatever else it likes, a method its `self`), and
-        returns a number
-            or a tuple of numbers. The same arguments must give the same results.
-        inverse: for each argument the function `inverse(wanted, *arguments)` that gives what this argument must
-        become, or None; a
-            single function is that of the first argument. Without one, the argument is searched for numerically. It is
-            not used where the function returns a tuple.
-        slope: for each argument the function `slope(*arguments)` that gives the derivative (a tuple of them where the
-        function
-            returns one), or None; a single function is that of the first argument. Without one, the slope is a central
-            difference, and `explain` says `numerically`.
+        function: takes plain numbers by position or keyword, and whatever else it likes (a method its `self`). It
+            returns a number or a tuple of numbers, the same for the same arguments.
+        inverse: for each argument the function `inverse(wanted, *arguments)` that gives what this argument must become,
+            or None; a single function is that of the first argument. Without one, the argument is searched for
+            numerically, and so it is where the function returns a tuple.
+        slope: for each argument the function `slope(*arguments)` that gives the derivative, or None; a single function
+            is that of the first argument. Where the function returns a tuple, so does the slope. Without one it is a
+            central difference, and `explain` says `numerically`.
 
     Returns:
         The function; with tracked arguments its results are tracked. On the wire travels its linearization.
