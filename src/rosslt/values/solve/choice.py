@@ -243,7 +243,8 @@ def solve_one(
         try:
             if source in freedom.read_only:
                 refuse('{source} is read-only')
-            return {source: Attempt(graph, root, source, base, freedom.limits(source), share).answer(wanted)}
+            attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
+            return {source: attempt.answer()}
         except UNDEFINED as reason:
             text = str(reason).replace('{source}', describe_source(source))
             if text not in reasons:

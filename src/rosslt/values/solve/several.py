@@ -16,7 +16,7 @@ from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted, Trial
 from .least_squares import Rows, shortest_step, work_of_step
 from .one import undone
-from .periods import has_periods, periods, turns_too_many
+from .periods import TURN, has_periods, periods, turns_too_many
 
 ROUNDS = 50
 DAMPINGS = (0.0, 1e-6, 1e-3, 0.03, 1.0, 30.0)
@@ -166,6 +166,13 @@ class System:
     def _ends(self, start: Point) -> Iterator[Descent]:
         """Where descents from a start end, those of the results as they are and those of what is left of them when their
         outermost operations are undone, which has no poles and does not saturate."""
+        if start is self.start:
+            # As the results are, first: in the plane, the way to a point on the other side leads around the middle.
+            unit = min([equation.unit for equation in self._equations])
+            end = self._descend(start, [equation._replace(unit=unit) for equation in self._equations])
+            if end is not None and self.accepts(end.x):
+                yield end
+                return
         end = self._descend(start, self._equations)
         if end is not None:
             yield end
@@ -304,16 +311,28 @@ class System:
     def _scattered(self, radii: Sequence[float]) -> Iterator[Point]:
         """Points around the present values, at such radii in turn, and anywhere within the bounds."""
         chance = random.Random(1)
+        turns = self._turns()
         for number in itertools.count():
             radius = radii[number % len(radii)]
             start = []
-            for value, (low, high), scale in zip(self.start, self._limits, self._scales):
+            for value, (low, high), scale, turn in zip(self.start, self._limits, self._scales, turns):
                 if number % 2 and math.isfinite(high - low):
                     start.append(chance.uniform(low, high))
                 else:
-                    reach = scale if number % 3 else max(scale, abs(value))
+                    reach = scale if number % 3 else max(scale, abs(value), turn)
                     start.append(min(max(value + reach * chance.uniform(-radius, radius), low), high))
             yield start
+
+    def _turns(self) -> List[float]:
+        """By how much each unknown turns an angle by 1 radian, 0 where it turns none."""
+        turns = [0.0] * len(self._unknowns)
+        values = self._tried(self.start) if has_periods(self._graph) else None
+        if values is not None:
+            partials = self._trial.partials(values)
+            for column, source in enumerate(self._unknowns):
+                found = periods(self._graph, values, self._graph.tangent(source, partials))
+                turns[column] = found[0] / TURN if found else 0.0
+        return turns
 
     def _stirred(self, stir: float) -> Point:
         return [
