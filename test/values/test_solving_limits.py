@@ -1,4 +1,4 @@
-"""What solving does where it was once wrong, endless or too shy: joints, bounds, budgets, several sources, large systems."""
+"""What solving promises for joints, budgets, bounds, several sources, branches and large systems."""
 
 import math as plain_math
 import random

@@ -161,9 +161,9 @@ def _with_small_powers(graph: Graph, steps: List[tuple], most_bits: int) -> List
 def _capped(forward: Any, swapped: bool, most_bits: int) -> Any:
     def small(x: Any, y: Any) -> Any:
         base, exponent = (y, x) if swapped else (x, y)
-        if isinstance(base, int) and isinstance(exponent, int) and base.bit_length() * exponent > 2 * most_bits:
-            if base not in (0, 1, -1):
-                raise OverflowError('a power of too many digits')
+        are_whole = isinstance(base, int) and isinstance(exponent, int) and base not in (0, 1, -1)
+        if are_whole and base.bit_length() * exponent > 2 * most_bits:
+            raise OverflowError('a power of too many digits')
         return forward(x, y)
 
     return small

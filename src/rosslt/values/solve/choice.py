@@ -19,8 +19,9 @@ from ..sources import Source, describe_source
 from ..tracked import TRACKED, TrackedFloat, scalar
 from ..tree import paired
 from .budget import UNDEFINED, Budget
+from .equations import Goal, size_of
 from .one import Attempt, written
-from .several import Goal, System, size_of
+from .several import System
 
 Bounds = Mapping[Source, Tuple[Any, Any]]
 Rank = Union[Mapping[Source, int], Callable[[Source], int]]

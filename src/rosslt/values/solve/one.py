@@ -8,7 +8,7 @@ answer, or to one out of bounds, other source values are started from, and at la
 
 import math
 from fractions import Fraction
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, List, Optional, Tuple
 
 from ..closeness import almost_meets, is_at, is_near, meets
 from ..graph import Graph
