@@ -60,7 +60,10 @@ class Freedom(NamedTuple):
         return -math.inf if low is None else low, math.inf if high is None else high
 
     def scale(self, source: Source) -> float:
-        """How far a source moves as easily as an unbounded one moves by 1: its bounds' range, unless it has a weight."""
+        """How far a source moves as easily as one without bounds moves by 1.
+
+        That is the range of its bounds, unless it has a weight.
+        """
         if source in self.weights:
             return 1.0 / self.weights[source]
         low, high = self.limits(source)

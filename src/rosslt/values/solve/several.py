@@ -1,7 +1,8 @@
 """Several sources at once, from the present values and, where that does not lead there, from others.
 
-Of all source values that give the results, those nearest the present ones are taken (Euclidean, in the sources'
-scales): dragging the tip of an arm, of which only the forward kinematics is known, turns its joints as little as it can.
+Of all source values that give the results, those nearest the present ones are taken (Euclidean, in the scales of the
+sources): dragging the tip of an arm, of which only the forward kinematics is known, turns its joints as little as
+it can.
 """
 
 import itertools
