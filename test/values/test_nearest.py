@@ -33,11 +33,11 @@ def test_an_arm_comes_as_near_as_its_reach_allows(seed):
 def test_a_drag_past_a_bound_goes_to_the_bound_exactly():
     x, y = track(1.0, A), track(1.0, B)
     assert nearest([2 * x], [10.0], bounds={A: (0.0, 1.7)}) == ({A: 1.7}, pytest.approx(6.6))
-    changes, gap = nearest([x + y, 0.5 * x], [10.0, 0.5], bounds={A: (0.1, 2.3), B: (None, 3.1)})
+    changes, _ = nearest([x + y, 0.5 * x], [10.0, 0.5], bounds={A: (0.1, 2.3), B: (None, 3.1)})
     assert changes[B] == 3.1
     assert 0.1 <= changes[A] <= 2.3
     arm = tip(0.3, 0.5)
-    changes, gap = nearest(arm, [-1.0, 1.0], bounds={A: (0.0, 0.9), B: (0.0, 1.1)})
+    changes, _gap = nearest(arm, [-1.0, 1.0], bounds={A: (0.0, 0.9), B: (0.0, 1.1)})
     assert changes == {A: 0.9, B: 1.1}
 
 

@@ -95,10 +95,17 @@ class Trial:
         roots: the places of the nodes that are asked for.
         base: the values of the nodes while nothing changes.
         budget: what it may cost.
+        wanted: the results that are wanted, which may be long whole numbers themselves.
     """
 
     def __init__(
-        self, graph: Graph, changing: Iterable[Source], roots: List[int], base: List[Any], budget: Budget
+        self,
+        graph: Graph,
+        changing: Iterable[Source],
+        roots: List[int],
+        base: List[Any],
+        budget: Budget,
+        wanted: Iterable[Any] = (),
     ) -> None:
         self.graph = graph
         self.base = base
@@ -108,6 +115,7 @@ class Trial:
         steps = [step for step in graph.steps(self.depends) if step[0] <= last]
         self._steps = steps
         whole = [value.bit_length() for value in base if type(value) is int]
+        whole += [value.bit_length() for value in wanted if type(value) is int] if whole else []
         self._most_bits = max([MOST_BITS] + [2 * bits for bits in whole]) if whole else 0
         self._safe_steps = _with_small_powers(graph, steps, self._most_bits) if whole else steps
         self.work = WORK_OF_A_CALL + len(steps) + len(base) // 16
@@ -153,9 +161,9 @@ def _with_small_powers(graph: Graph, steps: List[tuple], most_bits: int) -> List
 def _capped(forward: Any, swapped: bool, most_bits: int) -> Any:
     def small(x: Any, y: Any) -> Any:
         base, exponent = (y, x) if swapped else (x, y)
-        if isinstance(base, int) and isinstance(exponent, int) and base.bit_length() * exponent > 2 * most_bits:
-            if base not in (0, 1, -1):
-                raise OverflowError('a power of too many digits')
+        are_whole = isinstance(base, int) and isinstance(exponent, int) and base not in (0, 1, -1)
+        if are_whole and base.bit_length() * exponent > 2 * most_bits:
+            raise OverflowError('a power of too many digits')
         return forward(x, y)
 
     return small

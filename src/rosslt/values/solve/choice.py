@@ -19,8 +19,9 @@ from ..sources import Source, describe_source
 from ..tracked import TRACKED, TrackedFloat, plain_scalar
 from ..tree import paired
 from .budget import UNDEFINED, Budget
+from .equations import Goal, size_of
 from .one import Attempt, written
-from .several import Goal, System, size_of
+from .several import System
 
 Bounds = Mapping[Source, Tuple[Any, Any]]
 Rank = Union[Mapping[Source, int], Callable[[Source], int]]
@@ -59,7 +60,10 @@ class Freedom(NamedTuple):
         return -math.inf if low is None else low, math.inf if high is None else high
 
     def scale(self, source: Source) -> float:
-        """How far a source moves as easily as an unbounded one moves by 1: its bounds' range, unless it has a weight."""
+        """How far a source moves as easily as one without bounds moves by 1.
+
+        That is the range of its bounds, unless it has a weight.
+        """
         if source in self.weights:
             return 1.0 / self.weights[source]
         low, high = self.limits(source)
@@ -243,7 +247,8 @@ def solve_one(
         try:
             if source in freedom.read_only:
                 refuse('{source} is read-only')
-            return {source: Attempt(graph, root, source, base, freedom.limits(source), share).answer(wanted)}
+            attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
+            return {source: attempt.answer()}
         except UNDEFINED as reason:
             text = str(reason).replace('{source}', describe_source(source))
             if text not in reasons:

@@ -46,16 +46,25 @@ class Attempt:
         base: the values of the nodes once other sources are as wanted.
         limits: the source's minimum and maximum, infinite for none.
         budget: what it may cost.
+        wanted: what the result should become.
     """
 
     def __init__(
-        self, graph: Graph, root: int, source: Source, base: List[Any], limits: Limits, budget: Budget
+        self,
+        graph: Graph,
+        root: int,
+        source: Source,
+        base: List[Any],
+        limits: Limits,
+        budget: Budget,
+        wanted: Any,
     ) -> None:
         self._graph = graph
         self._root = root
         self._source = source
         self._base = base
-        self._trial = Trial(graph, [source], [root], base, budget)
+        self._trial = Trial(graph, [source], [root], base, budget, [wanted])
+        self._wanted = wanted
         self._depends = self._trial.depends
         leaf = graph.occurrences[source][0]
         self.present = base[leaf]
@@ -68,12 +77,13 @@ class Attempt:
         if not self._depends[root]:
             refuse('it does not depend on that')
 
-    def answer(self, wanted: Any) -> Any:
+    def answer(self) -> Any:
         """The value of the source that makes the result the wanted one, the nearest to the present one of those found.
 
         Raises:
             NoPreimage: there is none, or none was found.
         """
+        wanted = self._wanted
         if self._kind is bool:
             fitting = [value for value in (self.present, not self.present) if meets(self._result(value), wanted)]
             fitting = [value for value in fitting if self._low <= value <= self._high or value == self.present]

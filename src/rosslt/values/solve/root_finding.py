@@ -163,7 +163,7 @@ class Search:
         ways = [size * 10.0**n for n in range(-6, -1)] + fine + [fine[-1] + 0.05 * n for n in range(1, 120)]
         ways += [6.5 * 1.12**n for n in range(1, 60)] + [6000.0 * 2.0**n for n in range(60)]
         for span in (1.0, size):
-            if span < 1 and size > 0.1 or span > 1e3:
+            if (span < 1 and size > 0.1) or span > 1e3:
                 continue
             yield from self._crossings(start, [way * span for way in ways])
         yield from self._crossings(0.0, [10.0**n for n in range(-300, -6, 12)] + [10.0**n for n in range(-6, 300, 12)])
@@ -290,7 +290,7 @@ class Search:
                 missing = self.missing(x)
                 before, was = ends[side]
                 ends[side] = x, missing
-                if missing is not None and was is not None and (missing >= 0) != (was >= 0) or missing == 0:
+                if (missing is not None and was is not None and (missing >= 0) != (was >= 0)) or missing == 0:
                     yield (before, x) if missing == 0 or was < missing else (x, before)
 
     def _between_whole(self, low: int, high: int) -> int:
