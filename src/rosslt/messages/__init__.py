@@ -7,7 +7,19 @@ compiled for it (`walkers`); `wire` writes the wire format that docs/wire_format
 from rosslt.messages.columns import BadHeader
 from rosslt.messages.definitions import UnknownType
 from rosslt.messages.generator import main as generate_tracked_msgs
-from rosslt.messages.inband import MAGIC, append_provenance, finder, plain_check, split_provenance
+from rosslt.messages.inband import (
+    MAGIC,
+    Decoded,
+    append_provenance,
+    decode,
+    decoder,
+    finder,
+    plain_check,
+    provenance_size,
+    read_tracked,
+    split_provenance,
+)
+from rosslt.messages.object_arrays import packed_arrays
 from rosslt.messages.paper_header import LocationHeader, PaperIds
 from rosslt.messages.paper_reading import from_paper_header
 from rosslt.messages.paper_writing import to_paper_header
@@ -18,18 +30,24 @@ from rosslt.messages.wire import encode
 __all__ = [
     'MAGIC',
     'BadHeader',
+    'Decoded',
     'LocationHeader',
     'PaperIds',
     'UnknownType',
     'append_provenance',
     'attach',
+    'decode',
+    'decoder',
     'encode',
     'finder',
     'from_paper_header',
     'generate_tracked_msgs',
     'is_tracked_type',
+    'packed_arrays',
     'plain_check',
     'plain_type',
+    'provenance_size',
+    'read_tracked',
     'split_provenance',
     'to_paper_header',
     'tracked_type',

@@ -17,6 +17,9 @@ from rosslt.values import AFFINE, CONSTANT, OPERATIONS, SOURCE, Operation, assem
 TEXT_LIMIT = 1 << 16
 """The longest text that an expression may make on its way."""
 
+TEXTS_LIMIT = 1 << 20
+"""The most characters that all texts on the way may have together."""
+
 _LARGEST = 1e80
 """Bounds the results of operations on integers on the way."""
 
@@ -60,7 +63,7 @@ class Graph:
                     if not slope:
                         raise reader.fail('found an affine part without a coefficient')
                     terms.append((index, tables.coefficients[slope]))
-                if len({self._instructions[index] for index, _ in terms}) < len(terms):
+                if len({tables.source(self._instructions[index][1]) for index, _ in terms}) < len(terms):
                     raise reader.fail('found an affine part with two terms of one source')
                 self._instructions.append((AFFINE, value, tuple(terms), code < LINEAR))
             else:
@@ -105,13 +108,19 @@ class Graph:
     def _compute(self) -> None:
         """Compute all instructions once, bounded: `assemble` has nothing to fear after that."""
         values: List[Any] = []
+        characters = 0
         for kind, *operands in self._instructions:
             if kind == SOURCE:
                 values.append(self._tables.values[operands[0]])
             elif kind in (CONSTANT, AFFINE):
                 values.append(operands[0])
             else:
-                values.append(bounded(kind, [values[index] for index in operands]))
+                value = bounded(kind, [values[index] for index in operands])
+                if type(value) is str:
+                    characters += len(value)
+                    if characters > TEXTS_LIMIT:
+                        raise ValueError('the texts on its way have more than %d characters' % TEXTS_LIMIT)
+                values.append(value)
 
 
 def _read_constant(reader: Reader, code: int) -> Any:

@@ -4,11 +4,11 @@ This module writes them, `graphs` reads them.
 """
 
 import struct
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Sequence
 
 from rosslt.messages.columns import packed, packed_strings, zigzag
-from rosslt.messages.tables import FALSE, FLOAT, INT, STRING, TRUE, Tables, checked
-from rosslt.values import AFFINE, CONSTANT, SOURCE, Operation
+from rosslt.messages.tables import FALSE, FLOAT, INT, STRING, TRUE, Tables, Unencodable, checked
+from rosslt.values import AFFINE, CONSTANT, SOURCE
 
 INSTRUCTION_LIMIT = 10000
 """The most instructions of a message. What has more is sent linearized."""
@@ -34,6 +34,9 @@ def packed_instructions(instructions: Sequence[tuple], tables: Tables, numbers: 
             parts.append(_packed_constant(operands[0]))
         elif kind == AFFINE:
             value, terms, is_exact = operands
+            if not terms:
+                parts.append(_packed_constant(value))
+                continue
             code = (EXACT if is_exact else LINEAR) + (type(value) is int)
             parts.append(
                 packed([code])
@@ -69,54 +72,20 @@ def register(instructions: Sequence[tuple], tables: Tables) -> None:
         elif kind == CONSTANT:
             checked(operands[0])
         elif kind == AFFINE:
-            checked(operands[0])
-            for _, slope in operands[1]:
+            value, terms, _ = operands
+            checked(value)
+            for index, slope in terms:
+                if not (type(value) in (float, int) and type(instructions[index][2]) in (float, int)):
+                    raise Unencodable('its expression was too long, and texts and bools have no slopes')
                 tables.coefficient(slope)
 
 
-def linearizations(instructions: Sequence[tuple], roots: Sequence[int]) -> List[Optional[Dict[int, Any]]]:
-    """What the instructions at `roots` come to near their present values.
-
-    Args:
-        instructions: as from `values.disassemble`.
-        roots: indices.
-
-    Returns:
-        For each root the slope over each instruction that is a source; None where it has no slopes.
-    """
-    values: List[Any] = []
-    slopes: List[Optional[Dict[int, Any]]] = []
-    for at, (kind, *operands) in enumerate(instructions):
-        if kind == SOURCE:
-            values.append(operands[1])
-            slopes.append({at: 1})
-        elif kind in (CONSTANT, AFFINE):
-            values.append(operands[0])
-            slopes.append(dict(operands[1]) if kind == AFFINE else {})
+def having_sources(instructions: Sequence[tuple]) -> List[bool]:
+    """For each instruction, whether its value has a source."""
+    found: List[bool] = []
+    for kind, *operands in instructions:
+        if kind == AFFINE:
+            found.append(bool(operands[1]))
         else:
-            arguments = [values[index] for index in operands]
-            values.append(kind.forward(*arguments))
-            slopes.append(_chained(kind, arguments, [slopes[index] for index in operands]))
-    return [slopes[root] for root in roots]
-
-
-def _chained(
-    operation: Operation, arguments: Sequence[Any], slopes: Sequence[Optional[Dict[int, Any]]]
-) -> Optional[Dict[int, Any]]:
-    """The slopes of an operation's result, of those of its operands."""
-    total: Dict[int, Any] = {}
-    for place, inner in enumerate(slopes):
-        if inner is None:
-            return None
-        if inner:
-            try:
-                factor = (
-                    operation.left.slope(arguments[0], None)
-                    if operation.both is None
-                    else operation.both.slope[place](*arguments)
-                )
-            except (ArithmeticError, TypeError, ValueError):
-                return None
-            for source, slope in inner.items():
-                total[source] = total.get(source, 0) + slope * factor
-    return total
+            found.append(kind == SOURCE or (kind != CONSTANT and any(found[index] for index in operands)))
+    return found

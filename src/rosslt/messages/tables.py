@@ -236,14 +236,15 @@ class ReadTables:
         self._ids = reader.bytes(6 * self.source_count, 'location ids')
         self.values: Sequence[Any] = (None,) * self.source_count
         self._float_values: Sequence[int] = ()
-        self._values_at = self._slopes_at = reader.at
+        self._values_at = reader.at
         if flags & HAS_VALUES:
             kinds = reader.column(self.source_count, 'kinds of values')
             self._float_values = [number for number, kind in enumerate(kinds) if kind == FLOAT]
             self._values_at = reader.at
             self.values = _read_values(reader, kinds)
         self.coefficients: List[Any] = [None]
-        self._float_slopes = 0
+        # Without coefficients, their block of floats is empty and begins where the values end.
+        self._float_slopes, self._slopes_at = 0, reader.at
         if flags & HAS_COEFFICIENTS:
             counts = [reader.number('the number of coefficients', TABLE_LIMIT) for _ in range(3)]
             self._float_slopes, self._slopes_at = counts[0], reader.at
@@ -257,6 +258,7 @@ class ReadTables:
         if flags & HAS_LISTS:
             counts = [reader.number('the number of lists', TABLE_LIMIT) for _ in range(2)]
             self.source_lists = _read_lists(reader, counts[0], self.source_count, 0, 'sources')
+            self._check_lists(reader)
             self.slope_lists = _read_lists(reader, counts[1], len(self.coefficients), 1, 'coefficients')
 
     def parts(self, data: bytes) -> Parts:
@@ -288,6 +290,23 @@ class ReadTables:
         for number in numbers:
             if not -INT_LIMIT < number < INT_LIMIT:
                 raise reader.fail('found the integer %d, of more than 64 bits', number)
+
+    def _check_lists(self, reader: Reader) -> None:
+        """Check that no list names a source twice: a sum has one slope for each of its sources."""
+        if not self.source_lists:
+            return
+        named: Dict[str, int] = {}
+        names = [named.setdefault(node, number) for number, node in enumerate(self._nodes)]
+        first: Dict[int, int] = {}
+        firsts = [
+            first.setdefault(
+                names[node] << 48 | int.from_bytes(self._ids[6 * number : 6 * number + 6], 'little'), number
+            )
+            for number, node in enumerate(self._source_nodes)
+        ]
+        for each in self.source_lists:
+            if len({firsts[number] for number in each}) < len(each):
+                raise reader.fail('found a list of sources with the same source twice')
 
     def source(self, number: int) -> Source:
         """A source by its number."""

@@ -24,8 +24,9 @@ from rosslt.messages.definitions import (
     short_name,
     split_type,
 )
+from rosslt.messages.object_arrays import packed_arrays
 from rosslt.messages.received import attach
-from rosslt.messages.wire import encode
+from rosslt.messages.wire import provenance_to_send
 
 _SEPARATOR = '\n' + '=' * 80 + '\nMSG: '
 
@@ -156,9 +157,9 @@ def wrap(message: Any, tracked_class: Any, full_history: bool = False) -> Any:
     tracked: Any = tracked_class()
     if message._md5sum != plain_type(tracked_class)._md5sum:
         raise TypeError('expected a %s for %s, found a %s' % (tracked._slot_types[1], tracked._type, message._type))
-    tracked.provenance.data = encode(message, full_history)
+    tracked.provenance.data = provenance_to_send(message, full_history)
     tracked.data = message
-    return tracked
+    return packed_arrays(tracked_class)(tracked)
 
 
 def unwrap(tracked_message: Any) -> Any:

@@ -9,14 +9,14 @@ import functools
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from rosslt.messages.columns import packed
-from rosslt.messages.instructions import INSTRUCTION_LIMIT, linearizations, packed_instructions, register
+from rosslt.messages.instructions import INSTRUCTION_LIMIT, having_sources, packed_instructions, register
 from rosslt.messages.layout import TYPE_OF_KIND
 from rosslt.messages.outlines import Field, Numbered, Outline, Parts, Terms, numbered
 from rosslt.messages.reports import warn_once
 from rosslt.messages.straight import searches
 from rosslt.messages.tables import HAS_COEFFICIENTS, HAS_GRAPH, Tables, Unencodable
 from rosslt.messages.walkers import PLAIN, TRACKED, walkers
-from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, origins, untracked
+from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, linearized, origins, untracked
 
 VERSION = 1
 
@@ -86,6 +86,17 @@ def encode(message: Any, full_history: bool = False) -> bytes:
     return b''
 
 
+def provenance_to_send(message: Any, full_history: bool = False) -> bytes:
+    """`encode`, for a message that must be sent in any case: b'' with a warning on rosout where encoding fails in a way
+    that no check foresaw."""
+    try:
+        return encode(message, full_history)
+    except Exception as error:
+        fault = 'a %s is sent untracked: encoding its provenance failed with %s: %s'
+        warn_once((message._type, type(error)), fault, message._type, type(error).__name__, error)
+        return b''
+
+
 @functools.lru_cache(maxsize=256)
 def _of_sources(message_type: str, which: int, sources: Sequence[Source]) -> bytes:
     """`_encoded`, remembered, for leaves that are their sources themselves: those with `1 << index` in `which`."""
@@ -115,14 +126,24 @@ def _encoded(message_type: str, leaves: Sequence[Leaf], full_history: bool) -> b
     fields: List[Field] = []
     expressions: List[Leaf] = []
     for leaf in leaves:
-        terms = None if full_history else affine(leaf[1])
-        if terms is None or not fits(leaf[2], terms):
+        terms = None if full_history else _affine(leaf[1])
+        if terms is None or (terms and not fits(leaf[2], terms)):
             expressions.append(leaf)
         elif terms:
             fields.append(_field(leaf, terms))
+    if not (fields or expressions):
+        return b''
     if not expressions and len(fields) <= RECENT_FIELDS:
         return _like_recently(message_type, fields)
     return _Encoder(message_type).encoded(fields, expressions, full_history)
+
+
+def _affine(value: Any) -> Optional[Terms]:
+    """`values.affine`; None as well where the slopes are larger than any float."""
+    try:
+        return affine(value)
+    except ArithmeticError:
+        return None
 
 
 def _field(leaf: Leaf, terms: Terms) -> Field:
@@ -178,7 +199,7 @@ class _Encoder:
             if len(instructions) > INSTRUCTION_LIMIT:
                 if full_history:
                     return _encoded(self._message_type, expressions, False)
-                expressions, instructions, roots = self._linearized(expressions, instructions, roots)
+                expressions, instructions, roots = self._linearized(expressions)
             self._add_expressions(expressions, instructions, roots)
         return self.parts().joined() if self.fields or self._roots else b''
 
@@ -210,26 +231,28 @@ class _Encoder:
             )
             self.fields.append((index, numbers, keys, True))
 
-    def _linearized(
-        self, leaves: Sequence[Leaf], instructions: Sequence[tuple], roots: Sequence[int]
-    ) -> Tuple[List[Leaf], List[tuple], List[int]]:
+    def _linearized(self, leaves: Sequence[Leaf]) -> Tuple[List[Leaf], List[tuple], List[int]]:
         """A linearization of each leaf, in place of the instructions that are too many."""
         shorter: List[tuple] = []
-        places: Dict[int, int] = {}
+        places: Dict[Any, int] = {}
         kept, ends = [], []
-        for (index, leaf, kind), slopes in zip(leaves, linearizations(instructions, roots)):
-            if not slopes or len(shorter) + len(slopes) >= INSTRUCTION_LIMIT:
+        for index, leaf, kind in leaves:
+            value = untracked(leaf)
+            terms = [term for term in linearized(leaf) if type(term[1]) in (float, int)]
+            if not terms or type(value) not in (float, int) or len(shorter) + len(terms) >= INSTRUCTION_LIMIT:
                 self._leave_out(index, Unencodable('its expression is too long'))
                 continue
-            for source in slopes:
-                if source not in places:
-                    places[source] = len(shorter)
-                    shorter.append(instructions[source])
+            numbers = []
+            for source, at, _ in terms:
+                key = source, type(at), repr(at)
+                if key not in places:
+                    places[key] = len(shorter)
+                    shorter.append((SOURCE, source, at))
+                numbers.append(places[key])
             kept.append((index, leaf, kind))
             ends.append(len(shorter))
-            shorter.append(
-                (AFFINE, untracked(leaf), tuple([(places[source], slope) for source, slope in slopes.items()]), False)
-            )
+            slopes = [slope for _, _, slope in terms]
+            shorter.append((AFFINE, value, tuple(zip(numbers, slopes)), False))
         return kept, shorter, ends
 
     def _add_expressions(self, leaves: Sequence[Leaf], instructions: List[tuple], roots: Sequence[int]) -> None:
@@ -244,8 +267,11 @@ class _Encoder:
                 for index, _, _ in leaves:
                     self._leave_out(index, error)
                 return
+        has_source = having_sources(instructions)
         for (index, leaf, kind), root in zip(leaves, roots):
             code, *operands = instructions[root]
+            if not has_source[root]:
+                continue  # What was received with it was refused.
             if code == SOURCE and type(operands[1]) is TYPE_OF_KIND[kind] and _is_same(operands[1], leaf):
                 self.fields.append((index, self.tables.source(operands[0]), None, False))
             else:

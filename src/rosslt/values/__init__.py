@@ -6,7 +6,7 @@ library only. Other rooms use the names below and nothing behind them.
 """
 
 from . import operators  # noqa: F401, completes the tracked classes
-from .affine import affine
+from .affine import affine, linearized
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
 from .functions import MATH, to_bool, to_float, to_int
@@ -42,6 +42,7 @@ __all__ = [
     'from_affine',
     'is_tracked',
     'leaves',
+    'linearized',
     'origins',
     'reapply',
     'solve',
