@@ -5,8 +5,8 @@ compiled for it (`walkers`); `wire` writes the wire format that docs/wire_format
 """
 
 from rosslt.messages.columns import BadHeader
-from rosslt.messages.definitions import UnknownType
-from rosslt.messages.generator import main as generate_tracked_msgs
+from rosslt.messages.definitions import MessagePath, UnknownType
+from rosslt.messages.generator import plan_files, select_types, tracked_names, write_files
 from rosslt.messages.inband import (
     MAGIC,
     Decoded,
@@ -32,6 +32,7 @@ __all__ = [
     'BadHeader',
     'Decoded',
     'LocationHeader',
+    'MessagePath',
     'PaperIds',
     'UnknownType',
     'append_provenance',
@@ -41,16 +42,19 @@ __all__ = [
     'encode',
     'finder',
     'from_paper_header',
-    'generate_tracked_msgs',
     'is_tracked_type',
     'packed_arrays',
     'plain_check',
     'plain_type',
+    'plan_files',
     'provenance_size',
     'read_tracked',
+    'select_types',
     'split_provenance',
     'to_paper_header',
+    'tracked_names',
     'tracked_type',
     'unwrap',
     'wrap',
+    'write_files',
 ]
