@@ -17,7 +17,7 @@ from rosslt.messages import (
     unwrap,
     wrap,
 )
-from rosslt.messages.definitions import MessagePath, data_type
+from rosslt.messages.msg_files.definitions import MessagePath, data_type
 from support.filling import Filling, assert_arrived, serialized
 
 PACKAGE = 'rosslt_test_tracked'

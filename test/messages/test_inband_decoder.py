@@ -142,7 +142,7 @@ def test_a_message_whose_provenance_cannot_be_encoded_is_sent_without(monkeypatc
         raise Unforeseen('of no known kind')
 
     sent = Pose(position=Point(X, 0.0, 0.0))
-    monkeypatch.setattr('rosslt.messages.wire.encode', fail)
+    monkeypatch.setattr('rosslt.messages.codec.encoder.encode', fail)
     assert in_band(sent) == serialized(sent)
     assert 'Unforeseen' in caplog.text
 

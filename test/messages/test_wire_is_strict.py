@@ -9,7 +9,7 @@ from std_msgs.msg import Bool, Float64, Int64, String
 
 from rosslt import Error, Source, is_tracked, sources
 from rosslt.messages import BadHeader, attach
-from rosslt.messages.columns import packed, zigzag
+from rosslt.messages.codec.varint import packed, zigzag
 from rosslt.values import OPERATIONS
 from support.filling import serialized
 from support.header_fuzz import fuzz

@@ -10,12 +10,11 @@ import logging
 import struct
 from typing import Any, BinaryIO, Callable, NamedTuple, Optional, Tuple
 
-from rosslt.messages.columns import BadHeader
-from rosslt.messages.received import attach
-from rosslt.messages.straight import searches
+from rosslt.messages.codec import attach, provenance_to_send
+from rosslt.messages.codegen.leaf_access import leaf_readers
+from rosslt.messages.codegen.walkers import walkers
+from rosslt.messages.errors import BadHeader
 from rosslt.messages.tracked_types import is_tracked_type, unwrap
-from rosslt.messages.walkers import walkers
-from rosslt.messages.wire import provenance_to_send
 from rosslt.values import untracked
 
 MAGIC = b'rSLT'
@@ -40,7 +39,7 @@ def append_provenance(message: Any, buff: BinaryIO, full_history: bool = False) 
 def plain_check(message_class: type) -> Optional[Callable[[Any], bool]]:
     """What tells whether no leaf of a message is tracked, so that nothing is to be appended; None for a class with
     arrays, where that takes no less than appending."""
-    found = searches(message_class)
+    found = leaf_readers(message_class)
     return found.is_plain if found else None
 
 

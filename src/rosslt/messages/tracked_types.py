@@ -1,7 +1,7 @@
 """Tracked message types: a provenance header beside the message (paper, section IV).
 
 `PoseTracked` is `rosslt/Provenance provenance` and `geometry_msgs/Pose data`. They are generated in the build of a
-package (see `generator`), or made here, at run time.
+package (see `msg_files`), or made here, at run time.
 """
 
 import functools
@@ -14,19 +14,18 @@ import genpy.dynamic
 import genpy.generator
 import genpy.message
 
-from rosslt.messages.definitions import (
+from rosslt.messages.codec import attach, provenance_to_send
+from rosslt.messages.errors import UnknownType
+from rosslt.messages.msg_files.definitions import (
     FIELDS,
     PROVENANCE,
     MessagePath,
-    UnknownType,
     definition_of_tracked,
     long_name,
     short_name,
     split_type,
 )
-from rosslt.messages.object_arrays import packed_arrays
-from rosslt.messages.received import attach
-from rosslt.messages.wire import provenance_to_send
+from rosslt.messages.numpy_arrays import packed_arrays
 
 _SEPARATOR = '\n' + '=' * 80 + '\nMSG: '
 

@@ -6,12 +6,13 @@ library only. Other rooms use the names below and nothing behind them.
 """
 
 from . import operators  # noqa: F401, completes the tracked classes
-from .affine import affine, linearized
+from .affine import affine
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
 from .functions import MATH, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
+from .linearization import linearized
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply

@@ -191,16 +191,6 @@ def affine(x: Any) -> Optional[Tuple[Tuple[Source, Any, Any], ...]]:
     return tuple([(leaf._record[1], leaf._plain, slope) for leaf, slope in terms]) if exact else None
 
 
-def linearized(x: Any) -> Tuple[Tuple[Source, Any, Any], ...]:
-    """The terms of a value near its present one: those of `affine` where it is that.
-
-    Returns:
-        `((Source, source's value, slope), ...)` in order of first appearance, each source once. A slope is 0 where the
-        value has none, and the source's value may be a text or a bool.
-    """
-    return tuple([(leaf._record[1], leaf._plain, slope) for leaf, slope in folded(x)[1]])
-
-
 def shorten(value: Any) -> None:
     """Keep a value's expression within the limit: fold what is affine, linearize it where that is not enough."""
     done = _fold_all(value)

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosslt import Source, is_tracked, sources, track
-from rosslt.messages import BadHeader, attach, encode, received, wire
-from rosslt.messages.received import ReceivedHeader
+from rosslt.messages import BadHeader, attach, encode
+from rosslt.messages.codec import decoder, encoder
 from rosslt.values import affine, from_affine
 from support.filling import serialized
 
@@ -30,9 +30,9 @@ def nothing_met():
 
 
 def forget():
-    wire._recent_outline.cache_clear()
-    received._recently_received.cache_clear()
-    received._recent_outlines.cache_clear()
+    encoder._known_templates.clear()
+    decoder._remembered.cache_clear()
+    decoder._known_headers.clear()
 
 
 def pose(shape, draw):
@@ -129,8 +129,8 @@ def test_what_moves_is_checked_and_written_once(monkeypatch):
 
         return call
 
-    monkeypatch.setattr(wire._Encoder, '__init__', counted('written', wire._Encoder.__init__))
-    monkeypatch.setattr(ReceivedHeader, '__init__', counted('checked', ReceivedHeader.__init__))
+    monkeypatch.setattr(encoder._Encoder, '__init__', counted('written', encoder._Encoder.__init__))
+    monkeypatch.setattr(decoder, 'read_header', counted('checked', decoder.read_header))
     for step in range(1, 50):
         message = moved(0.01 * step, at=0.1 * step)
         result = arrived(message, encode(message))

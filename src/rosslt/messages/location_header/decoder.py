@@ -4,9 +4,9 @@ import operator
 import re
 from typing import Any, List, Sequence
 
-from rosslt.messages.columns import BadHeader
-from rosslt.messages.paper_header import FROM_ROS2, FUNCTIONS, ID_LIMIT, PaperIds
-from rosslt.messages.reports import warn_once
+from rosslt.messages.errors import BadHeader
+from rosslt.messages.fault_log import warn_once
+from rosslt.messages.location_header.header import FROM_ROS2, FUNCTIONS, ID_LIMIT, PaperIds
 from rosslt.values import MATH, NotInvertible, Source, is_tracked, lazy, solve, track, untracked
 
 TOKEN_LIMIT = 10000

@@ -4,7 +4,7 @@ import math
 import re
 from typing import Any, List, Optional, Sequence
 
-from rosslt.messages.paper_header import FUNCTIONS, TO_ROS2, Location, LocationHeader, PaperIds
+from rosslt.messages.location_header.header import FUNCTIONS, TO_ROS2, Location, LocationHeader, PaperIds
 from rosslt.values import (
     AFFINE,
     CONSTANT,

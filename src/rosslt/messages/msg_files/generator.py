@@ -10,10 +10,10 @@ import sys
 import tempfile
 from typing import Dict, List, NamedTuple, Optional, Sequence
 
-from rosslt.messages.definitions import (
+from rosslt.messages.errors import UnknownType
+from rosslt.messages.msg_files.definitions import (
     MARK,
     MessagePath,
-    UnknownType,
     data_type,
     definition_of_tracked,
     long_name,

@@ -11,8 +11,8 @@ from typing import Any, Callable, List
 
 import genpy
 
-from rosslt.messages.layout import BYTES, SCALARS, Field, Layout
-from rosslt.messages.walkers import walkers
+from rosslt.messages.codegen.walkers import walkers
+from rosslt.messages.fields import BYTES, SCALARS, Field, Layout
 
 
 @functools.lru_cache(maxsize=None)
