@@ -28,7 +28,7 @@ __version__ = '0.1.0'
 
 _NEED_ROS = {
     'actions': ['SimpleActionClient', 'SimpleActionServer'],
-    'messages': ['tracked_type'],
+    'messages': ['BadHeader', 'UnknownType', 'tracked_type'],
     'node': [
         'Change',
         'ChangeRejected',

@@ -1,12 +1,15 @@
 """Provenance from elsewhere is not believed: it is right, or it is refused with a reason, and nothing else happens."""
 
+import pickle
 import struct
+import traceback
 import tracemalloc
 
 import pytest
 from geometry_msgs.msg import Point
 from std_msgs.msg import Bool, Float64, Int64, String
 
+import rosslt
 from rosslt import Error, Source, is_tracked, sources
 from rosslt.messages import BadHeader, attach
 from rosslt.messages.codec.varint import packed, zigzag
@@ -153,6 +156,10 @@ EXPLOSIONS = {
     'rounding to a billion digits': [b'\0\0', packed([2, zigzag(-(10**9))]), packed([CODES['round_to'], 2, 1])],
     'a text repeated for ever': [packed([3, 1]) + b'a', packed([2, zigzag(10**15)]), packed([CODES['repeat'], 2, 1])],
     'a text doubled for ever': [packed([3, 1]) + b'a'] + [packed([CODES['concat'], 1, 1])] * 200,
+    'halves that are squared': [b'\0\0', packed([2, zigzag(2)]), packed([CODES['floordiv'], 2, 1])]
+    + [packed([CODES['mul'], 1, 1])] * 4000,
+    'many long texts': [packed([3, 60000]) + b'a' * 60000, packed([3, 0])]
+    + [packed([CODES['concat'], place, place - 1]) for place in range(2, 9000)],
     'a format of great width': [packed([3, 13]) + b'%01000000000d', b'\0\0', packed([CODES['mod'], 2, 1])],
 }
 
@@ -218,5 +225,8 @@ def test_bad_provenances_take_little_memory(caplog):
         tracemalloc.stop()
 
 
-def test_a_bad_header_is_an_error_of_rosslt():
-    assert issubclass(BadHeader, Error)
+@pytest.mark.parametrize('error', [rosslt.BadHeader, rosslt.UnknownType])
+def test_errors_that_users_meet_are_public_and_show_their_public_names(error):
+    assert issubclass(error, Error)
+    assert traceback.format_exception_only(error, error('why')) == ['rosslt.%s: why\n' % error.__name__]
+    assert type(pickle.loads(pickle.dumps(error('why')))) is error
