@@ -1,4 +1,4 @@
-"""Provenance that the C++ library wrote: see `paper_header`."""
+"""Provenance that the C++ library wrote: see `header`."""
 
 import operator
 import re
@@ -26,7 +26,7 @@ def from_paper_header(message: Any, header: Any, ids: PaperIds) -> None:
         ids: of the bridge.
 
     Raises:
-        BadHeader: a path leads to no field, or an expression is none; the message is as it was.
+        BadHeader: a path leads to no field, or an expression is malformed; the message is as it was.
     """
     if len(header.paths) != len(header.locations):
         raise BadHeader('bad provenance: found %d paths and %d locations' % (len(header.paths), len(header.locations)))

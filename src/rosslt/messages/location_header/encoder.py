@@ -1,4 +1,4 @@
-"""Provenance as the C++ library reads it: see `paper_header`."""
+"""Provenance as the C++ library reads it: see `header`."""
 
 import math
 import re
@@ -56,8 +56,10 @@ def _expression(leaf: Any, source: Source) -> Optional[str]:
     tokens = _path_tokens(instructions, root)
     if tokens is not None:
         return ''.join(token + ';' for token in tokens)
-    _, value, slope = linearized(leaf)[0]
-    return None if isinstance(leaf, str) or isinstance(value, str) else _line(leaf, value, slope)
+    for other, value, slope in linearized(leaf):
+        if other == source and not isinstance(leaf, str) and not isinstance(value, str):
+            return _line(leaf, value, slope)
+    return None
 
 
 def _line(leaf: Any, value: Any, slope: Any) -> Optional[str]:
