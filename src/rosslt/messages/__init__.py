@@ -19,6 +19,7 @@ from rosslt.messages.inband import (
     read_tracked,
     split_provenance,
 )
+from rosslt.messages.leaves import tracked_fields, tracked_leaves, with_leaves
 from rosslt.messages.location_header import LocationHeader, PaperIds, from_paper_header, to_paper_header
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
@@ -47,9 +48,12 @@ __all__ = [
     'select_types',
     'split_provenance',
     'to_paper_header',
+    'tracked_fields',
+    'tracked_leaves',
     'tracked_names',
     'tracked_type',
     'unwrap',
+    'with_leaves',
     'wrap',
     'write_files',
 ]

@@ -22,9 +22,10 @@ from rosslt.messages.codec.wire_format import (
     VERSION,
 )
 from rosslt.messages.codegen.leaf_access import leaf_readers
-from rosslt.messages.codegen.walkers import PLAIN, TRACKED, walkers
+from rosslt.messages.codegen.walkers import PLAIN, TRACKED
 from rosslt.messages.fault_log import warn_once
 from rosslt.messages.fields import TYPE_OF_KIND
+from rosslt.messages.leaves import tracked_fields
 from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, linearized, origins, untracked
 
 Leaf = Tuple[int, Any, str]
@@ -59,8 +60,7 @@ def encode(message: Any, full_history: bool = False) -> bytes:
                 return data
         found = [(index, value, _KIND_OF[type(value)]) for index, value in zip(_indices(which), values)]
     else:
-        found = []
-        walkers(message.__class__).collect(message, 0, found.append)
+        found = tracked_fields(message)
     if len(found) > FIELD_LIMIT:
         warn_once(
             (message._type, FIELD_LIMIT),
