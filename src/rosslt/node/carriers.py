@@ -1,12 +1,12 @@
 """What rospy serializes and reads in place of ordinary messages, so that provenance travels behind them."""
 
 import functools
+import io
 
 import genpy
 import rospy
 
-from rosslt import messages
-from rosslt.messages import MAGIC
+from rosslt import messages, values
 
 #: The topics and services, each with a peer, of which a bad header was reported.
 _reported = set()
@@ -41,9 +41,13 @@ def carrier(message_class):
             return self.message.header
 
         def serialize(self, buff):
-            self.message.serialize(buff)
+            try:
+                pack(self.message).serialize(buff)
+            except genpy.SerializationError as error:
+                raise genpy.SerializationError(serialization_fault(self.message, error)) from None
             messages.append_provenance(self.message, buff, Sending.full_history)
 
+    pack = messages.packed_arrays(message_class)
     is_plain = messages.plain_check(message_class)
     if is_plain is None:
         return Carrier
@@ -65,14 +69,11 @@ def reading_class(message_class, channel):
         return message_class
 
     def deserialize(message, data):
-        deserialize_plain(message, data)  # which ignores what follows the fields
         message.__class__ = message_class  # cheaper than making another one
-        if data.endswith(MAGIC):
-            try:
-                attach(message, find(data) or b'')
-            except messages.BadHeader as error:
-                message._connection_header = error
-                message.__class__ = untold
+        error = decode_into(message, data)
+        if error is not None:
+            message._connection_header = error
+            message.__class__ = untold
         return message
 
     def tell(message, connection_header):
@@ -81,7 +82,7 @@ def reading_class(message_class, channel):
         message._connection_header = connection_header
         report_bad_header(channel, connection_header, error)
 
-    deserialize_plain, find, attach = message_class.deserialize, messages.finder(message_class), messages.attach
+    decode_into = messages.decoder(message_class)
     # Of a message with a bad header, until rospy says from whom it came, the next it does. Only then it can be told.
     untold = type(
         message_class.__name__,
@@ -94,6 +95,15 @@ def reading_class(message_class, channel):
         (message_class,),
         {'__slots__': (), '__module__': message_class.__module__, 'deserialize': deserialize},
     )
+
+
+def serialization_fault(message, error):
+    """What is wrong with a message. genpy looks for the culprit by exact types, and would blame a tracked value."""
+    try:
+        values.untracked(message).serialize(io.BytesIO())
+    except genpy.SerializationError as found:
+        return str(found)
+    return str(error)
 
 
 def report_bad_header(channel, connection_header, error):

@@ -6,7 +6,6 @@ The type that is passed decides the transport: a tracked type (`PoseTracked`) tr
 """
 
 import functools
-import io
 import threading
 import time
 
@@ -15,8 +14,8 @@ import rospy
 from rospy.core import is_initialized
 from rospy.msg import args_kwds_to_message
 
-from rosslt import messages, values
-from rosslt.node.carriers import Sending, carrier, reading_class, report_bad_header
+from rosslt import messages
+from rosslt.node.carriers import Sending, carrier, reading_class, report_bad_header, serialization_fault
 
 
 class Publisher(rospy.Publisher):
@@ -59,7 +58,7 @@ class Publisher(rospy.Publisher):
                     impl.buff.seek(0)
                     impl.buff.truncate(0)
                 if isinstance(error, (genpy.SerializationError, rospy.ROSSerializationException)):
-                    raise rospy.ROSSerializationException(_fault(message, error)) from None
+                    raise rospy.ROSSerializationException(serialization_fault(message, error)) from None
                 raise
 
     def _carried(self, message):
@@ -68,15 +67,6 @@ class Publisher(rospy.Publisher):
 
     def _wrapped(self, message):
         return messages.wrap(message, self.data_class, Sending.full_history)
-
-
-def _fault(message, error):
-    """What is wrong with a message. genpy looks for the culprit by exact types, and would blame a tracked value."""
-    try:
-        values.untracked(message).serialize(io.BytesIO())
-    except genpy.SerializationError as found:
-        return str(found)
-    return str(error)
 
 
 def _has_its_provenance(message):
@@ -122,11 +112,9 @@ class Subscriber(rospy.Subscriber):
     def _unwrapping(self, callback):
         @functools.wraps(callback)
         def unwrapped(tracked_message, *callback_args):
-            try:
-                message = messages.unwrap(tracked_message)
-            except messages.BadHeader as error:
+            message, error = messages.read_tracked(tracked_message)
+            if error is not None:
                 report_bad_header(self.resolved_name, tracked_message._connection_header, error)
-                message = tracked_message.data
             message._connection_header = tracked_message._connection_header
             callback(message, *callback_args)
 

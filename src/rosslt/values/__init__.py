@@ -16,6 +16,7 @@ from .explain import explain
 from .functions import MATH, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
+from .linearization import linearized
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
@@ -48,6 +49,7 @@ __all__ = [
     'is_tracked',
     'lazy',
     'leaves',
+    'linearized',
     'nearest',
     'numpy_functions',
     'operation',

@@ -5,7 +5,7 @@ is_exact)` over earlier instructions that are sources, or `(Operation, index, ..
 operands among the earlier instructions.
 """
 
-from typing import Any, Dict, Iterable, List, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 from .affine import folded
 from .graph import Graph
@@ -88,11 +88,14 @@ def _moved(instruction: tuple, moved: Dict[int, int]) -> tuple:
     return instruction
 
 
-def assemble(instructions: Iterable[tuple]) -> List[Any]:
+def assemble(
+    instructions: Iterable[tuple], check: Optional[Callable[[Operation, List[Any]], None]] = None
+) -> List[Any]:
     """The values that instructions make, in their order; constants come back plain.
 
     Args:
         instructions: as from `disassemble`; the caller has checked counts and indices.
+        check: `check(operation, operands)` is called before each operation; what it raises refuses the instructions.
 
     Raises:
         TypeError, ValueError, ArithmeticError, IndexError: the instructions do not fit each other, or make a
@@ -102,7 +105,10 @@ def assemble(instructions: Iterable[tuple]) -> List[Any]:
     for instruction in instructions:
         kind = instruction[0]
         if isinstance(kind, Operation):
-            value = apply(kind, *[made[index] for index in instruction[1:]])
+            operands = [made[index] for index in instruction[1:]]
+            if check is not None:
+                check(kind, operands)
+            value = apply(kind, *operands)
             if value is NotImplemented:
                 raise TypeError('%s of such operands' % kind.name)
             _check_size(value)

@@ -1,18 +1,18 @@
-"""Provenance like one that was met before, but for its numbers.
+"""Templates of encoded provenance: all of its bytes but the floats.
 
 What moves sends the same provenance again and again, with other coefficients and other values of its sources: floats,
-in two blocks. All that is around them was written, or checked, the first time.
+in two blocks. The bytes around them are written, and checked, once.
 """
 
 import struct
 from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from rosslt.messages.columns import is_whole
+from rosslt.messages.codec.varint import is_whole
 from rosslt.values import Source
 
 Terms = Sequence[Tuple[Source, Any, Any]]
 
-Field = Tuple[int, Optional[Source], Terms]
+AffineField = Tuple[int, Optional[Source], Terms]
 """What the wire says of one affine leaf: its index, and its source where it is that itself, else None and its terms."""
 
 
@@ -29,41 +29,51 @@ class Parts(NamedTuple):
 
     def joined(self) -> bytes:
         """The provenance."""
-        return b''.join(
-            (
-                self.head,
-                struct.pack('<%dd' % len(self.values), *self.values),
-                self.middle,
-                struct.pack('<%dd' % len(self.slopes), *self.slopes),
-                self.tail,
-            )
+        return Template(self.head, len(self.values), self.middle, len(self.slopes), self.tail).fill(
+            self.values, self.slopes
         )
 
 
-class Outline:
+class Template:
     """All of a provenance but its floats.
 
     Args:
-        parts: of one that has it.
+        head, middle, tail: the bytes before, between and behind the two blocks of floats.
+        value_count, slope_count: how many floats the blocks have.
     """
 
-    def __init__(self, parts: Parts) -> None:
-        self._around = parts.head, parts.middle, parts.tail
-        self._slopes_at = len(parts.values) + 2
-        form = struct.Struct(
-            '<%ds%dd%ds%dd%ds'
-            % (len(parts.head), len(parts.values), len(parts.middle), len(parts.slopes), len(parts.tail))
-        )
-        self._pack, self._unpack = form.pack, form.unpack
+    __slots__ = ('_around', '_pack', '_size', '_slopes_at', '_unpack')
 
-    def filled(self, values: Sequence[float], slopes: Sequence[float]) -> bytes:
+    def __init__(self, head: bytes, value_count: int, middle: bytes, slope_count: int, tail: bytes) -> None:
+        self._around = head, middle, tail
+        self._slopes_at = value_count + 2
+        form = struct.Struct('<%ds%dd%ds%dd%ds' % (len(head), value_count, len(middle), slope_count, len(tail)))
+        self._pack, self._unpack, self._size = form.pack, form.unpack, form.size
+
+    @classmethod
+    def cut(cls, data: bytes, values_at: int, value_count: int, slopes_at: int, slope_count: int) -> 'Template':
+        """The template of a provenance whose blocks of floats begin at these bytes.
+
+        Raises:
+            ValueError: the blocks overlap or are not within the data, so that it would be no template of that.
+        """
+        values_to, slopes_to = values_at + 8 * value_count, slopes_at + 8 * slope_count
+        if not 0 <= values_at <= values_to <= slopes_at <= slopes_to <= len(data):
+            raise ValueError(
+                'floats at bytes %d to %d and %d to %d of %d' % (values_at, values_to, slopes_at, slopes_to, len(data))
+            )
+        return cls(data[:values_at], value_count, data[values_to:slopes_at], slope_count, data[slopes_to:])
+
+    def fill(self, values: Sequence[float], slopes: Sequence[float]) -> bytes:
         """The provenance with those floats."""
         head, middle, tail = self._around
         return self._pack(head, *values, middle, *slopes, tail)
 
-    def floats(self, data: bytes) -> Optional[Tuple[Sequence[float], Sequence[float]]]:
-        """The values and the coefficients of a provenance of the same length; None where it has another outline, or
-        floats that are not finite."""
+    def match(self, data: bytes) -> Optional[Tuple[Sequence[float], Sequence[float]]]:
+        """The values and the coefficients in a provenance; None where it differs in anything else, or where they are
+        not finite."""
+        if len(data) != self._size:
+            return None
         parts = self._unpack(data)
         at = self._slopes_at
         values, slopes = parts[1 : at - 1], parts[at:-1]
@@ -78,23 +88,20 @@ def are_finite(values: Collection[float], slopes: Collection[float]) -> bool:
     return total - total == 0
 
 
-class Numbered(tuple):
-    """Affine fields with numbers in the places of their floats: where these are equal, so are the outlines of their
-    provenances.
+class Shape(NamedTuple):
+    """Affine fields apart from their floats: where the keys of two are equal, one template serves both."""
 
-    Attributes:
-        fields: with their floats.
-        values: of sources, each reading once, in order of appearance.
-        slopes: coefficients that are written as floats, each once, in order of appearance.
-    """
-
-    fields: Sequence[Field]
+    key: Tuple[Any, ...]
+    """The fields with numbers in the places of their floats."""
     values: List[float]
+    """Of sources, each reading once, in order of appearance."""
     slopes: List[float]
+    """Coefficients that are written as floats, each once, in order of appearance."""
 
 
-def numbered(fields: Sequence[Field]) -> Optional[Numbered]:
-    """Take the floats out of fields; None where there is something else in their place, or they are not finite."""
+def shape_of(fields: Sequence[AffineField]) -> Optional[Shape]:
+    """The shape of fields; None where they hold something else than floats in their place, or floats that are not
+    finite."""
     key: List[Any] = []
     add = key.append
     readings: Dict[Any, int] = {}
@@ -123,13 +130,11 @@ def numbered(fields: Sequence[Field]) -> Optional[Numbered]:
             if type(slope) is float and not slope.is_integer():
                 add(numbers.setdefault(slope, len(numbers)))
             elif type(slope) is not float or is_whole(slope):
-                add((slope, type(slope)))
+                add((slope, type(slope)))  # written as an integer, which is no part of the blocks
             elif slope:
                 add(numbers.setdefault(slope, len(numbers)))
             else:
                 return None
     if not are_finite(values, numbers):
         return None
-    result = Numbered(key)
-    result.fields, result.values, result.slopes = fields, values, list(numbers)
-    return result
+    return Shape(tuple(key), values, list(numbers))

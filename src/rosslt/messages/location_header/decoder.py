@@ -1,12 +1,12 @@
-"""Provenance that the C++ library wrote: see `paper_header`."""
+"""Provenance that the C++ library wrote: see `header`."""
 
 import operator
 import re
 from typing import Any, List, Sequence
 
-from rosslt.messages.columns import BadHeader
-from rosslt.messages.paper_header import FROM_ROS2, FUNCTIONS, ID_LIMIT, PaperIds
-from rosslt.messages.reports import warn_once
+from rosslt.messages.errors import BadHeader
+from rosslt.messages.fault_log import warn_once
+from rosslt.messages.location_header.header import FROM_ROS2, FUNCTIONS, ID_LIMIT, PaperIds
 from rosslt.values import MATH, NotInvertible, Source, is_tracked, lazy, solve, track, untracked
 
 TOKEN_LIMIT = 10000
@@ -26,7 +26,7 @@ def from_paper_header(message: Any, header: Any, ids: PaperIds) -> None:
         ids: of the bridge.
 
     Raises:
-        BadHeader: a path leads to no field, or an expression is none; the message is as it was.
+        BadHeader: a path leads to no field, or an expression is malformed; the message is as it was.
     """
     if len(header.paths) != len(header.locations):
         raise BadHeader('bad provenance: found %d paths and %d locations' % (len(header.paths), len(header.locations)))

@@ -8,17 +8,13 @@ import math
 import struct
 from typing import Any, List, Sequence, Tuple
 
-from rosslt.values import Error
+from rosslt.messages.errors import BadHeader
 
 VARINT_LIMIT = 10
 """The most bytes that a varint takes: 64 bits and the sign that `zigzag` adds."""
 
 SMALL = 1 << 32
 """Floats without a fraction below that are sent as integers."""
-
-
-class BadHeader(Error):
-    """The provenance of a message is not right; the error says what was found where. The message is as it was."""
 
 
 def zigzag(number: int) -> int:

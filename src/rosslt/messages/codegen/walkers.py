@@ -10,7 +10,7 @@ import operator
 import struct
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
-from rosslt.messages.layout import BYTES, SCALARS, VARIABLE, Field, Layout, kind_of
+from rosslt.messages.fields import BYTES, SCALARS, VARIABLE, Field, Layout, kind_of
 from rosslt.values import Source, track
 
 #: The classes of tracked values, and what each is without its provenance.
@@ -44,14 +44,15 @@ class Walkers(NamedTuple):
 def walkers(message_class: Any) -> Walkers:
     """The walks of a message class, compiled when first asked for."""
     layout = Layout(message_class)
-    return Walkers(layout, *_Writer(layout).compiled())
+    return Walkers(layout, *_WalkerCompiler(layout).compiled())
 
 
 def items_of(array: Any) -> Any:
     """The elements of an array that is no exact list or tuple, where they may be tracked: else nothing."""
     if isinstance(array, (list, tuple)):
         return array
-    return array.tolist() if getattr(getattr(array, 'dtype', None), 'char', '') == 'O' else ()
+    is_tracked = getattr(array, 'has_provenance', None) or getattr(getattr(array, 'dtype', None), 'char', '') == 'O'
+    return array.tolist() if is_tracked else ()
 
 
 def listed(array: Any) -> List[Any]:
@@ -64,7 +65,7 @@ def _getter(path: str) -> Tuple[Optional[Callable[[Any], Any]], str]:
     return (operator.attrgetter(owner) if owner else None), name
 
 
-class _Writer:
+class _WalkerCompiler:
     """Writes the walks of one message class: functions `collect_N`, `locate_N` and `end_N` for each type N that is
     walked by a function of its own: the message type itself, and elements of arrays that have arrays."""
 

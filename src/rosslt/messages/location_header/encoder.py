@@ -1,12 +1,24 @@
-"""Provenance as the C++ library reads it: see `paper_header`."""
+"""Provenance as the C++ library reads it: see `header`."""
 
 import math
 import re
 from typing import Any, List, Optional, Sequence
 
-from rosslt.messages.instructions import linearizations
-from rosslt.messages.paper_header import FUNCTIONS, TO_ROS2, Location, LocationHeader, PaperIds
-from rosslt.values import AFFINE, CONSTANT, SOURCE, Source, affine, disassemble, is_tracked, leaves, sources, untracked
+from rosslt.messages.location_header.header import FUNCTIONS, TO_ROS2, Location, LocationHeader, PaperIds
+from rosslt.values import (
+    AFFINE,
+    CONSTANT,
+    SOURCE,
+    Source,
+    affine,
+    assemble,
+    disassemble,
+    is_tracked,
+    leaves,
+    linearized,
+    sources,
+    untracked,
+)
 
 
 def to_paper_header(message: Any, ids: PaperIds) -> LocationHeader:
@@ -44,11 +56,10 @@ def _expression(leaf: Any, source: Source) -> Optional[str]:
     tokens = _path_tokens(instructions, root)
     if tokens is not None:
         return ''.join(token + ';' for token in tokens)
-    (slopes,) = linearizations(instructions, [root])
-    if isinstance(leaf, str) or not slopes:
-        return None
-    at, slope = next(iter(slopes.items()))
-    return _line(leaf, instructions[at][2], slope)
+    for other, value, slope in linearized(leaf):
+        if other == source and not isinstance(leaf, str) and not isinstance(value, str):
+            return _line(leaf, value, slope)
+    return None
 
 
 def _line(leaf: Any, value: Any, slope: Any) -> Optional[str]:
@@ -71,15 +82,14 @@ def _literal(value: Any) -> Optional[str]:
 
 def _path_tokens(instructions: Sequence[tuple], root: int) -> Optional[List[str]]:
     """The tokens along the way from an instruction to its left-most source; None if one of them has none."""
-    values = _values(instructions)
-    has_source = _with_sources(instructions)
+    made = assemble(instructions)
     tokens: List[str] = []
     at = root
     while instructions[at][0] != SOURCE:
         operation, *operands = instructions[at]
         if operation in (CONSTANT, AFFINE):
             return None
-        inner = next(index for index in operands if has_source[index])
+        inner = next(index for index in operands if is_tracked(made[index]))
         if operation.arity == 1:
             step = {'neg': ['-1', '*'], 'float': []}.get(operation.name)
             if step is None:
@@ -87,7 +97,7 @@ def _path_tokens(instructions: Sequence[tuple], root: int) -> Optional[List[str]
                     return None
                 step = [operation.name]
         else:
-            other = _literal(values[operands[1] if inner == operands[0] else operands[0]])
+            other = _literal(untracked(made[operands[1] if inner == operands[0] else operands[0]]))
             if other is None or operation.symbol not in tuple('+-*/'):
                 return None
             step = [other] + (['swap'] if inner != operands[0] else []) + [operation.symbol]
@@ -95,23 +105,3 @@ def _path_tokens(instructions: Sequence[tuple], root: int) -> Optional[List[str]
         tokens[:0] = step
         at = inner
     return tokens
-
-
-def _values(instructions: Sequence[tuple]) -> List[Any]:
-    values: List[Any] = []
-    for kind, *operands in instructions:
-        values.append(
-            operands[1]
-            if kind == SOURCE
-            else operands[0]
-            if kind in (CONSTANT, AFFINE)
-            else kind.forward(*[values[index] for index in operands])
-        )
-    return values
-
-
-def _with_sources(instructions: Sequence[tuple]) -> List[bool]:
-    found: List[bool] = []
-    for kind, *operands in instructions:
-        found.append(kind in (SOURCE, AFFINE) or (kind != CONSTANT and any(found[index] for index in operands)))
-    return found

@@ -1,6 +1,7 @@
 """Provenance that is written and read in the outline of an earlier one is what it is without that."""
 
 import math
+import struct
 
 import pytest
 from geometry_msgs.msg import Point, Pose, Twist, Vector3
@@ -8,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosslt import Source, is_tracked, sources, track
-from rosslt.messages import BadHeader, attach, encode, received, wire
-from rosslt.messages.received import ReceivedHeader
+from rosslt.messages import BadHeader, attach, encode
+from rosslt.messages.codec import decoder, encoder
+from rosslt.messages.codec.bounded_cache import BoundedCache
+from rosslt.messages.codec.templates import Template
 from rosslt.values import affine, from_affine
 from support.filling import serialized
 
@@ -30,9 +33,9 @@ def nothing_met():
 
 
 def forget():
-    wire._recent_outline.cache_clear()
-    received._recently_received.cache_clear()
-    received._recent_outlines.cache_clear()
+    encoder._known_templates.clear()
+    decoder._remembered.cache_clear()
+    decoder._known_headers.clear()
 
 
 def pose(shape, draw):
@@ -129,8 +132,8 @@ def test_what_moves_is_checked_and_written_once(monkeypatch):
 
         return call
 
-    monkeypatch.setattr(wire._Encoder, '__init__', counted('written', wire._Encoder.__init__))
-    monkeypatch.setattr(ReceivedHeader, '__init__', counted('checked', ReceivedHeader.__init__))
+    monkeypatch.setattr(encoder._Encoder, '__init__', counted('written', encoder._Encoder.__init__))
+    monkeypatch.setattr(decoder, 'read_header', counted('checked', decoder.read_header))
     for step in range(1, 50):
         message = moved(0.01 * step, at=0.1 * step)
         result = arrived(message, encode(message))
@@ -178,3 +181,31 @@ def test_an_outline_is_of_its_message_class():
     attach(twist, data)
     assert affine(twist.linear.x) == affine(message.position.x)
     assert not is_tracked(message.orientation)
+
+
+def test_a_template_is_cut_only_where_the_floats_are():
+    data = bytes(range(60))
+    template = Template.cut(data, 3, 2, 25, 1)
+    values, slopes = struct.unpack('<2d', data[3:19]), struct.unpack('<d', data[25:33])
+    assert template.match(data) == (values, slopes)
+    assert template.fill(values, slopes) == data
+    for blocks in [(-1, 2, 25, 1), (3, 3, 25, 1), (3, 2, 18, 1), (3, 2, 25, 5), (25, 1, 3, 2)]:
+        with pytest.raises(ValueError, match='floats at bytes'):
+            Template.cut(data, *blocks)
+
+
+@pytest.mark.parametrize('change', [lambda data: data[:-1], lambda data: data + b'\0', lambda data: b'x' + data[1:]])
+def test_data_of_another_size_or_with_other_bytes_around_the_floats_match_no_template(change):
+    data = bytes(range(60))
+    assert Template.cut(data, 3, 2, 25, 1).match(change(data)) is None
+
+
+def test_a_bounded_cache_forgets_what_came_first():
+    cache = BoundedCache(3)
+    for number in range(5):
+        cache.put(number, str(number))
+    assert [cache.get(number) for number in range(5)] == [None, None, '2', '3', '4']
+    cache.put(3, 'other')
+    assert cache.get(3) == 'other'
+    cache.clear()
+    assert cache.get(3) is None

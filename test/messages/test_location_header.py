@@ -9,7 +9,7 @@ from visualization_msgs.msg import Marker
 
 from rosslt import Source, evaluate, is_tracked, math, solve, sources, track
 from rosslt.messages import BadHeader, LocationHeader, PaperIds, from_paper_header, to_paper_header
-from rosslt.messages.paper_header import Location
+from rosslt.messages.location_header import Location
 
 NODE = '/interactive_script'
 X = track(0.3, Source(NODE, 1))
