@@ -2,6 +2,9 @@
 
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import full_name, tracked_nodes
+from rosslt.node import Directory
+
+__all__ = ['TIMEOUT', 'Directory', 'find', 'locations_of', 'split_location', 'tracked_node']
 
 #: How long owners may take to answer, in seconds.
 TIMEOUT = 2.0
