@@ -8,13 +8,13 @@ of its neighbours `parameters` and `server`.
 
 import hashlib
 import math
-import threading
 from types import FrameType
 from typing import Any, Callable, Dict, List, Optional, Tuple, Type, Union
 
 from rosslt import values
 from rosslt.node.call_sites import CallSite
 from rosslt.node.json_scalars import Refused
+from rosslt.node.refresh import READINGS
 
 
 class Location:
@@ -33,9 +33,10 @@ class Location:
         minimum, maximum: bounds, or None.
         read_only: True where no change is taken.
         weight: how hard it is to move, against 1.0 of others; None where nobody has said it.
+        rank: how willingly it is changed where several locations could be: 0 first.
         parameter: the Parameter that follows it, or None.
         remembered: True while the value in force is one that the parameter had when the node started.
-        changed: called with the location when a change of its value is in force, or None.
+        changed: called without arguments when a change of its value is in force.
     """
 
     __slots__ = (
@@ -53,6 +54,7 @@ class Location:
         'remembered',
         'changed',
     )
+    rank = 0
 
     def __init__(
         self,
@@ -64,7 +66,7 @@ class Location:
         maximum: Any = None,
         read_only: bool = False,
         weight: Optional[float] = None,
-        changed: Optional[Callable[['Location'], None]] = None,
+        changed: Tuple[Callable[[], None], ...] = (),
         is_named: bool = True,
     ) -> None:
         self.id = _location_id(identity)
@@ -141,10 +143,11 @@ class Location:
 class HeldLocation(Location):
     """A location whose value this node holds in its memory."""
 
-    __slots__ = ('_value', '_tracked')
+    __slots__ = ('_value', '_tracked', '_early')
 
     def __init__(self, identity: str, name: str, site: CallSite, value: Any, **limits: Any) -> None:
         super().__init__(identity, name, site, value, **limits)
+        self._tracked = self._early = None
         self.put(value)
 
     @property
@@ -157,11 +160,16 @@ class HeldLocation(Location):
 
     def name_node(self, node: str) -> None:
         super().name_node(node)
-        self.put(self._value)
+        # Whoever has read it before the node had a name holds that reading, which stays as good as the next one.
+        self._early, self._tracked = self._tracked, values.track(self._value, self.source)
 
     def put(self, value: Any) -> None:
+        readings = [reading for reading in (self._early, self._tracked) if reading is not None]
+        self._early = None
         self._value = value
         self._tracked = values.track(value, self.source)
+        for reading in readings:
+            READINGS.replace(reading, self._tracked)
 
 
 class LiteralLocation(HeldLocation):
@@ -198,7 +206,7 @@ class ExternalLocation(Location):
         setter: takes a new value; what it raises is the reason of a refusal. None: read-only.
     """
 
-    __slots__ = ('_getter', '_setter')
+    __slots__ = ('_getter', '_setter', '_reading')
 
     def __init__(
         self,
@@ -211,6 +219,7 @@ class ExternalLocation(Location):
         **limits: Any,
     ) -> None:
         self._getter, self._setter = getter, setter
+        self._reading: Any = None
         super().__init__(identity, name, site, self.value, read_only=read_only or setter is None, **limits)
 
     @property
@@ -219,15 +228,31 @@ class ExternalLocation(Location):
         plain = values.scalar(value)
         return value if plain is None else plain
 
+    @property
+    def tracked(self) -> Any:
+        value, reading = self.value, self._reading
+        if reading is None or values.untracked(reading) != value or type(values.untracked(reading)) is not type(value):
+            reading = self._reading = values.track(value, self.source)
+        return reading
+
+    def name_node(self, node: str) -> None:
+        super().name_node(node)
+        self._reading = None
+
     def put(self, value: Any) -> None:
         if self._setter is None:
             raise Refused(f'{self.name} has no setter')
+        before = self._reading
         try:
             self._setter(value)
         except values.Error as error:  # one of ours says all that people need
             raise Refused(str(error)) from error
         except Exception as error:  # the user's function: whatever it raises is its way to refuse
             raise Refused(f'{type(error).__name__}: {error}') from error
+        # What changes by itself is a record of a moment; what was put here is meant to act everywhere.
+        latest = self.tracked
+        if before is not None and latest is not before:
+            READINGS.replace(before, latest)
 
 
 #: What `location()` returns for a call, and the code that it is in.
@@ -249,7 +274,7 @@ class Locations:
         self._by_name: Dict[str, Location] = {}
         self._by_call: Dict[Any, _Entry] = {}
         self._namespaces: Dict[str, Dict[str, Location]] = {}
-        self.lock = threading.RLock()
+        self.lock = READINGS.lock
 
     def name_node(self, node: str) -> None:
         """Say what this node is called."""
@@ -296,6 +321,7 @@ class Locations:
                     self._namespaces.setdefault(namespace, {})[location.name] = location
                 return location
             if _is_same(other, location):
+                other.changed += location.changed
                 return other
             raise ValueError(
                 f'the location {location.name} at {location.place} meets {other.name} at '
