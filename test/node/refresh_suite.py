@@ -6,7 +6,7 @@ import unittest
 
 import rospy
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseStamped
-from support.processes import Node, wait_until
+from processes import Node, wait_until
 from rosslt.msg import PoseTracked
 from rosslt.srv import ChangeSources
 from std_msgs.msg import Float64, Float64MultiArray, Int32

@@ -42,7 +42,9 @@ def test_what_is_used_of_rospys_inside_is_there(module, name):
 
 @pytest.mark.parametrize('kind', ['publisher', 'subscriber'])
 def test_what_is_used_of_a_publisher_and_a_subscriber_is_there(kind):
-    made = {'publisher': rospy.topics._PublisherImpl, 'subscriber': rospy.topics._SubscriberImpl}[kind]('/topic', String)
+    made = {'publisher': rospy.topics._PublisherImpl, 'subscriber': rospy.topics._SubscriberImpl}[kind](
+        '/topic', String
+    )
     gone = [name for name in rospy_internals.USED_OF_IMPLEMENTATIONS[kind] if not hasattr(made, name)]
     assert not gone, f'the implementation of a {kind} has no {gone} any more; rosslt/node/topics.py needs it'
 

@@ -29,8 +29,10 @@ from rosslt.node.directory import Directory, Place
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.rospy_internals import is_initialized
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
+from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 
 __all__ = [
@@ -56,6 +58,7 @@ __all__ = [
     'from_json',
     'get_param',
     'init_node',
+    'is_initialized',
     'is_started',
     'limits',
     'location',
@@ -64,6 +67,7 @@ __all__ = [
     'read_parameter',
     'reevaluate',
     'remove_location',
+    'rotated',
     'start',
     'to_json',
     'undo',
