@@ -10,7 +10,7 @@ from rosslt import messages, values
 from rosslt.node.refresh import READINGS, Refresher
 
 _latched: 'weakref.WeakKeyDictionary[Any, Latched]' = weakref.WeakKeyDictionary()
-_lock = threading.Lock()
+_lock = threading.RLock()  # reentrant, as a signal's handler may publish in the middle of a publish
 _thread: Optional[threading.Thread] = None
 
 

@@ -67,7 +67,8 @@ class ReplacedReadings:
         self.lock = threading.RLock()
         self.changed = threading.Event()
         self._latest: Dict[Source, Any] = {}
-        self._own_lock = threading.Lock()  # with which nothing else is called
+        # Nothing else is called with it. Reentrant, as a signal's handler may publish in the middle of a publish.
+        self._own_lock = threading.RLock()
 
     def replace(self, reading: Any, latest: Any) -> None:
         """Take note that a location gives another reading from now on."""
