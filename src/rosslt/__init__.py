@@ -32,6 +32,7 @@ serializers.register()
 _NEED_ROS = {
     'actions': ['SimpleActionClient', 'SimpleActionServer'],
     'messages': ['BadHeader', 'UnknownType', 'tracked_type'],
+    'tf': ['StaticTransformBroadcaster', 'TransformBroadcaster'],
     'node': [
         'Change',
         'ChangeRejected',

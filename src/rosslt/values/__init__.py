@@ -21,7 +21,7 @@ from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
 from .solve import nearest, slopes, solve, source_values
-from .sources import Source, describe_source, describe_sources_with
+from .sources import Source, UnnamedSource, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import from_affine, lazy, origins, plain_scalar, track
 from .tree import is_tracked, leaves, untracked
@@ -38,6 +38,7 @@ __all__ = [
     'NotTracked',
     'Operation',
     'Source',
+    'UnnamedSource',
     'affine',
     'assemble',
     'describe_source',

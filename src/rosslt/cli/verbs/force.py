@@ -41,7 +41,7 @@ ARGUMENTS = [
 ]
 
 #: What the command has of a node that asks others: its name, and what it knows of their locations.
-Asker = namedtuple('Asker', 'name facts')
+Asker = namedtuple('Asker', 'name directory')
 
 
 def run(options: argparse.Namespace) -> None:

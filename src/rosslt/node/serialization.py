@@ -1,15 +1,17 @@
-"""What rospy serializes and reads in place of ordinary messages, so that provenance travels behind them."""
+"""What rospy serializes and deserializes in place of ordinary messages, so that provenance travels behind them."""
 
 import functools
 import io
+from typing import Any, BinaryIO, Callable, Dict, Set, Tuple
 
 import genpy
 import rospy
 
 from rosslt import messages, values
+from rosslt.node.refresh import READINGS, Refresher
 
 #: The topics and services, each with a peer, of which a bad header was reported.
-_reported = set()
+_reported: Set[Tuple[str, str]] = set()
 
 
 class Sending:
@@ -22,40 +24,53 @@ class Sending:
     full_history = False
 
 
-@functools.lru_cache(maxsize=None)
-def carrier(message_class):
-    """What makes of a message what rospy serializes in its place: the message, then its provenance."""
+def serializer(message_class: Any, refresher: Refresher) -> Callable[[Any], Any]:
+    """The function that makes of a message what rospy serializes in its place: the message, then its provenance.
+
+    Args:
+        message_class: of the messages.
+        refresher: the Refresher of the publisher, service or caller that sends them.
+    """
     if message_class is rospy.AnyMsg:
         return lambda message: message  # with the provenance that it was received with
+    make = functools.partial(_class_with_provenance(message_class), refresher)
+    is_plain = messages.plain_check(message_class)
+    if is_plain is None:
+        return make
+    return lambda message: message if is_plain(message) else make(message)
 
-    class Carrier(genpy.Message):
-        __slots__ = ('message',)
+
+@functools.lru_cache(maxsize=None)
+def _class_with_provenance(message_class: Any) -> Any:
+    class WithProvenance(genpy.Message):
+        __slots__ = ('message', 'refresher')
         _type, _md5sum = message_class._type, message_class._md5sum
         _has_header = message_class._has_header
 
-        def __init__(self, message):
+        def __init__(self, refresher: Refresher, message: Any) -> None:
             self.message = message
+            self.refresher = refresher
 
         @property
-        def header(self):
+        def header(self) -> Any:
             return self.message.header
 
-        def serialize(self, buff):
+        def serialize(self, buff: BinaryIO) -> None:
+            message = self.message
+            if READINGS.replaced:
+                message = self.refresher.fresh(message)
             try:
-                pack(self.message).serialize(buff)
+                pack(message).serialize(buff)
             except genpy.SerializationError as error:
-                raise genpy.SerializationError(serialization_fault(self.message, error)) from None
-            messages.append_provenance(self.message, buff, Sending.full_history)
+                raise genpy.SerializationError(serialization_fault(message, error)) from None
+            messages.append_provenance(message, buff, Sending.full_history)
 
     pack = messages.packed_arrays(message_class)
-    is_plain = messages.plain_check(message_class)
-    if is_plain is None:
-        return Carrier
-    return lambda message: message if is_plain(message) else Carrier(message)
+    return WithProvenance
 
 
 @functools.lru_cache(maxsize=None)
-def reading_class(message_class, channel):
+def received_class(message_class: Any, channel: str) -> Any:
     """A class that rospy deserializes in place of a message's.
 
     What comes out is an ordinary message, whose fields are tracked where provenance follows it. A tracked
@@ -68,15 +83,15 @@ def reading_class(message_class, channel):
     if message_class is rospy.AnyMsg or messages.is_tracked_type(message_class):
         return message_class
 
-    def deserialize(message, data):
-        message.__class__ = message_class  # cheaper than making another one
+    def deserialize(message: Any, data: bytes) -> Any:
+        message.__class__ = message_class  # another message would take 0.8 us for a Pose, 6.6 for an Odometry
         error = decode_into(message, data)
         if error is not None:
             message._connection_header = error
             message.__class__ = untold
         return message
 
-    def tell(message, connection_header):
+    def tell(message: Any, connection_header: Dict[str, str]) -> None:
         error = genpy.Message._connection_header.__get__(message)
         message.__class__ = message_class
         message._connection_header = connection_header
@@ -97,7 +112,7 @@ def reading_class(message_class, channel):
     )
 
 
-def serialization_fault(message, error):
+def serialization_fault(message: Any, error: Exception) -> str:
     """What is wrong with a message. genpy looks for the culprit by exact types, and would blame a tracked value."""
     try:
         values.untracked(message).serialize(io.BytesIO())
@@ -106,7 +121,7 @@ def serialization_fault(message, error):
     return str(error)
 
 
-def report_bad_header(channel, connection_header, error):
+def report_bad_header(channel: str, connection_header: Dict[str, str], error: Exception) -> None:
     """Warn of provenance that cannot be read, once for each publisher or caller.
 
     Args:
