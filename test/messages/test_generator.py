@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosslt.messages import generate_tracked_msgs
+from rosslt.cli import run as run_verb
 
 SCRIPT = Path(__file__).resolve().parents[2] / 'scripts' / 'generate_tracked_msgs.py'
 
@@ -38,7 +38,7 @@ def generate(tmp_path, capsys):
 
     def run(*arguments):
         try:
-            code = generate_tracked_msgs(['-o', str(folder), *arguments])
+            code = run_verb('generate', ['-o', str(folder), *arguments])
         except SystemExit as end:
             code = end.code
         printed = capsys.readouterr()
@@ -169,7 +169,7 @@ def test_a_file_of_another_type_is_not_overwritten(generate, share):
 
 def test_a_folder_that_cannot_be_written_to_is_said(tmp_path, capsys):
     (tmp_path / 'file').write_text('')
-    assert generate_tracked_msgs(['-o', str(tmp_path / 'file' / 'msg'), 'geometry_msgs/Pose']) == 1
+    assert run_verb('generate', ['-o', str(tmp_path / 'file' / 'msg'), 'geometry_msgs/Pose']) == 1
     assert 'cannot write' in capsys.readouterr().err
 
 

@@ -5,8 +5,8 @@ compiled for it (`walkers`); `wire` writes the wire format that docs/wire_format
 """
 
 from rosslt.messages.columns import BadHeader
-from rosslt.messages.definitions import UnknownType
-from rosslt.messages.generator import main as generate_tracked_msgs
+from rosslt.messages.definitions import MessagePath, UnknownType
+from rosslt.messages.generator import plan_files, select_types, tracked_names, write_files
 from rosslt.messages.inband import MAGIC, append_provenance, finder, plain_check, split_provenance
 from rosslt.messages.paper_header import LocationHeader, PaperIds
 from rosslt.messages.paper_reading import from_paper_header
@@ -19,6 +19,7 @@ __all__ = [
     'MAGIC',
     'BadHeader',
     'LocationHeader',
+    'MessagePath',
     'PaperIds',
     'UnknownType',
     'append_provenance',
@@ -26,13 +27,16 @@ __all__ = [
     'encode',
     'finder',
     'from_paper_header',
-    'generate_tracked_msgs',
     'is_tracked_type',
     'plain_check',
     'plain_type',
+    'plan_files',
+    'select_types',
     'split_provenance',
     'to_paper_header',
+    'tracked_names',
     'tracked_type',
     'unwrap',
     'wrap',
+    'write_files',
 ]

@@ -1,15 +1,14 @@
 """The generator: writes the `.msg` files of tracked message types (paper, section IV: provenance-annotated messages).
 
-`scripts/generate_tracked_msgs.py` is its command, which `add_tracked_message_files()` calls in the build of a package.
-It runs before anything of the package is built.
+Its command is `rosslt generate`, alias `scripts/generate_tracked_msgs.py`, which `add_tracked_message_files()` calls in
+the build of a package. It runs before anything of the package is built.
 """
 
-import argparse
 import os
 import re
 import sys
 import tempfile
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence
 
 from rosslt.messages.definitions import (
     MARK,
@@ -21,14 +20,6 @@ from rosslt.messages.definitions import (
     short_name,
 )
 from rosslt.values import Error
-
-_EPILOG = """\
-A tracked type holds a provenance header beside the message: PoseTracked is rosslt/Provenance and geometry_msgs/Pose.
-Where types of several packages have one name, each takes its package's: geometry_msgs/Pose and turtlesim/Pose become
-GeometryMsgsPoseTracked and TurtlesimPoseTracked. The files' paths are printed; one that is up to date is not touched.
-
-Example: {} geometry_msgs/Pose -o msg
-"""
 
 
 class CannotGenerate(Error):
@@ -112,7 +103,7 @@ class File(NamedTuple):
     """What is in it now; None if there is none."""
 
 
-def plan(folder: str, names: Dict[str, str]) -> List[File]:
+def plan_files(folder: str, names: Dict[str, str]) -> List[File]:
     """The files to write.
 
     Raises:
@@ -142,7 +133,7 @@ def plan(folder: str, names: Dict[str, str]) -> List[File]:
     return files
 
 
-def write(files: Sequence[File]) -> None:
+def write_files(files: Sequence[File]) -> None:
     """Write the files that are missing or out of date, all of them or, if one cannot be, none.
 
     Raises:
@@ -175,70 +166,3 @@ def _replace(path: str, text: str) -> None:
     except OSError:
         os.remove(temporary)
         raise
-
-
-def _include(argument: str) -> Tuple[str, str]:
-    package, colon, folder = argument.partition(':')
-    if not (package and colon and folder):
-        raise argparse.ArgumentTypeError('%r is not PACKAGE:FOLDER' % argument)
-    return package, folder
-
-
-def _parser(program: str) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog=program,
-        epilog=_EPILOG.format(program),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        description='Write the .msg files of tracked message types.',
-    )
-    parser.add_argument('types', nargs='*', metavar='TYPE', help='a message type, as geometry_msgs/Pose')
-    parser.add_argument('--package', action='append', default=[], help='all message types of this package')
-    parser.add_argument('--all', action='store_true', help='all message types that are installed or in a workspace')
-    parser.add_argument('-o', dest='folder', default='.', metavar='DIR', help='where to write (default: here)')
-    parser.add_argument('--name', help='what the tracked type is called, if there is one (default: <Type>Tracked)')
-    parser.add_argument(
-        '-I',
-        dest='include',
-        action='append',
-        default=[],
-        type=_include,
-        metavar='PACKAGE:FOLDER',
-        help='look for the messages of PACKAGE in FOLDER first',
-    )
-    mode = parser.add_mutually_exclusive_group()
-    mode.add_argument('--list', action='store_true', help='print the message types that are meant; write nothing')
-    mode.add_argument('--dry-run', action='store_true', help='print the files that would be written; write nothing')
-    return parser
-
-
-def main(arguments: Optional[Sequence[str]] = None, program: str = 'generate_tracked_msgs.py') -> int:
-    """Run the command.
-
-    Args:
-        arguments: those of this process where they are None.
-        program: what it was called as.
-
-    Returns:
-        The exit code: 1 where something could not be done, 2 where it was not understood.
-    """
-    parser = _parser(program)
-    options = parser.parse_args(arguments)
-    if not (options.types or options.package or options.all):
-        parser.error('name message types, a --package, or --all')
-    include: Dict[str, List[str]] = {}
-    for package, folder in options.include:
-        include.setdefault(package, []).append(folder)
-    try:
-        types = select_types(MessagePath(include), options.types, options.package, options.all)
-        if options.list:
-            print('\n'.join(types))
-            return 0
-        files = plan(options.folder, tracked_names(types, options.name))
-        if not options.dry_run:
-            write(files)
-    except Error as error:
-        print('generate_tracked_msgs.py: %s' % error, file=sys.stderr)
-        return 1
-    for file in files:
-        print(file.path)
-    return 0
