@@ -3,17 +3,18 @@
 import contextlib
 import os
 import struct
+from typing import Iterator, Optional, Sequence, Tuple
 
 import genpy
 import rosbag
 
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import is_below
-from rosslt.cli.reading import Decoder
+from rosslt.cli.reading import Decoder, Received
 
 
 @contextlib.contextmanager
-def opened(path):
+def opened(path: str) -> Iterator[rosbag.Bag]:
     """An open bag.
 
     Raises:
@@ -32,7 +33,7 @@ def opened(path):
             raise Failure(f'cannot read {path}: {error}') from None
 
 
-def messages(bag, topics=None):
+def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Received]:
     """The messages of a bag as Received, in the order in which they were recorded."""
     decoder = Decoder()
     for topic, (_, data, _, _, message_class), _, header in bag.read_messages(
@@ -41,7 +42,7 @@ def messages(bag, topics=None):
         yield decoder.decode(data, message_class, topic, header.get('callerid', ''))
 
 
-def split_topic(bag, text):
+def split_topic(bag: rosbag.Bag, text: str) -> Tuple[str, str]:
     """TOPIC[/FIELD] as the longest recorded topic that it begins with, and the field.
 
     Raises:

@@ -1,6 +1,7 @@
 """`rosslt bag`: what provenance a recorded bag holds."""
 
 import argparse
+from typing import Any, Dict, List, Sequence, Tuple
 
 from rosslt.cli import bags
 from rosslt.cli.directory import Directory
@@ -23,9 +24,13 @@ ARGUMENTS = [
     Argument('file', metavar='FILE'),
 ]
 
+#: What is known of the sources on a topic: (source, the fields that it reaches).
+Rows = Sequence[Tuple[str, List[str]]]
+
 
 def run(options: argparse.Namespace) -> None:
-    found, tracked = ProvenanceMap(), {}
+    found = ProvenanceMap()
+    tracked: Dict[str, int] = {}
     with bags.opened(options.file) as bag:
         topics = bag.get_type_and_topic_info().topics
         for received in bags.messages(bag):
@@ -42,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
         (_show if is_terminal() else _write)(name, topic, tracked.get(name, 0), rows)
 
 
-def _show(name, topic, tracked, rows):
+def _show(name: str, topic: Any, tracked: int, rows: Rows) -> None:
     print(
         '{}  {}, {} message{}, {} with provenance'.format(
             name, topic.msg_type, topic.message_count, 's' * (topic.message_count != 1), tracked or 'none'
@@ -52,6 +57,6 @@ def _show(name, topic, tracked, rows):
         print(line)
 
 
-def _write(name, topic, tracked, rows):
+def _write(name: str, topic: Any, tracked: int, rows: Rows) -> None:
     for source, fields in rows or [('', [])]:
         write_row(name, topic.msg_type, topic.message_count, tracked, source, ','.join(fields))

@@ -2,11 +2,13 @@
 
 import argparse
 import sys
+from typing import List
 
 from rosslt.cli.completers import nodes
-from rosslt.cli.directory import Directory, tracked_node
+from rosslt.cli.directory import Directory, Place, tracked_node
 from rosslt.cli.master import find_master, tracked_nodes
-from rosslt.cli.output import is_terminal, shortened, table, width, write_row
+from rosslt.cli.output import is_terminal, limits, shortened, table, width, write_row
+from rosslt.cli.unreachable import why_unreachable
 from rosslt.cli.verb import LOOK, Argument
 
 GROUP = LOOK
@@ -30,20 +32,22 @@ LONGEST_VALUE = 30
 def run(options: argparse.Namespace) -> int:
     master = find_master()
     nodes = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
+    if not nodes:
+        print('rosslt list: no node has locations: none is tracked', file=sys.stderr)
     places, silent = Directory().ask(nodes)
     show = _show if is_terminal() else _write
     for node in nodes:
         if node in places:
             show(node, places[node])
     for node, why in sorted(silent.items()):
-        print(f'rosslt list: cannot reach {node}: {why}', file=sys.stderr)
+        print(f'rosslt list: cannot reach {node}: {why_unreachable(master, node, why)}', file=sys.stderr)
     return 1 if silent else 0
 
 
-def _show(node, places):
+def _show(node: str, places: List[Place]) -> None:
     print(node)
     rows = [
-        (place.local_name, place.location.type, shortened(place.location.value, LONGEST_VALUE), _limits(place.location))
+        (place.local_name, place.location.type, shortened(place.location.value, LONGEST_VALUE), limits(place))
         for place in places
     ]
     lines = [
@@ -54,15 +58,7 @@ def _show(node, places):
         print(line)
 
 
-def _limits(location):
-    if location.read_only:
-        return 'read-only'
-    if location.minimum or location.maximum:
-        return '{} .. {}'.format(location.minimum, location.maximum).strip()
-    return ''
-
-
-def _write(_node, places):
+def _write(_node: str, places: List[Place]) -> None:
     for place in places:
         location = place.location
         write_row(

@@ -4,9 +4,8 @@ import argparse
 
 from std_srvs.srv import Trigger, TriggerRequest
 
-from rosslt import node
 from rosslt.cli.completers import nodes
-from rosslt.cli.directory import TIMEOUT, tracked_node
+from rosslt.cli.directory import call, tracked_node
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
 from rosslt.cli.verb import CHANGE, Argument
@@ -24,10 +23,9 @@ ARGUMENTS = [
 
 
 def run(options: argparse.Namespace) -> None:
-    name = tracked_node(find_master(), options.node)
-    answers, silent = node.ask_all('undo', Trigger, {name: TriggerRequest()}, TIMEOUT)
-    if silent:
-        raise Failure(f'cannot reach {name}: {silent[name]}')
-    if not answers[name].success:
-        raise Failure(f'{name}: {answers[name].message}')
-    print(answers[name].message)
+    master = find_master()
+    name = tracked_node(master, options.node)
+    answer = call(master, name, 'undo', Trigger, TriggerRequest())
+    if not answer.success:
+        raise Failure(f'{name}: {answer.message}')
+    print(answer.message)
