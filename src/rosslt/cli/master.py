@@ -10,7 +10,7 @@ from typing import Dict, Iterator, List, NamedTuple, Tuple
 import rosgraph
 
 from rosslt.cli.failure import Failure
-from rosslt.cli.suggestions import did_you_mean
+from rosslt.cli.suggestions import did_you_mean_beginning
 
 #: How long a master may take to answer, in seconds: no longer than a person waits without wondering.
 TIMEOUT = 2.0
@@ -90,11 +90,7 @@ def split_topic(master: rosgraph.Master, text: str) -> Tuple[str, str, str]:
     full = full_name(path) + bracket + index
     topic = max((name for name in types if is_below(full, name)), key=len, default=None)
     if topic is None:
-        depth = full.count('/')
-        # the beginning of the text, as a field may follow
-        begun = ['/'.join(full.split('/')[: count + 1]) for count in range(depth, 0, -1)]
-        meant = next(filter(None, (did_you_mean(name, published) for name in begun)), '')
-        raise Failure(f'nobody publishes {full}{meant}')
+        raise Failure(f'nobody publishes {full}{did_you_mean_beginning(full, published)}')
     if topic not in published:
         waiting = system_state(master).subscribers.get(topic, [])
         raise Failure(

@@ -32,6 +32,8 @@ class Received(NamedTuple):
     """The type on the wire."""
     message: Any
     """An ordinary message, also where the type on the wire is a tracked one."""
+    is_latched: bool = False
+    """Whether its publisher is a latched one, which sends its last message to whoever comes later."""
 
 
 class Decoder:
@@ -106,7 +108,7 @@ class Inbox:
             # rospy itself listens to /clock where use_sim_time is set, and all subscribers of a topic in a process
             # share the class of the first one
             received = Received(topic, header['callerid'], message._type, message)
-        self._queue.put(received)
+        self._queue.put(received._replace(is_latched=header.get('latching') == '1'))
 
     def next(self, timeout: Optional[float] = None) -> Received:
         """The next Received.
