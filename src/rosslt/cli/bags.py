@@ -8,9 +8,13 @@ from typing import Iterator, Optional, Sequence, Tuple
 import genpy
 import rosbag
 
+from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import is_below
 from rosslt.cli.reading import Decoder, Received
+
+#: What nodes send on <node>/rosslt/locations.
+_LOCATIONS_TYPE = 'rosslt/LocationList'
 
 
 @contextlib.contextmanager
@@ -40,6 +44,14 @@ def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterato
         topics, raw=True, return_connection_header=True
     ):
         yield decoder.decode(data, message_class, topic, header.get('callerid', ''))
+
+
+def take_names(bag: rosbag.Bag, directory: Directory) -> None:
+    """Have a directory know what the nodes that were recorded said of their locations."""
+    topics = [name for name, topic in bag.get_type_and_topic_info().topics.items() if topic.msg_type == _LOCATIONS_TYPE]
+    if topics:
+        for _, told, _ in bag.read_messages(topics):
+            directory.take(told.node, told.locations)
 
 
 def split_topic(bag: rosbag.Bag, text: str) -> Tuple[str, str]:

@@ -4,7 +4,7 @@ import shutil
 import sys
 from typing import List, Sequence
 
-from rosslt import values
+from rosslt import msg, values
 from rosslt.cli.directory import Directory, Place
 
 
@@ -74,3 +74,8 @@ def write_change(directory: Directory, source: values.Source, old: str, new: str
         )
     else:
         write_row(directory.name(source), old, new, place.file if place else '')
+
+
+def write_applied(directory: Directory, node: str, change: msg.AppliedChange) -> None:
+    """Print a change that a node has applied."""
+    write_change(directory, values.Source(node, change.location_id), change.old_value, change.new_value)

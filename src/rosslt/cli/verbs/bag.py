@@ -12,7 +12,8 @@ from rosslt.cli.verb import LOOK, Argument
 GROUP = LOOK
 SUMMARY = 'what provenance a recorded bag holds'
 DESCRIPTION = """Print what provenance a recorded bag holds: for each topic how many of its messages have some, and
-which sources reach which fields. Sources have their names where their nodes run now, and NODE#ID otherwise."""
+which sources reach which fields. Sources have their names where
+<node>/rosslt/locations was recorded too, or where their nodes run now, and are NODE#ID otherwise."""
 EXAMPLE = """\
 example:
   rosslt bag run.bag
@@ -31,11 +32,12 @@ Rows = Sequence[Tuple[str, List[str]]]
 def run(options: argparse.Namespace) -> None:
     found = ProvenanceMap()
     tracked: Dict[str, int] = {}
+    directory = Directory()
     with bags.opened(options.file) as bag:
         topics = bag.get_type_and_topic_info().topics
         for received in bags.messages(bag):
             tracked[received.topic] = tracked.get(received.topic, 0) + found.add(received)
-    directory = Directory()
+        bags.take_names(bag, directory)
     directory.learn(found.sources)
     for name, topic in sorted(topics.items()):
         rows = [

@@ -50,13 +50,15 @@ def run(options: argparse.Namespace) -> None:
     if options.bag:
         with bags.opened(options.bag) as bag:
             topic, field = bags.split_topic(bag, options.topic)
-            _echo(bags.messages(bag, [topic]), field, options)
+            directory = Directory()
+            bags.take_names(bag, directory)
+            _echo(bags.messages(bag, [topic]), field, directory, options)
         return
     master = find_master()
     topic, type_, field = split_topic(master, options.topic)
     with Inbox([topic]) as inbox:
         try:
-            _echo(_heard(master, inbox, topic, type_), field, options)
+            _echo(_heard(master, inbox, topic, type_), field, Directory(), options)
         except KeyboardInterrupt:
             # without a count this is how it ends
             if options.count:
@@ -74,9 +76,8 @@ def _heard(master: rosgraph.Master, inbox: Inbox, topic: str, type_: str) -> Ite
     yield from iter(inbox.next, None)
 
 
-def _echo(messages: Iterable[Received], field: str, options: argparse.Namespace) -> None:
-    directory = Directory()
-    values.describe_sources_with(directory.short_file)
+def _echo(messages: Iterable[Received], field: str, directory: Directory, options: argparse.Namespace) -> None:
+    values.describe_sources_with(directory.describe)
     for number, received in enumerate(messages, 1):
         part = field_of(received.message, field)
         directory.learn(values.sources(part))

@@ -37,9 +37,9 @@ ARGUMENTS = [
 
 
 def run(options: argparse.Namespace) -> None:
-    received, field = _recorded(options) if options.bag else _heard(options)
     directory = Directory()
-    values.describe_sources_with(directory.short_file)
+    received, field = _recorded(options, directory) if options.bag else _heard(options)
+    values.describe_sources_with(directory.describe)
     directory.learn({source for each in received for source in values.sources(field_of(each.message, field))})
     found = False
     for each in received:
@@ -64,9 +64,10 @@ def _heard(options: argparse.Namespace) -> Tuple[List[Received], str]:
         return heard_publishers(master, inbox, topic, options.timeout, options.node), field
 
 
-def _recorded(options: argparse.Namespace) -> Tuple[List[Received], str]:
+def _recorded(options: argparse.Namespace, directory: Directory) -> Tuple[List[Received], str]:
     with bags.opened(options.bag) as bag:
         topic, field = bags.split_topic(bag, options.field)
+        bags.take_names(bag, directory)
         return [next(bags.messages(bag, [topic]))], field
 
 

@@ -52,13 +52,13 @@ class Asker(NamedTuple):
     """What the command has of a node that asks others: its name, and what it knows of their locations."""
 
     name: str
-    facts: Directory
+    directory: Directory
 
 
 def run(options: argparse.Namespace) -> None:
     master, directory = find_master(), Directory()
     topic, _, field = split_topic(master, options.field)
-    values.describe_sources_with(directory.short_file)
+    values.describe_sources_with(directory.describe)
     with Inbox([topic]) as inbox:
         heard = heard_publishers(master, inbox, topic, options.timeout, options.node)
         parts = {received.publisher: field_of(received.message, field) for received in heard}

@@ -13,13 +13,14 @@ from rosslt.cli.verb import LOOK, Argument
 
 GROUP = LOOK
 SUMMARY = 'nodes and their locations'
-DESCRIPTION = 'Print the nodes that have locations, and for each location its name, type, value, bounds and file.'
+DESCRIPTION = """Print the nodes that have locations, and for each location its name, type, value, bounds and file,
+and what the code says where the value is one of an earlier run."""
 EXAMPLE = """\
 example:
   rosslt list /talker
 
 In a pipe each location is a line of columns between tabs: NODE/LOCATION, type, value, minimum, maximum, read-only (or
-empty), file:line:column.
+empty), file:line:column, what the code says (empty where that is the value).
 """
 ARGUMENTS = [
     Argument('node', completer=nodes, nargs='?', metavar='NODE', help='this node alone'),
@@ -47,11 +48,17 @@ def run(options: argparse.Namespace) -> int:
 def _show(node: str, places: List[Place]) -> None:
     print(node)
     rows = [
-        (place.local_name, place.location.type, shortened(place.location.value, LONGEST_VALUE), limits(place))
+        (
+            place.local_name,
+            place.location.type,
+            shortened(place.location.value, LONGEST_VALUE),
+            limits(place),
+        )
         for place in places
     ]
+    notes = [f'the code says {place.location.literal}' if place.location.remembered else '' for place in places]
     lines = [
-        table([(*row, file) for row, file in zip(rows, files)], indent='  ')
+        table([(*row, file, note) for row, file, note in zip(rows, files, notes)], indent='  ')
         for files in ([place.file for place in places], [place.short_file for place in places])
     ]
     for line in lines[0] if all(len(line) <= width() for line in lines[0]) else lines[1]:
@@ -69,4 +76,5 @@ def _write(_node: str, places: List[Place]) -> None:
             location.maximum,
             'read-only' if location.read_only else '',
             place.file,
+            location.literal if location.remembered else '',
         )
