@@ -1,53 +1,32 @@
-"""Where sources are, for people: asked of the nodes that own them, in the background, and remembered."""
+"""Where sources are, for people: what menus and notes call them, and whether a hand may move them."""
 
 import os
-import threading
-import time
-from collections import namedtuple
 
-import rospy
-
-from rosslt import srv, values
+from rosslt import node, values
 
 #: After how many seconds a node is asked again: its files may have been edited, and it started anew.
 STALE_AFTER = 30.0
 
-#: After how many seconds a node is asked again that has not answered, or did not know a source.
-RETRY_AFTER = 2.0
-
-
-Place = namedtuple('Place', 'file line column name read_only')
-Place.__doc__ = 'Where a source is, what it is called, and whether it takes no changes.'
-
 
 class Places:
-    """The places of sources.
+    """The places of sources, as this node knows them.
 
     Args:
         found: called without arguments when something new has become known.
     """
 
     def __init__(self, found):
-        self._found = found
-        self._known = {}  # (node, location id) -> Place
-        self._asked = {}  # node -> when, or None while it is being asked
-        self._lock = threading.Lock()
+        self._directory = node.directory()
+        self._directory.when_found(found)
 
     def of(self, source):
-        """The Place of a source; None until its owner has answered."""
-        return self._known.get(source)
+        """The rosslt/Location of a source; None until its owner has answered."""
+        place = self._directory.of(source)
+        return place and place.location
 
     def look_up(self, sources):
         """Ask for what is not known of sources, or has not been asked for long; it is known some time later."""
-        now = time.monotonic()
-        for source in sources:
-            with self._lock:
-                asked = self._asked.get(source.node, -STALE_AFTER)
-                patience = STALE_AFTER if source in self._known else RETRY_AFTER
-                if asked is None or now - asked < patience:
-                    continue
-                self._asked[source.node] = None
-            threading.Thread(target=self._ask, args=(source.node,), name='places', daemon=True).start()
+        self._directory.look_up(sources, STALE_AFTER)
 
     def describe(self, source):
         """`waypoints.script:3:12`, or the node's name until it has answered."""
@@ -66,28 +45,11 @@ class Places:
 
     def read_only(self, sources):
         """Those of the sources that are known to take no change."""
-        return tuple([source for source in sources if source in self._known and self._known[source].read_only])
+        known = [(source, self.of(source)) for source in sources]
+        return tuple([source for source, place in known if place is not None and place.read_only])
 
     def can_move(self, value):
         """Whether a value has a source that takes changes, as far as known."""
         sources = values.sources(value)
         self.look_up(sources)
         return len(self.read_only(sources)) < len(sources)
-
-    def _ask(self, owner):
-        try:
-            answer = rospy.ServiceProxy(owner + '/rosslt/list_locations', srv.ListLocations)()
-        except (rospy.ServiceException, rospy.ROSException) as error:
-            rospy.logdebug('%s does not say where its locations are: %s', owner, error)
-            news = {}
-        else:
-            news = {
-                (owner, one.id): Place(one.file, one.line, one.column, one.name, one.read_only)
-                for one in answer.locations
-            }
-        is_new = any(self._known.get(source) != place for source, place in news.items())
-        with self._lock:
-            self._known.update(news)
-            self._asked[owner] = time.monotonic()
-        if is_new:
-            self._found()

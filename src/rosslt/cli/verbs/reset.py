@@ -12,8 +12,8 @@ from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
 SUMMARY = 'give locations the values again that the code says'
-DESCRIPTION = """Give a location, or all of a node whose values are literals, the value again that the code says. What was
-changed is remembered over a restart of the node; this is how to forget it."""
+DESCRIPTION = """Give a location, or all of a node whose values are literals, the value again that the code says. What
+was changed is remembered over a restart of the node; this is how to forget it."""
 EXAMPLE = """\
 examples:
   rosslt reset /talker
