@@ -52,7 +52,7 @@ def test_echo_prints_recorded_messages_with_their_provenance(bag):
     printed = lines('echo', '--bag', bag, '-n', '2', '/goal/pose/position/x')
     assert len(printed) == 4
     assert printed[0][:2] == ['pose.position.x', '7.0']
-    assert printed[0][2].startswith('3 * 2.0 [talker.py:')
+    assert printed[0][2].startswith('3 * 2.0 [radius, talker.py:')
     result = rosslt('echo', '--bag', bag, '--once', '/pose/position/x', **NO_MASTER)
     assert result.stdout.startswith('position.x\t7.0\t3 * 2.0 [/talker#')
 

@@ -93,7 +93,7 @@ class TestExplain:
         printed = on_terminal('explain', '/goal/pose/position/y')
         assert re.fullmatch(
             r'/goal pose\.position\.y = 2\.0, published by /talker\n'
-            r'  = 2\.0 \[talker\.py:\d+:\d+\] \+ 0\.0 \[talker\.py:\d+:\d+\]\n'
+            r'  = 2\.0 \[radius, talker\.py:\d+:\d+\] \+ 0\.0 \[~parking/0, talker\.py:\d+:\d+\]\n'
             r'  /talker/radius      2\.0  0\.5 \.\. 10\.0  /\S+/talker\.py:\d+:\d+\n'
             r'  /talker/~parking/0  0\.0               /\S+/talker\.py:\d+:\d+\n',
             printed,

@@ -20,7 +20,8 @@ def changed(tmp_path):
     """{name: a node after the changes that the page shows}."""
     for path in PLAIN.glob('*.py'):
         (tmp_path / path.name).write_text(path.read_text(encoding='utf-8'), encoding='utf-8')
-    shown = ''.join(f'It changes.\n\n```{language}\n{content}```\n\n' for _, language, content in blocks(PAGE) if 'diff' in language)
+    changes = [(language, content) for _, language, content in blocks(PAGE) if language.startswith('diff ')]
+    shown = ''.join(f'It changes.\n\n```{language}\n{content}```\n\n' for language, content in changes)
     Reader(tmp_path).play(shown)
     return {path.stem: path.read_text(encoding='utf-8') for path in tmp_path.glob('*.py')}
 

@@ -17,8 +17,8 @@ from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
 SUMMARY = 'take the last change back, in all nodes that it changed'
-DESCRIPTION = """Take the last change back: all of it, in every node that it changed. A drag is one change. With a NODE it
-is the last one that changed this node; without, the last one of all."""
+DESCRIPTION = """Take the last change back: all of it, in every node that it changed. A drag is one change. With a NODE
+it is the last one that changed this node; without, the last one of all."""
 EXAMPLE = """\
 examples:
   rosslt undo
