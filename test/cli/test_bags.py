@@ -1,5 +1,8 @@
 """`rosslt bag` and `rosslt echo --bag` read what rosbag recorded, with and without the nodes that published it."""
 
+import json
+import re
+import signal
 import subprocess
 
 import pytest
@@ -46,6 +49,35 @@ def test_without_a_master_sources_have_their_ids(bag):
     sources = {line.split('\t')[4] for line in result.stdout.splitlines()}
     assert len(sources) == 5
     assert all(source.startswith('/talker#') for source in sources)
+
+
+@pytest.fixture(scope='module')
+def bag_with_names(nodes, tmp_path_factory):
+    """A bag that also holds what /talker says of its locations."""
+    path = tmp_path_factory.mktemp('named') / 'run.bag'
+    recorder = subprocess.Popen(['rosbag', 'record', '-O', str(path), '/goal', '/talker/rosslt/locations'])
+    try:
+        active = path.with_suffix('.bag.active')
+        wait_until(lambda: active.exists() and active.stat().st_size > 20000, 'some messages are recorded')
+    finally:
+        recorder.send_signal(signal.SIGINT)
+        recorder.wait(60)
+    return str(path)
+
+
+def test_a_bag_that_holds_the_names_is_explained_without_the_nodes(bag_with_names):
+    result = rosslt('bag', bag_with_names, **NO_MASTER)
+    sources = {line.split('\t')[4] for line in result.stdout.splitlines() if line.startswith('/goal')}
+    assert {'/talker/radius', '/talker/frame', '/talker/~parking/0', '/talker//height'} <= sources
+    printed = rosslt('echo', '--bag', bag_with_names, '--once', '/goal/pose/position/x', **NO_MASTER).stdout
+    assert printed.startswith('pose.position.x\t7.0\t3 * 2.0 [radius, talker.py:')
+    explained = rosslt('explain', '--bag', bag_with_names, '/goal/pose/position/x', **NO_MASTER).stdout.split('\t')
+    assert explained[3:5] == ['/talker/radius', '2.0']
+    assert re.fullmatch(r'/.*/talker\.py:\d+:\d+\n', explained[5])
+    described = json.loads(
+        rosslt('echo', '--bag', bag_with_names, '--once', '--json', '/goal/pose/position/x', **NO_MASTER).stdout
+    )
+    assert described['provenance']['pose.position.x']['sources'][0]['name'] == 'radius'
 
 
 def test_echo_prints_recorded_messages_with_their_provenance(bag):

@@ -90,7 +90,7 @@ class Reader:
             if re.fullmatch(pattern, shown.rstrip()):
                 return
             # a node that was started above may still be on its way; but what has changed something says so only once
-            is_done = status == 0 and re.search(r'rosslt (set|force|undo)', command)
+            is_done = status == 0 and re.search(r'rosslt (set|force|undo|reset)', command)
             if is_done or time.monotonic() > deadline:
                 raise AssertionError(f'$ {command}\n{shown}\ninstead of\n{expected}')
             time.sleep(0.2)

@@ -102,11 +102,14 @@ def formatted(row: Row) -> Tuple[str, ...]:
 
 
 def table(rows: Sequence[Row]) -> List[str]:
-    """The rows below the names of the columns, each as wide as it needs."""
+    """The rows below the names of the columns, each as wide as it needs; numbers are aligned to the right."""
     lines = [_COLUMNS, *map(formatted, rows)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(_COLUMNS))]
     return [
-        ('%-*s  %-*s  %*s  %*s  %*s  %*s' % tuple(part for pair in zip(widths, line) for part in pair)).rstrip()
+        '  '.join(
+            cell.ljust(width) if column < 2 else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(line, widths))
+        ).rstrip()
         for line in lines
     ]
 
