@@ -12,7 +12,7 @@ import genpy.dynamic
 import roslib.message
 import rospy
 
-from rosslt import messages
+from rosslt import messages, node
 from rosslt.cli.failure import Failure
 
 #: How often one who waits looks whether the node is being shut down, in seconds.
@@ -79,7 +79,7 @@ class Decoder:
 
 def start_node() -> None:
     """Make this process a node of a name of its own, which owns nothing; once."""
-    if not rospy.core.is_initialized():
+    if not node.is_initialized():
         # without arguments, as private parameters among them would be left behind
         rospy.init_node('rosslt', anonymous=True, disable_rosout=True, argv=[])
 
