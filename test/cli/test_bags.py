@@ -2,7 +2,6 @@
 
 import json
 import re
-import signal
 import subprocess
 
 import pytest
@@ -54,15 +53,21 @@ def test_without_a_master_sources_have_their_ids(bag):
 @pytest.fixture(scope='module')
 def bag_with_names(nodes, tmp_path_factory):
     """A bag that also holds what /talker says of its locations."""
-    path = tmp_path_factory.mktemp('named') / 'run.bag'
-    recorder = subprocess.Popen(['rosbag', 'record', '-O', str(path), '/goal', '/talker/rosslt/locations'])
-    try:
-        active = path.with_suffix('.bag.active')
-        wait_until(lambda: active.exists() and active.stat().st_size > 20000, 'some messages are recorded')
-    finally:
-        recorder.send_signal(signal.SIGINT)
-        recorder.wait(60)
-    return str(path)
+    folder = tmp_path_factory.mktemp('named')
+    with rosbag.Bag(str(folder / 'run.bag'), 'w') as both:
+        # each ends by itself when it has so many messages of its one topic
+        for topic, count in (('/goal', 5), ('/talker/rosslt/locations', 1)):
+            part = str(folder / 'part.bag')
+            subprocess.run(
+                ['rosbag', 'record', '-O', part, '--limit', str(count), topic],
+                check=True,
+                stdout=subprocess.DEVNULL,
+                timeout=60,
+            )
+            with rosbag.Bag(part) as recorded:
+                for name, raw, stamp, header in recorded.read_messages(raw=True, return_connection_header=True):
+                    both.write(name, raw, stamp, raw=True, connection_header=header)
+    return str(folder / 'run.bag')
 
 
 def test_a_bag_that_holds_the_names_is_explained_without_the_nodes(bag_with_names):

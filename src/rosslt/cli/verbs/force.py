@@ -3,7 +3,7 @@
 import argparse
 import sys
 import time
-from typing import Any, Dict, NamedTuple, Optional, Set, Tuple
+from typing import Any, Dict, Optional, Set, Tuple
 
 import rospy
 
@@ -48,11 +48,12 @@ ARGUMENTS = [
 ]
 
 
-class Asker(NamedTuple):
+class Asker:
     """What the command has of a node that asks others: its name, and what it knows of their locations."""
 
-    name: str
-    directory: Directory
+    def __init__(self, name: str, directory: Directory) -> None:
+        self.name = name
+        self.directory = directory
 
 
 def run(options: argparse.Namespace) -> None:
