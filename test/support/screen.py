@@ -99,6 +99,10 @@ class Screen:
         """Where a place in the plane is on the screen."""
         return round(self.origin[0] + self.scale * x), round(self.origin[1] - self.scale * y)
 
+    def place(self, pixel):
+        """The place in the plane that is at a pixel, the other way round."""
+        return (pixel[0] - self.origin[0]) / self.scale, (self.origin[1] - pixel[1]) / self.scale
+
     def press(self, button=1):
         self._xdotool('mousedown', str(button))
 
