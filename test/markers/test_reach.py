@@ -6,7 +6,9 @@ import random
 import pytest
 
 from rosslt import math, values
-from rosslt.markers import changing, reach
+from rosslt.markers import reach
+from rosslt.markers.drags import changes as changing
+from rosslt.markers.reach import nearest
 
 SHOULDER, ELBOW = values.Source('/arm', 1), values.Source('/arm', 2)
 UPPER_ARM, FOREARM = 1.2, 0.9
@@ -18,10 +20,6 @@ def tip(shoulder, elbow):
         UPPER_ARM * math.cos(shoulder) + FOREARM * math.cos(shoulder + elbow),
         UPPER_ARM * math.sin(shoulder) + FOREARM * math.sin(shoulder + elbow),
     ]
-
-
-def nearest(tracked, targets):
-    return reach.nearest(tracked, targets, reach.current_values(tracked))
 
 
 @pytest.mark.parametrize('seed', range(20))
@@ -48,6 +46,21 @@ def test_whole_numbers_stay_whole():
     assert changes == {SHOULDER: 9}
     assert type(changes[SHOULDER]) is int
     assert gap == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize('bound', [4.5, -0.5])
+def test_a_bound_is_reached_exactly(bound):
+    x = values.track(1.0, SHOULDER)
+    bounds = {SHOULDER: (-0.5, 4.5)}
+    changes, _ = nearest([2.0 * x + 0.1], [100.0 * bound], bounds)
+    assert changes == {SHOULDER: bound}
+
+
+def test_what_a_bound_stops_others_make_up_for():
+    x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
+    changes, gap = nearest([x + y], [10.0], {SHOULDER: (None, 1.5)})
+    assert changes == {SHOULDER: 1.5, ELBOW: pytest.approx(8.5)}
+    assert gap == pytest.approx(0.0, abs=1e-6)
 
 
 def test_what_cannot_come_nearer_stays():

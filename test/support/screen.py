@@ -125,6 +125,11 @@ class Screen:
         """(red, green, blue) of a pixel."""
         return tuple(map(int, self._pixels()[pixel[1], pixel[0]]))
 
+    def count(self, color, left, top, right, bottom, tolerance=30):
+        """How many pixels in a box are about of a color."""
+        part = self._pixels()[top:bottom, left:right].astype(int)
+        return int((abs(part - numpy.array(color)).max(axis=2) <= tolerance).sum())
+
     def picture(self, box):
         """The pixels between left, top, right and bottom, to be compared."""
         left, top, right, bottom = box

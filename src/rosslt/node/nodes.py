@@ -208,6 +208,22 @@ def reevaluate(x, timeout=1.0):
     return requests.reevaluate(started('reevaluate'), x, timeout)
 
 
+def limits(sources, timeout=1.0):
+    """What the owners of sources take, as arguments of `values.solve`.
+
+    Args:
+        sources: Sources of any nodes.
+        timeout: how long to wait for the owners' answers, in seconds.
+
+    Returns:
+        {'bounds': {Source: (minimum or None, maximum or None)}, 'read_only': [Source]}.
+
+    Raises:
+        rospy.ROSException: `init_node` has not been called.
+    """
+    return started('limits').facts.limits(sources, timeout)
+
+
 def started(call):
     """This node as the owner of locations.
 

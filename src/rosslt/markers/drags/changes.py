@@ -1,65 +1,84 @@
 """From where a hand wants a thing to what its sources must become, and on to their owners."""
 
-from collections import namedtuple
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt import node, values
-from rosslt.markers import reach
-
-Outcome = namedtuple('Outcome', 'changes gap')
-Outcome.__doc__ = 'What was changed, {Source: Change}, and the distance from the target that remains.'
+from rosslt.markers.reach import nearest, source_values
 
 #: A little change, against the size of what is changed.
 NUDGE = 1e-3
 
 
-def force(tracked, targets, source=None, timeout=1.0):
-    """Have tracked values become their targets, or come as near as they can.
+class Plan(NamedTuple):
+    """What sources are to become.
+
+    Attributes:
+        before: {Source: present value}.
+        after: {Source: new value}.
+        gap: the distance from the target that remains.
+        stops: {Source: a bound that it has come to, such as 'maximum 4.5'}.
+    """
+
+    before: Dict[Any, Any]
+    after: Dict[Any, Any]
+    gap: float = 0.0
+    stops: Optional[Dict[Any, str]] = None
+
+
+def plan(tracked: Sequence[Any], targets: Sequence[float], source: Any = None, timeout: float = 1.0) -> Plan:
+    """What the sources of tracked values must become so that these become their targets, or come as near as they can.
 
     Args:
         tracked, targets: tracked values and as many numbers.
         source: change this Source alone where a value depends on it.
-        timeout: how long to wait for the owners' answers, in seconds.
+        timeout: how long to wait for what the owners say of their bounds, in seconds.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
-        node.ChangeRejected, node.SourceUnreachable: as of `node.force_value`.
     """
     if source is not None:
         tracked = [kept_to(value, source) for value in tracked]
+    present = source_values(tracked)
+    limits = node.limits(list(present), timeout)
     try:
-        return Outcome(node.force_value(tracked, targets, timeout=timeout), 0.0)
+        return Plan(present, values.solve(list(tracked), list(targets), **limits))
     except values.NotInvertible:
-        present = reach.current_values(tracked)
-        changes, gap = reach.nearest(tracked, targets, present)
-        if not changes:
+        after, gap = nearest(tracked, targets, limits['bounds'], limits['read_only'])
+        stops = _stops({**present, **after}, limits['bounds'])
+        if not after and not stops:
             raise
-        return Outcome(request({one: (present[one], value) for one, value in changes.items()}, timeout), gap)
+        return Plan(present, after, gap, stops)
 
 
-def default_sources(tracked, read_only=()):
+def default_sources(tracked: Sequence[Any], read_only: Collection[Any] = ()) -> List[Any]:
     """The sources that a drag changes where none has been chosen, in order of appearance.
 
     Found by asking for a little change of each of the tracked values.
     """
-    present = {source: value for source, value in reach.current_values(tracked).items() if source not in read_only}
     numbers = [value for value in tracked if not isinstance(value, str)]
-    found = set()
+    found: Set[Any] = set()
     for index in range(len(numbers)):
         targets = list(map(float, numbers))
         targets[index] += NUDGE * max(1.0, abs(targets[index]))
         try:
             found.update(values.solve(numbers, targets, read_only=read_only))
         except values.NotInvertible:
-            found.update(reach.nearest(numbers, targets, present)[0])
+            found.update(nearest(numbers, targets, read_only=read_only)[0])
     return [source for source in values.sources(tracked) if source in found]
 
 
-def request(wanted, timeout):
+def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float) -> Dict[Any, Any]:
     """Have sources become what is wanted of them.
 
     Args:
         wanted: {Source: (present value, new value)}.
-        timeout: as of `force`.
+        timeout: how long to wait for the owners' answers, in seconds.
+
+    Returns:
+        {Source: Change(old, new)} as the owners say.
+
+    Raises:
+        node.ChangeRejected, node.SourceUnreachable: as of `node.force_value`.
     """
     return node.force_value(
         [values.track(present, source) for source, (present, _) in wanted.items()],
@@ -68,12 +87,13 @@ def request(wanted, timeout):
     )
 
 
-def kept_to(value, source):
+def kept_to(value: Any, source: Any) -> Any:
     """The value with all sources but one held as constants; as it is where it does not depend on that one."""
     if source not in values.sources(value):
         return value
     instructions, (root,) = values.disassemble([value])
-    held, constants = [], set()
+    held: List[Any] = []
+    constants = set()
     for index, instruction in enumerate(instructions):
         kind = instruction[0]
         if kind == values.SOURCE and instruction[1] != source:
@@ -88,3 +108,12 @@ def kept_to(value, source):
                 constants.add(index)
         held.append(instruction)
     return values.assemble(held)[root]
+
+
+def _stops(found: Dict[Any, Any], bounds: Dict[Any, Tuple[Any, Any]]) -> Dict[Any, str]:
+    stops = {}
+    for source, (minimum, maximum) in bounds.items():
+        for word, bound in (('minimum', minimum), ('maximum', maximum)):
+            if bound is not None and source in found and found[source] == bound:
+                stops[source] = '{} {!r}'.format(word, bound)
+    return stops
