@@ -7,6 +7,7 @@ changes. `rviz` shows a scene as interactive markers; another view shows the sam
 
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.drags import Drags, Rules
+from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.handle import Handle, Motions, Settings, View
@@ -25,5 +26,6 @@ __all__ = [
     'Settings',
     'View',
     'Watch',
+    'open_rviz',
     'run',
 ]

@@ -25,6 +25,9 @@ ONE_OF_MANY = 0.5
 #: How large the ball on a PointStamped is: RViz draws a sphere there, 0.4 m across, which hides what is smaller.
 OVER_POINT = 2.1
 
+#: How opaque a ball is on a pose, which has axes or an arrow of its own.
+SEE_THROUGH = 0.6
+
 #: Handles that give way to a marker at the same place.
 RANK = 2
 
@@ -132,7 +135,7 @@ def _on_pose(
         pose,
         ARROWS_TO_BALL * ball,
         ball,
-        lambda: [sphere(ball, COLOR)],
+        lambda: [sphere(ball, COLOR, SEE_THROUGH)],
         has_arrows,
         settings.is_planar,
         RANK,

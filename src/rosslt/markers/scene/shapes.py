@@ -22,11 +22,11 @@ def plain_pose(pose: Any) -> PoseTuple:
     return (x, y, z, *normalized(*rotation))
 
 
-def sphere(diameter: float, color: Sequence[float]) -> Any:
+def sphere(diameter: float, color: Sequence[float], alpha: float = 1.0) -> Any:
     """A sphere."""
     shape = Marker(type=Marker.SPHERE)
     shape.scale.x = shape.scale.y = shape.scale.z = diameter
-    paint(shape, color)
+    paint(shape, color, alpha)
     return shape
 
 
