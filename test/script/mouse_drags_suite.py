@@ -75,6 +75,11 @@ class MouseDrags(MouseCase):
         wait_until(lambda: self.has_reported(InteractiveMarkerFeedback.MOUSE_UP, QUADCOPTER), 'RViz to report the end')
         dropped = self.events[-1].pose.position
         self.assertGreater(abs(dropped.x - at[0]), 0.2)
+        sent = wait_until(
+            lambda: next((one.pose.position for one in list(self.poses) if one.name == QUADCOPTER), None),
+            'the handle to follow the quadcopter again',
+        )
+        self.assertLess(abs(sent.x - dropped.x) + abs(sent.y - dropped.y), 0.1, 'it does not flash back')
         wait_until(
             lambda: self.distance_of_curve(dropped) < 0.001,
             lambda: 'the curve to pass {}; the script is {}'.format(dropped, SCRIPT.read_text()),
@@ -95,6 +100,7 @@ class MouseDrags(MouseCase):
 
         def end(start):
             self.held_at = start
+            self.poses.clear()
             return start[0] + dx, start[1] + dy
 
         self.drag(on_rotor, end, QUADCOPTER)

@@ -29,6 +29,7 @@ class MouseCase(unittest.TestCase):
         spots: two places (x, y) in view by which pixels are measured, the left one first.
         node: whose parameters the tests look at.
         inserts: the names of the interactive markers that were inserted.
+        poses: where interactive markers were sent, as InteractiveMarkerPoses.
     """
 
     config = topic = spots = node = None
@@ -37,7 +38,7 @@ class MouseCase(unittest.TestCase):
     def setUpClass(cls):
         cls.screen = Screen(cls.config)
         cls.addClassCleanup(cls.screen.close)
-        cls.events, cls.inserts = [], []
+        cls.events, cls.inserts, cls.poses = [], [], []
         rospy.Subscriber('/slt_visualization/feedback', InteractiveMarkerFeedback, cls.events.append)
         rospy.Subscriber('/slt_visualization/update', InteractiveMarkerUpdate, cls.see_update)
         publisher = rospy.Publisher(cls.topic, MarkerArray, queue_size=1, latch=True)
@@ -61,6 +62,7 @@ class MouseCase(unittest.TestCase):
     @classmethod
     def see_update(cls, update):
         cls.inserts.extend(marker.name for marker in update.markers)
+        cls.poses.extend(update.poses)
 
     def setUp(self):
         self.addCleanup(self.screen.screenshot, self.id().rpartition('.')[2])

@@ -58,7 +58,7 @@ class Notes:
         return has_changed
 
     def _drawn(self, name: str, handle: Handle, text: str) -> Any:
-        lines = textwrap.wrap(short_numbers(text), WIDTH)
+        lines = textwrap.wrap(short_numbers(text), WIDTH, break_long_words=False)
         if len(lines) > LINES:
             lines = lines[:LINES]
             lines[-1] += ' ...'
