@@ -15,7 +15,7 @@ from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
-from .solve import solve
+from .solve import nearest, slopes, solve, source_values
 from .sources import Source, describe_source, describe_sources_with
 from .tracked import from_affine, lazy, origins, track
 from .tree import is_tracked, leaves, untracked
@@ -42,9 +42,12 @@ __all__ = [
     'from_affine',
     'is_tracked',
     'leaves',
+    'nearest',
     'origins',
     'reapply',
+    'slopes',
     'solve',
+    'source_values',
     'sources',
     'to_bool',
     'to_float',
