@@ -302,6 +302,21 @@ class Restarts(unittest.TestCase):
             self.assertEqual(node.read_line(), '[2.0]')
             self.assertRegex(node.log[-1], r'edited.py:7:11 now says 2.0 where it said 1.0: .* is dropped')
 
+    def test_a_changed_value_outlives_lines_above_it(self):
+        code = """
+            def made():
+                return [rosslt.location(1.0)]
+            values = made()
+            """
+        with Node('inserted', textwrap.dedent(code) + SHOW) as node:
+            first = node.read_line()
+            self.assertEqual(node.read_line(), '[1.0]')
+            rosslt.force_value(rosslt.track(1.0, rosslt.Source('/inserted', int(first))), 5.0)
+            node.stop()
+            node.write('# a comment\nother = [rosslt.location(1.0)]\n' + textwrap.dedent(code) + SHOW)
+            node.start()
+            self.assertEqual([node.read_line(), node.read_line()], [first, '[5.0]'])
+
     def test_a_stale_change_never_lands_on_another_literal_in_the_same_place(self):
         with Node('moved', 'values = [rosslt.location(1.0)]  # the speed' + SHOW) as node:
             stale = rosslt.track(1.0, rosslt.Source('/moved', int(node.read_line())))

@@ -21,6 +21,7 @@ class Node:
         name: its name.
         code: what it does, after the imports; it may be indented. `SPIN` stands for waiting until shutdown.
         options: further arguments, remappings or private parameters say.
+        calls_init_node: whether the code calls `rosslt.init_node` itself, not as its first line.
         environment: further environment variables.
     """
 
@@ -32,12 +33,13 @@ class Node:
         from std_msgs.msg import Float64, String
         """
 
-    def __init__(self, name, code, *options, **environment):
+    def __init__(self, name, code, *options, calls_init_node=False, **environment):
         self.name = '/' + name
         self.directory = tempfile.TemporaryDirectory(prefix='rosslt_test_')
         self.file = os.path.join(self.directory.name, name + '.py')
         self.options = options
         self.environment = environment
+        self.calls_init_node = calls_init_node
         self.write(code)
         self.errors = os.path.join(self.directory.name, name + '.log')
         self.process, self.log = None, []
@@ -49,7 +51,7 @@ class Node:
         with open(self.file, 'w', encoding='utf-8') as file:
             file.write(
                 textwrap.dedent(self.IMPORTS)
-                + 'rosslt.init_node({!r})\n'.format(self.name[1:])
+                + ('' if self.calls_init_node else 'rosslt.init_node({!r})\n'.format(self.name[1:]))
                 + textwrap.dedent(code).strip()
                 + '\n'
             )

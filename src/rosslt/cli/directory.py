@@ -1,131 +1,13 @@
 """What the owners of locations tell of them, and how the command calls a location: NODE/LOCATION."""
 
-import time
-from collections import namedtuple
-
-from rosslt import node, srv, values
 from rosslt.cli.failure import Failure
-from rosslt.cli.master import full_name, is_below, tracked_nodes
+from rosslt.cli.master import full_name, tracked_nodes
+from rosslt.node import Directory
+
+__all__ = ['TIMEOUT', 'Directory', 'find', 'locations_of', 'split_location', 'tracked_node']
 
 #: How long owners may take to answer, in seconds.
 TIMEOUT = 2.0
-
-#: How long to go without asking again who did not answer, in seconds: a node may just have been busy.
-PATIENCE = 10.0
-
-
-class Place(namedtuple('Place', 'node location')):
-    """A location of a node: the node's full name, and its rosslt/Location.
-
-    What a location is called: `/talker/radius`, `/talker/~parking/0` for a private parameter and `/talker//height` for
-    a parameter elsewhere.
-    """
-
-    @property
-    def local_name(self):
-        """Its name in its node: `radius`, `~parking/0`, `/height`."""
-        return (
-            self.location.name.replace(self.node + '/', '~', 1)
-            if is_below(self.location.name, self.node)
-            else self.location.name
-        )
-
-    @property
-    def name(self):
-        """NODE/LOCATION, as every verb takes it."""
-        return f'{self.node}/{self.local_name}'
-
-    @property
-    def source(self):
-        """It, as a Source."""
-        return values.Source(self.node, self.location.id)
-
-    @property
-    def file(self):
-        """`/home/me/src/talker.py:12:9`."""
-        return '{0.file}:{0.line}:{0.column}'.format(self.location)
-
-    @property
-    def short_file(self):
-        """`talker.py:12:9`, as `explain` says it."""
-        return self.file.rsplit('/', 1)[-1]
-
-    @property
-    def value(self):
-        """Its plain value."""
-        return node.from_json(self.location.value)
-
-    def is_called(self, text):
-        """Whether people may mean this one by `text`, which is what follows the node's name and a /."""
-        return text in (self.local_name, self.location.name.lstrip('/'), str(self.location.id))
-
-
-class Directory:
-    """Remembers what owners tell of their locations; stands in for the facts that a node has."""
-
-    def __init__(self):
-        self._known = {}  # Source -> Place
-        self._ask_again = {}  # node -> a time, where it did not answer
-
-    def of(self, source):
-        """The Place of a source; None where its owner is not there, or does not know it."""
-        return self._known.get(source)
-
-    def short_file(self, source):
-        """Where a source stands, None where that is not known."""
-        place = self.of(source)
-        return place and place.short_file
-
-    def name(self, source):
-        """What a source is called, in any case."""
-        place = self.of(source)
-        return place.name if place else str(source)
-
-    def ordered(self, sources):
-        """Sources by node, and in the order in which the node lists them."""
-        order = {source: index for index, source in enumerate(self._known)}
-        return sorted(sources, key=lambda source: (source.node, order.get(source, len(order)), source.location_id))
-
-    def learn(self, sources, timeout=TIMEOUT):
-        """Ask the owners of sources that are not known yet."""
-        now = time.monotonic()
-        unknown = {source.node for source in sources if source not in self._known}
-        self.ask([name for name in unknown if self._ask_again.get(name, 0.0) <= now], timeout)
-        self._ask_again.update(dict.fromkeys(unknown, now + PATIENCE))
-
-    def ask(self, nodes, timeout=TIMEOUT):
-        """All locations of nodes.
-
-        Returns:
-            ({node: [Place, ...]}, {node: why it does not answer}).
-        """
-        answers, silent = node.ask_all(
-            'list_locations', srv.ListLocations, {name: srv.ListLocationsRequest() for name in nodes}, timeout
-        )
-        places = {name: [Place(name, location) for location in answer.locations] for name, answer in answers.items()}
-        for found in places.values():
-            self._known.update((place.source, place) for place in found)
-        return places, silent
-
-    def limits(self, sources, timeout):
-        """What `solve` has to know of sources: its arguments `bounds` and `read_only`."""
-        self.learn(sources, timeout)
-        known = [place for place in map(self.of, sources) if place]
-        return {
-            'bounds': {
-                place.source: tuple(
-                    node.from_json(text) if text else None for text in (place.location.minimum, place.location.maximum)
-                )
-                for place in known
-            },
-            'read_only': [place.source for place in known if place.location.read_only],
-        }
-
-    def forget(self, sources):
-        """Ask anew the next time."""
-        for source in sources:
-            self._known.pop(source, None)
-            self._ask_again.pop(source.node, None)
 
 
 def locations_of(directory, name, timeout=TIMEOUT):

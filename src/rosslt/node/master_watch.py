@@ -8,7 +8,8 @@ import threading
 
 import rosgraph
 import rospy
-from rospy.impl.registration import (
+
+from rosslt.node.rospy_internals import (
     Registration,
     get_registration_listeners,
     get_service_manager,

@@ -16,8 +16,8 @@ from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
 from .solve import nearest, slopes, solve, source_values
-from .sources import Source, describe_source, describe_sources_with
-from .tracked import from_affine, lazy, origins, track
+from .sources import Source, UnnamedSource, describe_source, describe_sources_with
+from .tracked import from_affine, lazy, origins, scalar, track
 from .tree import is_tracked, leaves, untracked
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     'NotTracked',
     'Operation',
     'Source',
+    'UnnamedSource',
     'affine',
     'assemble',
     'lazy',
@@ -45,6 +46,7 @@ __all__ = [
     'nearest',
     'origins',
     'reapply',
+    'scalar',
     'slopes',
     'solve',
     'source_values',

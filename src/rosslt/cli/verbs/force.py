@@ -24,7 +24,7 @@ In a pipe each change is a line of columns between tabs: NODE/LOCATION, old valu
 """
 
 #: What the command has of a node that asks others: its name, and what it knows of their locations.
-Asker = namedtuple('Asker', 'name facts')
+Asker = namedtuple('Asker', 'name directory')
 
 
 def parse(parser):

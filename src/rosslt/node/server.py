@@ -7,18 +7,21 @@ and `<node>/rosslt/changes`, and the parameters `<node>/rosslt/accept_changes` a
 
 import os
 from collections import deque
+from types import FrameType
+from typing import Any, Deque, List, Optional, Sequence, Tuple, Union
 
 import rospy
-from std_srvs.srv import Trigger, TriggerResponse
+from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from rosslt import msg, srv, values
-from rosslt.node.calls import ask_all
+from rosslt.node.call_sites import call_site
 from rosslt.node.carriers import Sending
-from rosslt.node.facts import Facts
-from rosslt.node.locations import Locations, Refused, call_site, from_json, to_json
+from rosslt.node.directory import Directory
+from rosslt.node.json_scalars import Refused, from_json, to_json
+from rosslt.node.locations import LiteralLocation, Location, Locations
 from rosslt.node.master_watch import MasterWatch
-from rosslt.node.parameter_tree import ParameterTrees
-from rosslt.node.parameters import LiteralParameter, ParameterMirror
+from rosslt.node.parameter_trees import Branch, Leaf, ParameterTrees
+from rosslt.node.parameters import LiteralParameter, Parameter, ParameterMirror
 
 #: How long an acknowledgement waits for the parameter server to follow, in seconds; the change holds all the
 #: same.
@@ -32,49 +35,63 @@ HISTORY = 1000
 
 
 class Owner:
-    """The locations of this node, in the ROS graph.
+    """The locations of this process: held from the start, served in the ROS graph once it is a node.
 
     Attributes:
-        name: the full name of the node.
+        name: the full name of the node, '' until `serve`.
         locations: its Locations.
         mirror: the ParameterMirror behind them.
-        facts: what this node knows of sources, its own and others'.
+        directory: what is known of sources, its own and others'.
         lock: that of the locations.
         locked: why no change is taken now; empty where changes are.
     """
 
-    def __init__(self):
-        self.name = rospy.get_name()
-        self.locations = Locations(self.name)
+    def __init__(self) -> None:
+        self.name = ''
+        self.locations = Locations()
         self.lock = self.locations.lock
         self.locked = ''
+        self.mirror = ParameterMirror(self._namespace_set)
+        self.directory = Directory(self._described, lambda: self.name)
         self._trees = ParameterTrees(self)
-        self._history = deque(maxlen=HISTORY)
-        self.mirror = ParameterMirror(self.name, self._namespace_set)
-        for setting in SETTINGS & self.mirror.left_behind.keys():
-            self._namespace_set(setting, self.mirror.left_behind[setting])
-        self._changes = rospy.Publisher('~rosslt/changes', msg.AppliedChange, queue_size=HISTORY)
+        self._history: Deque[List[Tuple[Location, Any]]] = deque(maxlen=HISTORY)
+        values.describe_sources_with(self.directory.describe)
+
+    def serve(self) -> None:
+        """Make this node's locations known and changeable; rospy has been told the node's name before."""
+        with self.lock:
+            self.mirror.start(rospy.get_name())
+            for setting in SETTINGS & self.mirror.left_behind.keys():
+                self._namespace_set(setting, self.mirror.left_behind[setting])
+            self._changes = rospy.Publisher('~rosslt/changes', msg.AppliedChange, queue_size=HISTORY)
+            self.name = rospy.get_name()
+            self.locations.name_node(self.name)
+            for location in list(self.locations.by_id.values()):
+                if isinstance(location, LiteralLocation):
+                    self._follow(location)
         rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
         rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
         rospy.Service('~rosslt/list_locations', srv.ListLocations, self._list_locations)
         rospy.Service('~rosslt/undo', Trigger, self._undo)
         rospy.Subscriber('/rosslt/source_change', msg.SourceChange, self._source_change)
         MasterWatch(self.name, self.mirror.renew)
-        self.facts = Facts(self.locations, _ask_for_locations)
-        values.describe_sources_with(self.facts.place)
 
-    def add_literal(self, location):
+    def add_literal(self, location: LiteralLocation) -> Location:
         """Take in the location of a literal, with a parameter behind it; returns the one that is in force."""
         with self.lock:
             in_force = self.locations.add(location)
-            if in_force is location:
-                location.parameter = LiteralParameter(self.name, location, self._parameter_set)
-                location.parameter.take_over(self.mirror.left_behind, self.mirror.literals)
-                self.mirror.add(location.parameter)
-                self.mirror.write(location.parameter)
+            if in_force is location and self.name:
+                self._follow(location)
         return in_force
 
-    def parameter(self, key, frame, *default):
+    def _follow(self, location: LiteralLocation) -> None:
+        """Put a parameter behind the location of a literal, which may have been set beforehand."""
+        location.parameter = LiteralParameter(self.name, location, self._parameter_set)
+        location.parameter.take_over(self.mirror.left_behind, self.mirror.literals)
+        self.mirror.add(location.parameter)
+        self.mirror.write(location.parameter)
+
+    def parameter(self, key: str, frame: FrameType, *default: Any) -> Union[Branch, Leaf]:
         """What reads the ROS parameter of that full name as a source.
 
         Raises:
@@ -86,7 +103,7 @@ class Owner:
                 known = self._trees.at(key, call_site(frame), self.mirror.read(key, *default))
         return known
 
-    def change_sources(self, request):
+    def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse:
         """Change several locations, all or nothing; serves `~rosslt/change_sources`."""
         ids, texts = list(request.location_ids), list(request.values)
         if len(ids) != len(texts):
@@ -113,7 +130,7 @@ class Owner:
             rospy.logwarn('the change is in force, but the parameter server does not follow')
         return srv.ChangeSourcesResponse(True, reasons, old, new)
 
-    def get_values(self, request):
+    def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
         """The current values of several locations; serves `~rosslt/get_values`."""
         texts, reasons = [], []
         for location_id in request.location_ids:
@@ -125,7 +142,7 @@ class Owner:
                 reasons.append(str(refused))
         return srv.GetValuesResponse(texts, reasons)
 
-    def undo(self):
+    def undo(self) -> List[Tuple[Location, Any, Any]]:
         """Take the last change of this node's locations back.
 
         Returns:
@@ -147,7 +164,7 @@ class Owner:
         self.mirror.wait(written, FOLLOW_TIMEOUT)
         return undone
 
-    def applied(self, location, old, new, requester):
+    def applied(self, location: Location, old: Any, new: Any, requester: str) -> None:
         """Tell of a change that has been applied."""
         if type(old) is not type(new) or old != new:
             self._changes.publish(
@@ -159,20 +176,20 @@ class Owner:
                 requester=requester,
             )
 
-    def _known(self, location_id):
+    def _known(self, location_id: int) -> Location:
         location = self.locations.by_id.get(location_id)
         if location is None:
             raise Refused(f'{self.name} has no location {location_id}')
         return location
 
-    def _changeable(self, location):
+    def _changeable(self, location: Location) -> Location:
         if self.locked:
             raise Refused(self.locked)
         if location.read_only:
             raise Refused(f'{location.name} is read-only')
         return location
 
-    def _apply(self, wanted, requester, record=True):
+    def _apply(self, wanted: Sequence[Tuple[Location, Any]], requester: str, record: bool = True) -> List[str]:
         """Put checked values in force, all or none.
 
         Returns:
@@ -195,42 +212,26 @@ class Owner:
             self._history.append(before)
         return [''] * len(wanted)
 
-    def _put_back(self, before):
+    def _put_back(self, before: Sequence[Tuple[Location, Any]]) -> None:
         for location, old in reversed(before):
             try:
                 location.put(old)
             except Refused as refused:
                 rospy.logerr('%s stays changed in spite of a refusal elsewhere: %s', location.name, refused)
 
-    def _parameters(self, pairs):
+    def _parameters(self, pairs: Sequence[Tuple[Location, Any]]) -> List[Parameter]:
         return [location.parameter for location, _ in pairs if location.parameter is not None]
 
-    def _list_locations(self, request):
-        asked = request.location_ids or self.locations.by_id
+    def _list_locations(self, request: srv.ListLocationsRequest) -> srv.ListLocationsResponse:
+        asked = request.location_ids or list(self.locations.by_id)
+        return srv.ListLocationsResponse([found for found in map(self._described, asked) if found is not None])
 
-        def bound(value):
-            return '' if value is None else to_json(value)
+    def _described(self, location_id: int) -> Optional[msg.Location]:
+        """What this node tells of a location, None where it has no such one."""
+        location = self.locations.by_id.get(location_id)
+        return location and described(location)
 
-        return srv.ListLocationsResponse(
-            [
-                msg.Location(
-                    id=location.id,
-                    name=location.name,
-                    file=os.path.realpath(location.site.file),
-                    line=location.site.line,
-                    column=location.site.column,
-                    type=location.type.__name__,
-                    value=to_json(location.value),
-                    minimum=bound(location.minimum),
-                    maximum=bound(location.maximum),
-                    read_only=location.read_only,
-                )
-                for location in map(self.locations.by_id.get, list(asked))
-                if location is not None
-            ]
-        )
-
-    def _undo(self, _request):
+    def _undo(self, _request: TriggerRequest) -> TriggerResponse:
         try:
             back = self.undo()
         except Refused as refused:
@@ -238,7 +239,7 @@ class Owner:
         text = ', '.join(f'{location.name} = {to_json(value)}' for location, _, value in back)
         return TriggerResponse(bool(back), text or 'there is no change to take back')
 
-    def _source_change(self, change):
+    def _source_change(self, change: msg.SourceChange) -> None:
         if rospy.names.canonicalize_name(change.node) != self.name:
             return
         requester = change.requester or change._connection_header.get('callerid', '')
@@ -246,7 +247,7 @@ class Owner:
         if not response.applied:
             rospy.logerr('/rosslt/source_change from %s is refused: %s', requester, response.reasons[0])
 
-    def _parameter_set(self, location, value):
+    def _parameter_set(self, location: LiteralLocation, value: Any) -> None:
         """`rosparam set` of the parameter behind a literal; raises Refused."""
         with self.lock:
             value = location.checked(value)
@@ -255,7 +256,7 @@ class Owner:
                 if any(reasons):
                     raise Refused(reasons[0])
 
-    def _namespace_set(self, name, value):
+    def _namespace_set(self, name: str, value: Any) -> None:
         """`rosparam set` of what stands in the namespace of the locations and is none."""
         if name == 'accept_changes':
             accepted = value is True or value == {}
@@ -277,7 +278,25 @@ class Owner:
             self.mirror.left_behind[name] = value  # perhaps that of a location which is created later
 
 
-def _ask_for_locations(ids_by_node, timeout):
-    requests = {node: srv.ListLocationsRequest(ids) for node, ids in ids_by_node.items()}
-    answers, _ = ask_all('list_locations', srv.ListLocations, requests, timeout)
-    return {node: answer.locations for node, answer in answers.items()}
+def described(location: Location) -> msg.Location:
+    """What a node tells of a location of its own."""
+
+    def text(value: Any) -> str:
+        return '' if value is None else to_json(value)
+
+    return msg.Location(
+        id=location.id,
+        name=location.name,
+        is_named=location.is_named,
+        file=os.path.realpath(location.site.file),
+        line=location.site.line,
+        column=location.site.column,
+        type=location.type.__name__,
+        value=to_json(location.value),
+        literal=text(location.literal),
+        minimum=text(location.minimum),
+        maximum=text(location.maximum),
+        read_only=location.read_only,
+        remembered=location.remembered,
+        weight=location.weight or 0.0,
+    )

@@ -1,30 +1,28 @@
 """This process as a node: its start, and the calls that need it."""
 
+import contextlib
 import copy
 import functools
 import re
 import sys
 import xmlrpc.client
+from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
 import rospy
 
 from rosslt import values
-from rosslt.node import requests
-from rosslt.node.locations import (
-    ExternalLocation,
-    HeldLocation,
-    Refused,
-    call_site,
-    identity_of,
-    name_of,
-    scalar,
-)
-from rosslt.node.owner import SETTINGS, Owner
+from rosslt.node import client
+from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
+from rosslt.node.directory import Directory
+from rosslt.node.json_scalars import Refused
+from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, checked_limits
+from rosslt.node.server import SETTINGS, Owner
 
-_owner = None
+_owner = Owner()
+_Read = Callable[[], Any]
 
 
-def init_node(name, *args, **rospy_options):
+def init_node(name: str, *args: Any, **rospy_options: Any) -> None:
     """Start this node: `rospy.init_node`, and what makes its locations known and changeable.
 
     Args:
@@ -33,85 +31,100 @@ def init_node(name, *args, **rospy_options):
     Raises:
         rospy.ROSInitException, ValueError: as of `rospy.init_node`.
     """
-    global _owner
     rospy.init_node(name, *args, **rospy_options)
-    if _owner is None:
+    serve_locations()
+
+
+def serve_locations() -> None:
+    """Make this node's locations known and changeable: what `init_node` does after `rospy.init_node`. For those who
+    have called that one."""
+    if not _owner.name:
         _marshal_tracked_values()
-        _owner = Owner()
+        _owner.serve()
 
 
-def location(value=None, name=None, key=None, minimum=None, maximum=None, read_only=False, *, getter=None, setter=None):
+def location(
+    value: Any = None,
+    name: Optional[str] = None,
+    key: Any = None,
+    minimum: Optional[float] = None,
+    maximum: Optional[float] = None,
+    read_only: bool = False,
+    *,
+    getter: Optional[Callable[[], Any]] = None,
+    setter: Optional[Callable[[Any], None]] = None,
+    weight: Optional[float] = None,
+) -> Any:
     """A value that can be changed at runtime (the paper's `create_location`, section IV-A).
 
     The place of the call identifies it: the same call again, in a loop or a callback, gives its current
-        value.
+        value. It may be called before `init_node`, and becomes a location of the node then.
 
     Args:
         value: the literal: a float, int, str or bool; or a message, list or dict of them, each leaf of which
             becomes a location (but for time stamps, sequence numbers and byte arrays).
-        name: its name below `<node>/rosslt/`, words joined by `/`; by default file, line and column.
+        name: its name below `<node>/rosslt/`, words joined by `/`; by default made of where it stands. The same name
+            with the same literal is the same location, wherever it is read.
         key: tells the turns of a loop apart; anything with a `str()`.
         minimum, maximum: bounds that changes must keep, in the unit of the value.
         read_only: take no change.
         getter, setter: in place of a literal, functions that read and write a scalar somewhere else. What the
-            setter
-            raises is the reason of a refusal; without a setter the location is read-only.
+            setter raises is the reason of a refusal; without a setter the location is read-only.
+        weight: how hard it is to move, against 1 of others: told to those who change it together with others.
 
     Returns:
         The current value, tracked; for a message, list or dict a new one.
 
     Raises:
-        ValueError: the name is no name or is taken, or the literal itself is out of bounds.
-        TypeError: the literal is of a type that cannot be a location.
-        rospy.ROSException: `init_node` has not been called.
+        ValueError: the name is no name or is taken, the literal is out of bounds, or the bounds make no sense.
+        TypeError: the literal is of a type that cannot be a location, or a bound is no number.
     """
-    owner = started('location')
-    frame = sys._getframe(1)
-    limits = {'minimum': minimum, 'maximum': maximum, 'read_only': read_only}
-
-    def build():
-        site = call_site(frame)
-        base, identity = _named(name, key, site)
-        if getter is not None:
-            place = _created(
-                site,
-                lambda: owner.locations.add(
-                    ExternalLocation(owner.name, identity, base, site, getter, setter, **limits)
-                ),
-            )
-            return lambda: place.tracked
-
-        def leaf(literal, path):
-            if isinstance(literal, (str, bool)):
-                if not path and (minimum, maximum) != (None, None):
-                    raise TypeError(f'bounds are for numbers, and {literal!r} is none')
-                own_limits = {'read_only': read_only}
-            else:
-                own_limits = limits
-            return _created(
-                site,
-                lambda: owner.add_literal(
-                    HeldLocation(
-                        owner.name, '\n'.join([identity, *path]), '/'.join([base, *path]), site, literal, **own_limits
-                    )
-                ),
-            )
-
-        return _reader(value, (), leaf)
-
     if (value is None) == (getter is None):
         raise TypeError('location() takes either a value or a getter')
-    return owner.locations.at_call(frame, name, key, build)
+    frame = sys._getframe(1)
+
+    def build() -> _Read:
+        site = call_site(frame)
+        with _named_place(site):
+            limits: Dict[str, Any] = {'read_only': read_only, **checked_limits(minimum, maximum, weight)}
+            base, identity = _named(name, key, site)
+            limits['is_named'] = name is not None
+            if getter is not None:
+                place = _owner.locations.add(ExternalLocation(identity, base, site, getter, setter, **limits))
+                return lambda: place.tracked
+            return _reader(value, (), functools.partial(_add_literal, site, base, identity, limits))
+
+    return _owner.locations.at_call(frame, name, key, build)
 
 
-def add_location(name, site, getter, setter=None, **limits):
+def _add_literal(
+    site: CallSite, base: str, identity: str, limits: Dict[str, Any], literal: Any, path: Tuple[str, ...]
+) -> Location:
+    """The location of one leaf of what `location` was given."""
+    if isinstance(literal, (str, bool)):
+        if not path and (limits['minimum'], limits['maximum']) != (None, None):
+            raise TypeError(f'bounds are for numbers, and {literal!r} is none')
+        limits = {**limits, 'minimum': None, 'maximum': None}
+    return _owner.add_literal(
+        LiteralLocation('\n'.join([identity, *path]), '/'.join([base, *path]), site, literal, **limits)
+    )
+
+
+def add_location(
+    name: str,
+    site: CallSite,
+    getter: Callable[[], Any],
+    setter: Optional[Callable[[Any], None]] = None,
+    **limits: Any,
+) -> Location:
     """A location at a place that is no call in this node's code: a number in a script, say. For the rooms above.
 
     Args:
         name: as of `location`; it is also what identifies the location.
         site: the CallSite, which is where it stands.
         getter, setter: as of `location`.
-        limits: `minimum`, `maximum`, `read_only`, as of `location`.
+        limits: `minimum`, `maximum`, `read_only`, `weight`, as of `location`; `is_named`, whether people know the name
+            (by default they do not, and are told where it is alone).
 
     Returns:
         The ExternalLocation; its `tracked` is the current value, tracked.
@@ -119,19 +132,19 @@ def add_location(name, site, getter, setter=None, **limits):
     Raises:
         ValueError: the name is no name or is taken.
     """
-    owner = started('add_location')
     base, identity = _named(name, None, site)
-    return _created(
-        site, lambda: owner.locations.add(ExternalLocation(owner.name, identity, base, site, getter, setter, **limits))
-    )
+    with _named_place(site):
+        return _owner.locations.add(
+            ExternalLocation(identity, base, site, getter, setter, **{'is_named': False, **limits})
+        )
 
 
-def remove_location(location):
+def remove_location(location: Location) -> None:
     """Forget a location that `add_location` made: a change to it is refused from now on, as of an unknown one."""
-    started('remove_location').locations.remove(location)
+    _owner.locations.remove(location)
 
 
-def get_param(name, *default):
+def get_param(name: str, *default: Any) -> Any:
     """`rospy.get_param`, with the parameter itself as the source.
 
     Args:
@@ -145,13 +158,11 @@ def get_param(name, *default):
 
     Raises:
         KeyError: the parameter is not set, and there is no default.
-        rospy.ROSException: `init_node` has not been called.
     """
-    owner = started('get_param')
-    return owner.parameter(rospy.resolve_name(name), sys._getframe(1), *default).read()
+    return _owner.parameter(rospy.resolve_name(name), sys._getframe(1), *default).read()
 
 
-def undo():
+def undo() -> Dict[values.Source, client.Change]:
     """Take the last change of this node's locations back.
 
     Returns:
@@ -162,12 +173,14 @@ def undo():
         rospy.ROSException: `init_node` has not been called.
     """
     try:
-        return {location.source: requests.Change(old, new) for location, old, new in started('undo').undo()}
+        return {location.source: client.Change(old, new) for location, old, new in started('undo').undo()}
     except Refused as refused:
-        raise requests.ChangeRejected(str(refused), {}) from None
+        raise client.ChangeRejected(str(refused), {}) from None
 
 
-def force_value(x, target, source=None, timeout=1.0):
+def force_value(
+    x: Any, target: Any, source: Optional[values.Source] = None, timeout: float = 1.0
+) -> Dict[values.Source, client.Change]:
     """Have `x` become `target` in the next message: solve for its sources, and have their owners change them.
 
     Waits for the owners' answers (the paper's `force_value`, section IV-A, acknowledged). Where several nodes
@@ -188,10 +201,10 @@ def force_value(x, target, source=None, timeout=1.0):
         SourceUnreachable: an owner does not answer within the timeout.
         rospy.ROSException: `init_node` has not been called.
     """
-    return requests.force_value(started('force_value'), x, target, source, timeout)
+    return client.force_value(started('force_value'), x, target, source, timeout)
 
 
-def reevaluate(x, timeout=1.0):
+def reevaluate(x: Any, timeout: float = 1.0) -> Any:
     """`x` as it would be had its sources' current values been used (the paper's `reevaluate`, section IV-A).
 
     Args:
@@ -205,37 +218,26 @@ def reevaluate(x, timeout=1.0):
         SourceUnreachable: an owner does not answer within the timeout, or does not know the source any more.
         rospy.ROSException: `init_node` has not been called.
     """
-    return requests.reevaluate(started('reevaluate'), x, timeout)
+    return client.reevaluate(started('reevaluate'), x, timeout)
 
 
-def limits(sources, timeout=1.0):
-    """What the owners of sources take, as arguments of `values.solve`.
-
-    Args:
-        sources: Sources of any nodes.
-        timeout: how long to wait for the owners' answers, in seconds.
-
-    Returns:
-        {'bounds': {Source: (minimum or None, maximum or None)}, 'read_only': [Source]}.
-
-    Raises:
-        rospy.ROSException: `init_node` has not been called.
-    """
-    return started('limits').facts.limits(sources, timeout)
+def directory() -> Directory:
+    """What this node knows of sources, its own and those of other nodes: for the rooms above."""
+    return _owner.directory
 
 
-def started(call):
+def started(call: str) -> Owner:
     """This node as the owner of locations.
 
     Raises:
         rospy.ROSException: `init_node` has not been called; `call` names what needs it.
     """
-    if _owner is None:
+    if not _owner.name:
         raise rospy.ROSException(f'rosslt.{call} needs rosslt.init_node() to have been called')
     return _owner
 
 
-def _named(name, key, site):
+def _named(name: Optional[str], key: Any, site: CallSite) -> Tuple[str, str]:
     """The name of the locations that a call creates, and what identifies them."""
     if name is None:
         return name_of(site, key), identity_of(site, key)
@@ -247,23 +249,25 @@ def _named(name, key, site):
     return full, full
 
 
-def _created(site, create):
+@contextlib.contextmanager
+def _named_place(site: CallSite) -> Iterator[None]:
+    """Have errors of the literal and its bounds say where the call is."""
     try:
-        return create()
+        yield
     except Refused as refused:
         raise ValueError(f'the location at {site.file}:{site.line}: {refused}') from None
 
 
-def _reader(literal, path, leaf):
+def _reader(literal: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tuple[str, ...]], Location]) -> _Read:
     """The function that reads a literal: a scalar's location, or a new container of what its parts' readers
-    say."""
-    plain = scalar(literal)
-    if isinstance(plain, (bool, int, float, str)):
+    give."""
+    plain = values.scalar(literal)
+    if plain is not None:
         place = leaf(plain, path)
         return lambda: place.tracked
     if isinstance(literal, dict):
-        parts = {key: _reader(part, (*path, str(key)), leaf) for key, part in literal.items()}
-        return lambda: {key: read() for key, read in parts.items()}
+        branches = {key: _reader(part, (*path, str(key)), leaf) for key, part in literal.items()}
+        return lambda: {key: read() for key, read in branches.items()}
     if isinstance(literal, (list, tuple)):
         kind = type(literal)
         parts = [_reader(part, (*path, str(index)), leaf) for index, part in enumerate(literal)]
@@ -276,8 +280,9 @@ def _reader(literal, path, leaf):
     )
 
 
-def _message_reader(message, path, leaf):
-    pattern, parts = copy.deepcopy(message), []
+def _message_reader(message: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tuple[str, ...]], Location]) -> _Read:
+    pattern = copy.deepcopy(message)
+    parts: List[Tuple[str, _Read]] = []
     for field, kind in zip(message.__slots__, message._slot_types):
         part = getattr(message, field)
         if kind.startswith(('time', 'duration')):
@@ -287,7 +292,7 @@ def _message_reader(message, path, leaf):
         else:
             parts.append((field, _reader(part, (*path, field), leaf)))
 
-    def read():
+    def read() -> Any:
         fresh = copy.copy(pattern)
         for field, read_field in parts:
             setattr(fresh, field, read_field())
@@ -296,11 +301,15 @@ def _message_reader(message, path, leaf):
     return read
 
 
-def _marshal_tracked_values():
+def _marshal_tracked_values() -> None:
     """Let `rospy.set_param` take tracked values: xmlrpc marshals exact types only."""
-    dispatch = xmlrpc.client.Marshaller.dispatch
+    dispatch: Dict[Any, Any] = xmlrpc.client.Marshaller.dispatch
     for plain in (float, int, bool, str):
         tracked = type(values.track(plain(), values.Source('/', 0)))
-        dispatch.setdefault(
-            tracked, lambda marshaller, value, write, plain=plain: dispatch[plain](marshaller, plain(value), write)
-        )
+        dispatch.setdefault(tracked, functools.partial(_marshal, dispatch[plain], plain))
+
+
+def _marshal(
+    write_plain: Callable[..., None], plain: Callable[[Any], Any], marshaller: Any, value: Any, write: Any
+) -> None:
+    write_plain(marshaller, plain(value), write)

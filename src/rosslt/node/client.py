@@ -8,8 +8,8 @@ import time
 from collections import namedtuple
 
 from rosslt import srv, values
-from rosslt.node.calls import ask_all
-from rosslt.node.locations import Refused, from_json, to_json
+from rosslt.node.json_scalars import Refused, from_json, to_json
+from rosslt.node.service_calls import ask_all
 
 Change = namedtuple('Change', 'old new')
 Change.__doc__ = 'What a request changed at a source: its value before and after.'
@@ -46,7 +46,7 @@ class ChangeRejected(values.Error):
 def force_value(owner, x, target, source=None, timeout=1.0):
     """`rosslt.force_value`, for a node that owns locations itself."""
     deadline = time.monotonic() + timeout
-    wanted = values.solve(x, target, source, **owner.facts.limits(values.sources(x), timeout / 2))
+    wanted = values.solve(x, target, source, **owner.directory.limits(values.sources(x), timeout / 2))
     by_node = {}
     for changing, value in wanted.items():
         by_node.setdefault(changing.node, []).append((changing, value))
@@ -65,7 +65,7 @@ def force_value(owner, x, target, source=None, timeout=1.0):
         else:
             reasons.update((changing, reason) for changing, reason in zip(sources, answer.reasons) if reason)
     if reasons or silent:
-        owner.facts.forget(wanted)
+        owner.directory.forget(wanted)
     if reasons:
         raise ChangeRejected(
             'the change is refused: ' + '; '.join(f'{rejected.node}: {reason}' for rejected, reason in reasons.items()),
