@@ -3,7 +3,6 @@
 from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt import node, values
-from rosslt.markers.reach import nearest, source_values
 
 #: A little change, against the size of what is changed.
 NUDGE = 1e-3
@@ -36,15 +35,15 @@ def plan(tracked: Sequence[Any], targets: Sequence[float], source: Any = None, t
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
     """
+    present = values.source_values(tracked)
+    limits = node.directory().limits(list(present), timeout)
     if source is not None:
-        tracked = [kept_to(value, source) for value in tracked]
-    present = source_values(tracked)
-    limits = node.limits(list(present), timeout)
+        limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
     try:
         return Plan(present, values.solve(list(tracked), list(targets), **limits))
     except values.NotInvertible:
-        after, gap = nearest(tracked, targets, limits['bounds'], limits['read_only'])
-        stops = _stops({**present, **after}, limits['bounds'])
+        after, gap = values.nearest(tracked, targets, **limits)
+        stops = _stops({**present, **after}, limits.get('bounds', {}))
         if not after and not stops:
             raise
         return Plan(present, after, gap, stops)
@@ -63,7 +62,7 @@ def default_sources(tracked: Sequence[Any], read_only: Collection[Any] = ()) -> 
         try:
             found.update(values.solve(numbers, targets, read_only=read_only))
         except values.NotInvertible:
-            found.update(nearest(numbers, targets, read_only=read_only)[0])
+            found.update(values.nearest(numbers, targets, read_only=read_only)[0])
     return [source for source in values.sources(tracked) if source in found]
 
 
@@ -87,27 +86,10 @@ def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float) -> Dict[Any, Any
     )
 
 
-def kept_to(value: Any, source: Any) -> Any:
-    """The value with all sources but one held as constants; as it is where it does not depend on that one."""
-    if source not in values.sources(value):
-        return value
-    instructions, (root,) = values.disassemble([value])
-    held: List[Any] = []
-    constants = set()
-    for index, instruction in enumerate(instructions):
-        kind = instruction[0]
-        if kind == values.SOURCE and instruction[1] != source:
-            instruction = (values.CONSTANT, instruction[2])
-            constants.add(index)
-        elif kind == values.AFFINE:
-            terms = tuple(term for term in instruction[2] if term[0] not in constants)
-            if terms:
-                instruction = (kind, instruction[1], terms, instruction[3])
-            else:
-                instruction = (values.CONSTANT, instruction[1])
-                constants.add(index)
-        held.append(instruction)
-    return values.assemble(held)[root]
+def held_for(source: Any, tracked: Sequence[Any]) -> List[Any]:
+    """The sources that stay where a drag changes one alone: all others of the values that depend on that one."""
+    concerned = [sources for sources in map(values.sources, tracked) if source in sources]
+    return [other for sources in concerned for other in sources if other != source]
 
 
 def _stops(found: Dict[Any, Any], bounds: Dict[Any, Tuple[Any, Any]]) -> Dict[Any, str]:

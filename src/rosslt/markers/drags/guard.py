@@ -10,7 +10,6 @@ import numpy
 
 from rosslt import values
 from rosslt.markers.geometry import distance, inverse, product
-from rosslt.markers.reach import slopes
 
 #: Where on the way from the present source values to the new ones the slopes are looked at.
 ON_THE_WAY = (0.25, 0.5, 0.75)
@@ -94,7 +93,7 @@ class Guard:
     ) -> float:
         """How far the sources have to go for a change of the results, by the slopes at a part of the way."""
         here = {source: before[source] + part * (there[source] - before[source]) for source in moved}
-        rates = slopes([values.reapply(one, {**before, **here}) for one in tracked])
+        rates = values.slopes([values.reapply(one, {**before, **here}) for one in tracked])
         jacobian = numpy.array([rates[source] for source in moved if source in rates]).T
         if jacobian.size == 0:
             return 0.0

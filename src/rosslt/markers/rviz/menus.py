@@ -11,13 +11,15 @@ from rosslt import values
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags import changes
 from rosslt.markers.drags.drags import Drags
-from rosslt.markers.reach import able, source_values
 from rosslt.markers.rviz.display import Display
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
 
 #: How often the values in a menu follow, in seconds: a menu that is open closes as it is drawn anew.
 REFRESH = 2.0
+
+#: Slopes below this count as none.
+NO_EFFECT = 1e-6
 
 HEADING = 'A drag changes'
 FREE = 'Move the body freely (with Shift: towards you and away)'
@@ -105,7 +107,7 @@ class Menus:
                 self._descriptions.look_up(drawn.sources)
                 is_old = time.monotonic() - drawn.when > REFRESH
                 if drawn.sources != tuple(values.sources(handle.tracked)) or (
-                    is_old and drawn.present != source_values(handle.tracked)
+                    is_old and drawn.present != values.source_values(handle.tracked)
                 ):
                     self._display.redraw(name)
         del self._unchecked[-count:]
@@ -123,7 +125,7 @@ class Menus:
             choices = known.choices
         else:
             choices = choices_of(handle.tracked, read_only)
-        return Drawn(sources, read_only, choices, source_values(handle.tracked), time.monotonic())
+        return Drawn(sources, read_only, choices, values.source_values(handle.tracked), time.monotonic())
 
     def _choose(self, name: str, source: Optional[Any], _feedback: Any) -> None:
         self._drags.chosen[name] = source
@@ -146,7 +148,11 @@ class Menus:
 
 def choices_of(tracked: List[Any], read_only: Tuple[Any, ...]) -> List[Choice]:
     """What there is to choose from where a drag changes tracked values, the default first."""
-    can = [source for source in able(tracked) if source not in read_only]
+    can = [
+        source
+        for source, slopes in values.slopes(tracked).items()
+        if source not in read_only and max(map(abs, slopes)) > NO_EFFECT
+    ]
     default = changes.default_sources(tracked, read_only) or can
     # To choose a source makes a difference only where a value has another one, too.
     others = [

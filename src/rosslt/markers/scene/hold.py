@@ -4,7 +4,7 @@ import math
 import time
 from typing import Any, Dict, Optional
 
-from rosslt.markers.reach import source_values
+from rosslt import values
 from rosslt.markers.scene.handle import Handle
 
 #: For how long messages that do not show a change may still be older than it, in seconds.
@@ -51,7 +51,7 @@ class Hold:
         return self._is_told
 
     def _shows_the_change(self, handle: Handle) -> bool:
-        present = source_values(handle.tracked)
+        present = values.source_values(handle.tracked)
         known = [source for source in self._changed or () if source in present]
         return bool(known) and all(_are_equal(present[source], (self._changed or {})[source]) for source in known)
 

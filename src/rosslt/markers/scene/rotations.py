@@ -6,7 +6,6 @@ import numpy
 
 from rosslt import values
 from rosslt.markers.geometry import AXES, Vector, inverse, normalized, product, rotate_vector
-from rosslt.markers.reach import slopes
 
 #: Rates below this count as none.
 SMALL = 1e-6
@@ -28,7 +27,7 @@ def turnable_directions(orientation: Sequence[Any]) -> List[Tuple[str, Vector]]:
     x, y, z, w = map(float, orientation)
     rotation = normalized(x, y, z, w)
     rates = []
-    for rate in slopes(tracked).values():
+    for rate in values.slopes(tracked).values():
         known = iter(rate)
         change = tuple(next(known) if values.is_tracked(part) else 0.0 for part in orientation)
         spin = numpy.array(product(change, inverse(rotation))[:3])

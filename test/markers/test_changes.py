@@ -1,4 +1,4 @@
-"""How near sources can bring values to targets that they cannot meet."""
+"""Which sources a drag changes, and how near they bring what cannot be met."""
 
 import math as plain_math
 import random
@@ -6,9 +6,8 @@ import random
 import pytest
 
 from rosslt import math, values
-from rosslt.markers import reach
-from rosslt.markers.drags import changes as changing
-from rosslt.markers.reach import nearest
+from rosslt.markers.drags import changes
+from rosslt.markers.rviz.menus import choices_of
 
 SHOULDER, ELBOW = values.Source('/arm', 1), values.Source('/arm', 2)
 UPPER_ARM, FOREARM = 1.2, 0.9
@@ -27,24 +26,24 @@ def test_an_arm_comes_as_near_as_its_reach_allows(seed):
     chance = random.Random(seed)
     target = [chance.uniform(-4, 4), chance.uniform(-4, 4)]
     tracked = tip(chance.uniform(-3, 3), chance.uniform(-3, 3))
-    changes, gap = nearest(tracked, target)
+    found, gap = values.nearest(tracked, target)
     distance = plain_math.hypot(*target)
     assert gap == pytest.approx(max(0.0, distance - UPPER_ARM - FOREARM, UPPER_ARM - FOREARM - distance), abs=1e-5)
-    there = [values.evaluate(value, changes) for value in tracked]
+    there = [values.evaluate(value, found) for value in tracked]
     assert plain_math.dist(there, target) == pytest.approx(gap, abs=1e-6)
 
 
 def test_what_depends_on_one_source_moves_along_its_line():
     x = values.track(1.0, SHOULDER)
-    changes, gap = nearest([x, 2 * x], [4.0, 1.0])
-    assert changes[SHOULDER] == pytest.approx(1.2)
+    found, gap = values.nearest([x, 2 * x], [4.0, 1.0])
+    assert found[SHOULDER] == pytest.approx(1.2)
     assert gap == pytest.approx(plain_math.hypot(2.8, 1.4))
 
 
 def test_whole_numbers_stay_whole():
-    changes, gap = nearest([values.track(3, SHOULDER) * 0.5], [4.3])
-    assert changes == {SHOULDER: 9}
-    assert type(changes[SHOULDER]) is int
+    found, gap = values.nearest([values.track(3, SHOULDER) * 0.5], [4.3])
+    assert found == {SHOULDER: 9}
+    assert type(found[SHOULDER]) is int
     assert gap == pytest.approx(0.2)
 
 
@@ -52,39 +51,40 @@ def test_whole_numbers_stay_whole():
 def test_a_bound_is_reached_exactly(bound):
     x = values.track(1.0, SHOULDER)
     bounds = {SHOULDER: (-0.5, 4.5)}
-    changes, _ = nearest([2.0 * x + 0.1], [100.0 * bound], bounds)
-    assert changes == {SHOULDER: bound}
+    found, _ = values.nearest([2.0 * x + 0.1], [100.0 * bound], bounds=bounds)
+    assert found == {SHOULDER: bound}
 
 
 def test_what_a_bound_stops_others_make_up_for():
     x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
-    changes, gap = nearest([x + y], [10.0], {SHOULDER: (None, 1.5)})
-    assert changes == {SHOULDER: 1.5, ELBOW: pytest.approx(8.5)}
+    found, gap = values.nearest([x + y], [10.0], bounds={SHOULDER: (None, 1.5)})
+    assert found == {SHOULDER: 1.5, ELBOW: pytest.approx(8.5)}
     assert gap == pytest.approx(0.0, abs=1e-6)
 
 
 def test_what_cannot_come_nearer_stays():
-    assert nearest([math.cos(values.track(0.0, SHOULDER))], [3.0])[0] == {}
+    assert values.nearest([math.cos(values.track(0.0, SHOULDER))], [3.0])[0] == {}
 
 
-def test_sources_without_effect_are_not_able():
+def test_sources_without_effect_are_no_choice():
     x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
-    assert reach.able([x + 0 * y]) == [SHOULDER]
+    assert choices_of([x + 0 * y], ()) == [(None, [SHOULDER])]
+
+
+def test_each_other_source_of_a_number_is_a_choice():
+    x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
+    assert choices_of([x + y], ()) == [(None, [SHOULDER]), (ELBOW, [ELBOW])]
+    assert choices_of([x + y], (SHOULDER,)) == [(None, [ELBOW])]
 
 
 def test_the_default_is_the_first_source_that_can():
     x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
-    assert changing.default_sources([x + y]) == [SHOULDER]
-    assert changing.default_sources([x + y], read_only=[SHOULDER]) == [ELBOW]
-    assert changing.default_sources(tip(0.5, 0.9)) == [SHOULDER, ELBOW]
+    assert changes.default_sources([x + y]) == [SHOULDER]
+    assert changes.default_sources([x + y], read_only=[SHOULDER]) == [ELBOW]
+    assert changes.default_sources(tip(0.5, 0.9)) == [SHOULDER, ELBOW]
 
 
-def test_a_choice_holds_all_other_sources():
+def test_a_choice_holds_the_other_sources_of_what_depends_on_it():
     x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
-    kept = changing.kept_to(3 * x + y * y, ELBOW)
-    assert kept == 7.0
-    assert values.sources(kept) == [ELBOW]
-    assert values.solve(kept, 12.0)[ELBOW] == pytest.approx(3.0)
-    assert changing.kept_to(2 * x, ELBOW) is not None
-    assert values.sources(changing.kept_to(2 * x, ELBOW)) == [SHOULDER], 'nothing to choose there'
-    assert values.sources(changing.kept_to(x + y, SHOULDER)) == [SHOULDER], 'folded sums too'
+    assert changes.held_for(ELBOW, [3 * x + y * y]) == [SHOULDER]
+    assert changes.held_for(ELBOW, [2 * x, y]) == [], 'nothing to choose there'
