@@ -8,8 +8,8 @@ from rosslt import node
 #: What is cut to a few digits: nobody reads sixteen of them beside a marker.
 LONG_NUMBER = re.compile(r'-?\d+\.\d{4,}(e[-+]?\d+)?')
 
-#: What a node says before the reason of a setter that refuses.
-REFUSING_SETTER = re.compile(r'^the setter of \S+ refuses .*?: (\w+: )?')
+#: What a node says before the reason of a setter that refuses, and the name of the error that it raised.
+REFUSING_SETTER = re.compile(r'^(the setter of \S+ refuses .*?: )?([A-Z]\w+: )?')
 
 
 def refusal(error: Exception) -> str:

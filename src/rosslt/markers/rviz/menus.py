@@ -15,8 +15,8 @@ from rosslt.markers.rviz.display import Display
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
 
-#: How often the values in a menu follow, in seconds: a menu that is open closes as it is drawn anew.
-REFRESH = 2.0
+#: For how long values have to stay before a menu is drawn anew with them, in seconds: RViz closes one that is open.
+SETTLED = 2.0
 
 #: Slopes below this count as none.
 NO_EFFECT = 1e-6
@@ -46,7 +46,6 @@ class Drawn(NamedTuple):
     read_only: Tuple[Any, ...]
     choices: List[Choice]
     present: Dict[Any, Any]
-    when: float
 
 
 class Menus:
@@ -62,6 +61,7 @@ class Menus:
     def __init__(self, scene: Scene, display: Display, drags: Drags, descriptions: Descriptions) -> None:
         self._scene, self._display, self._drags, self._descriptions = scene, display, drags, descriptions
         self._drawn: Dict[str, Drawn] = {}
+        self._latest: Dict[str, Tuple[Dict[Any, Any], float]] = {}  # name -> (values that a menu lacks, since when)
         self._unchecked: List[str] = []
 
     def add(self, server: Any, handle: Handle) -> None:
@@ -103,12 +103,10 @@ class Menus:
             handle, drawn = self._scene.handle(name), self._drawn.get(name)
             if handle is None:
                 self._drawn.pop(name, None)
+                self._latest.pop(name, None)
             elif drawn is not None and not self._scene.is_held(name):
                 self._descriptions.look_up(drawn.sources)
-                is_old = time.monotonic() - drawn.when > REFRESH
-                if drawn.sources != tuple(values.sources(handle.tracked)) or (
-                    is_old and drawn.present != values.source_values(handle.tracked)
-                ):
+                if drawn.sources != tuple(values.sources(handle.tracked)) or self._has_settled(name, handle, drawn):
                     self._display.redraw(name)
         del self._unchecked[-count:]
 
@@ -116,6 +114,18 @@ class Menus:
         """Have all menus drawn anew."""
         for name in list(self._drawn):
             self._display.redraw(name)
+
+    def _has_settled(self, name: str, handle: Handle, drawn: Drawn) -> bool:
+        """Whether a menu lacks values that have not changed for a while."""
+        present, now = values.source_values(handle.tracked), time.monotonic()
+        if present == drawn.present:
+            self._latest.pop(name, None)
+            return False
+        latest, since = self._latest.get(name, (None, now))
+        if latest != present:
+            self._latest[name] = (present, now)
+            return False
+        return now - since > SETTLED
 
     def _draw(self, handle: Handle) -> Drawn:
         sources = tuple(values.sources(handle.tracked))
@@ -125,7 +135,7 @@ class Menus:
             choices = known.choices
         else:
             choices = choices_of(handle.tracked, read_only)
-        return Drawn(sources, read_only, choices, values.source_values(handle.tracked), time.monotonic())
+        return Drawn(sources, read_only, choices, values.source_values(handle.tracked))
 
     def _choose(self, name: str, source: Optional[Any], _feedback: Any) -> None:
         self._drags.chosen[name] = source
