@@ -151,5 +151,4 @@ class MouseCase(unittest.TestCase):
         wait_until(
             lambda: abs(self.parameter(name) - value) <= tolerance,
             lambda: '{} to become {} +- {}; it is {}'.format(name, value, tolerance, self.parameter(name)),
-            5.0,
         )
