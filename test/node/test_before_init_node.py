@@ -4,7 +4,8 @@ import json
 
 import pytest
 import rosgraph
-from processes import Node, wait_until
+
+from support.processes import Node, wait_until
 
 EARLY = """
     radius = rosslt.location(2.0, name='radius', maximum=9.0)

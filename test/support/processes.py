@@ -21,6 +21,7 @@ class Node:
         name: its name.
         code: what it does, after the imports; it may be indented. `SPIN` stands for waiting until shutdown.
         options: further arguments, remappings or private parameters say.
+        wait_for: the service below its name that says that it has started; None to wait for none.
         calls_init_node: whether the code calls `rosslt.init_node` itself, not as its first line.
         environment: further environment variables.
     """
@@ -33,7 +34,7 @@ class Node:
         from std_msgs.msg import Float64, String
         """
 
-    def __init__(self, name, code, *options, calls_init_node=False, **environment):
+    def __init__(self, name, code, *options, wait_for='rosslt/undo', calls_init_node=False, **environment):
         self.name = '/' + name
         self.directory = tempfile.TemporaryDirectory(prefix='rosslt_test_')
         self.file = os.path.join(self.directory.name, name + '.py')
@@ -44,7 +45,7 @@ class Node:
         self.errors = os.path.join(self.directory.name, name + '.log')
         self.process, self.log = None, []
         atexit.register(self.stop, signal.SIGKILL)
-        self.start()
+        self.start(wait_for)
 
     def write(self, code):
         """Write the node's code, in place of what it has."""

@@ -11,7 +11,7 @@ import genpy.dynamic
 import roslib.message
 import rospy
 
-from rosslt import messages
+from rosslt import messages, node
 from rosslt.cli.failure import Failure
 
 Received = namedtuple('Received', 'topic publisher type message')
@@ -76,7 +76,7 @@ class Inbox:
     def __init__(self, topics):
         self._queue = queue.Queue(_BACKLOG)
         self._decoder = Decoder()
-        if not rospy.core.is_initialized():
+        if not node.is_initialized():
             # without arguments, as private parameters among them would be left behind
             rospy.init_node('rosslt', anonymous=True, disable_rosout=True, argv=[])
         self._subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, self._take, topic) for topic in topics]

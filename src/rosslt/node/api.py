@@ -5,8 +5,10 @@ import copy
 import functools
 import re
 import sys
+import threading
 import xmlrpc.client
-from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
+from types import FrameType
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import rospy
 
@@ -16,9 +18,11 @@ from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
 from rosslt.node.directory import Directory
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, checked_limits
+from rosslt.node.rospy_internals import is_initialized
 from rosslt.node.server import SETTINGS, Owner
 
 _owner = Owner()
+_starting = threading.Lock()
 _Read = Callable[[], Any]
 
 
@@ -32,15 +36,27 @@ def init_node(name: str, *args: Any, **rospy_options: Any) -> None:
         rospy.ROSInitException, ValueError: as of `rospy.init_node`.
     """
     rospy.init_node(name, *args, **rospy_options)
-    serve_locations()
+    start()
 
 
-def serve_locations() -> None:
+def start() -> None:
     """Make this node's locations known and changeable: what `init_node` does after `rospy.init_node`. For those who
-    have called that one."""
-    if not _owner.name:
-        _marshal_tracked_values()
-        _owner.serve()
+    have called that one.
+
+    Raises:
+        rospy.ROSException: `rospy.init_node` has not been called.
+    """
+    with _starting:
+        if not is_started():
+            if not is_initialized():
+                raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
+            marshal_tracked_values()
+            _owner.serve()
+
+
+def is_started() -> bool:
+    """Whether this process is a node whose locations are known."""
+    return bool(_owner.name)
 
 
 def location(
@@ -53,6 +69,7 @@ def location(
     *,
     getter: Optional[Callable[[], Any]] = None,
     setter: Optional[Callable[[Any], None]] = None,
+    on_change: Optional[Callable[[Any], None]] = None,
     weight: Optional[float] = None,
 ) -> Any:
     """A value that can be changed at runtime (the paper's `create_location`, section IV-A).
@@ -70,6 +87,9 @@ def location(
         read_only: take no change.
         getter, setter: in place of a literal, functions that read and write a scalar somewhere else. What the
             setter raises is the reason of a refusal; without a setter the location is read-only.
+        on_change: called with the new value, as this call returns it, soon after a change of it is in force: in a
+            thread of its own, once for a change of several leaves, and with the latest value where changes come
+            faster.
         weight: how hard it is to move, against 1 of others: told to those who change it together with others.
 
     Returns:
@@ -89,12 +109,35 @@ def location(
             limits: Dict[str, Any] = {'read_only': read_only, **checked_limits(minimum, maximum, weight)}
             base, identity = _named(name, key, site)
             limits['is_named'] = name is not None
+            reader: List[_Read] = []
+            if on_change is not None:
+                limits['changed'] = (functools.partial(_call_with_value, on_change, reader),)
             if getter is not None:
                 place = _owner.locations.add(ExternalLocation(identity, base, site, getter, setter, **limits))
-                return lambda: place.tracked
-            return _reader(value, (), functools.partial(_add_literal, site, base, identity, limits))
+                reader.append(lambda: place.tracked)
+            else:
+                reader.append(_reader(value, (), functools.partial(_add_literal, site, base, identity, limits)))
+            _warn_of_int(value, limits, site)
+            return reader[0]
 
     return _owner.locations.at_call(frame, name, key, build)
+
+
+def _call_with_value(function: Callable[[Any], None], reader: List[_Read]) -> None:
+    if reader:  # else it has changed before it was known as a whole
+        function(reader[0]())
+
+
+def _warn_of_int(value: Any, limits: Dict[str, Any], site: CallSite) -> None:
+    """Say where an int was probably meant to be a float: Python's `0.5 * n` takes its float's side, untracked."""
+    if type(values.scalar(value)) is int and float in map(type, (limits['minimum'], limits['maximum'])):
+        rospy.logwarn(
+            '%s: location(%r) is an int, though its bounds are floats: it takes no fractions, and 0.5 * n is not '
+            'tracked. Write location(%r), or bounds that are ints',
+            site.place,
+            value,
+            float(value),
+        )
 
 
 def _add_literal(
@@ -139,18 +182,36 @@ def add_location(
         )
 
 
+def add_literal(location: LiteralLocation) -> Location:
+    """Take in a location of a room above whose value this node holds: a literal of a node that was not written for
+    this.
+
+    Other than the literals of `location()`, it has no parameter until it is changed; one that a launch file has set
+    goes before it.
+
+    Returns:
+        The location that is in force: an earlier one of the same place, or `location`.
+
+    Raises:
+        ValueError: its name or its id is taken by another place.
+    """
+    return _owner.add_literal(location, is_written=False)
+
+
 def remove_location(location: Location) -> None:
     """Forget a location that `add_location` made: a change to it is refused from now on, as of an unknown one."""
     _owner.locations.remove(location)
 
 
-def get_param(name: str, *default: Any) -> Any:
+def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
     """`rospy.get_param`, with the parameter itself as the source.
 
     Args:
         name: the parameter's name, resolved as in rospy.
         default: what to return where it is not set; it is a source all the same, and a change sets the
             parameter.
+        as_float: take each int in it for a float, for this node from now on: a file that says 1 where 1.0 is meant
+            gives a number that takes fractions, and that keeps its provenance in `0.5 * x`.
 
     Returns:
         The parameter's value; in lists and dicts each number, text and truth value is tracked. Asking again
@@ -159,7 +220,12 @@ def get_param(name: str, *default: Any) -> Any:
     Raises:
         KeyError: the parameter is not set, and there is no default.
     """
-    return _owner.parameter(rospy.resolve_name(name), sys._getframe(1), *default).read()
+    return read_parameter(sys._getframe(1), name, *default, as_float=as_float)
+
+
+def read_parameter(frame: FrameType, name: str, *default: Any, as_float: bool = False) -> Any:
+    """`get_param` for the call that a frame is making."""
+    return _owner.parameter(rospy.resolve_name(name), frame, *default, as_float=as_float).read()
 
 
 def undo() -> Dict[values.Source, client.Change]:
@@ -179,7 +245,7 @@ def undo() -> Dict[values.Source, client.Change]:
 
 
 def force_value(
-    x: Any, target: Any, source: Optional[values.Source] = None, timeout: float = 1.0
+    x: Any, target: Any, source: Optional[values.Source] = None, timeout: float = 1.0, request_id: str = ''
 ) -> Dict[values.Source, client.Change]:
     """Have `x` become `target` in the next message: solve for its sources, and have their owners change them.
 
@@ -191,6 +257,8 @@ def force_value(
         target: plain, of the same shape and unit.
         source: change this Source alone; by default the first in order of appearance that can.
         timeout: how long to wait for the owners' answers, in seconds.
+        request_id: what groups several calls, those of one drag for instance: they are one change in the owners'
+            histories, and taken back as one. By default each call is a request of its own.
 
     Returns:
         {Source: Change(old, new)}, with the values that the owners say they had and have now.
@@ -201,7 +269,7 @@ def force_value(
         SourceUnreachable: an owner does not answer within the timeout.
         rospy.ROSException: `init_node` has not been called.
     """
-    return client.force_value(started('force_value'), x, target, source, timeout)
+    return client.force_value(started('force_value'), x, target, source, timeout, request_id)
 
 
 def reevaluate(x: Any, timeout: float = 1.0) -> Any:
@@ -226,13 +294,23 @@ def directory() -> Directory:
     return _owner.directory
 
 
+def limits(sources: Sequence[values.Source], timeout: float = 1.0) -> Dict[str, Any]:
+    """What the owners of sources take, as arguments of `values.solve`: `bounds` and `read_only`.
+
+    Args:
+        sources: Sources of any nodes.
+        timeout: how long to wait for the owners' answers, in seconds.
+    """
+    return _owner.directory.limits(sources, timeout)
+
+
 def started(call: str) -> Owner:
     """This node as the owner of locations.
 
     Raises:
         rospy.ROSException: `init_node` has not been called; `call` names what needs it.
     """
-    if not _owner.name:
+    if not is_started():
         raise rospy.ROSException(f'rosslt.{call} needs rosslt.init_node() to have been called')
     return _owner
 
@@ -301,7 +379,7 @@ def _message_reader(message: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tu
     return read
 
 
-def _marshal_tracked_values() -> None:
+def marshal_tracked_values() -> None:
     """Let `rospy.set_param` take tracked values: xmlrpc marshals exact types only."""
     dispatch: Dict[Any, Any] = xmlrpc.client.Marshaller.dispatch
     for plain in (float, int, bool, str):

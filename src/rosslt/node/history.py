@@ -44,9 +44,7 @@ class History:
     def __init__(self) -> None:
         self._requests: Deque[Request] = deque(maxlen=LENGTH)
 
-    def record(
-        self, request_id: str, requester: str, stamp: Any, changes: Iterable[Tuple[Location, Any, Any]]
-    ) -> None:
+    def record(self, request_id: str, requester: str, stamp: Any, changes: Iterable[Tuple[Location, Any, Any]]) -> None:
         """Remember changes that have been applied.
 
         Args:
@@ -116,9 +114,7 @@ class History:
 
     def _values(self, request: Request, present: Dict[int, Location]) -> Dict[Location, Any]:
         """The values before a request, of the locations that are still there."""
-        return {
-            location: old for location, (old, _) in request.changes.items() if present.get(location.id) is location
-        }
+        return {location: old for location, (old, _) in request.changes.items() if present.get(location.id) is location}
 
 
 def applied_change(stamp: Any, location: Location, old: Any, new: Any, requester: str) -> msg.AppliedChange:

@@ -274,7 +274,12 @@ class Locations:
         self._by_name: Dict[str, Location] = {}
         self._by_call: Dict[Any, _Entry] = {}
         self._namespaces: Dict[str, Dict[str, Location]] = {}
+        self._others: Callable[[], None] = lambda: None
         self.lock = READINGS.lock
+
+    def when_other(self, function: Callable[[], None]) -> None:
+        """Have a function called whenever a location has come or gone."""
+        self._others = function
 
     def name_node(self, node: str) -> None:
         """Say what this node is called."""
@@ -319,6 +324,7 @@ class Locations:
                 self._by_name[location.name] = self.by_id[location.id] = location
                 for namespace in namespaces_of(location.name):
                     self._namespaces.setdefault(namespace, {})[location.name] = location
+                self._others()
                 return location
             if _is_same(other, location):
                 other.changed += location.changed
@@ -340,6 +346,7 @@ class Locations:
             del self._by_name[location.name], self.by_id[location.id]
             for namespace in namespaces_of(location.name):
                 del self._namespaces[namespace][location.name]
+            self._others()
 
 
 def _is_same(other: Location, location: Location) -> bool:

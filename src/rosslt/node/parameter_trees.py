@@ -54,9 +54,16 @@ class Branch(Parameter):
 
     def __init__(self, trees: ParameterTrees, _owner: 'Owner', key: str, site: CallSite, value: Any) -> None:
         super().__init__(key)
+        self.as_float = False
         self._trees = trees
         self._site = site
         self._put(value)
+
+    def make_float(self) -> None:
+        """Take each int in it for a float from now on."""
+        self.as_float = True
+        for part in (self._parts or {}).values():
+            part.make_float()
 
     def read(self) -> Any:
         """The current value, tracked."""
@@ -80,6 +87,8 @@ class Branch(Parameter):
             self._parts = {
                 name: self._trees.at('{}/{}'.format(self.key, name), self._site, part) for name, part in value.items()
             }
+            if self.as_float:
+                self.make_float()
         else:
             self._other = value
 
@@ -89,6 +98,7 @@ class Leaf(Parameter):
 
     def __init__(self, _trees: ParameterTrees, owner: 'Owner', key: str, site: CallSite, value: Any) -> None:
         super().__init__(key)
+        self.as_float = False
         self._owner = owner
         self._site = site
         self._read: _Read
@@ -103,7 +113,14 @@ class Leaf(Parameter):
     def value(self) -> Any:
         return self._plain()
 
+    def make_float(self) -> None:
+        """Take each int in it for a float from now on."""
+        self.as_float = True
+        self._put(_floats(self.value()))
+
     def take(self, value: Any) -> None:
+        if self.as_float:
+            value = _floats(value)
         with self._owner.lock:
             if type(value) is not type(self.value()) or value != self.value():
                 if self._owner.locked:
@@ -144,6 +161,15 @@ class Leaf(Parameter):
             self._owner.locations.add(location)
             old = location.value
             location.retype(plain)
-            self._owner.applied(location, old, location.value, 'parameter server')
+            self._owner.applied([(location, old, location.value)], 'parameter server')
         self._locations[name] = location
         return (lambda: location.tracked), (lambda: location.value)
+
+
+def _floats(value: Any) -> Any:
+    """A parameter's value with a float in the place of each int."""
+    if isinstance(value, list):
+        return [_floats(part) for part in value]
+    if isinstance(value, dict):
+        return {name: _floats(part) for name, part in value.items()}
+    return float(value) if type(value) is int else value

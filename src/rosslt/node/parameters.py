@@ -6,6 +6,8 @@ here and reads what the master says has changed there: reading a location never 
 one thread does both, in order, memory and parameter always come to agree.
 """
 
+import contextlib
+import re
 import threading
 from http.client import HTTPException
 from typing import Any, Callable, Dict, List, Set
@@ -17,6 +19,9 @@ import rospy
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import LiteralLocation, namespaces_of
 from rosslt.node.parameter_updates import ParameterUpdates
+
+#: What rospy appends to the name of an anonymous node: process and time.
+ANONYMOUS = re.compile(r'_\d+_\d{13}$')
 
 #: The thread tries again after this many seconds where the master does not answer.
 RETRY_PERIOD = 1.0
@@ -124,7 +129,7 @@ class ParameterMirror:
 
     def __init__(self, namespace_set: Callable[[str, Any], None]) -> None:
         self._namespace_set = namespace_set
-        self._namespace = ''
+        self._node = self._namespace = ''
         self._updates: Any = None
         self._masters = threading.local()
         self._wake = threading.Condition()
@@ -135,6 +140,7 @@ class ParameterMirror:
         self._heard: Set[str] = set()  # keys that the master tells us of, with all below them
         self._asked = 0  # writes asked for, and how many of them are done
         self._done = 0
+        self._is_cleared = False
         self.left_behind: Dict[str, Any] = {}
         self.literals: Dict[str, Any] = {}
 
@@ -144,6 +150,7 @@ class ParameterMirror:
         Args:
             node: the full name of this node; all below its `rosslt` namespace is listened to.
         """
+        self._node = node
         self._namespace = node + '/rosslt'
         self._updates = ParameterUpdates(self._namespace, self._notice)
         self._subscribe(self._namespace)
@@ -188,6 +195,32 @@ class ParameterMirror:
             self._updates.subscribe(self._master, key)
         self._recorded.clear()
         self.write(*(known for known in self._by_key.values() if isinstance(known, LiteralParameter)))
+
+    def leave_nothing(self) -> None:
+        """Have no parameter of this node outlive it: its name, an anonymous one, does not come again.
+
+        What nodes have left that were called alike and ended without warning is cleared now.
+        """
+        rospy.on_shutdown(self._clear)
+        kind = ANONYMOUS.sub('', self._node)
+        left_behind = re.compile(re.escape(kind) + ANONYMOUS.pattern.rstrip('$') + r'(?=/rosslt(_literals)?/)')
+        found = filter(None, map(left_behind.match, self._master.getParamNames()))
+        for node in {one.group() for one in found} - {self._node}:
+            try:
+                self._master.lookupNode(node)
+            except rosgraph.MasterError:
+                self._delete(node)
+
+    def _clear(self) -> None:
+        """Delete this node's parameters, and write none again."""
+        self._is_cleared = True
+        with contextlib.suppress(OSError, HTTPException, rosgraph.MasterException):
+            self._delete(self._node)
+
+    def _delete(self, node: str) -> None:
+        for namespace in ('rosslt', 'rosslt_literals'):
+            with contextlib.suppress(rosgraph.MasterError):  # there is none
+                self._master.deleteParam(f'{node}/{namespace}')
 
     def read(self, key: str, *default: Any) -> Any:
         """What a parameter says on the parameter server now; KeyError where it is not set and has no
@@ -257,6 +290,8 @@ class ParameterMirror:
 
     def _write(self, parameters: List[Parameter]) -> None:
         """Set parameters, all in one call of the master, which does not tell us of what we set ourselves."""
+        if self._is_cleared:
+            return
         calls: Any = MultiCall(self._master.handle)
         keys: List[str] = []
         for parameter in parameters:

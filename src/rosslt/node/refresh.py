@@ -1,9 +1,9 @@
 """What a node read once stays alive: what it sends is evaluated anew where sources of it have changed since.
 
-A node may fill a message, a list of waypoints or `self.gain` once, and send it for hours. Plain Python would go on sending
-the value that was read at the start. Here, a message that is about to be sent is looked through for readings of this
-node's locations that are not the latest ones, and the leaves that depend on them are computed again in a copy. The
-node's own message stays as it is.
+A node may fill a message, a list of waypoints or `self.gain` once, and send it for hours. Plain Python would go on
+sending the value that was read at the start. Here, a message that is about to be sent is looked through for readings
+of this node's locations that are not the latest ones, and the leaves that depend on them are computed again in a copy.
+The node's own message stays as it is.
 
 While no replaced reading is in use anywhere in the process, that look is one test of a dict.
 

@@ -3,6 +3,7 @@ timeout."""
 
 import threading
 import time
+from typing import Any, Dict, Tuple
 
 import rospy
 
@@ -10,7 +11,9 @@ import rospy
 SHUTDOWN_CHECK_PERIOD = 0.1
 
 
-def ask_all(service, service_class, requests, timeout):
+def ask_all(
+    service: str, service_class: Any, requests: Dict[str, Any], timeout: float
+) -> Tuple[Dict[str, Any], Dict[str, str]]:
     """Call `<node>/rosslt/<service>` of several nodes.
 
     Args:
@@ -25,7 +28,8 @@ def ask_all(service, service_class, requests, timeout):
     """
     deadline = time.monotonic() + timeout
     calls = [_Call(node, service, service_class, request) for node, request in requests.items()]
-    answers, silent = {}, {}
+    answers: Dict[str, Any] = {}
+    silent: Dict[str, str] = {}
     for call in calls:
         try:
             answers[call.node] = call.result(deadline)
@@ -37,17 +41,18 @@ def ask_all(service, service_class, requests, timeout):
 class _Call(threading.Thread):
     """One call, in a thread of its own."""
 
-    def __init__(self, node, service, service_class, request):
+    def __init__(self, node: str, service: str, service_class: Any, request: Any) -> None:
         super().__init__(name='rosslt call of ' + node, daemon=True)
         self.node = node
         self._request = request
         # Persistent only so that the connection can be closed from outside where nobody answers.
         self._proxy = rospy.ServiceProxy(f'{node}/rosslt/{service}', service_class, persistent=True)
         self._done = threading.Event()
-        self._response = self._error = None
+        self._response: Any = None
+        self._error: Any = None
         self.start()
 
-    def run(self):
+    def run(self) -> None:
         try:
             self._response = self._proxy(self._request)
         except Exception as error:  # whatever rospy or the network throws here is for the one who waits
@@ -56,7 +61,7 @@ class _Call(threading.Thread):
             self._done.set()
             self._proxy.close()
 
-    def result(self, deadline):
+    def result(self, deadline: float) -> Any:
         """The response, once it is there.
 
         Raises:

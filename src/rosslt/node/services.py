@@ -6,11 +6,10 @@ Requests and responses travel as ordinary ones with their provenance in-band, to
 import functools
 
 import rospy
-from rospy.impl.tcpros_service import convert_return_to_response
-from rospy.msg import args_kwds_to_message
 
 from rosslt.node.carriers import carrier, reading_class
 from rosslt.node.refresh import Refresher
+from rosslt.node.rospy_internals import args_kwds_to_message, convert_return_to_response
 
 
 class Service(rospy.Service):

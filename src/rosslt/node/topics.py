@@ -12,13 +12,12 @@ import time
 
 import genpy
 import rospy
-from rospy.core import is_initialized
-from rospy.msg import args_kwds_to_message
 
 from rosslt import messages, values
 from rosslt.node.carriers import Sending, carrier, reading_class, report_bad_header
 from rosslt.node.latched import latch
 from rosslt.node.refresh import READINGS, Refresher
+from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
 
 
 class Publisher(rospy.Publisher):
