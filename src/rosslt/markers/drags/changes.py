@@ -1,5 +1,6 @@
 """From where a hand wants a thing to what its sources must become, and on to their owners."""
 
+import math
 from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt import node, values
@@ -36,14 +37,14 @@ def plan(tracked: Sequence[Any], targets: Sequence[float], source: Any = None, t
         values.NotInvertible: the sources cannot bring the values any nearer.
     """
     present = values.source_values(tracked)
-    limits = node.directory().limits(list(present), timeout)
+    limits = node.limits(list(present), timeout)
     if source is not None:
         limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
     try:
         return Plan(present, values.solve(list(tracked), list(targets), **limits))
     except values.NotInvertible:
-        after, gap = values.nearest(tracked, targets, **limits)
-        stops = _stops({**present, **after}, limits.get('bounds', {}))
+        after, gap = _nearest(tracked, targets, present, limits)
+        stops = _stops({**present, **after}, limits['bounds'])
         if not after and not stops:
             raise
         return Plan(present, after, gap, stops)
@@ -66,12 +67,13 @@ def default_sources(tracked: Sequence[Any], read_only: Collection[Any] = ()) -> 
     return [source for source in values.sources(tracked) if source in found]
 
 
-def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float) -> Dict[Any, Any]:
+def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float, request_id: str) -> Dict[Any, Any]:
     """Have sources become what is wanted of them.
 
     Args:
         wanted: {Source: (present value, new value)}.
         timeout: how long to wait for the owners' answers, in seconds.
+        request_id: that of the drag, all of whose changes are one in the owners' histories.
 
     Returns:
         {Source: Change(old, new)} as the owners say.
@@ -83,6 +85,7 @@ def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float) -> Dict[Any, Any
         [values.track(present, source) for source, (present, _) in wanted.items()],
         [new for _, new in wanted.values()],
         timeout=timeout,
+        request_id=request_id,
     )
 
 
@@ -90,6 +93,26 @@ def held_for(source: Any, tracked: Sequence[Any]) -> List[Any]:
     """The sources that stay where a drag changes one alone: all others of the values that depend on that one."""
     concerned = [sources for sources in map(values.sources, tracked) if source in sources]
     return [other for sources in concerned for other in sources if other != source]
+
+
+def _nearest(
+    tracked: Sequence[Any], targets: Sequence[float], present: Dict[Any, Any], limits: Dict[str, Any]
+) -> Tuple[Dict[Any, Any], float]:
+    """As `values.nearest`, by the sources of the lowest rank that come any nearer: counters and times stay."""
+    ranks = limits.get('rank', {})
+    found: Dict[Any, Any] = {}
+    gap = math.inf
+    for rank in sorted({ranks.get(source, 0) for source in present}):
+        found, gap = values.nearest(
+            tracked,
+            targets,
+            bounds=limits['bounds'],
+            read_only=limits['read_only'],
+            sources=[source for source in present if ranks.get(source, 0) <= rank],
+        )
+        if found:
+            break
+    return found, gap
 
 
 def _stops(found: Dict[Any, Any], bounds: Dict[Any, Tuple[Any, Any]]) -> Dict[Any, str]:

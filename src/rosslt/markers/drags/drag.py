@@ -18,7 +18,7 @@ class Drag:
     Args:
         handle: what it holds.
         leap_limit: as of a Guard.
-        gesture: an id that goes with all changes of this drag, so that they are one in the owners' history.
+        request_id: an id that goes with all changes of this drag, so that they are one in the owners' history.
 
     Attributes:
         pose: where the hand has it now.
@@ -33,8 +33,8 @@ class Drag:
         before, after: {Source: value} of what it has changed.
     """
 
-    def __init__(self, handle: Handle, leap_limit: float, gesture: str) -> None:
-        self.handle, self.gesture = handle, gesture
+    def __init__(self, handle: Handle, leap_limit: float, request_id: str) -> None:
+        self.handle, self.request_id = handle, request_id
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
         self.start: PoseTuple = handle.pose

@@ -8,8 +8,7 @@ import collections
 import threading
 import time
 import traceback
-import uuid
-from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 
@@ -64,8 +63,7 @@ class Drags:
         self._over: Deque[Drag] = collections.deque()
         self._wake = threading.Condition()
         self.chosen: Dict[str, Any] = {}
-        # name of a handle -> its drags, each {Source: (value after, value before)}
-        self._past: Dict[str, Deque[Dict[Any, Tuple[Any, Any]]]] = {}
+        self._past: Dict[str, Deque[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
         threading.Thread(target=self._work, name='drags', daemon=True).start()
 
     def hold(self, name: str) -> None:
@@ -110,12 +108,13 @@ class Drags:
         if not past:
             self._scene.say(handle, 'nothing to undo')
             return
-        try:
-            changes.request(past[-1], self._rules.timeout)
-        except values.Error as error:
-            rospy.logwarn('%s: cannot undo: %s', name, error)
-            self._scene.say(handle, 'cannot undo: ' + wording.refusal(error))
-        else:
+        request_id, nodes = past[-1]
+        undone = node.undo_request(request_id, nodes, rospy.get_name(), self._rules.timeout)
+        if undone.reasons:
+            reason = '; '.join(dict.fromkeys(undone.reasons.values()))
+            rospy.logwarn('%s: cannot undo: %s', name, reason)
+            self._scene.say(handle, 'cannot undo: ' + reason)
+        if undone.changes or not undone.reasons:
             past.pop()
 
     def _drag_of(self, name: str) -> Optional[Drag]:
@@ -124,7 +123,7 @@ class Drags:
             handle = self._scene.handle(name)
             if handle is None:
                 return None
-            drag = self._held[name] = Drag(handle, self._rules.leap_limit, uuid.uuid4().hex)
+            drag = self._held[name] = Drag(handle, self._rules.leap_limit, node.new_request_id())
             self._scene.hold(name)
         drag.heard = time.monotonic()
         return drag
@@ -186,7 +185,7 @@ class Drags:
         name = drag.handle.name
         if drag.before:
             past = self._past.setdefault(name, collections.deque(maxlen=UNDO_LIMIT))
-            past.append({source: (drag.after[source], value) for source, value in drag.before.items()})
+            past.append((drag.request_id, {source.node for source in drag.before}))
         if name not in self._held:  # no hand has taken it again meanwhile
             self._scene.let_go(name, drag.after if not refusal and not drag.is_withheld else None)
         if refusal:
@@ -205,7 +204,7 @@ class Drags:
                 return None
             if plan.after:
                 wanted = {source: (plan.before[source], value) for source, value in plan.after.items()}
-                drag.remember(changes.request(wanted, timeout))
+                drag.remember(changes.request(wanted, timeout, drag.request_id))
                 drag.applied_at = pose
         except values.Error as error:
             # Of several owners, some may have changed what others have refused.
