@@ -4,7 +4,7 @@ from typing import Any, Dict, List, Optional, Tuple
 
 from rosslt import values
 from rosslt.markers.geometry import distance
-from rosslt.markers.scene.handle import Handle
+from rosslt.markers.scene.handle import Handle, has_source
 
 #: How far apart two handles on one thing may be, against their size: their messages are not of the same time.
 NEAR = 0.5
@@ -82,8 +82,15 @@ def _place_of(handle: Handle) -> Optional[Place]:
     position = handle.position
     if position is None:
         return None
-    sources = tuple(tuple(values.sources(value)) for value in position)
-    return (handle.frame.lstrip('/'), sources) if any(sources) else None
+    tracked = [value for value in position if has_source(value)]
+    if not tracked:
+        return None
+    which = tuple([has_source(value) for value in position])
+    # Most values come straight from a source, which is told much faster.
+    origins = values.origins(tracked)
+    if origins is not None:
+        return (handle.frame, which, tuple([(source,) for source in origins]))
+    return (handle.frame, which, tuple([tuple(values.sources(value)) for value in tracked]))
 
 
 def _are_same(first: Handle, second: Handle) -> bool:
