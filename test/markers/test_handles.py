@@ -309,6 +309,21 @@ def test_the_same_thing_in_the_next_message_looks_alike_wherever_it_is():
     assert handle(1.0).draw_key != handle(1.0, color=0.6).draw_key
 
 
+def test_a_body_that_turns_about_z_is_not_drawn_anew():
+    def handle(orientation, axes='xyz'):
+        message = marker()
+        message.pose.orientation = Quaternion(*orientation)
+        for axis in axes:
+            setattr(message.pose.position, axis, tracked(1.0))
+        (found,) = handles(message).values()
+        return found
+
+    tilted = (plain_math.sin(0.3), 0.0, 0.0, plain_math.cos(0.3))
+    assert handle(TURNED).draw_key == handle((0.0, 0.0, 0.0, 1.0)).draw_key
+    assert handle(tilted).draw_key != handle(TURNED).draw_key
+    assert handle(TURNED, 'x').draw_key != handle((0.0, 0.0, 0.0, 1.0), 'x').draw_key
+
+
 def test_what_takes_no_changes_has_no_control():
     message = marker()
     message.pose.position.x, message.pose.position.y = tracked(1.0, 1), tracked(2.0, 2)

@@ -4,8 +4,10 @@ import math
 from typing import Any, Callable, Hashable, Iterable, List, Optional, Sequence, Tuple
 
 from rosslt.markers.geometry import (
+    AXES,
     IDENTITY,
     PoseTuple,
+    Rotation,
     Vector,
     inverse,
     normalized,
@@ -76,10 +78,16 @@ class PoseHandle:
         x, y, z = map(float, self._position)
         self.pose: PoseTuple = (x, y, z, *rotation)
         self._make_shapes, self._has_arrows, self._is_planar = make_shapes, has_arrows, is_planar
-        movable = tuple(map(has_source, self._position))
-        # A body that moves along some of the axes only has them in its own, turned coordinates.
-        turn = rotation if any(movable) else None
-        self.draw_key: Hashable = (movable, tuple(map(has_source, self._orientation)), turn, frame, size, shape_key)
+        x_moves, y_moves, z_moves = map(has_source, self._position)
+        movable = (x_moves, y_moves, z_moves)
+        self.draw_key: Hashable = (
+            movable,
+            tuple(map(has_source, self._orientation)),
+            _body_direction(movable, rotation),
+            frame,
+            size,
+            shape_key,
+        )
 
     @property
     def tracked(self) -> List[Any]:
@@ -252,6 +260,21 @@ class ScaleHandle:
     def shapes(self) -> List[Any]:
         """The cube to grab."""
         return [cube(self.size, AXIS_COLORS[self._axis])]
+
+
+def _body_direction(movable: Axes, rotation: Rotation) -> Optional[Vector]:
+    """The line that a body moves along, or the normal of its plane, in its own, turned coordinates.
+
+    It is all of a rotation that the drawing of a body depends on: a thing that turns about z stays as it is drawn.
+    """
+    axes = [axis for axis in range(3) if movable[axis]]
+    if not axes:
+        return None
+    (axis,) = axes if len(axes) == 1 else {0, 1, 2}.difference(axes) or {2}
+    if rotation == IDENTITY:
+        return AXES[axis]
+    x, y, z = rotate_vector(inverse(rotation), AXES[axis])
+    return round(x, 9) + 0.0, round(y, 9) + 0.0, round(z, 9) + 0.0
 
 
 def _tracked_targets(pairs: Iterable[Tuple[Any, float]]) -> Tuple[List[Any], List[float]]:
