@@ -7,7 +7,6 @@ message, or stands in the header of a tracked one, is its provenance.
 import argparse
 import os
 import shutil
-import struct
 import sys
 import threading
 import time
@@ -47,7 +46,7 @@ class Topic:
         data, header = message._buff, message._connection_header
         if header['type'] != self.type:
             self.type, self._class = header['type'], class_of(header)
-        size = provenance_size(data, self._class)
+        size = messages.provenance_size(data, self._class)
         with self._lock:
             self._count += 1
             self._plain += len(data) - size
@@ -78,19 +77,6 @@ def class_of(header):
     if found is None or found._md5sum != header['md5sum']:
         found = genpy.dynamic.generate_dynamic(header['type'], header['message_definition'])[header['type']]
     return found
-
-
-def provenance_size(data, message_class):
-    """The number of bytes of provenance, with the length and the footer around it, in a serialized message.
-
-    Args:
-        data: as it comes from the wire.
-        message_class: ordinary or tracked.
-    """
-    if messages.is_tracked_type(message_class):
-        return 4 + struct.unpack_from('<I', data)[0]
-    plain, _ = messages.split_provenance(data, message_class)
-    return len(data) - len(plain)
 
 
 def formatted(row):

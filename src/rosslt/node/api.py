@@ -130,7 +130,7 @@ def _call_with_value(function: Callable[[Any], None], reader: List[_Read]) -> No
 
 def _warn_of_int(value: Any, limits: Dict[str, Any], site: CallSite) -> None:
     """Say where an int was probably meant to be a float: Python's `0.5 * n` takes its float's side, untracked."""
-    if type(values.scalar(value)) is int and float in map(type, (limits['minimum'], limits['maximum'])):
+    if type(values.plain_scalar(value)) is int and float in map(type, (limits['minimum'], limits['maximum'])):
         rospy.logwarn(
             '%s: location(%r) is an int, though its bounds are floats: it takes no fractions, and 0.5 * n is not '
             'tracked. Write location(%r), or bounds that are ints',
@@ -339,7 +339,7 @@ def _named_place(site: CallSite) -> Iterator[None]:
 def _reader(literal: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tuple[str, ...]], Location]) -> _Read:
     """The function that reads a literal: a scalar's location, or a new container of what its parts' readers
     give."""
-    plain = values.scalar(literal)
+    plain = values.plain_scalar(literal)
     if plain is not None:
         place = leaf(plain, path)
         return lambda: place.tracked

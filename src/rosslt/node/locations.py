@@ -112,7 +112,7 @@ class Location:
         Raises:
             Refused: it is of another type, not finite, or out of bounds.
         """
-        given, value = value, values.scalar(value)
+        given, value = value, values.plain_scalar(value)
         # A float takes an int, and an int a float without a fraction, as YAML and JSON write them alike.
         if self.type is float and type(value) is int:
             try:
@@ -225,7 +225,7 @@ class ExternalLocation(Location):
     @property
     def value(self) -> Any:
         value = self._getter()
-        plain = values.scalar(value)
+        plain = values.plain_scalar(value)
         return value if plain is None else plain
 
     @property
@@ -399,7 +399,7 @@ def checked_limits(minimum: Any, maximum: Any, weight: Any) -> Dict[str, Union[i
         limits[word] = None
         if given is None:
             continue
-        number = values.scalar(given)
+        number = values.plain_scalar(given)
         if type(number) not in (int, float):
             raise TypeError(f'{word}={given!r} is no number: give an int, a float or None')
         if not math.isfinite(number):

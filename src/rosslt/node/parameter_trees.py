@@ -149,7 +149,7 @@ class Leaf(Parameter):
             return (lambda: {key: read() for key, (read, _) in branches.items()}), (
                 lambda: {key: plain() for key, (_, plain) in branches.items()}
             )
-        plain = values.scalar(value)
+        plain = values.plain_scalar(value)
         if plain is None:
             return (lambda: value), (lambda: value)
         location = before.get(name)

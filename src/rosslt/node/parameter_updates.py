@@ -6,8 +6,10 @@ are taken for two nodes of that name, of which the master ends the first. Whoeve
 not told of it.
 """
 
+import contextlib
 import threading
-from typing import Any, Callable, Tuple
+from http.client import HTTPException
+from typing import Any, Callable, Dict, Tuple
 
 import rosgraph
 import rosgraph.xmlrpc
@@ -38,11 +40,21 @@ class ParameterUpdates:
         self._server.start()
         if not handler.is_ready.wait(START_TIMEOUT):
             raise rospy.ROSInitException(f'the XML-RPC server of {name} does not start')
-        rospy.on_shutdown(lambda: self._server.shutdown('the node is shut down'))
+        self._keys: Dict[str, None] = {}
+        rospy.on_shutdown(self._end)
 
     def subscribe(self, master: rosgraph.Master, key: str) -> None:
         """Have the master tell of changes at a key and below it."""
         rosgraph.Master(self.name, master_uri=master.master_uri).subscribeParam(self._server.uri, key)
+        self._keys[key] = None
+
+    def _end(self) -> None:
+        """Have the master forget what was subscribed to: it keeps that for ever."""
+        with contextlib.suppress(OSError, HTTPException, rosgraph.MasterException):
+            master = rosgraph.Master(self.name)
+            for key in list(self._keys):
+                master.unsubscribeParam(self._server.uri, key)
+        self._server.shutdown('the node is shut down')
 
 
 class _Handler(rosgraph.xmlrpc.XmlRpcHandler):

@@ -24,10 +24,10 @@ get_registration_listeners = rospy.impl.registration.get_registration_listeners
 get_service_manager = rospy.impl.registration.get_service_manager
 get_topic_manager = rospy.impl.registration.get_topic_manager
 
-#: What `topics` uses of the objects behind a publisher and a subscriber. A publisher publishes a message that is carried
-#: in the place of another one under the implementation's lock, clears what it has written of a message that cannot be
-#: serialized, and sends the last message of a latched topic anew. A subscriber of a topic that is already subscribed to
-#: in this process has its reader replaced.
+#: What `topics` uses of the objects behind a publisher and a subscriber. A publisher publishes, under their lock, a
+#: message that is carried in the place of another one, clears what it has written of a message that cannot be
+#: serialized, and sends the last message of a latched topic anew. A subscriber of a topic that is already subscribed
+#: to in this process has its reader replaced.
 USED_OF_IMPLEMENTATIONS = {
     'publisher': ('publock', 'publish', 'closed', 'buff', 'is_latch', 'latch'),
     'subscriber': ('resolved_name', 'data_class', 'c_lock', 'connections'),

@@ -16,7 +16,6 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from rosslt import msg, srv, values
 from rosslt.node.call_sites import call_site
 from rosslt.node.callbacks import Callbacks
-from rosslt.node.carriers import Sending
 from rosslt.node.directory import Directory
 from rosslt.node.history import History, applied_change, differing
 from rosslt.node.json_scalars import Refused, from_json, to_json
@@ -25,6 +24,7 @@ from rosslt.node.locations import LiteralLocation, Location, Locations
 from rosslt.node.master_watch import MasterWatch
 from rosslt.node.parameter_trees import Branch, Leaf, ParameterTrees
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
+from rosslt.node.serialization import Sending
 
 #: How long an acknowledgement waits for the parameter server to follow, in seconds; the change holds all the
 #: same.

@@ -1,10 +1,15 @@
 """`rosslt bag`: what provenance a recorded bag holds."""
 
+import argparse
+
 from rosslt.cli import bags
 from rosslt.cli.directory import Directory
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.provenance_map import ProvenanceMap, brief
+from rosslt.cli.verb import LOOK, Argument
 
+GROUP = LOOK
+SUMMARY = 'what provenance a recorded bag holds'
 DESCRIPTION = """Print what provenance a recorded bag holds: for each topic how many of its messages have some, and
 which sources reach which fields. Sources have their names where their nodes run now, and NODE#ID otherwise."""
 EXAMPLE = """\
@@ -14,13 +19,12 @@ example:
 In a pipe each source of each topic is a line of columns between tabs: topic, type, number of messages, number of
 those with provenance, source, fields; a topic without provenance has a line with the last two empty.
 """
+ARGUMENTS = [
+    Argument('file', metavar='FILE'),
+]
 
 
-def parse(parser):
-    parser.add_argument('file', metavar='FILE')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> None:
     found, tracked = ProvenanceMap(), {}
     with bags.opened(options.file) as bag:
         topics = bag.get_type_and_topic_info().topics

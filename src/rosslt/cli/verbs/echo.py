@@ -1,14 +1,20 @@
 """`rosslt echo`: messages with the provenance of their fields."""
 
+import argparse
+
 from rosslt import values
 from rosslt.cli import bags
+from rosslt.cli.completers import topics
 from rosslt.cli.directory import Directory
 from rosslt.cli.fields import field_of
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal
 from rosslt.cli.reading import Inbox
 from rosslt.cli.rendering import json_line, write_lines, yaml_lines
+from rosslt.cli.verb import LOOK, Argument
 
+GROUP = LOOK
+SUMMARY = 'messages with the provenance of their fields'
 DESCRIPTION = """Print messages, or one field of them, with the provenance of each tracked value beside it: what was
 done, and the file and line that each number comes from."""
 EXAMPLE = """\
@@ -20,17 +26,18 @@ examples:
 In a pipe each value is a line of columns between tabs: field, value, provenance (or empty); --- ends a message. With
 --json each message is a line.
 """
+ARGUMENTS = [
+    Argument(
+        'topic', completer=topics, metavar='TOPIC[/FIELD]', help='a field in it as pose/position/x or points[3].x'
+    ),
+    Argument('-n', dest='count', type=int, default=0, metavar='N', help='end after N messages'),
+    Argument('--once', dest='count', action='store_const', const=1, help='end after one message'),
+    Argument('--json', action='store_true', help='one line of JSON for each message'),
+    Argument('--bag', metavar='FILE', help='from a recorded bag'),
+]
 
 
-def parse(parser):
-    parser.add_argument('topic', metavar='TOPIC[/FIELD]', help='a field in it as pose/position/x or points[3].x')
-    parser.add_argument('-n', dest='count', type=int, default=0, metavar='N', help='end after N messages')
-    parser.add_argument('--once', dest='count', action='store_const', const=1, help='end after one message')
-    parser.add_argument('--json', action='store_true', help='one line of JSON for each message')
-    parser.add_argument('--bag', metavar='FILE', help='from a recorded bag')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> None:
     if options.bag:
         with bags.opened(options.bag) as bag:
             topic, field = bags.split_topic(bag, options.topic)

@@ -1,17 +1,22 @@
 """`rosslt force`: have a field of a topic become a value, by changing where it comes from."""
 
+import argparse
 from collections import namedtuple
 
 import rospy
 
 from rosslt import node, values
+from rosslt.cli.completers import fields, locations
 from rosslt.cli.directory import TIMEOUT, Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.fields import field_of, target
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change
 from rosslt.cli.reading import Inbox
+from rosslt.cli.verb import CHANGE, Argument
 
+GROUP = CHANGE
+SUMMARY = 'have a field of a topic become a value, by changing where it comes from'
 DESCRIPTION = """Take the next message of a topic, solve for the sources of a field of it, and have their nodes change
 them, so that the field of the messages to come is VALUE. Prints what changed."""
 EXAMPLE = """\
@@ -22,26 +27,24 @@ examples:
 
 In a pipe each change is a line of columns between tabs: NODE/LOCATION, old value, new value, file:line:column.
 """
+ARGUMENTS = [
+    Argument('field', completer=fields, metavar='TOPIC/FIELD', help='as /goal/pose/position/x or /path/points[3]'),
+    Argument('value', metavar='VALUE', help='a scalar; YAML for a whole part of a message'),
+    Argument(
+        '--source',
+        completer=locations,
+        metavar='S',
+        help='change this location alone: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as rosslt echo says',
+    ),
+    Argument('--dry-run', action='store_true', help='print what would change; change nothing'),
+    Argument('--timeout', type=float, default=5.0, metavar='S', help='seconds to wait for a message (default: 5)'),
+]
 
 #: What the command has of a node that asks others: its name, and what it knows of their locations.
 Asker = namedtuple('Asker', 'name directory')
 
 
-def parse(parser):
-    parser.add_argument('field', metavar='TOPIC/FIELD', help='as /goal/pose/position/x or /path/points[3]')
-    parser.add_argument('value', metavar='VALUE', help='a scalar; YAML for a whole part of a message')
-    parser.add_argument(
-        '--source',
-        metavar='S',
-        help='change this location alone: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as rosslt echo says',
-    )
-    parser.add_argument('--dry-run', action='store_true', help='print what would change; change nothing')
-    parser.add_argument(
-        '--timeout', type=float, default=5.0, metavar='S', help='seconds to wait for a message (default: 5)'
-    )
-
-
-def run(options):
+def run(options: argparse.Namespace) -> None:
     topic, _, field = split_topic(find_master(), options.field)
     with Inbox([topic]) as inbox:
         received = inbox.next(options.timeout)

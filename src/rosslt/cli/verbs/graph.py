@@ -1,5 +1,8 @@
 """`rosslt graph`: the flow of provenance."""
 
+import argparse
+
+from rosslt.cli.completers import topics
 from rosslt.cli.directory import Directory
 from rosslt.cli.drawing import dot, svg
 from rosslt.cli.failure import Failure
@@ -8,7 +11,10 @@ from rosslt.cli.master import find_master, full_name
 from rosslt.cli.output import is_terminal, write_row
 from rosslt.cli.provenance_map import ProvenanceMap, brief
 from rosslt.cli.reading import Inbox
+from rosslt.cli.verb import LOOK, Argument
 
+GROUP = LOOK
+SUMMARY = 'which location reaches which field of which topic, through which nodes'
 DESCRIPTION = """Listen to all topics for a while, and print which location reaches which field of which topic, through
 which nodes."""
 EXAMPLE = """\
@@ -18,17 +24,15 @@ examples:
 
 In a pipe each location and topic is a line of columns between tabs: NODE/LOCATION, topic, fields, nodes on the way.
 """
+ARGUMENTS = [
+    Argument('topics', completer=topics, nargs='*', metavar='TOPIC', help='listen to these alone'),
+    Argument('--time', type=float, default=2.0, metavar='S', help='how long to listen (default: 2)'),
+    Argument('--dot', action='store_true', help='print it for graphviz', exclusive=True),
+    Argument('--svg', action='store_true', help='print it drawn by graphviz', exclusive=True),
+]
 
 
-def parse(parser):
-    parser.add_argument('topics', nargs='*', metavar='TOPIC', help='listen to these alone')
-    parser.add_argument('--time', type=float, default=2.0, metavar='S', help='how long to listen (default: 2)')
-    form = parser.add_mutually_exclusive_group()
-    form.add_argument('--dot', action='store_true', help='print it for graphviz')
-    form.add_argument('--svg', action='store_true', help='print it drawn by graphviz')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> None:
     master = find_master()
     published = [topic for topic, _ in master.getPublishedTopics('/')]
     topics = list(map(full_name, options.topics)) or published

@@ -1,11 +1,16 @@
 """`rosslt list`: nodes and their locations."""
 
+import argparse
 import sys
 
+from rosslt.cli.completers import nodes
 from rosslt.cli.directory import Directory, tracked_node
 from rosslt.cli.master import find_master, tracked_nodes
 from rosslt.cli.output import is_terminal, shortened, table, width, write_row
+from rosslt.cli.verb import LOOK, Argument
 
+GROUP = LOOK
+SUMMARY = 'nodes and their locations'
 DESCRIPTION = 'Print the nodes that have locations, and for each location its name, type, value, bounds and file.'
 EXAMPLE = """\
 example:
@@ -14,16 +19,15 @@ example:
 In a pipe each location is a line of columns between tabs: NODE/LOCATION, type, value, minimum, maximum, read-only (or
 empty), file:line:column.
 """
+ARGUMENTS = [
+    Argument('node', completer=nodes, nargs='?', metavar='NODE', help='this node alone'),
+]
 
 #: The most that a value takes of a line.
 LONGEST_VALUE = 30
 
 
-def parse(parser):
-    parser.add_argument('node', nargs='?', metavar='NODE', help='this node alone')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> int:
     master = find_master()
     nodes = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
     places, silent = Directory().ask(nodes)

@@ -1,28 +1,32 @@
 """`rosslt save`: a node's current values as YAML that rosparam load takes."""
 
+import argparse
 import contextlib
 import sys
 
 import yaml
 
+from rosslt.cli.completers import nodes
 from rosslt.cli.directory import Directory, locations_of, tracked_node
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
+from rosslt.cli.verb import CHANGE, Argument
 
+GROUP = CHANGE
+SUMMARY = "a node's current values as YAML that rosparam load takes"
 DESCRIPTION = """Write the current values of a node's locations as YAML. `rosparam load FILE` puts them in force again,
 and so does <rosparam file="FILE"/> in a launch file, before the node starts."""
 EXAMPLE = """\
 example:
   rosslt save /talker talker.yaml && rosparam load talker.yaml
 """
+ARGUMENTS = [
+    Argument('node', completer=nodes, metavar='NODE'),
+    Argument('file', metavar='FILE', help='- for standard output'),
+]
 
 
-def parse(parser):
-    parser.add_argument('node', metavar='NODE')
-    parser.add_argument('file', metavar='FILE', help='- for standard output')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> None:
     master = find_master()
     name = tracked_node(master, options.node)
     parameters = master.getParam('/')

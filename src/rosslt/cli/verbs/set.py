@@ -1,25 +1,30 @@
 """`rosslt set`: change a location."""
 
+import argparse
+
 from rosslt import node, srv
+from rosslt.cli.completers import locations
 from rosslt.cli.directory import TIMEOUT, Directory, find
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
 from rosslt.cli.output import write_change
 from rosslt.cli.scalars import scalar
+from rosslt.cli.verb import CHANGE, Argument
 
+GROUP = CHANGE
+SUMMARY = 'change a location'
 DESCRIPTION = "Give a location a new value; its node takes it or says why it doesn't."
 EXAMPLE = """\
 example:
   rosslt set /talker/radius 2.5
 """
+ARGUMENTS = [
+    Argument('location', completer=locations, metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID'),
+    Argument('value', metavar='VALUE', help='a number, true or false, or a text; -- in front of one with -'),
+]
 
 
-def parse(parser):
-    parser.add_argument('location', metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID')
-    parser.add_argument('value', metavar='VALUE', help='a number, true or false, or a text; -- in front of one with -')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> None:
     directory = Directory()
     place = find(find_master(), directory, options.location)
     try:

@@ -16,11 +16,12 @@ from ..operations import SOURCE
 from ..operations.inverses import refuse
 from ..operations.table import ADD, DIVIDE, MULTIPLY, SUBTRACT
 from ..sources import Source, describe_source
-from ..tracked import TRACKED, TrackedFloat, scalar
+from ..tracked import TRACKED, TrackedFloat, plain_scalar
 from ..tree import paired
 from .budget import UNDEFINED, Budget
+from .equations import Goal, size_of
 from .one import Attempt, written
-from .several import Goal, System, size_of
+from .several import System
 
 Bounds = Mapping[Source, Tuple[Any, Any]]
 Rank = Union[Mapping[Source, int], Callable[[Source], int]]
@@ -59,7 +60,10 @@ class Freedom(NamedTuple):
         return -math.inf if low is None else low, math.inf if high is None else high
 
     def scale(self, source: Source) -> float:
-        """How far a source moves as easily as an unbounded one moves by 1: its bounds' range, unless it has a weight."""
+        """How far a source moves as easily as one without bounds moves by 1.
+
+        That is the range of its bounds, unless it has a weight.
+        """
         if source in self.weights:
             return 1.0 / self.weights[source]
         low, high = self.limits(source)
@@ -186,7 +190,7 @@ def target_of(value: Any, target: Any) -> Any:
     Raises:
         NotInvertible: a text for a number, a number for a text, or no finite number.
     """
-    wanted = scalar(target)
+    wanted = plain_scalar(target)
     if wanted is None or isinstance(wanted, str) != isinstance(value, str):
         raise NotInvertible(
             'cannot make %s become %r: it is a %s'
@@ -243,7 +247,8 @@ def solve_one(
         try:
             if source in freedom.read_only:
                 refuse('{source} is read-only')
-            return {source: Attempt(graph, root, source, base, freedom.limits(source), share).answer(wanted)}
+            attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
+            return {source: attempt.answer()}
         except UNDEFINED as reason:
             text = str(reason).replace('{source}', describe_source(source))
             if text not in reasons:
@@ -396,10 +401,7 @@ def _apart(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]
     for place, (form, first, second) in enumerate(graph.records):
         if not depends[place] or form is SOURCE:
             continue
-        operands = [leaf for leaf, _ in first] if form.operation is None else [first]
-        if form.operation is not None and not form.single_operand:
-            operands.append(second)
-        for operand in operands:
+        for operand in form.operands(first, second):
             if depends[index[id(operand)]]:
                 join(place, index[id(operand)])
     groups: Dict[int, List[Goal]] = {}
@@ -418,7 +420,7 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
         NotInvertible: no values were found that give all; the result that stays away is named.
     """
     concerned = list(graph.occurrences)
-    budget = Budget.of(graph)
+    budget = Budget.of(graph, len(goals))
     movable = [source for source in concerned if freedom.allows(source) and _holds_number(graph, source)]
     if any(isinstance(wanted, str) for _, _, wanted in goals):
         movable = []

@@ -1,7 +1,7 @@
 """How sources move results, and how near they bring them to what cannot be met exactly.
 
-`solve` answers exactly or not at all. A hand on a mouse asks for more: a target just beyond reach, a quaternion that was
-rounded to 32 bits on its way.
+`solve` answers exactly or not at all. A hand on a mouse asks for more: a target just beyond reach, a quaternion that
+was rounded to 32 bits on its way.
 """
 
 from typing import Any, Collection, Dict, List, Mapping, Optional, Sequence, Tuple
@@ -31,8 +31,8 @@ def slopes(xs: Sequence[Any]) -> Dict[Source, Tuple[float, ...]]:
         xs: tracked or plain numbers.
 
     Returns:
-        `{Source: (slope of xs[0], slope of xs[1], ...)}`, in order of appearance, for each source that holds a float or a
-        whole number; in the units of the values per unit of the source. A slope is 0 where a value does not depend on
+        `{Source: (slope of xs[0], slope of xs[1], ...)}`, in order of appearance, for each source that holds a float or
+        a whole number; in the units of the values per unit of the source. A slope is 0 where a value does not depend on
         the source, or where it has no slope or none that a float holds.
     """
     graph = Graph(x for x in xs if type(x) in TRACKED)
@@ -82,7 +82,7 @@ def nearest(
     present = _distance(xs, targets, {})
     if not unknowns:
         return {}, present
-    found = System(graph, goals, unknowns, freedom, Budget.of(graph)).closest()
+    found = System(graph, goals, unknowns, freedom, Budget.of(graph, len(goals))).closest()
     changes: Dict[Source, Any] = {}
     for source, value in zip(unknowns, found):
         old = graph.nodes[graph.occurrences[source][0]]._plain

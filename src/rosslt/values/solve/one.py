@@ -8,12 +8,13 @@ answer, or to one out of bounds, other source values are started from, and at la
 
 import math
 from fractions import Fraction
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, List, Optional, Tuple
 
 from ..closeness import almost_meets, is_at, is_near, meets
 from ..graph import Graph
-from ..operations import AFFINE, SOURCE, Form
+from ..operations import SOURCE, Form
 from ..operations.inverses import NoPreimage, refuse
+from ..operations.table import DIVIDE
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted, Trial
 from .periods import periods, turns_too_many
@@ -24,6 +25,9 @@ MARK = '\ue000'
 
 LONGEST_NUMBER = 2**16
 """Whole numbers with more bits are not solved for: exact fractions of them take too long."""
+
+FIRST_SEARCH = 0.4
+"""The part of the budget that a search from the present value may take."""
 
 Limits = Tuple[Any, Any]
 
@@ -42,16 +46,25 @@ class Attempt:
         base: the values of the nodes once other sources are as wanted.
         limits: the source's minimum and maximum, infinite for none.
         budget: what it may cost.
+        wanted: what the result should become.
     """
 
     def __init__(
-        self, graph: Graph, root: int, source: Source, base: List[Any], limits: Limits, budget: Budget
+        self,
+        graph: Graph,
+        root: int,
+        source: Source,
+        base: List[Any],
+        limits: Limits,
+        budget: Budget,
+        wanted: Any,
     ) -> None:
         self._graph = graph
         self._root = root
         self._source = source
         self._base = base
-        self._trial = Trial(graph, [source], [root], base, budget)
+        self._trial = Trial(graph, [source], [root], base, budget, [wanted])
+        self._wanted = wanted
         self._depends = self._trial.depends
         leaf = graph.occurrences[source][0]
         self.present = base[leaf]
@@ -64,12 +77,13 @@ class Attempt:
         if not self._depends[root]:
             refuse('it does not depend on that')
 
-    def answer(self, wanted: Any) -> Any:
+    def answer(self) -> Any:
         """The value of the source that makes the result the wanted one, the nearest to the present one of those found.
 
         Raises:
             NoPreimage: there is none, or none was found.
         """
+        wanted = self._wanted
         if self._kind is bool:
             fitting = [value for value in (self.present, not self.present) if meets(self._result(value), wanted)]
             fitting = [value for value in fitting if self._low <= value <= self._high or value == self.present]
@@ -192,8 +206,17 @@ class Attempt:
             form, first, second = graph.records[place]
             if form is SOURCE:
                 return wanted
-            if form is AFFINE:
-                wanted, place = self._through_terms(place, wanted, values)
+            if form.operation is None:
+                operands = [index[id(operand)] for operand in form.operands(first, second)]
+                changing = [at for at, operand in enumerate(operands) if depends[operand]]
+                found = NotImplemented
+                if len(changing) == 1:
+                    found = self._through_form(
+                        place, changing[0], wanted, [values[at] for at in operands], values[place]
+                    )
+                if found is NotImplemented:
+                    return self._several(place, wanted, values)
+                wanted, place = found, operands[changing[0]]
                 continue
             a = index[id(first)]
             if form.single_operand:
@@ -207,16 +230,18 @@ class Attempt:
             wanted = undone(form, form.inverse[side], wanted, values[a], values[b])
             place = b if side else a
 
-    def _through_terms(self, place: int, wanted: Any, values: List[Any]) -> Tuple[Any, int]:
-        """What the leaf of a folded value must become, and its place."""
-        _, terms, _ = self._graph.records[place]
-        for leaf, slope in terms:
-            at = self._graph.index[id(leaf)]
-            if self._depends[at]:
-                if not slope:
-                    refuse('its slope is 0')
-                return values[at] + quotient(difference(wanted, values[place]), slope), at
-        raise AssertionError('a folded value that depends on a source has a term for it')
+    def _through_form(self, place: int, operand: int, wanted: Any, values: List[Any], present: Any) -> Any:
+        """What an operand of a record that is no row's must become; NotImplemented where only a search can tell."""
+        form, first, second = self._graph.records[place]
+        try:
+            found = form.undo(operand, wanted, present, first, second, values)
+        except NoPreimage:
+            raise
+        except (ArithmeticError, ValueError, TypeError):
+            return refuse('{source} would be beyond what a float holds')
+        if isinstance(found, float) and not math.isfinite(found):
+            refuse('{source} would be beyond what a float holds')
+        return found
 
     def _several(self, place: int, wanted: Any, values: List[Any]) -> Any:
         """The source's value where it appears more than once below a node."""
@@ -231,11 +256,36 @@ class Attempt:
                 refuse('its occurrences cancel out')
             return start + quotient(difference(wanted, values[place]), rise)
         self._searches += 1
+        search = self._search(place, wanted, lambda result: meets(result, wanted), self._low, self._high)
         if self._searches > 1:
             # What a whole search from one start does not find, a descent from another one may.
-            search = self._search(place, wanted, lambda result: meets(result, wanted))
             return search.descend_whole(start) if self._kind is int else search.descend(start)
-        return self._searched(place, wanted, start, lambda result: meets(result, wanted), self._low, self._high)
+        if self._kind is float:
+            found = self._of_quotient(place, wanted, start)
+            if found is not None and search.is_met(found):
+                return search.nearer(start, found)
+        # The rest is for other branches of the operations undone so far.
+        with self._trial.budget.part_of(self._trial, FIRST_SEARCH):
+            return self._searched(place, wanted, start, lambda result: meets(result, wanted), self._low, self._high)
+
+    def _of_quotient(self, place: int, wanted: Any, start: float) -> Optional[float]:
+        """Where a quotient of two expressions may be the wanted one, found without its poles: `a - wanted * b` is 0
+        there. None for any other operation."""
+        form, first, second = self._graph.records[place]
+        if form.operation is not DIVIDE:
+            return None
+        a, b = self._graph.index[id(first)], self._graph.index[id(second)]
+
+        def excess(value: Any) -> Any:
+            values = self._trial.values({self._source: value})
+            return values[a] - wanted * values[b]
+
+        def slope(value: Any) -> Any:
+            values = self._trial.values({self._source: value})
+            rise = self._graph.tangent(self._source, self._trial.partials(values))
+            return rise.get(a, 0) - wanted * rise.get(b, 0)
+
+        return Search(excess, slope, 0.0, lambda result: result == 0, self._low, self._high).descend(start)
 
     def _text_within(self, place: int, wanted: str) -> str:
         """The text that a source must hold which appears in a longer one more than once.

@@ -61,7 +61,7 @@ class Search:
         try:
             found = self.descend(start)
             if self.is_met(found):
-                return self._nearer(start, found)
+                return self.nearer(start, found)
             for x in self._scanned(start):
                 if self.is_met(x):
                     return x
@@ -143,14 +143,17 @@ class Search:
     def _clamped(self, x: float) -> float:
         return min(max(x, self._low), self._high)
 
-    def _nearer(self, start: float, found: float) -> float:
+    def nearer(self, start: float, found: float) -> float:
         """An answer between the start and one that was found, on either side, that one where there is none."""
         way = abs(found - start)
         if not way > 0.05 * max(1.0, abs(start)):
             return found
-        for x in self._crossings(start, [way * part / 16 for part in range(1, 16)]):
-            if self.is_met(x) and abs(x - start) < way:
-                return x
+        try:
+            for x in self._crossings(start, [way * part / 16 for part in range(1, 16)]):
+                if self.is_met(x) and abs(x - start) < way:
+                    return x
+        except Exhausted:
+            pass
         return found
 
     def _scanned(self, start: float) -> Iterator[float]:
@@ -160,7 +163,7 @@ class Search:
         ways = [size * 10.0**n for n in range(-6, -1)] + fine + [fine[-1] + 0.05 * n for n in range(1, 120)]
         ways += [6.5 * 1.12**n for n in range(1, 60)] + [6000.0 * 2.0**n for n in range(60)]
         for span in (1.0, size):
-            if span < 1 and size > 0.1 or span > 1e3:
+            if (span < 1 and size > 0.1) or span > 1e3:
                 continue
             yield from self._crossings(start, [way * span for way in ways])
         yield from self._crossings(0.0, [10.0**n for n in range(-300, -6, 12)] + [10.0**n for n in range(-6, 300, 12)])
@@ -224,13 +227,18 @@ class Search:
 
     def between(self, low: float, high: float) -> float:
         """Where f passes the wanted value, between one x where it is below and another where it is above."""
+        largest = max([abs(missing) for missing in (self.missing(low), self.missing(high)) if missing is not None])
+        is_polished = False
         for _ in range(120):
             middle = low + (high - low) / 2
             missing = self.missing(middle)
             if not missing or middle in (low, high):
-                break
+                return middle
+            if abs(missing) > 2 * largest and abs(high - low) <= 1e-3 * abs(middle):
+                return middle  # a pole, where f passes nothing
             low, high = (middle, high) if missing < 0 else (low, middle)
-            if abs(high - low) <= 1e-3 * abs(middle):
+            if not is_polished and abs(high - low) <= 1e-3 * abs(middle):
+                is_polished = True
                 polished = self.descend(middle, 8)
                 if min(low, high) <= polished <= max(low, high) and self.is_met(polished):
                     return polished
@@ -282,7 +290,7 @@ class Search:
                 missing = self.missing(x)
                 before, was = ends[side]
                 ends[side] = x, missing
-                if missing is not None and was is not None and (missing >= 0) != (was >= 0) or missing == 0:
+                if (missing is not None and was is not None and (missing >= 0) != (was >= 0)) or missing == 0:
                     yield (before, x) if missing == 0 or was < missing else (x, before)
 
     def _between_whole(self, low: int, high: int) -> int:
