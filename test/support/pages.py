@@ -79,7 +79,7 @@ class Reader:
             command, _, expected = step.partition('\n')
             if command.endswith('&'):
                 self._background.append(self._started(command[:-1], stdout=subprocess.DEVNULL))
-            elif command != 'rosrun rviz rviz':
+            elif command != 'roslaunch rosslt rviz.launch':
                 self._check(command, expected)
 
     def _check(self, command, expected):
