@@ -56,24 +56,13 @@ class Decoder:
 
     def decode(self, data: bytes, message_class: Any, topic: str, publisher: str = '') -> Received:
         """The Received that serialized data is."""
-        message = message_class()
-        try:
-            if messages.is_tracked_type(message_class):
-                tracked = message.deserialize(data)
-                message = tracked.data
-                messages.unwrap(tracked)
-            else:
-                plain, provenance = messages.split_provenance(data, message_class)
-                message.deserialize(plain)
-                if provenance:
-                    messages.attach(message, provenance)
-        except messages.BadHeader as error:
-            if (topic, publisher) not in self._reported:
-                self._reported.add((topic, publisher))
-                print(
-                    f'rosslt: {publisher or topic} sends a provenance on {topic} that cannot be read: {error}',
-                    file=sys.stderr,
-                )
+        message, error = messages.decode(data, message_class)
+        if error is not None and (topic, publisher) not in self._reported:
+            self._reported.add((topic, publisher))
+            print(
+                f'rosslt: {publisher or topic} sends a provenance on {topic} that cannot be read: {error}',
+                file=sys.stderr,
+            )
         return Received(topic, publisher, message_class._type, message)
 
 
