@@ -406,22 +406,21 @@ def _apart(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]
             parents[place] = place = parents[parents[place]]
         return place
 
-    def join(one: int, other: int) -> None:
-        parents[group_of(one)] = group_of(other)
-
     for places in graph.occurrences.values():
         for place in places[1:]:
-            join(place, places[0])
+            parents[group_of(place)] = group_of(places[0])
     index = graph.index
     for place, (form, first, second) in enumerate(graph.records):
         if not depends[place] or form is SOURCE:
             continue
-        operands = [leaf for leaf, _ in first] if form.operation is None else [first]
-        if form.operation is not None and not form.single_operand:
-            operands.append(second)
+        if form.single_operand:
+            parents[place] = parents[index[id(first)]]
+            continue
+        operands = [leaf for leaf, _ in first] if form.operation is None else [first, second]
         for operand in operands:
-            if depends[index[id(operand)]]:
-                join(place, index[id(operand)])
+            other = index[id(operand)]
+            if depends[other]:
+                parents[group_of(place)] = group_of(other)
     groups: Dict[int, List[Goal]] = {}
     for goal in goals:
         groups.setdefault(group_of(index[id(goal[1])]), []).append(goal)
