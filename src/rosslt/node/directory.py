@@ -130,9 +130,9 @@ class Directory:
         if place is None:
             return None
         text = f'{place.local_name}, {place.short_file}' if place.location.is_named else place.short_file
-        return f'{place.node}: {text}' if self._has_twin(place) else text
+        return f'{place.node}: {text}' if self.has_twin(place) else text
 
-    def _has_twin(self, place: Place) -> bool:
+    def has_twin(self, place: Place) -> bool:
         """Whether another node has the same location: one file that was started twice."""
         if self._own is not None and place.node != self._node():
             own = self._own(place.location.id)

@@ -4,13 +4,21 @@ RViz shows ordinary messages by itself. Tracked types (`MarkerTracked`) it does 
 draw the thing as well; over what RViz shows they lay a ghost of the thing to grab.
 """
 
+from typing import Any, Hashable, Iterator, List, Sequence
+
 from visualization_msgs.msg import Marker
 
 from rosslt import values
-from rosslt.markers.controls import pose_tuple
-from rosslt.markers.geometry import distance, normalized
-from rosslt.markers.handles import PointHandle, PoseHandle, ScaleHandle, can_change
-from rosslt.markers.stamped import COLOR, SIZE
+from rosslt.markers.geometry import PoseTuple, Vector, distance
+from rosslt.markers.scene.handle import Handle, Settings, has_source
+from rosslt.markers.scene.handles import PointHandle, PoseHandle, ScaleHandle
+from rosslt.markers.scene.shapes import plain_pose, pose_tuple
+
+#: How large the handles are of what has no size of its own, in metres.
+SIZE = 0.5
+
+#: The color of handles of what has no color of its own: (red, green, blue).
+COLOR: Vector = (1.0, 0.6, 0.1)
 
 #: How much larger a shape to grab is than the same shape, shown by RViz itself, that it covers; and by how many
 #: metres at least. RViz takes hold of what is in front, and an orthographic view tells depths from 6 mm on.
@@ -26,38 +34,49 @@ LISTS = LINES | BODIES_AT_POINTS | {Marker.POINTS, Marker.TRIANGLE_LIST}
 KINDS = SHAPES | LISTS | {Marker.ARROW, Marker.TEXT_VIEW_FACING, Marker.MESH_RESOURCE}
 
 
-def marker_handles(topic, marker, is_shown):
-    """The handles of a Marker that is there to be shown."""
-    position, orientation, scale = marker.pose.position, marker.pose.orientation, marker.scale
-    can_be_moved = any(
-        map(
-            can_change, (position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
-        )
-    )
-    can_be_scaled = any(map(can_change, (scale.x, scale.y, scale.z)))
+def marker_handles(topic: str, marker: Any, is_shown: bool, settings: Settings) -> List[Handle]:
+    """The handles of a Marker that is there to be shown.
+
+    Args:
+        topic: where it was published.
+        marker: a visualization_msgs/Marker.
+        is_shown: whether RViz shows it by itself.
+        settings: what the user has chosen for all handles.
+    """
+    scale = marker.scale
+    can_be_moved = any(map(has_source, pose_tuple(marker.pose)))
+    can_be_scaled = any(map(has_source, (scale.x, scale.y, scale.z)))
     has_points = marker.type in LISTS or (marker.type == Marker.ARROW and len(marker.points) > 1)
     points = (
         [
             (index, point)
             for index, point in enumerate(marker.points)
-            if can_change(point.x) or can_change(point.y) or can_change(point.z)
+            if has_source(point.x) or has_source(point.y) or has_source(point.z)
         ]
         if has_points
-        else ()
+        else []
     )
-    handles = []
+    handles: List[Handle] = []
     if is_shown and not (can_be_moved or can_be_scaled or points):
         return handles
     name = '{}:{}:{}'.format(topic, marker.ns, marker.id)
     frame, place, size = marker.header.frame_id, plain_pose(marker.pose), marker_size(marker, has_points)
     if can_be_moved or not is_shown:
         handles.append(
-            PoseHandle(name, frame, marker.pose, size, marker_look(marker), lambda: [marker_shape(marker, is_shown)])
+            PoseHandle(
+                name,
+                frame,
+                marker.pose,
+                size,
+                marker_shape_key(marker),
+                lambda: [marker_shape(marker, is_shown)],
+                is_planar=settings.is_planar,
+            )
         )
     if points:
         color, diameter = handle_color(marker), point_size(marker)
         handles.extend(
-            PointHandle('{}:points[{}]'.format(name, index), frame, place, point, diameter, color)
+            PointHandle('{}:points[{}]'.format(name, index), frame, place, point, diameter, color, settings.is_planar)
             for index, point in points
         )
     if can_be_scaled:
@@ -65,11 +84,13 @@ def marker_handles(topic, marker, is_shown):
     return handles
 
 
-def scale_handles(name, frame, place, marker, has_points, size):
+def scale_handles(
+    name: str, frame: str, place: PoseTuple, marker: Any, has_points: bool, size: float
+) -> Iterator[ScaleHandle]:
     """A handle for each tracked size of a marker that RViz heeds."""
     scale = marker.scale
     for axis, (field, value) in enumerate((('x', scale.x), ('y', scale.y), ('z', scale.z))):
-        if can_change(value):
+        if has_source(value):
             out = scale_reach(marker, has_points, axis)
             if out:
                 start = (0.0, 0.0, 0.0)
@@ -79,7 +100,7 @@ def scale_handles(name, frame, place, marker, has_points, size):
                 yield ScaleHandle('{}:scale.{}'.format(name, field), frame, place, start, axis, out, value, 0.15 * size)
 
 
-def scale_reach(marker, has_points, axis):
+def scale_reach(marker: Any, has_points: bool, axis: int) -> float:
     """How far out the edge stands for each metre of one of the sizes; 0 where RViz ignores that size."""
     kind = marker.type
     if kind in SHAPES or kind in BODIES_AT_POINTS:
@@ -96,7 +117,7 @@ def scale_reach(marker, has_points, axis):
     return 1.0
 
 
-def marker_size(marker, has_points):
+def marker_size(marker: Any, has_points: bool) -> float:
     """How large a marker is, in metres: its longest side."""
     scale = marker.scale
     longest = max(float(scale.x), float(scale.y), float(scale.z))
@@ -108,7 +129,7 @@ def marker_size(marker, has_points):
     return longest or SIZE
 
 
-def point_size(marker):
+def point_size(marker: Any) -> float:
     """The diameter of the handles of a marker's points."""
     scale = marker.scale
     if marker.type in BODIES_AT_POINTS:
@@ -123,29 +144,24 @@ def point_size(marker):
     return 3.0 * float(scale.x)
 
 
-def extent(points):
+def extent(points: Sequence[Any]) -> float:
     """The diagonal of the box around points."""
     sides = [[float(getattr(point, axis)) for point in points] for axis in 'xyz']
     return distance([min(side) for side in sides], [max(side) for side in sides])
 
 
-def handle_color(marker):
+def handle_color(marker: Any) -> Vector:
     """The color of a marker's handles: its own, where it has one."""
     color = marker.color
     found = (float(color.r), float(color.g), float(color.b))
     return found if any(found) else COLOR
 
 
-def plain_pose(pose):
-    """(x, y, z, qx, qy, qz, qw) of a Pose, plain, the orientation of length 1."""
-    plain = tuple(map(float, pose_tuple(pose)))
-    return (*plain[:3], *normalized(*plain[3:]))
-
-
-def marker_look(marker):
+def marker_shape_key(marker: Any) -> Hashable:
     """What the shape to grab depends on."""
     scale, color = marker.scale, marker.color
-    points = colors = ()
+    points: Any = ()
+    colors: Any = ()
     if marker.points:
         points = tuple([(float(point.x), float(point.y), float(point.z)) for point in marker.points])
     if marker.colors:
@@ -167,7 +183,7 @@ def marker_look(marker):
     )
 
 
-def marker_shape(marker, is_shown):
+def marker_shape(marker: Any, is_shown: bool) -> Any:
     """The Marker to grab: the marker itself, relative to its own pose."""
     shape = values.untracked(marker)
     shape.header.frame_id = ''

@@ -2,19 +2,23 @@
 
 import threading
 import traceback
+from typing import Any, Dict, Iterable, Optional, Set, Tuple
 
 import rosgraph
 import roslib.message
 import rospy
 
 from rosslt import messages, node
-from rosslt.markers.stamped import BY_TYPE
+from rosslt.markers.scene.by_type import KINDS, kind_of
+from rosslt.markers.scene.scene import MARKER_TYPES, Scene
 
 #: How often topics and publishers are looked up, in seconds.
 PERIOD = 0.7
 
-#: The types of messages that can be seen in RViz, and may be dragged there.
-VISIBLE = frozenset(['visualization_msgs/Marker', 'visualization_msgs/MarkerArray', *BY_TYPE])
+
+def visible_types() -> Set[str]:
+    """The types of messages that can be seen in RViz, and may be dragged there."""
+    return {*MARKER_TYPES, *KINDS}
 
 
 class Watch:
@@ -25,15 +29,15 @@ class Watch:
         topics: the names of the topics to watch; by default all of types that can be seen.
     """
 
-    def __init__(self, scene, topics=()):
+    def __init__(self, scene: Scene, topics: Iterable[str] = ()) -> None:
         self._scene = scene
         self._only = frozenset(map(rospy.resolve_name, topics))
         self._master = rosgraph.Master(rospy.get_name())
-        self._subscribers = {}  # topic -> (its type, the subscriber)
-        self._ignored = set()  # (topic, type)
+        self._subscribers: Dict[str, Tuple[str, Any]] = {}  # topic -> (its type, the subscriber)
+        self._ignored: Set[Tuple[str, str]] = set()  # (topic, type)
         threading.Thread(target=self._look, name='topics', daemon=True).start()
 
-    def _look(self):
+    def _look(self) -> None:
         while not rospy.is_shutdown():
             try:
                 publishers = dict(self._master.getSystemState()[0])
@@ -46,7 +50,7 @@ class Watch:
                 rospy.logerr_throttle(30, 'while looking for topics:\n%s', traceback.format_exc())
             rospy.rostime.wallsleep(PERIOD)
 
-    def _follow(self, present):
+    def _follow(self, present: Dict[str, Any]) -> None:
         """Subscribe to what is present, {topic: type}, and to nothing else."""
         for topic, (kind, subscriber) in list(self._subscribers.items()):
             if present.get(topic) != kind:
@@ -61,7 +65,7 @@ class Watch:
             connected = [one for one in subscriber.impl.connections if not one.done]
             self._scene.keep_publishers(topic, {one.callerid_pub for one in connected})
 
-    def _subscribe(self, topic, kind):
+    def _subscribe(self, topic: str, kind: Optional[str]) -> None:
         if kind is None or kind == '*':
             return
         found = self._visible_class(topic, kind)
@@ -70,27 +74,37 @@ class Watch:
             return
         message_class, is_shown = found
 
-        def take(message):
+        def take(message: Any) -> None:
             self._scene.take(topic, message, is_shown)
 
         self._subscribers[topic] = (kind, node.Subscriber(topic, message_class, take))
         rospy.loginfo('watching %s (%s)', topic, kind)
 
-    def _visible_class(self, topic, kind):
+    def _visible_class(self, topic: str, kind: str) -> Optional[Tuple[Any, bool]]:
         """(message class, whether RViz shows it by itself), or None where it is nothing to be seen."""
-        if kind not in VISIBLE and not kind.endswith('Tracked'):
-            if self._only:
-                rospy.logerr(
-                    '%s is of type %s, which is nothing to be seen in RViz; these are: %s',
-                    topic,
-                    kind,
-                    ', '.join(sorted(VISIBLE)),
-                )
-            return None
-        message_class = roslib.message.get_message_class(kind)
+        is_likely = kind in visible_types() or kind.endswith(('Tracked', 'ActionGoal'))
+        message_class = roslib.message.get_message_class(kind) if is_likely else None
         if message_class is None:
-            rospy.logwarn('cannot watch %s: its type %s is not built here', topic, kind)
-            return None
-        if not messages.is_tracked_type(message_class):
-            return message_class, True
-        return (message_class, False) if messages.plain_type(message_class)._type in VISIBLE else None
+            if is_likely:
+                rospy.logwarn('cannot watch %s: its type %s is not built here', topic, kind)
+        elif not messages.is_tracked_type(message_class):
+            if _is_visible(message_class):
+                return message_class, True
+        elif _is_visible(messages.plain_type(message_class)):
+            return message_class, False
+        if message_class is not None or not is_likely:
+            self._refuse(topic, kind)
+        return None
+
+    def _refuse(self, topic: str, kind: str) -> None:
+        if self._only:
+            rospy.logerr(
+                '%s is of type %s, which is nothing to drag in RViz; these are: %s, and goals that hold a pose',
+                topic,
+                kind,
+                ', '.join(sorted(visible_types())),
+            )
+
+
+def _is_visible(message_class: Any) -> bool:
+    return message_class._type in MARKER_TYPES or kind_of(message_class) is not None
