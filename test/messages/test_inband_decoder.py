@@ -22,7 +22,7 @@ from rosslt.messages import (
     tracked_types,
     wrap,
 )
-from rosslt.node.carriers import reading_class
+from rosslt.node.serialization import received_class
 from support.filling import Filling, assert_arrived, serialized
 
 ONE, TWO = Source('/n', 1), Source('/n', 2)
@@ -123,7 +123,7 @@ def test_an_exception_of_any_class_leaves_the_message_untracked_and_is_named(tra
 def test_a_subscriber_goes_on_after_an_exception_and_reports_it_once_a_publisher(monkeypatch):
     reported = []
     monkeypatch.setattr('rospy.logwarn', lambda text, *arguments: reported.append(text % arguments))
-    cls = reading_class(Pose, '/a_topic_of_its_own')
+    cls = received_class(Pose, '/a_topic_of_its_own')
     sent = Pose(position=Point(X, 0.0, 0.0))
     with monkeypatch.context() as patched:
         patched.setattr(inband, 'attach', fail_half_way)

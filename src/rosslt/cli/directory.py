@@ -1,16 +1,33 @@
-"""What the owners of locations tell of them, and how the command calls a location: NODE/LOCATION."""
+"""Nodes and locations as people call them, NODE and NODE/LOCATION, and what their owners say of them."""
 
+from typing import Any, List, Tuple
+
+import rosgraph
+
+from rosslt import node
 from rosslt.cli.failure import Failure
-from rosslt.cli.master import full_name, tracked_nodes
-from rosslt.node import Directory
+from rosslt.cli.master import full_name, system_state, tracked_nodes
+from rosslt.cli.suggestions import did_you_mean
+from rosslt.cli.unreachable import why_unreachable
+from rosslt.node import Directory, Place
 
-__all__ = ['TIMEOUT', 'Directory', 'find', 'locations_of', 'split_location', 'tracked_node']
+__all__ = [
+    'TIMEOUT',
+    'Directory',
+    'Place',
+    'call',
+    'cannot_reach',
+    'find',
+    'locations_of',
+    'split_location',
+    'tracked_node',
+]
 
 #: How long owners may take to answer, in seconds.
 TIMEOUT = 2.0
 
 
-def locations_of(directory, name, timeout=TIMEOUT):
+def locations_of(master: rosgraph.Master, directory: Directory, name: str, timeout: float = TIMEOUT) -> List[Place]:
     """The Places of one node.
 
     Raises:
@@ -18,23 +35,42 @@ def locations_of(directory, name, timeout=TIMEOUT):
     """
     places, silent = directory.ask([name], timeout)
     if name not in places:
-        raise Failure(f'cannot reach {name}: {silent[name]}')
+        raise cannot_reach(master, name, silent[name])
     return places[name]
 
 
-def tracked_node(master, text):
+def call(master: rosgraph.Master, name: str, service: str, service_class: Any, request: Any) -> Any:
+    """Call a service of one node, `<node>/rosslt/<service>`; returns its response.
+
+    Raises:
+        Failure: it does not answer.
+    """
+    answers, silent = node.ask_all(service, service_class, {name: request}, TIMEOUT)
+    if name not in answers:
+        raise cannot_reach(master, name, silent[name])
+    return answers[name]
+
+
+def cannot_reach(master: rosgraph.Master, name: str, reason: str) -> Failure:
+    """The Failure that says why a node does not answer."""
+    return Failure(f'cannot reach {name}: {why_unreachable(master, name, reason)}')
+
+
+def tracked_node(master: rosgraph.Master, text: str) -> str:
     """The full name of a node that has locations.
 
     Raises:
         Failure: there is none of that name.
     """
-    name = full_name(text)
-    if name not in tracked_nodes(master):
-        raise Failure(f'there is no node {name} with locations')
-    return name
+    name, state = full_name(text), system_state(master)
+    if name in state.tracked_nodes:
+        return name
+    if name in state.nodes:
+        raise Failure(f'the node {name} has no locations: it is not tracked')
+    raise Failure(f'there is no node {name} with locations{did_you_mean(name, state.tracked_nodes)}')
 
 
-def split_location(master, text):
+def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
     """NODE/LOCATION as (the node's full name, what it calls the location).
 
     Raises:
@@ -44,27 +80,27 @@ def split_location(master, text):
     nodes = tracked_nodes(master)
     found = max((name for name in nodes if text.startswith((name + '/', name + '#'))), key=len, default=None)
     if found is None:
-        raise Failure(
-            f'{text} names no location of the node; see rosslt list {text}'
-            if text in nodes
-            else f'{text} begins with no node that has locations; see rosslt list'
-        )
+        if text in nodes:
+            raise Failure(f'{text} names no location of the node; see rosslt list {text}')
+        meant = did_you_mean(text.rpartition('/')[0] or text, nodes)
+        raise Failure(f'{text} begins with no node that has locations{meant}; see rosslt list')
     return found, text[len(found) + 1 :]
 
 
-def find(master, directory, text):
+def find(master: rosgraph.Master, directory: Directory, text: str) -> Place:
     """The Place that NODE/LOCATION, or NODE#ID, names.
 
     Raises:
         Failure: there is none, or more than one.
     """
     name, wanted = split_location(master, text)
-    places = locations_of(directory, name)
+    places = locations_of(master, directory, name)
     called = [place for place in places if place.local_name == wanted] or [
         place for place in places if place.is_called(wanted)
     ]
     if not called:
-        raise Failure(f'{name} has no location {wanted}; see rosslt list {name}')
+        meant = did_you_mean(wanted, [place.local_name for place in places])
+        raise Failure(f'{name} has no location {wanted}{meant}; see rosslt list {name}')
     if len(called) > 1:
         raise Failure('{} may be {}'.format(text, ' or '.join(str(place.source) for place in called)))
     return called[0]

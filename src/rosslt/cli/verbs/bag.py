@@ -1,6 +1,7 @@
 """`rosslt bag`: what provenance a recorded bag holds."""
 
 import argparse
+from typing import Any, Dict, List, Sequence, Tuple
 
 from rosslt.cli import bags
 from rosslt.cli.directory import Directory
@@ -11,7 +12,8 @@ from rosslt.cli.verb import LOOK, Argument
 GROUP = LOOK
 SUMMARY = 'what provenance a recorded bag holds'
 DESCRIPTION = """Print what provenance a recorded bag holds: for each topic how many of its messages have some, and
-which sources reach which fields. Sources have their names where their nodes run now, and NODE#ID otherwise."""
+which sources reach which fields. Sources have their names where
+<node>/rosslt/locations was recorded too, or where their nodes run now, and are NODE#ID otherwise."""
 EXAMPLE = """\
 example:
   rosslt bag run.bag
@@ -23,14 +25,19 @@ ARGUMENTS = [
     Argument('file', metavar='FILE'),
 ]
 
+#: What is known of the sources on a topic: (source, the fields that it reaches).
+Rows = Sequence[Tuple[str, List[str]]]
+
 
 def run(options: argparse.Namespace) -> None:
-    found, tracked = ProvenanceMap(), {}
+    found = ProvenanceMap()
+    tracked: Dict[str, int] = {}
+    directory = Directory()
     with bags.opened(options.file) as bag:
         topics = bag.get_type_and_topic_info().topics
         for received in bags.messages(bag):
             tracked[received.topic] = tracked.get(received.topic, 0) + found.add(received)
-    directory = Directory()
+        bags.take_names(bag, directory)
     directory.learn(found.sources)
     for name, topic in sorted(topics.items()):
         rows = [
@@ -42,7 +49,7 @@ def run(options: argparse.Namespace) -> None:
         (_show if is_terminal() else _write)(name, topic, tracked.get(name, 0), rows)
 
 
-def _show(name, topic, tracked, rows):
+def _show(name: str, topic: Any, tracked: int, rows: Rows) -> None:
     print(
         '{}  {}, {} message{}, {} with provenance'.format(
             name, topic.msg_type, topic.message_count, 's' * (topic.message_count != 1), tracked or 'none'
@@ -52,6 +59,6 @@ def _show(name, topic, tracked, rows):
         print(line)
 
 
-def _write(name, topic, tracked, rows):
+def _write(name: str, topic: Any, tracked: int, rows: Rows) -> None:
     for source, fields in rows or [('', [])]:
         write_row(name, topic.msg_type, topic.message_count, tracked, source, ','.join(fields))

@@ -1,12 +1,14 @@
 """`rosslt graph`: the flow of provenance."""
 
 import argparse
+from typing import Iterable
 
+from rosslt import values
 from rosslt.cli.completers import topics
 from rosslt.cli.directory import Directory
 from rosslt.cli.drawing import dot, svg
 from rosslt.cli.failure import Failure
-from rosslt.cli.flow import Flow
+from rosslt.cli.flow import Flow, Step
 from rosslt.cli.master import find_master, full_name
 from rosslt.cli.output import is_terminal, write_row
 from rosslt.cli.provenance_map import ProvenanceMap, brief
@@ -59,14 +61,14 @@ def run(options: argparse.Namespace) -> None:
                 write_row(directory.name(source), topic, ','.join(fields), ','.join(nodes))
 
 
-def _show(flow, sources, directory):
+def _show(flow: Flow, sources: Iterable[values.Source], directory: Directory) -> None:
     for source in sources:
         place = directory.of(source)
         print(directory.name(source) + (f'  [{place.short_file}]' if place else ''))
         _show_steps(flow.steps(source), '  ')
 
 
-def _show_steps(steps, indent):
+def _show_steps(steps: Iterable[Step], indent: str) -> None:
     for step in steps:
         print(
             '{}{} -> {}: {}{}'.format(
@@ -74,7 +76,7 @@ def _show_steps(steps, indent):
                 step.publisher,
                 step.topic,
                 brief(step.fields),
-                '' if step.is_known else '  (it is not seen how it came here)',
+                '' if step.is_known else '  (path unknown)',
             )
         )
         _show_steps(step.next, indent + '  ')

@@ -4,7 +4,7 @@ import argparse
 
 from rosslt import node, srv
 from rosslt.cli.completers import locations
-from rosslt.cli.directory import TIMEOUT, Directory, find
+from rosslt.cli.directory import Directory, call, find
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
 from rosslt.cli.output import write_change
@@ -25,17 +25,14 @@ ARGUMENTS = [
 
 
 def run(options: argparse.Namespace) -> None:
-    directory = Directory()
-    place = find(find_master(), directory, options.location)
+    master, directory = find_master(), Directory()
+    place = find(master, directory, options.location)
     try:
         value = scalar(options.value, place.location.type)
     except ValueError as error:
         raise Failure(f'{place.name}: {error}') from None
     request = srv.ChangeSourcesRequest([place.location.id], [node.to_json(value)], 'rosslt set')
-    answers, silent = node.ask_all('change_sources', srv.ChangeSources, {place.node: request}, TIMEOUT)
-    if silent:
-        raise Failure('cannot reach {}: {}'.format(place.node, silent[place.node]))
-    answer = answers[place.node]
+    answer = call(master, place.node, 'change_sources', srv.ChangeSources, request)
     if not answer.applied:
         raise Failure('{} refuses: {}'.format(place.node, '; '.join(answer.reasons)))
     write_change(directory, place.source, answer.old_values[0], answer.new_values[0])
