@@ -79,9 +79,9 @@ def test_a_bag_that_holds_the_names_is_explained_without_the_nodes(bag_with_name
     explained = rosslt('explain', '--bag', bag_with_names, '/goal/pose/position/x', **NO_MASTER).stdout.split('\t')
     assert explained[3:5] == ['/talker/radius', '2.0']
     assert re.fullmatch(r'/.*/talker\.py:\d+:\d+\n', explained[5])
-    described = json.loads(
-        rosslt('echo', '--bag', bag_with_names, '--once', '--json', '/goal/pose/position/x', **NO_MASTER).stdout
-    )
+    result = rosslt('echo', '--bag', bag_with_names, '--once', '--json', '/goal/pose/position/x', **NO_MASTER)
+    assert result.stderr == ''
+    described = json.loads(result.stdout)
     assert described['provenance']['pose.position.x']['sources'][0]['name'] == 'radius'
 
 

@@ -168,6 +168,10 @@ class TestList:
             assert result.returncode == 1
             assert result.stderr == 'rosslt list: cannot reach /sleeper: no answer within the timeout\n'
             assert '/talker/radius\t' in result.stdout
+        # on a busy machine it may have had to be killed
+        subprocess.run(
+            ['rosnode', 'cleanup'], input='y\n', text=True, stdout=subprocess.DEVNULL, timeout=60, check=True
+        )
 
     def test_of_a_node_that_is_not_there_fails(self, talker):
         assert failure('list', '/nobody') == 'rosslt list: there is no node /nobody with locations'

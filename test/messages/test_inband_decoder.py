@@ -137,6 +137,17 @@ def test_a_subscriber_goes_on_after_an_exception_and_reports_it_once_a_publisher
     assert sources(cls().deserialize(in_band(sent))) == [ONE]
 
 
+def test_an_exception_in_decoding_an_expression_leaves_its_field_untracked(monkeypatch, caplog):
+    def fail(*arguments):
+        raise Unforeseen('of no known kind')
+
+    received = decode(in_band(Pose(position=Point(X * X, X, 0.0))), Pose).message
+    monkeypatch.setattr('rosslt.messages.codec.received_expressions.assemble', fail)
+    assert sources(received.position.x) == []
+    assert sources(received.position.y) == [ONE]
+    assert 'of no known kind' in caplog.text
+
+
 def test_a_message_whose_provenance_cannot_be_encoded_is_sent_without(monkeypatch, caplog):
     def fail(message, full_history):
         raise Unforeseen('of no known kind')

@@ -17,6 +17,9 @@ from rosslt.node.refresh import Refresher
 from rosslt.node.serialization import serializer
 from support.filling import assert_arrived
 
+# genpy's classes call it
+pytestmark = pytest.mark.filterwarnings('ignore:tostring')
+
 X = track(0.75, Source('/n', 1))
 
 

@@ -21,9 +21,11 @@ from support.expressions import (
     usable,
 )
 
-# Without a database and without its search for extremes, Hypothesis spends its time on examples.
+# Without a database and without its search for extremes, Hypothesis spends its time on examples. A deadline would make
+# the laws fail on a busy machine.
 many = settings(
     max_examples=2000,
+    deadline=None,
     suppress_health_check=list(HealthCheck),
     database=None,
     phases=(Phase.explicit, Phase.generate, Phase.shrink),

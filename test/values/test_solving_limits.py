@@ -157,6 +157,13 @@ def test_numbers_with_more_digits_than_python_shows_are_no_crash():
     assert solve(n * 7, 7 * 10**6000) == {A: 10**6000}
 
 
+def test_whole_numbers_beyond_what_a_float_holds_are_no_crash():
+    n, x = track(3, A), track(0.5, B)
+    values = [n * 10**400 + n, (n + n) * 10**400]
+    assert 'become' in refusal(values, [5, 7])
+    assert 'become' in refusal([n * 10**400 + 0 * n, x * 2.0 + n], [5, 7.0])
+
+
 # Bounds
 
 
@@ -185,6 +192,19 @@ def test_a_target_exactly_at_a_bound_is_met_there(make):
         answer = solve(value, target, bounds={A: (low, high)})
         assert low <= answer[A] <= high
         assert evaluate(value, answer) == pytest.approx(target, rel=1e-9, abs=1e-12)
+
+
+def test_no_answer_is_out_of_bounds():
+    chance = random.Random(13)
+    for _ in range(2000):
+        x, c = track(chance.uniform(-1, 1), A), chance.uniform(-3, 3)
+        value = math.sinh(math.sin(x * c)) ** 2 - chance.uniform(0, 1)
+        low, high = sorted((chance.uniform(-2, 0), chance.uniform(0, 2)))
+        try:
+            (new,) = solve(value, evaluate(value, {A: chance.choice((low, high))}), bounds={A: (low, high)}).values()
+        except NotInvertible:
+            continue
+        assert low <= new <= high or new == x
 
 
 def test_the_type_of_a_source_stays_at_a_bound():

@@ -33,6 +33,7 @@ def test_values_from_before_and_after_have_one_source():
     assert sources(total) == [NAMED]
     assert solve(total, 12.0) == {NAMED: 4.0}
     assert evaluate(total, {NAMED: 1.0}) == 3.0
+    assert evaluate(total, dict.fromkeys(sources(named_later()), 1.0)) == 3.0
 
 
 def test_copies_are_the_same_source_and_pickles_the_named_one():

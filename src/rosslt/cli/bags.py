@@ -43,7 +43,10 @@ def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterato
     for topic, (_, data, _, _, message_class), _, header in bag.read_messages(
         topics, raw=True, return_connection_header=True
     ):
-        yield decoder.decode(data, message_class, topic, header.get('callerid', ''))
+        publisher = header.get('callerid', b'')
+        # rosbag reads the fields of a connection's header as bytes
+        publisher = publisher.decode('utf-8', 'replace') if isinstance(publisher, bytes) else publisher
+        yield decoder.decode(data, message_class, topic, publisher)
 
 
 def take_names(bag: rosbag.Bag, directory: Directory) -> None:

@@ -2,7 +2,7 @@
 
 import socket
 import urllib.parse
-from typing import Callable, Optional, Tuple
+from typing import Callable, List, Optional, Tuple
 
 import rosgraph
 
@@ -23,28 +23,34 @@ def why_unreachable(master: rosgraph.Master, node: str, reason: str) -> str:
     return problem_of(master, node) or reason
 
 
+def has_ended(master: rosgraph.Master, node: str) -> bool:
+    """Whether a node is there no longer, although the master may still know it."""
+    return all(problem is ConnectionRefusedError for _, problem, _ in _problems(master, node))
+
+
 def problem_of(master: rosgraph.Master, node: str) -> Optional[str]:
     """What is wrong with the addresses of a node, and what to do; None where somebody listens there."""
-    addresses = [
-        address
-        for address in (_address(master.lookupNode, node), _address(master.lookupService, node + LIST_SERVICE))
-        if address is not None
-    ]
-    if not addresses:
+    problems = _problems(master, node)
+    if not problems:
         return 'the master does not know it: it has ended'
-    problems = [_problem(address) for address in addresses]
-    if all(problem is ConnectionRefusedError for problem, _ in problems):
+    if all(problem is ConnectionRefusedError for _, problem, _ in problems):
         return (
-            f'nothing listens at its address {_shown(addresses[0])} any more: it has been killed. '
+            f'nothing listens at its address {_shown(problems[0][0])} any more: it has been killed. '
             '`rosnode cleanup` has the master forget it'
         )
-    for address, (problem, text) in zip(addresses, problems):
+    for address, problem, text in problems:
         if problem is not None:
             return (
                 f'it advertises the address {_shown(address)}, which cannot be reached from here ({text}): '
                 'where it runs, set ROS_IP to an address that this machine reaches'
             )
     return None
+
+
+def _problems(master: rosgraph.Master, node: str) -> List[Tuple[Tuple[str, int], Optional[type], str]]:
+    """(address, the type of what a connection to it raises or None, its text) for each address of a node."""
+    addresses = (_address(master.lookupNode, node), _address(master.lookupService, node + LIST_SERVICE))
+    return [(address, *_problem(address)) for address in addresses if address is not None]
 
 
 def _address(look_up: Callable[[str], str], name: str) -> Optional[Tuple[str, int]]:

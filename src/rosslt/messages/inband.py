@@ -1,8 +1,8 @@
-"""Provenance behind an ordinary message, where those who do not know of it never look.
+"""In-band provenance: bytes behind a serialized message, which plain subscribers ignore.
 
 genpy and roscpp read the fields that a type has and ignore what follows. What follows is the provenance, its length in
-four bytes, and MAGIC. Any message may end in bytes that look like that, so the fields are walked as well: only where
-they end exactly where the provenance would begin, there is one.
+four bytes, and MAGIC. Any message may end in bytes that look like that, so the fields are walked as well: there is a
+provenance only if the fields end exactly where it would begin.
 """
 
 import functools
@@ -37,8 +37,11 @@ def append_provenance(message: Any, buff: BinaryIO, full_history: bool = False) 
 
 
 def plain_check(message_class: type) -> Optional[Callable[[Any], bool]]:
-    """What tells whether no leaf of a message is tracked, so that nothing is to be appended; None for a class with
-    arrays, where that takes no less than appending."""
+    """A function that tells whether a message has no tracked leaf, so that nothing has to be appended.
+
+    Returns:
+        `is_plain(message)`; None for a class with arrays, where the check takes as long as appending.
+    """
     found = leaf_readers(message_class)
     return found.is_plain if found else None
 
@@ -49,7 +52,7 @@ class Decoded(NamedTuple):
     message: Any
     """The ordinary message, with tracked leaves where it came with a provenance."""
     error: Optional[BadHeader]
-    """What was wrong with its provenance, without which it is delivered then."""
+    """What was wrong with its provenance, None where nothing was. The message is untracked then."""
 
 
 def decode(data: bytes, message_class: type) -> Decoded:
@@ -72,8 +75,12 @@ def decode(data: bytes, message_class: type) -> Decoded:
 
 @functools.lru_cache(maxsize=None)
 def decoder(message_class: Any) -> Callable[[Any, bytes], Optional[BadHeader]]:
-    """`decode_into(message, data)`, for those who have the message object: fills an ordinary message of that class from
-    data, and returns what was wrong with the provenance behind it, None where nothing was."""
+    """A function that decodes into a message object that is there already.
+
+    Returns:
+        `decode_into(message, data)`: fills an ordinary message of that class from data, and returns what was wrong with
+        the provenance behind it, None where nothing was.
+    """
     deserialize, find = message_class.deserialize, finder(message_class)
 
     def decode_into(message: Any, data: bytes) -> Optional[BadHeader]:
@@ -137,8 +144,11 @@ def split_provenance(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
 
 @functools.lru_cache(maxsize=None)
 def finder(message_class: Any) -> Callable[[bytes], Optional[bytes]]:
-    """`find(data)`: the provenance behind a serialized message of that class that ends with MAGIC; None where that is
-    part of the message."""
+    """A function that finds the provenance behind a serialized message.
+
+    Returns:
+        `find(data)`, for data that ends with MAGIC: the provenance, or None where these bytes are part of the message.
+    """
     walks = walkers(message_class)
     size, end = walks.layout.size(walks.layout.name), walks.end
     length_at = _LENGTH.unpack_from

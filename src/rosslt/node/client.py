@@ -24,8 +24,11 @@ class Change(NamedTuple):
 class Asker(Protocol):
     """Who asks: its name, and what it knows of sources. The services of its own locations are its methods."""
 
-    name: str
-    directory: Directory
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def directory(self) -> Directory: ...
 
 
 class SourceUnreachable(values.Error):

@@ -271,7 +271,7 @@ def check_changes(changes: Mapping[Source, Any]) -> None:
         TypeError: a key is no Source.
     """
     for key in changes:
-        if type(key) is not Source:
+        if not isinstance(key, Source):
             raise TypeError('changes are {Source: value}, and %r is a %s' % (key, type(key).__name__))
 
 

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Optional
 
 import rosgraph
 
@@ -12,7 +12,7 @@ from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master, tracked_nodes
 from rosslt.cli.output import write_applied
-from rosslt.cli.unreachable import why_unreachable
+from rosslt.cli.unreachable import has_ended, why_unreachable
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
@@ -35,7 +35,7 @@ ARGUMENTS = [
 def run(options: argparse.Namespace) -> int:
     master = find_master()
     asked = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
-    histories = _histories(master, asked, '')
+    histories = _histories(master, asked, '', options.node and asked[0])
     last = max(
         (recorded for changes in histories.values() for recorded in changes if not recorded.undone),
         key=lambda recorded: recorded.change.stamp,
@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
         raise Failure(
             f'{asked[0]}: there is no change to take back' if options.node else 'there is no change to take back'
         )
-    taking_part = _histories(master, tracked_nodes(master), last.request_id)
+    taking_part = _histories(master, tracked_nodes(master), last.request_id, None)
     undone = node.undo_request(last.request_id, taking_part, 'rosslt undo', TIMEOUT)
     directory = Directory()
     directory.ask(sorted(undone.changes))
@@ -57,14 +57,18 @@ def run(options: argparse.Namespace) -> int:
     return 1 if undone.reasons else 0
 
 
-def _histories(master: rosgraph.Master, nodes: List[str], request_id: str) -> Dict[str, List[Any]]:
+def _histories(
+    master: rosgraph.Master, nodes: List[str], request_id: str, asked: Optional[str]
+) -> Dict[str, List[Any]]:
     """{node: its rosslt/RecordedChange} of nodes that have any, of one request or of all ('').
 
     Raises:
-        Failure: a node does not answer: what it has changed is not known, and would not be taken back.
+        Failure: a node does not answer that is still there: what it has changed is not known, and would not be taken
+            back. A node that has ended has nothing to take back, but for the one that was asked for.
     """
     request = srv.GetHistoryRequest(request_id=request_id)
     answers, silent = node.ask_all('get_history', srv.GetHistory, dict.fromkeys(nodes, request), TIMEOUT)
     for name, reason in silent.items():
-        raise cannot_reach(master, name, reason)
+        if name == asked or not has_ended(master, name):
+            raise cannot_reach(master, name, reason)
     return {name: list(answer.changes) for name, answer in answers.items() if answer.changes}

@@ -45,7 +45,8 @@ class ReceivedExpressions:
         if self._made is None and not self._fault:
             try:
                 self._made = computed(self._instructions)
-            except (ArithmeticError, TypeError, ValueError, IndexError) as error:
+            except Exception as error:
+                # This happens where somebody asks for the provenance, who has nothing to do with what was sent.
                 self._fault = str(error) or type(error).__name__
         fault = self._fault
         if self._made is not None:

@@ -1,4 +1,4 @@
-"""The bytes that the wire format is made of: numbers of variable length, in columns.
+"""Numbers of variable length (varints), strings and floats as bytes, in columns.
 
 A varint holds seven bits a byte, the lowest first, with the highest bit set on all bytes but the last. Columns of
 varints are quick to read in Python: where each takes one byte, the bytes themselves are the column.

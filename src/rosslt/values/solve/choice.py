@@ -298,7 +298,7 @@ def _moved_together(
     for rank in sorted(set(map(freedom.rank, floats))):
         unknowns = [source for source in floats if freedom.rank(source) <= rank]
         share = budget.share(0.7)
-        found = System(graph, goals, unknowns, freedom, share, base).solution()
+        found = _solution(graph, goals, unknowns, freedom, share, base)
         budget.refund(share)
         if found is not None:
             return dict(zip(unknowns, found))
@@ -316,7 +316,7 @@ def _moved_with_whole(
     """As `_moved_together`, with whole numbers among the sources: they are rounded, and the floats make up for it."""
     whole = [source for source in sources if _is_whole(graph, source)]
     floats = [source for source in sources if source not in whole]
-    found = System(graph, goals, floats + whole, freedom, budget, base).solution() if whole else None
+    found = _solution(graph, goals, floats + whole, freedom, budget, base) if whole else None
     if found is None:
         return None
     answer: Dict[Source, Any] = {source: round(new) for source, new in zip(whole, found[len(floats) :])}
@@ -329,11 +329,26 @@ def _moved_with_whole(
     except UNDEFINED:
         return None
     if floats:
-        rest = System(graph, goals, floats, freedom, budget, values).solution()
+        rest = _solution(graph, goals, floats, freedom, budget, values)
         return None if rest is None else {**answer, **dict(zip(floats, rest))}
     size = size_of(goals)
     met = all(almost_meets(values[graph.index[id(value)]], wanted, size) for _, value, wanted in goals)
     return answer if met else None
+
+
+def _solution(
+    graph: Graph,
+    goals: List[Goal],
+    unknowns: List[Source],
+    freedom: Freedom,
+    budget: Budget,
+    base: Optional[List[Any]],
+) -> Optional[List[float]]:
+    """The unknowns' values that give all goals, None where none were found, or where no float holds what there is."""
+    try:
+        return System(graph, goals, unknowns, freedom, budget, base).solution()
+    except UNDEFINED:
+        return None
 
 
 def _is_whole(graph: Graph, source: Source) -> bool:
@@ -391,19 +406,20 @@ def _apart(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]
             parents[place] = place = parents[parents[place]]
         return place
 
-    def join(one: int, other: int) -> None:
-        parents[group_of(one)] = group_of(other)
-
     for places in graph.occurrences.values():
         for place in places[1:]:
-            join(place, places[0])
+            parents[group_of(place)] = group_of(places[0])
     index = graph.index
     for place, (form, first, second) in enumerate(graph.records):
         if not depends[place] or form is SOURCE:
             continue
+        if form.single_operand:
+            parents[place] = parents[index[id(first)]]
+            continue
         for operand in form.operands(first, second):
-            if depends[index[id(operand)]]:
-                join(place, index[id(operand)])
+            other = index[id(operand)]
+            if depends[other]:
+                parents[group_of(place)] = group_of(other)
     groups: Dict[int, List[Goal]] = {}
     for goal in goals:
         groups.setdefault(group_of(index[id(goal[1])]), []).append(goal)

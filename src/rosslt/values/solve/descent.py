@@ -149,8 +149,11 @@ class Descents(Equations):
                 break
             level = max(0, attempt - 1)
             gain = size - math.hypot(*left)
-            if size - gain > STRAIGHT * size:
+            if size - gain > max(STRAIGHT * size, MET):
                 rows = []
+            if size < MET and gain < 0.1 * size:
+                x, size = ahead, size - gain
+                break
             x, values, missing, size = ahead, there, left, size - gain
             slow = slow + 1 if gain < 0.01 * size else 0
             if slow > 6:

@@ -45,6 +45,9 @@ class Equations:
         unknowns: the sources to change.
         budget: what solving may cost.
         base: the values of the graph's nodes while nothing changes; the present ones by default.
+
+    Raises:
+        OverflowError, TypeError: a result is a whole number that no float holds, or no real number.
     """
 
     def __init__(
@@ -59,9 +62,9 @@ class Equations:
         base = graph.plain() if base is None else base
         self._trial = Trial(graph, unknowns, self._roots, base, budget, self._wanted)
         self._size = size_of(goals)
-        self._present = [base[root] for root in self._roots]
+        self._present = [float(base[root]) for root in self._roots]
         self._equations = [
-            Equation(root, wanted, _unit(wanted, at, 1e-6 * self._size))
+            Equation(root, float(wanted), _unit(wanted, at, 1e-6 * self._size))
             for root, wanted, at in zip(self._roots, self._wanted, self._present)
         ]
         self._below: Dict[int, List[int]] = {}

@@ -165,7 +165,7 @@ class Attempt:
         if self._kind is float:
             search = self._search(self._root, wanted, lambda result: self._accepts(result, wanted))
             better = search.descend(candidates[0])
-            return self._bounded(better, wanted) if search.is_met(better) else search.near(candidates[0])
+            return self._bounded(better if search.is_met(better) else search.near(candidates[0]), wanted)
         if self._kind is int:
             return refuse('%s would have to be %s, and is a whole number', '{source}', shown(found))
         return refuse('%r gives %r', candidates[0], self._result(candidates[0]))
