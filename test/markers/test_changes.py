@@ -88,3 +88,14 @@ def test_a_choice_holds_the_other_sources_of_what_depends_on_it():
     x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
     assert changes.held_for(ELBOW, [3 * x + y * y]) == [SHOULDER]
     assert changes.held_for(ELBOW, [2 * x, y]) == [], 'nothing to choose there'
+
+
+def test_a_hand_that_goes_back_has_its_sources_go_back_though_the_message_is_older():
+    found = changes.Plan({SHOULDER: 1.0, ELBOW: 2.0}, {})
+    assert changes.to_request(found, {}) == {}
+    assert changes.to_request(found, {SHOULDER: 1.5}) == {SHOULDER: (1.5, 1.0)}
+
+
+def test_only_what_differs_from_what_owners_have_is_asked_for():
+    found = changes.Plan({SHOULDER: 1.0, ELBOW: 2.0}, {SHOULDER: 1.5, ELBOW: 2.5})
+    assert changes.to_request(found, {SHOULDER: 1.5}) == {ELBOW: (2.0, 2.5)}

@@ -52,12 +52,17 @@ class Screen:
         self._environment = dict(os.environ, DISPLAY=':' + number, LIBGL_ALWAYS_SOFTWARE='1')
         self._start(['openbox'])
         self._start(['rviz', '-d', config])
-        search = ['search', '--onlyvisible', '--name', r'\.rviz\*? - RViz']
-        window = wait_until(lambda: self._xdotool(*search, is_checked=False).split(), 'the window of RViz', STARTING)[
-            -1
-        ]
-        self._xdotool('windowmove', window, '0', '0', 'windowsize', window, *map(str, SIZE))
+        wait_until(self._is_placed, 'the window of RViz', STARTING)
         self.origin = self.scale = None
+
+    def _is_placed(self):
+        """Have RViz's window fill the screen; False where it is not there yet, or only that of its start."""
+        windows = self._xdotool('search', '--onlyvisible', '--name', r'\.rviz\*? - RViz', is_checked=False).split()
+        if not windows:
+            return False
+        place = ['windowmove', windows[-1], '0', '0', 'windowsize', windows[-1], *map(str, SIZE)]
+        moved = subprocess.run(['xdotool', *place], env=self._environment, check=False, timeout=STARTING)
+        return moved.returncode == 0
 
     def close(self):
         for process in reversed(self._processes):

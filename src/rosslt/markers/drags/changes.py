@@ -67,6 +67,19 @@ def default_sources(tracked: Sequence[Any], read_only: Collection[Any] = ()) -> 
     return [source for source in values.sources(tracked) if source in found]
 
 
+def to_request(found: Plan, applied: Dict[Any, Any]) -> Dict[Any, Tuple[Any, Any]]:
+    """What has to be asked of the owners for a plan, {Source: (value that it has, new value)}.
+
+    Args:
+        found: made from a message.
+        applied: {Source: value} that the owners have taken on in this drag; the message may be older. A hand that has
+            gone back to where it began wants them back, although the message says that they are there.
+    """
+    present = {**found.before, **{source: value for source, value in applied.items() if source in found.before}}
+    wanted = {**found.before, **found.after}
+    return {source: (value, wanted[source]) for source, value in present.items() if wanted[source] != value}
+
+
 def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float, request_id: str) -> Dict[Any, Any]:
     """Have sources become what is wanted of them.
 

@@ -202,8 +202,8 @@ class Drags:
             plan = changes.plan(tracked, targets, self.chosen.get(handle.name), timeout / 2)
             if plan.after and self._is_leap(drag, handle, pose, plan, tracked):
                 return None
-            if plan.after:
-                wanted = {source: (plan.before[source], value) for source, value in plan.after.items()}
+            wanted = changes.to_request(plan, drag.after)
+            if wanted:
                 drag.remember(changes.request(wanted, timeout, drag.request_id))
                 drag.applied_at = pose
         except values.Error as error:
