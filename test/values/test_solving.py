@@ -59,6 +59,25 @@ def test_a_read_only_source_is_passed_over(x, y):
     assert solve([x + y, y], [3.0, 2.0], read_only=[B]) == {A: 1.0}
 
 
+def test_a_source_of_a_higher_rank_is_changed_only_where_no_other_can(x, y):
+    assert solve(x + y, 3.0, rank={A: 1}) == {B: 2.7}
+    assert solve(x + y, 3.0, rank=lambda source: 1 if source == A else 0) == {B: 2.7}
+    assert solve(x + y, 3.0, rank={A: 1}, read_only=[B]) == {A: 1.0}
+    assert solve(x + y, 3.0, A, rank={A: 1}) == {A: 1.0}
+    assert solve(x + y * 0, 3.0, rank={A: 1}) == {A: 3.0}
+    z = track(1.0, C)
+    assert solve([x + y + z, y - x], [4.3, 1.7], rank={C: 1}) == {A: pytest.approx(0.8), B: pytest.approx(2.5)}
+    assert set(solve([x + y + z, y - x, x], [4.3, 1.7, 0.3], rank={C: 1})) == {C}
+
+
+def test_no_other_than_the_chosen_sources_change(x, y):
+    z = track(1.0, C)
+    assert solve(x + y + z, 4.3, sources=[B]) == {B: 3.0}
+    assert solve(x * 0 + y + z, 4.0, sources=[A, C]) == {C: 2.0}
+    assert set(solve([x + y + z, z], [4.3, 1.5], sources=[B, C])) == {B, C}
+    assert 'does not depend on' in refusal(x + y, 3.0, sources=[C])
+
+
 def test_a_source_that_the_value_does_not_have_is_named(x):
     assert refusal(x * 2, 1.0, B) == 'cannot make 0.3 [/node#1] * 2 become 1.0: it does not depend on /node#2'
 

@@ -6,7 +6,7 @@ is returned.
 """
 
 import math
-from typing import Any, Collection, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from ..errors import NotInvertible, NotTracked
 from ..explain import brief
@@ -20,7 +20,8 @@ from ..tree import paired
 from .one import Attempt
 from .several import solve_together
 
-Bounds = Dict[Source, Tuple[Any, Any]]
+Bounds = Mapping[Source, Tuple[Any, Any]]
+Rank = Union[Mapping[Source, int], Callable[[Source], int]]
 
 PLUS, MINUS, TIMES, OVER = ADD.left, SUBTRACT.left, MULTIPLY.left, DIVIDE.left
 
@@ -29,18 +30,24 @@ class Freedom(NamedTuple):
     """Which sources may change, and how far.
 
     Attributes:
-        only: the one source to change, None for any.
+        only: the sources that may change, None for any.
         bounds: `{Source: (minimum or None, maximum or None)}`.
         read_only: sources that may not change.
+        rank: gives each source's rank; one of a higher rank changes only where those of lower ranks do not suffice.
     """
 
-    only: Optional[Source]
+    only: Optional[Collection[Source]]
     bounds: Bounds
     read_only: Collection[Source]
+    rank: Callable[[Source], int]
 
     def allows(self, source: Source) -> bool:
         """Whether a source may change at all."""
-        return source not in self.read_only and self.only in (None, source)
+        return source not in self.read_only and (self.only is None or source in self.only)
+
+    def ranked(self, sources: Iterable[Source]) -> List[Source]:
+        """Sources in the order in which they are tried: by rank, and in the order given within a rank."""
+        return sorted(sources, key=self.rank)
 
     def limits(self, source: Source) -> Tuple[float, float]:
         """A source's minimum and maximum, infinite where there is none."""
@@ -72,8 +79,10 @@ def solve(
     target: Any,
     source: Optional[Source] = None,
     *,
+    sources: Optional[Collection[Source]] = None,
     bounds: Optional[Bounds] = None,
     read_only: Collection[Source] = (),
+    rank: Optional[Rank] = None,
 ) -> Dict[Source, Any]:
     """Find the source values that make a tracked value become a target.
 
@@ -81,8 +90,11 @@ def solve(
         value: a tracked scalar, or a message, sequence, dict or object array holding tracked leaves.
         target: plain, same shape; in the unit of `value`. In a message or sequence, None leaves a part free.
         source: change this Source alone; by default the first in order of appearance that can.
+        sources: change no other than these.
         bounds: `{Source: (minimum or None, maximum or None)}` in the units of the sources.
         read_only: sources to pass over.
+        rank: `{Source: rank}`, or a function of a Source; 0 for those that are missing. A source is changed only
+            where those of lower rank cannot give the target.
 
     Returns:
         `{Source: new value}`. For a scalar one source, with its present value if the target is the present
@@ -94,17 +106,28 @@ def solve(
         NotInvertible: no value of the sources gives the target; the operation or the bound is named.
         ValueError: the target has another shape than the value.
     """
-    if type(value) is TrackedFloat and source is None and not bounds and not read_only:
+    if type(value) is TrackedFloat and source is None and sources is None and not bounds and not read_only:
+        # A chain has one source, so that ranks do not matter.
         answer = _along_chain(value, target)
         if answer is not None:
             return answer
-    freedom = Freedom(source, bounds or {}, read_only)
+    only = sources if source is None else [source]
+    freedom = Freedom(only, bounds or {}, read_only, _rank_of(rank))
     if source is not None and source in read_only:
         raise NotInvertible('cannot change %s: it is read-only' % describe_source(source))
     if type(value) in TRACKED:
         graph = Graph([value])
         return solve_one(graph, value, target, freedom, {})
     return _solve_parts(value, target, freedom)
+
+
+def _rank_of(rank: Optional[Rank]) -> Callable[[Source], int]:
+    if rank is None:
+        return lambda source: 0
+    if isinstance(rank, Mapping):
+        ranks = rank
+        return lambda source: ranks.get(source, 0)
+    return rank
 
 
 def _along_chain(value: Any, target: Any) -> Optional[Dict[Source, float]]:
@@ -195,13 +218,14 @@ def solve_one(graph: Graph, value: Any, target: Any, freedom: Freedom, changes: 
     candidates = list(graph.occurrences) if len(graph.nodes) == root + 1 else list(Graph([value]).occurrences)
     if not candidates:
         raise NotTracked('%s has no source' % brief(value))
-    if freedom.only is not None and freedom.only not in candidates:
+    if freedom.only is not None and not any(source in candidates for source in freedom.only):
         raise NotInvertible(
-            'cannot make %s become %r: it does not depend on %s' % (brief(value), target, describe_source(freedom.only))
+            'cannot make %s become %r: it does not depend on %s'
+            % (brief(value), target, ' or '.join(describe_source(source) for source in freedom.only))
         )
     reasons = []
-    for candidate in candidates:
-        if candidate in changes or freedom.only not in (None, candidate):
+    for candidate in freedom.ranked(candidates):
+        if candidate in changes or (freedom.only is not None and candidate not in freedom.only):
             continue
         try:
             if candidate in freedom.read_only:

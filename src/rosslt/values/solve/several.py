@@ -198,10 +198,11 @@ def solve_together(
         and all(type(graph.nodes[place]._plain) is float for place in graph.occurrences[source])
     ]
     if floats and not any(isinstance(wanted, str) for _, _, wanted in goals):
-        system = System(graph, goals, floats, freedom)
-        found = system.solution()
-        if found is not None:
-            return dict(zip(floats, found))
+        for rank in sorted(set(map(freedom.rank, floats))):
+            unknowns = [source for source in floats if freedom.rank(source) <= rank]
+            found = System(graph, goals, unknowns, freedom).solution()
+            if found is not None:
+                return dict(zip(unknowns, found))
     changes: Dict[Source, Any] = {}
     for path, value, wanted in goals:
         root = graph.index[id(value)]
