@@ -17,6 +17,8 @@ from rosslt.cli.failure import Failure
 
 #: The verbs and what each does.
 VERBS = {
+    'run': 'a node that was not written for this, with provenance',
+    'launch': 'a launch file, every Python node in it with provenance',
     'list': 'nodes and their locations',
     'get': 'the value of a location',
     'set': 'change a location',
@@ -50,6 +52,8 @@ def main(arguments=None):
     Returns:
         The exit code: 0, 1 where it did not work (the reason is on standard error), 2 where it was not understood.
     """
+    if arguments is None and sys.argv[1:2] in (['run'], ['launch']):
+        arguments = sys.argv[1:]  # the remappings are those of the node
     if arguments is None:
         # remappings of the node are rospy's; anything else with := may be a text for `set`
         arguments = [argument for argument in sys.argv[1:] if not re.match(r'__\w+:=', argument)]
@@ -62,6 +66,9 @@ def main(arguments=None):
             usage().rstrip() if verb is None else f'rosslt: there is no verb {verb!r}; see rosslt -h', file=sys.stderr
         )
         return 2
+    if verb == 'run':
+        # The node that it runs ends as if it were run by itself: what it raises is its own.
+        return importlib.import_module('rosslt.cli.verbs.run').run(rest)
     return run(verb, rest)
 
 

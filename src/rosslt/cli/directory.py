@@ -108,7 +108,7 @@ class Directory:
         return places, silent
 
     def limits(self, sources, timeout):
-        """What `solve` has to know of sources: its arguments `bounds` and `read_only`."""
+        """What `solve` has to know of sources: its arguments `bounds`, `read_only` and `rank`."""
         self.learn(sources, timeout)
         known = [place for place in map(self.of, sources) if place]
         return {
@@ -119,6 +119,7 @@ class Directory:
                 for place in known
             },
             'read_only': [place.source for place in known if place.location.read_only],
+            'rank': {place.source: place.location.rank for place in known if place.location.rank},
         }
 
     def forget(self, sources):

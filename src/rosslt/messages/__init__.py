@@ -13,6 +13,7 @@ from rosslt.messages.paper_reading import from_paper_header
 from rosslt.messages.paper_writing import to_paper_header
 from rosslt.messages.received import attach
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
+from rosslt.messages.walkers import tracked_fields
 from rosslt.messages.wire import encode
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     'plain_type',
     'split_provenance',
     'to_paper_header',
+    'tracked_fields',
     'tracked_type',
     'unwrap',
     'wrap',

@@ -6,16 +6,21 @@ so that a node becomes tracked by changing the names of a few calls.
 """
 
 from rosslt.node.calls import ask_all
-from rosslt.node.locations import CallSite, from_json, to_json
+from rosslt.node.locations import CallSite, HeldLocation, from_json, to_json
 from rosslt.node.message_statistics import main as show_message_statistics
 from rosslt.node.nodes import (
+    add_literal,
     add_location,
     force_value,
     get_param,
     init_node,
+    is_started,
     location,
+    marshal_tracked_values,
+    read_parameter,
     reevaluate,
     remove_location,
+    start,
     undo,
 )
 from rosslt.node.requests import Change, ChangeRejected, SourceUnreachable
@@ -27,11 +32,13 @@ __all__ = [
     'CallSite',
     'Change',
     'ChangeRejected',
+    'HeldLocation',
     'Publisher',
     'Service',
     'ServiceProxy',
     'SourceUnreachable',
     'Subscriber',
+    'add_literal',
     'add_location',
     'ask_all',
     'force_value',
@@ -39,10 +46,14 @@ __all__ = [
     'from_json',
     'get_param',
     'init_node',
+    'is_started',
     'location',
+    'marshal_tracked_values',
+    'read_parameter',
     'reevaluate',
     'remove_location',
     'show_message_statistics',
+    'start',
     'to_json',
     'undo',
     'wait_for_message',

@@ -10,8 +10,8 @@ from collections import namedtuple
 
 from rosslt.node.locations import from_json
 
-Fact = namedtuple('Fact', 'place minimum maximum read_only')
-Fact.__doc__ = 'Of a source: where it stands (`talker.py:12:9`), its bounds or None, whether it is fixed.'
+Fact = namedtuple('Fact', 'place minimum maximum read_only rank')
+Fact.__doc__ = 'Of a source: where it stands (`talker.py:12:9`), its bounds or None, whether it is fixed, and its rank.'
 
 #: How long an owner's answer is good for, in seconds. What a location takes rarely changes, but its node can
 #: come back with other code.
@@ -38,7 +38,7 @@ class Facts:
         """The Fact of a source as far as it is known already, else None."""
         if source.node == self._locations.node:
             location = self._locations.by_id.get(source.location_id)
-            return location and Fact(location.place, location.minimum, location.maximum, location.read_only)
+            return location and Fact(location.place, location.minimum, location.maximum, location.read_only, location.rank)
         return self._known.get(source)
 
     def place(self, source):
@@ -50,13 +50,14 @@ class Facts:
         """What `solve` has to know of sources; their owners are asked where that was long ago.
 
         Returns:
-            The arguments `bounds` and `read_only` of `solve`.
+            The arguments `bounds`, `read_only` and `rank` of `solve`.
         """
         self._learn(sources, timeout)
         facts = [(source, self.of(source)) for source in sources]
         return {
             'bounds': {source: (fact.minimum, fact.maximum) for source, fact in facts if fact},
             'read_only': [source for source, fact in facts if fact and fact.read_only],
+            'rank': {source: fact.rank for source, fact in facts if fact and fact.rank},
         }
 
     def forget(self, sources):
@@ -87,4 +88,4 @@ class Facts:
 def _fact(location):
     bounds = [from_json(text) if text else None for text in (location.minimum, location.maximum)]
     place = '{}:{}:{}'.format(location.file.rsplit('/', 1)[-1], location.line, location.column)
-    return Fact(place, *bounds, location.read_only)
+    return Fact(place, *bounds, location.read_only, location.rank)

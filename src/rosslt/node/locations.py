@@ -38,10 +38,12 @@ class Location:
         tracked: the same, tracked.
         minimum, maximum: bounds, or None.
         read_only: True where no change is taken.
+        rank: how willingly it is changed where several locations could be: 0 first.
         parameter: the Parameter that follows it, or None.
     """
 
     __slots__ = ('id', 'name', 'site', 'source', 'type', 'minimum', 'maximum', 'read_only', 'parameter')
+    rank = 0
 
     def __init__(self, node, identity, name, site, value, minimum=None, maximum=None, read_only=False):
         self.id = _location_id(identity)

@@ -4,6 +4,7 @@ import copy
 import functools
 import re
 import sys
+import threading
 import xmlrpc.client
 
 import rospy
@@ -22,6 +23,7 @@ from rosslt.node.locations import (
 from rosslt.node.owner import SETTINGS, Owner
 
 _owner = None
+_starting = threading.Lock()
 
 
 def init_node(name, *args, **rospy_options):
@@ -33,11 +35,28 @@ def init_node(name, *args, **rospy_options):
     Raises:
         rospy.ROSInitException, ValueError: as of `rospy.init_node`.
     """
-    global _owner
     rospy.init_node(name, *args, **rospy_options)
-    if _owner is None:
-        _marshal_tracked_values()
-        _owner = Owner()
+    start()
+
+
+def start():
+    """Make this node's locations known and changeable, where rospy's `init_node` has been called already.
+
+    Raises:
+        rospy.ROSException: rospy's `init_node` has not been called.
+    """
+    global _owner
+    with _starting:
+        if _owner is None:
+            if not rospy.core.is_initialized():
+                raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
+            marshal_tracked_values()
+            _owner = Owner()
+
+
+def is_started():
+    """Whether this node's locations can be known."""
+    return _owner is not None
 
 
 def location(value=None, name=None, key=None, minimum=None, maximum=None, read_only=False, *, getter=None, setter=None):
@@ -126,6 +145,24 @@ def add_location(name, site, getter, setter=None, **limits):
     )
 
 
+def add_literal(location):
+    """Take in a location of a room above whose value this node holds: a literal of a node that was not written for this.
+
+    Other than the literals of `location()`, it has no parameter until it is changed; one that a launch file has set
+    goes before it.
+
+    Args:
+        location: a HeldLocation.
+
+    Returns:
+        The location that is in force: an earlier one of the same place, or `location`.
+
+    Raises:
+        ValueError: its name or its id is taken by another place.
+    """
+    return started('add_literal').add_literal(location, is_written=False)
+
+
 def remove_location(location):
     """Forget a location that `add_location` made: a change to it is refused from now on, as of an unknown one."""
     started('remove_location').locations.remove(location)
@@ -147,8 +184,12 @@ def get_param(name, *default):
         KeyError: the parameter is not set, and there is no default.
         rospy.ROSException: `init_node` has not been called.
     """
-    owner = started('get_param')
-    return owner.parameter(rospy.resolve_name(name), sys._getframe(1), *default).read()
+    return read_parameter(sys._getframe(1), name, *default)
+
+
+def read_parameter(frame, name, *default):
+    """`get_param` for the call that a frame is making."""
+    return started('get_param').parameter(rospy.resolve_name(name), frame, *default).read()
 
 
 def undo():
@@ -280,7 +321,7 @@ def _message_reader(message, path, leaf):
     return read
 
 
-def _marshal_tracked_values():
+def marshal_tracked_values():
     """Let `rospy.set_param` take tracked values: xmlrpc marshals exact types only."""
     dispatch = xmlrpc.client.Marshaller.dispatch
     for plain in (float, int, bool, str):

@@ -63,15 +63,21 @@ class Owner:
         self.facts = Facts(self.locations, _ask_for_locations)
         values.describe_sources_with(self.facts.place)
 
-    def add_literal(self, location):
-        """Take in the location of a literal, with a parameter behind it; returns the one that is in force."""
+    def add_literal(self, location, is_written=True):
+        """Take in the location of a literal, with a parameter behind it; returns the one that is in force.
+
+        Args:
+            location: the HeldLocation.
+            is_written: whether the parameter shows the literal before it has been changed.
+        """
         with self.lock:
             in_force = self.locations.add(location)
             if in_force is location:
                 location.parameter = LiteralParameter(self.name, location, self._parameter_set)
                 location.parameter.take_over(self.mirror.left_behind, self.mirror.literals)
                 self.mirror.add(location.parameter)
-                self.mirror.write(location.parameter)
+                if is_written:
+                    self.mirror.write(location.parameter)
         return in_force
 
     def parameter(self, key, frame, *default):
@@ -224,6 +230,7 @@ class Owner:
                     minimum=bound(location.minimum),
                     maximum=bound(location.maximum),
                     read_only=location.read_only,
+                    rank=location.rank,
                 )
                 for location in map(self.locations.by_id.get, list(asked))
                 if location is not None

@@ -161,8 +161,9 @@ class ParameterMirror:
         """Tell a new master all of it again."""
         for key in self._heard:
             self._master.subscribeParam(rospy.get_node_uri(), key)
+        shown = list(self._recorded)
         self._recorded.clear()
-        self.write(*(known for known in self._by_key.values() if isinstance(known, LiteralParameter)))
+        self.write(*shown)
 
     def read(self, key, *default):
         """What a parameter says on the parameter server now; KeyError where it is not set and has no
