@@ -165,7 +165,30 @@ replace(rospy, ROSPY)
 replace(math, _math())
 
 
+@replace_module('numpy')
+def _numpy(original: types.ModuleType) -> Any:
+    from rosslt.instrument import array_functions
+
+    array_functions.keep_provenance_in_numpy()
+    linalg = {name: function for name, function in array_functions.linalg_functions().items()}
+    functions = array_functions.numpy_functions()
+    for module, others in ((original.linalg, linalg), (original, functions)):
+        for name, function in others.items():
+            replace(getattr(module, name), function)
+    replace(original.linalg, Counterpart(original.linalg, linalg))
+    return Counterpart(original, {**functions, 'linalg': route(original.linalg)})
+
+
 @replace_module('tf')
 def _tf(original: types.ModuleType) -> Any:
-    transformations = importlib.import_module('tf.transformations')
-    return Counterpart(original, {'transformations': route(transformations)})
+    return Counterpart(original, {'transformations': route(importlib.import_module('tf.transformations'))})
+
+
+@replace_module('tf.transformations')
+def _transformations(original: types.ModuleType) -> Any:
+    from rosslt.instrument import transformations
+
+    functions = transformations.tracked_functions(original, route(importlib.import_module('numpy')), route(math))
+    for name, function in functions.items():
+        replace(getattr(original, name), function)
+    return Counterpart(original, functions)

@@ -58,7 +58,8 @@ def items_of(array: Any) -> Any:
     """The elements of an array that is no exact list or tuple, where they may be tracked: else nothing."""
     if isinstance(array, (list, tuple)):
         return array
-    return array.tolist() if getattr(getattr(array, 'dtype', None), 'char', '') == 'O' else ()
+    is_tracked = getattr(array, 'has_provenance', None) or getattr(getattr(array, 'dtype', None), 'char', '') == 'O'
+    return array.tolist() if is_tracked else ()
 
 
 def listed(array: Any) -> List[Any]:

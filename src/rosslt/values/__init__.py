@@ -12,6 +12,7 @@ from .explain import explain
 from .functions import MATH, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
+from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
@@ -33,6 +34,7 @@ __all__ = [
     'Source',
     'affine',
     'assemble',
+    'compute_ufuncs_with',
     'lazy',
     'describe_source',
     'describe_sources_with',
