@@ -186,7 +186,7 @@ def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> 
     rule = _RULES.get(function)
     out = options.get('out')
     if isinstance(out, TrackedArray):
-        out._beside = None
+        out.write_beside(None)
     if rule is None or getattr(result, 'size', 1) > LARGEST:
         return result
     try:
@@ -198,7 +198,7 @@ def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> 
     if beside is None:
         return result
     if isinstance(out, TrackedArray):
-        out._beside = beside if getattr(beside, 'shape', None) == out.shape else None
+        out.write_beside(beside)
         return out
     return with_provenance(result, beside)
 

@@ -80,6 +80,13 @@ class TrackedArray(numpy.ndarray):
             self._beside = numpy.empty(self.shape, dtype=object)
         return self._beside
 
+    def write_beside(self, beside: Any) -> None:
+        """Give the elements other provenance, in all views of them."""
+        if isinstance(beside, numpy.ndarray) and beside.shape == self.shape:
+            self._made_beside()[...] = beside
+        elif self._beside is not None:
+            self._beside[...] = None
+
     def __getitem__(self, key: Any) -> Any:
         found = super().__getitem__(key)
         beside = self._beside
@@ -279,18 +286,29 @@ def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str,
     out = options.get('out')
     if out is not None:
         options = dict(options, out=tuple([_plain(one) for one in out]))
-    result = getattr(ufunc, method)(*plain, **options)
-    if method == 'at':
-        return None
+    # First, since what is computed in place is no operand any more when it is done.
     besides = [provenance_of(one) for one in inputs]
     beside = None
-    if any(one is not None for one in besides) and getattr(result, 'size', 1) <= LARGEST:
+    if any(one is not None for one in besides) and method != 'at' and _size(plain) <= LARGEST:
         beside = _computed(ufunc, method, plain, besides, options)
+    result = getattr(ufunc, method)(*plain, **options)
     if out is not None:
-        if len(out) == 1 and isinstance(out[0], TrackedArray):
-            out[0]._beside = beside if isinstance(beside, numpy.ndarray) and beside.shape == out[0].shape else None
+        for one in out:
+            if isinstance(one, TrackedArray):
+                one.write_beside(beside if len(out) == 1 else None)
         return out[0] if len(out) == 1 else result
     return result if beside is None or isinstance(result, tuple) else with_provenance(result, beside)
+
+
+def _size(operands: List[Any]) -> int:
+    """How many elements come of operands that are broadcast together."""
+    sizes = [one.size for one in operands if isinstance(one, numpy.ndarray)]
+    if sum(size > 1 for size in sizes) > 1:
+        try:
+            return int(numpy.broadcast(*operands).size)
+        except ValueError:
+            pass  # those of a product of matrices
+    return max(sizes, default=1)
 
 
 def _computed(ufunc: Any, method: str, plain: List[Any], besides: List[Any], options: Dict[str, Any]) -> Any:

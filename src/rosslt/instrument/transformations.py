@@ -9,6 +9,7 @@ import types
 from typing import Any, Dict
 
 from rosslt import values
+from rosslt.instrument.array_functions import plain
 from rosslt.instrument.arrays import TrackedArray, any_tracked
 from rosslt.instrument.functions import to_float
 
@@ -45,7 +46,10 @@ def _either(original: Any, tracked: Any) -> Any:
                 or (kind is TrackedArray and one.has_provenance)
                 or (kind in (list, tuple) and any_tracked(one))
             ):
-                return tracked(*arguments, **options)
+                try:
+                    return tracked(*arguments, **options)
+                except TypeError:  # it does with a number what only NumPy's numbers can
+                    return original(*map(plain, arguments), **plain(options))
         return original(*arguments, **options)
 
     return function
