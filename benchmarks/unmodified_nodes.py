@@ -170,7 +170,7 @@ def _figure(numbers):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('directory', type=Path)
-    parser.add_argument('nodes', nargs='*', help='files in it; by default all that end in .py')
+    parser.add_argument('--nodes', nargs='+', default=[], help='files in it; by default all that end in .py')
     parser.add_argument('--seconds', type=float, default=10.0)
     parser.add_argument('--arguments', nargs=2, action='append', default=[], metavar=('NODE', 'ARGUMENTS'))
     options = parser.parse_args()

@@ -69,3 +69,9 @@ TURNS = {'pi', 'tau', 'PI', 'M_PI', 'TWO_PI', 'twopi'}
 
 #: Factors between units.
 UNITS = {60, 180, 360, 1000, 3600, 1e3, 1e6, 1e9, 1e-3, 1e-6, 1e-9, 180.0, 360.0, 57.3, 57.2958, 0.0174533, 1.0e5, 100000}
+
+#: Functions that tell the time.
+CLOCKS = {'to_sec', 'to_nsec', 'get_time', 'time', 'monotonic', 'perf_counter', 'total_seconds', 'clock', 'now'}
+
+#: Modules of which a function or a constant of numbers is a number.
+MODULES_OF_NUMBERS = {'math', 'numpy', 'np', 'm'}

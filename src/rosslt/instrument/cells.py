@@ -95,6 +95,10 @@ class Cells(list):
         if location is None:
             return ()
         source = values.track(float(value) if location.type is float else value, location.source)
+        if location.is_shape:
+            # It is known by its name from here on. What is computed with it from now on does without its provenance,
+            # which makes affine again what moves, and so costs a fraction.
+            self[number] = location.value
         # An int that may become a float: what is said of it must hold for floats.
         return source if type(values.untracked(source)) is type(value) else source + 0
 
@@ -123,21 +127,24 @@ def read_step(cells: Cells, number: int) -> Any:
     """The plain number in a cell that carries a state on; it is known by name from now on, where there is a node."""
     if number not in cells.locations and node.is_started():
         cells.location(number)
-    return cells[number]._plain
+    return plain(cells[number])
 
 
 class LiteralLocation(node.HeldLocation):
     """The location of a literal in the code of a node that was not written for this.
 
     Attributes:
+        cells, number: where its value is read.
+        is_shape: whether it gives a formula its shape, and is read without provenance once it is known.
         rank: how willingly it is changed.
     """
 
-    __slots__ = ('cells', 'number', 'rank')
+    __slots__ = ('cells', 'is_shape', 'number', 'rank')
 
     def __init__(self, cells: Cells, number: int) -> None:
         literal = cells.literals[number]
         self.cells, self.number, self.rank = cells, number, literal.rank
+        self.is_shape = literal.is_shape
         site = node.CallSite(
             literal.file, literal.line, literal.column, linecache.getline(literal.file, literal.line)
         )
@@ -170,7 +177,7 @@ class LiteralLocation(node.HeldLocation):
             self.value, self.tracked = value, self.cells[self.number]
             return
         super().put(value)
-        self.cells[self.number] = self.tracked
+        self.cells[self.number] = self.value if self.is_shape else self.tracked
 
     def keep_whole(self) -> None:
         """Take whole numbers only from now on: it reaches a field that takes no other."""

@@ -57,6 +57,11 @@ class Literal(NamedTuple):
         return RANKS.get(self.rule, _RANK_OF_VERDICT.get(self.verdict, LAST_RANK))
 
     @property
+    def is_shape(self) -> bool:
+        """Whether it gives a formula its shape rather than its value: it can be set, and is not what a drag changes."""
+        return self.verdict == FORM or self.rule == 'used as a count'
+
+    @property
     def identity(self) -> str:
         """What makes it itself: the same after a restart, and after edits elsewhere in the file."""
         return f'{self.file}\n{self.function}\n{self.text}\n{self.place}'

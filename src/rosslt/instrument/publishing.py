@@ -41,8 +41,9 @@ def reach(message: Any) -> None:
     """Make the literals known that are in a message. Those that reach a field of whole numbers stay whole."""
     if isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message)):
         return
-    for _, value, kind in messages.tracked_fields(message):
-        for source in values.sources(value):
-            location = location_of(source) if kind == 'i' else None
-            if location is not None:
-                location.keep_whole()
+    fields = messages.tracked_fields(message)
+    values.sources([value for _, value, _ in fields])
+    for source in values.sources([value for _, value, kind in fields if kind == 'i']):
+        location = location_of(source)
+        if location is not None:
+            location.keep_whole()

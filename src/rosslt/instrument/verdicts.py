@@ -8,8 +8,10 @@ import ast
 from typing import Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt.instrument.callees import (
+    CLOCKS,
     COUNT_ATTRIBUTES,
     ENUMERATIONS,
+    MODULES_OF_NUMBERS,
     PLAIN_CALLS,
     PLAIN_KEYWORDS,
     PLAIN_MODULES,
@@ -54,6 +56,7 @@ RULES = {
         Rule('phase', FORM, 'how a wave depends on its time', 'x = math.cos(t * 7.0)'),
         Rule('unit', FORM, 'a conversion of units', 'x = y * 1000'),
         Rule('sign', FORM, 'a change of the sign', 'x = -1 * y'),
+        Rule('clock', FORM, 'how a clock runs', 'x = rospy.get_time() * 7.0'),
         Rule('neighbour', FORM, 'the next or the last one of those counted', 'for i in range(n):\n    x = i + 7'),
         Rule('step', FORM, 'the step of a state', 'while True:\n    t += 7.0\n    rate.sleep()'),
         Rule('state', PLAIN, 'where a state starts', 'class A:\n    def f(self):\n        self.n = 7\n    '
@@ -158,6 +161,7 @@ class _Judge:
         if is_whole and self._text_of(constant)[:2].lower() in ('0x', '0o', '0b'):
             return None, 'bit notation'
         found, in_formula, name = None, False, None
+        formula: Optional[ast.AST] = None
         child: ast.AST = node
         while id(child) in self._parents:
             parent, field = self._parents[id(child)]
@@ -165,6 +169,7 @@ class _Judge:
             if rule:
                 return None, rule
             if isinstance(parent, ast.BinOp):
+                formula = parent
                 if found is None:
                     found = self._in_formula(parent, field, child is node, value)
                 in_formula = True
@@ -174,7 +179,7 @@ class _Judge:
                 if child is node:
                     name = _assigned(parent)
                 if found or in_formula:
-                    return None, found or 'term'
+                    return None, found if found and not _is_constant(formula) else 'term'
                 return name, self._of_value(parent, child is node, name, is_whole)
             elif isinstance(parent, ast.keyword) and is_whole and parent.arg in COUNT_ATTRIBUTES and not in_formula:
                 return parent.arg, 'counting name'
@@ -246,6 +251,8 @@ class _Judge:
         other = parent.right if field == 'left' else parent.left
         if isinstance(parent.op, (ast.Div, ast.FloorDiv)) and field == 'right':
             return 'divisor'
+        if is_operand and _last(other) in CLOCKS and isinstance(other, ast.Call):
+            return 'clock'
         if isinstance(parent.op, (ast.Mult, ast.Div)) and is_operand:
             if abs(value) == 1:
                 return 'sign'
@@ -291,6 +298,17 @@ def _of_operator(parent: ast.AST, field: str, child: ast.AST, is_whole: bool) ->
         if _is_text(other) or isinstance(other, (ast.List, ast.Tuple, ast.ListComp)):
             return 'repetition'
     return None
+
+
+def _is_constant(formula: Optional[ast.AST]) -> bool:
+    """Whether a formula is a number that was written in parts, `3 * math.pi / 2`: then they are its value."""
+    called = {id(node.func) for node in ast.walk(formula) if isinstance(node, ast.Call)} if formula else set()
+    return formula is not None and all(
+        isinstance(node, ast.Constant) or id(node) in called or _last(node) in TURNS
+        for node in ast.walk(formula)
+        if isinstance(node, (ast.Constant, ast.Attribute, ast.Subscript))
+        or (isinstance(node, ast.Name) and node.id not in MODULES_OF_NUMBERS)
+    )
 
 
 def _is_text(node: Optional[ast.AST]) -> bool:
