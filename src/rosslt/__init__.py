@@ -29,6 +29,7 @@ __version__ = '0.1.0'
 _NEED_ROS = {
     'actions': ['SimpleActionClient', 'SimpleActionServer'],
     'messages': ['tracked_type'],
+    'tf': ['StaticTransformBroadcaster', 'TransformBroadcaster'],
     'node': [
         'Change',
         'ChangeRejected',

@@ -8,6 +8,7 @@ from rosslt.messages.columns import BadHeader
 from rosslt.messages.definitions import UnknownType
 from rosslt.messages.generator import main as generate_tracked_msgs
 from rosslt.messages.inband import MAGIC, append_provenance, finder, plain_check, split_provenance
+from rosslt.messages.leaves import tracked_leaves, with_leaves
 from rosslt.messages.paper_header import LocationHeader, PaperIds
 from rosslt.messages.paper_reading import from_paper_header
 from rosslt.messages.paper_writing import to_paper_header
@@ -34,7 +35,9 @@ __all__ = [
     'split_provenance',
     'to_paper_header',
     'tracked_fields',
+    'tracked_leaves',
     'tracked_type',
     'unwrap',
+    'with_leaves',
     'wrap',
 ]

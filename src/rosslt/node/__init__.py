@@ -26,6 +26,7 @@ from rosslt.node.nodes import (
 from rosslt.node.requests import Change, ChangeRejected, SourceUnreachable
 from rosslt.node.requests import force_value as force_value_as
 from rosslt.node.services import Service, ServiceProxy
+from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 
 __all__ = [
@@ -52,6 +53,7 @@ __all__ = [
     'read_parameter',
     'reevaluate',
     'remove_location',
+    'rotated',
     'show_message_statistics',
     'start',
     'to_json',

@@ -7,6 +7,7 @@ import rospy
 
 from rosslt import messages
 from rosslt.messages import MAGIC
+from rosslt.node.refresh import READINGS
 
 #: The topics and services, each with a peer, of which a bad header was reported.
 _reported = set()
@@ -22,32 +23,45 @@ class Sending:
     full_history = False
 
 
-@functools.lru_cache(maxsize=None)
-def carrier(message_class):
-    """What makes of a message what rospy serializes in its place: the message, then its provenance."""
+def carrier(message_class, refresher):
+    """What makes of a message what rospy serializes in its place: the message, then its provenance.
+
+    Args:
+        message_class: of the messages.
+        refresher: the Refresher of the publisher, service or caller that sends them.
+    """
     if message_class is rospy.AnyMsg:
         return lambda message: message  # with the provenance that it was received with
+    make = functools.partial(_carrier_class(message_class), refresher)
+    is_plain = messages.plain_check(message_class)
+    if is_plain is None:
+        return make
+    return lambda message: message if is_plain(message) else make(message)
 
+
+@functools.lru_cache(maxsize=None)
+def _carrier_class(message_class):
     class Carrier(genpy.Message):
-        __slots__ = ('message',)
+        __slots__ = ('message', 'refresher')
         _type, _md5sum = message_class._type, message_class._md5sum
         _has_header = message_class._has_header
 
-        def __init__(self, message):
+        def __init__(self, refresher, message):
             self.message = message
+            self.refresher = refresher
 
         @property
         def header(self):
             return self.message.header
 
         def serialize(self, buff):
-            self.message.serialize(buff)
-            messages.append_provenance(self.message, buff, Sending.full_history)
+            message = self.message
+            if READINGS.replaced:
+                message = self.refresher.fresh(message)
+            message.serialize(buff)
+            messages.append_provenance(message, buff, Sending.full_history)
 
-    is_plain = messages.plain_check(message_class)
-    if is_plain is None:
-        return Carrier
-    return lambda message: message if is_plain(message) else Carrier(message)
+    return Carrier
 
 
 @functools.lru_cache(maxsize=None)

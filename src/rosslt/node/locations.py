@@ -13,10 +13,10 @@ import linecache
 import math
 import os
 import re
-import threading
 from collections import namedtuple
 
 from rosslt import values
+from rosslt.node.refresh import READINGS
 
 CallSite = namedtuple('CallSite', 'file line column text')
 
@@ -109,8 +109,11 @@ class HeldLocation(Location):
         self.put(literal)
 
     def put(self, value):
+        before = getattr(self, 'tracked', None)
         self.value = value
         self.tracked = values.track(value, self.source)
+        if before is not None:
+            READINGS.replace(before, self.tracked)
 
     def retype(self, value):
         """Make `value` the one in force, and its type the location's."""
@@ -127,10 +130,10 @@ class ExternalLocation(Location):
         setter: takes a new value; what it raises is the reason of a refusal. None: read-only.
     """
 
-    __slots__ = ('_getter', '_setter')
+    __slots__ = ('_getter', '_setter', '_reading')
 
     def __init__(self, node, identity, name, site, getter, setter, read_only=False, **bounds):
-        self._getter, self._setter = getter, setter
+        self._getter, self._setter, self._reading = getter, setter, None
         super().__init__(node, identity, name, site, self.value, read_only=read_only or setter is None, **bounds)
 
     @property
@@ -139,13 +142,21 @@ class ExternalLocation(Location):
 
     @property
     def tracked(self):
-        return values.track(self.value, self.source)
+        value, reading = self.value, self._reading
+        if reading is None or scalar(reading) != value or type(scalar(reading)) is not type(value):
+            reading = self._reading = values.track(value, self.source)
+        return reading
 
     def put(self, value):
+        before = self._reading
         try:
             self._setter(value)
         except Exception as error:  # the user's function: whatever it raises is its way to refuse
             raise Refused(f'the setter of {self.name} refuses {value!r}: {type(error).__name__}: {error}') from error
+        # What changes by itself is a record of a moment, what was put here is meant to act everywhere.
+        latest = self.tracked
+        if before is not None and latest is not before:
+            READINGS.replace(before, latest)
 
 
 class Locations:
@@ -163,7 +174,7 @@ class Locations:
         self._by_name = {}
         self._by_call = {}
         self._namespaces = {}
-        self.lock = threading.RLock()
+        self.lock = READINGS.lock
 
     def at_call(self, frame, name, key, build):
         """What `location()` returns for a call: built at the first one, looked up at every other.

@@ -10,6 +10,7 @@ from rospy.impl.tcpros_service import convert_return_to_response
 from rospy.msg import args_kwds_to_message
 
 from rosslt.node.carriers import carrier, reading_class
+from rosslt.node.refresh import Refresher
 
 
 class Service(rospy.Service):
@@ -20,7 +21,7 @@ class Service(rospy.Service):
     """
 
     def __init__(self, name, service_class, handler, *args, **kwargs):
-        carried = carrier(service_class._response_class)
+        carried = carrier(service_class._response_class, Refresher())
 
         @functools.wraps(handler)
         def carrying(request):
@@ -39,7 +40,7 @@ class ServiceProxy(rospy.ServiceProxy):
     def __init__(self, name, service_class, *args, **kwargs):
         super().__init__(name, reading_service(service_class, rospy.resolve_name(name)), *args, **kwargs)
         self._plain_request_class = service_class._request_class
-        self._carrier = carrier(service_class._request_class)
+        self._carrier = carrier(service_class._request_class, Refresher())
 
     def call(self, *args, **kwds):
         """Call the service, as `rospy.ServiceProxy.call` does."""

@@ -17,6 +17,8 @@ from rospy.msg import args_kwds_to_message
 
 from rosslt import messages, values
 from rosslt.node.carriers import Sending, carrier, reading_class, report_bad_header
+from rosslt.node.latched import latch
+from rosslt.node.refresh import READINGS, Refresher
 
 
 class Publisher(rospy.Publisher):
@@ -29,7 +31,9 @@ class Publisher(rospy.Publisher):
     def __init__(self, name, data_class, subscriber_listener=None, *args, **kwargs):
         wraps = messages.is_tracked_type(data_class)
         self._plain_class = messages.plain_type(data_class) if wraps else data_class
-        self._carrier = self._wrapped if wraps else carrier(data_class)
+        self._refresher = Refresher()
+        self._carrier = self._wrapped if wraps else carrier(data_class, self._refresher)
+        self._latched = None
         if subscriber_listener is not None:
             subscriber_listener = _Listener(subscriber_listener, self._carried)
         super().__init__(name, data_class, subscriber_listener, *args, **kwargs)
@@ -45,6 +49,11 @@ class Publisher(rospy.Publisher):
             message = args_kwds_to_message(expected, args, kwds)
             carried = self._carried(message)
         impl = self.impl
+        sent = message
+        is_latch = carried is not message and getattr(impl, 'is_latch', False)
+        if is_latch and READINGS.replaced:
+            sent = self._refresher.fresh(message)
+            carried = self._carrier(sent)
         lock = getattr(impl, 'publock', None)
         if lock is None or not is_initialized():  # unregistered, closed, or too early
             super().publish(carried)
@@ -61,12 +70,34 @@ class Publisher(rospy.Publisher):
                 if isinstance(error, (genpy.SerializationError, rospy.ROSSerializationException)):
                     raise rospy.ROSSerializationException(_fault(message, error)) from None
                 raise
+            if is_latch:
+                self._latched = latch(self, message, sent, carried)
+
+    def publish_again(self, latched):
+        """Publish the last message of a latched publisher again, where it has become another one since.
+
+        Args:
+            latched: the Latched of the last message, if it still is.
+        """
+        with READINGS.lock:  # not in the middle of a change of several locations
+            message = latched.changed(self._refresher)
+        impl = self.impl
+        lock = getattr(impl, 'publock', None)
+        if message is None or lock is None:
+            return
+        with lock:
+            # Unless another one was published meanwhile, by this or by another publisher of the topic.
+            if impl.latch is latched.carried and self._latched is latched:
+                latched.carried = self._carried(message)
+                impl.publish(latched.carried)
 
     def _carried(self, message):
         """What rospy gets in place of a message."""
         return message if _has_its_provenance(message) else self._carrier(message)
 
     def _wrapped(self, message):
+        if READINGS.replaced:
+            message = self._refresher.fresh(message)
         return messages.wrap(message, self.data_class, Sending.full_history)
 
 
