@@ -179,6 +179,15 @@ def _numpy(original: types.ModuleType) -> Any:
     return Counterpart(original, {**functions, 'linalg': route(original.linalg)})
 
 
+@replace_module('tf2_ros')
+def _tf2_ros(original: types.ModuleType) -> Any:
+    # Broadcasters are tf2's own, which publish by this rospy.
+    classes = {name: one for name, one in node.tf_counterparts().items() if name in ('Buffer', 'TransformListener')}
+    for name, one in classes.items():
+        replace(getattr(original, name), one)
+    return Counterpart(original, classes)
+
+
 @replace_module('tf')
 def _tf(original: types.ModuleType) -> Any:
     return Counterpart(original, {'transformations': route(importlib.import_module('tf.transformations'))})

@@ -26,6 +26,7 @@ from rosslt.node.nodes import (
 from rosslt.node.requests import Change, ChangeRejected, SourceUnreachable
 from rosslt.node.requests import force_value as force_value_as
 from rosslt.node.services import Service, ServiceProxy
+from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 
@@ -56,6 +57,7 @@ __all__ = [
     'rotated',
     'show_message_statistics',
     'start',
+    'tf_counterparts',
     'to_json',
     'undo',
     'wait_for_message',
