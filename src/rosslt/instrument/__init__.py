@@ -7,9 +7,20 @@ those that reach a message; `routing` gives the node what keeps provenance in th
 it as Python would.
 """
 
+from typing import Any
+
 from rosslt.instrument.cells import loaded_files
 from rosslt.instrument.literals import Literal, digest_of
 from rosslt.instrument.runner import NoNode, find_node, run_file
 from rosslt.instrument.verdicts import RULES
 
-__all__ = ['RULES', 'Literal', 'NoNode', 'digest_of', 'find_node', 'loaded_files', 'run_file']
+__all__ = ['RULES', 'Literal', 'NoNode', 'NotLaunched', 'digest_of', 'find_node', 'launch', 'loaded_files', 'run_file']
+
+
+def __getattr__(name: str) -> Any:
+    # roslaunch takes long to import, and the nodes that are run do without.
+    if name in ('NotLaunched', 'launch'):
+        from rosslt.instrument import launching
+
+        return getattr(launching, name)
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -87,6 +87,24 @@ def _norm(function: Any, arguments: Any, options: Any) -> Any:
     return only_tracked(numpy.frompyfunc(_sqrt, 1, 1)(squares))
 
 
+def _cross(function: Any, arguments: Any, options: Any) -> Any:
+    if options or len(arguments) != 2:
+        return None
+    a, b = map(_objects, map(_as_array, arguments))
+    if a.shape[-1:] != (3,) or b.shape[-1:] != (3,):
+        return None
+    a, b = numpy.broadcast_arrays(a, b)
+    made = numpy.empty(a.shape, dtype=object)
+    for place in range(3):
+        one, other = (place + 1) % 3, (place + 2) % 3
+        made[..., place] = a[..., one] * b[..., other] - a[..., other] * b[..., one]
+    return only_tracked(made)
+
+
+def _as_array(x: Any) -> Any:
+    return x if isinstance(x, numpy.ndarray) or any_tracked(x) else numpy.asarray(x)
+
+
 def _inverse(function: Any, arguments: Any, options: Any) -> Any:
     rows = _objects(arguments[0])
     if rows.ndim != 2 or rows.shape[0] > 6:
@@ -168,7 +186,8 @@ for _rule, _names in {
     'fliplr flipud moveaxis ravel repeat reshape resize roll rollaxis rot90 split squeeze swapaxes take tile transpose '
     'tril triu vsplit hsplit trim_zeros',
     _all_moved: 'append column_stack concatenate dstack hstack insert stack vstack block',
-    _added: 'cross cumprod cumsum diff dot inner kron mean nansum outer prod sum trace vdot average einsum_ ediff1d',
+    _cross: 'cross',
+    _added: 'cumprod cumsum diff dot inner kron mean nansum outer prod sum trace vdot average einsum_ ediff1d',
     _clipped: 'clip',
     _chosen: 'where',
     _rounded: 'round around round_',

@@ -130,6 +130,9 @@ class TrackedArray(numpy.ndarray):
         """As of `numpy.ndarray`."""
         return with_provenance(self.view(numpy.ndarray).copy(order), None if self._beside is None else self._beside.copy())
 
+    def __repr__(self) -> str:
+        return repr(self.view(numpy.ndarray))
+
     def tolist(self) -> Any:
         """As of `numpy.ndarray`; the tracked elements are tracked numbers."""
         if self._beside is None:
@@ -183,9 +186,6 @@ def _method(name: str) -> Callable[..., Any]:
 
 for _name in 'clip cumsum cumprod diagonal dot ravel repeat squeeze swapaxes take trace mean round'.split():
     setattr(TrackedArray, _name, _method(_name))
-
-TrackedArray.__name__ = 'array'  # as NumPy shows an array: `array([1., 2.])`
-
 
 def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
     """An array with its provenance beside it; as it is where it can have none.

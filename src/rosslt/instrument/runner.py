@@ -5,6 +5,8 @@ import importlib.machinery
 import linecache
 import os
 import re
+import shutil
+import subprocess
 import sys
 import types
 from typing import Any, Collection, List, NoReturn, Optional, Tuple
@@ -12,8 +14,13 @@ from typing import Any, Collection, List, NoReturn, Optional, Tuple
 from rosslt.instrument.loader import OwnModules, prepare, rewritten
 
 _RELAY = re.compile(r"^python_script = '(.*)'$", re.MULTILINE)
-_HERE = os.path.dirname(os.path.realpath(__file__))
-_ABOVE = os.path.dirname(_HERE)
+_HERE = os.path.dirname(os.path.abspath(__file__))
+#: The folders of what runs a node, which is no part of its tracebacks; a workspace may link to them.
+_OURS = tuple(
+    os.path.join(find(os.path.dirname(_HERE)), room) + os.sep
+    for find in (os.path.abspath, os.path.realpath)
+    for room in ('instrument', 'cli', 'values')
+)
 
 
 class NoNode(Exception):
@@ -36,6 +43,11 @@ def find_node(package: str, name: str) -> str:
     if not found:
         raise NoNode(f'there is no executable {name} in the package {package}')
     return found[0] if isinstance(found, list) else found
+
+
+def is_python_node(path: str) -> bool:
+    """Whether an executable is a Python file."""
+    return _script(path)[1] is not None
 
 
 def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> None:
@@ -131,10 +143,8 @@ def _python_2(content: bytes, error: SyntaxError) -> Optional[str]:
 
 
 def _run_python_2(script: str, content: bytes, arguments: List[str], why: str) -> None:
-    import shutil
-
     python = shutil.which('python2') if b'python3' not in content.split(b'\n', 1)[0] else None
-    if python:
+    if python and subprocess.run([python, '-c', ''], stderr=subprocess.DEVNULL, check=False).returncode == 0:
         _replace_process(python, [script, *arguments], f'{script} is Python 2 ({why})', subject='')
     _say(f'{script} is Python 2 ({why}); convert it, with 2to3 say')
 
@@ -166,8 +176,10 @@ def _without_ours(kind: Any, error: BaseException, traceback: Any) -> None:
 def _trimmed(traceback: Any) -> Any:
     kept = []
     while traceback is not None:
-        file = traceback.tb_frame.f_code.co_filename
-        if not file.startswith((_HERE + os.sep, os.path.join(_ABOVE, 'cli') + os.sep)) and not _is_command(file):
+        frame = traceback.tb_frame
+        file = frame.f_code.co_filename
+        is_operator = file == '<string>' and frame.f_globals.get('TrackedFloat') is not None
+        if not (file.startswith(_OURS) or _is_command(file) or is_operator):
             kept.append(traceback)
         traceback = traceback.tb_next
     result = None

@@ -52,7 +52,7 @@ RULES = {
         Rule('enumeration', WHOLE, 'one of several names for whole numbers', 'class Mode:\n    MANUAL = 7'),
         Rule('used as a count', WHOLE, 'its name is used as a count or a size', 'n = 7\nfor i in range(n): pass'),
         Rule('divisor', FORM, 'what is divided by is a unit or a count', 'x = y / 7.0'),
-        Rule('turn', FORM, 'a part of a turn', 'x = 7 * math.pi'),
+        Rule('turn', FORM, 'a part of a turn', 'x = 7 * math.pi * y'),
         Rule('phase', FORM, 'how a wave depends on its time', 'x = math.cos(t * 7.0)'),
         Rule('unit', FORM, 'a conversion of units', 'x = y * 1000'),
         Rule('sign', FORM, 'a change of the sign', 'x = -1 * y'),
@@ -76,7 +76,7 @@ RULES = {
         Rule('text', PLAIN, 'what is formatted becomes a text', "x = f'{7}'"),
         Rule('decorator', PLAIN, 'belongs to the definition', '@retry(7)\ndef f(): pass'),
         Rule('default', PLAIN, 'a default is made once, with the function', 'def f(x=7.0): pass'),
-        Rule('annotation', PLAIN, 'belongs to the definition', 'x: A[7] = y'),
+        Rule('annotation', PLAIN, 'belongs to the definition', 'def f(x: limited(7)): pass'),
         Rule('pattern', PLAIN, 'a pattern must stay a constant', 'match x:\n    case 7: pass'),
         Rule('key', PLAIN, 'the key of a dictionary', 'x = {7: y}'),
         Rule('statement', PLAIN, 'nothing is done with it', '7'),
@@ -146,6 +146,7 @@ class _Judge:
         self._states = states
         self._text_of = text_of
         self._counts, self._indices = _uses(tree)
+        self._strict = {id(node) for part in ast.walk(tree) if _is_strict(part) for node in ast.walk(part)}
 
     def __call__(self, node: ast.expr, constant: ast.Constant) -> Judgement:
         value = constant.value
@@ -160,14 +161,18 @@ class _Judge:
         is_whole = type(constant.value) is int
         if is_whole and self._text_of(constant)[:2].lower() in ('0x', '0o', '0b'):
             return None, 'bit notation'
+        if id(node) in self._strict:
+            return None, 'strict'
         found, in_formula, name = None, False, None
         formula: Optional[ast.AST] = None
+        in_container = False  # what a list is extended by is no number that is carried on
         child: ast.AST = node
         while id(child) in self._parents:
             parent, field = self._parents[id(child)]
             rule = self._outright(parent, field, child, node, is_whole)
-            if rule:
+            if rule and not (rule == 'step' and in_container):
                 return None, rule
+            in_container = in_container or isinstance(parent, (ast.List, ast.Tuple, ast.Dict, ast.Set))
             if isinstance(parent, ast.BinOp):
                 formula = parent
                 if found is None:
@@ -224,12 +229,6 @@ class _Judge:
             return 'step'
         if parent in self._states.starts and child is node:
             return 'state'
-        if isinstance(parent, ast.ClassDef) and any(_last(base) in ENUMERATIONS for base in parent.bases):
-            return 'strict'
-        if isinstance(parent, FUNCTIONS) and any(
-            _last(decorator) in STRICT_DECORATORS for decorator in getattr(parent, 'decorator_list', ())
-        ):
-            return 'strict'
         return None
 
     def _of_argument(self, call: ast.Call, child: ast.AST, field: str) -> Optional[str]:
@@ -267,17 +266,28 @@ class _Judge:
 
     def _of_value(self, statement: ast.AST, is_all: bool, name: Optional[str], is_whole: bool) -> str:
         targets = _targets(statement)
+        if is_all and isinstance(statement, ast.AugAssign):
+            return 'term'
         if is_whole and is_all:
             if targets & self._indices:
                 return 'used as an index'
-            if any(target.split('.')[-1].lower() in COUNT_ATTRIBUTES for target in targets):
-                return 'counting name'
             if targets & self._counts:
                 return 'used as a count'
+            if any(target.split('.')[-1].lower() in COUNT_ATTRIBUTES for target in targets):
+                return 'counting name'
             owner = self._parents.get(id(statement), (None, ''))[0]
             if isinstance(owner, ast.ClassDef) and targets and all(target.isupper() for target in targets):
                 return 'enumeration'
         return 'named' if is_all and name else 'value'
+
+
+def _is_strict(node: ast.AST) -> bool:
+    """Whether a definition is read by another compiler, or asks for the exact types of its numbers."""
+    if isinstance(node, ast.ClassDef):
+        return any(_last(base) in ENUMERATIONS for base in node.bases)
+    return isinstance(node, FUNCTIONS) and any(
+        _last(decorator) in STRICT_DECORATORS for decorator in getattr(node, 'decorator_list', ())
+    )
 
 
 def _of_operator(parent: ast.AST, field: str, child: ast.AST, is_whole: bool) -> Optional[str]:
@@ -332,7 +342,7 @@ def _targets(statement: ast.AST) -> Set[str]:
 
 
 def _assigned(statement: ast.AST) -> Optional[str]:
-    return next(iter(sorted(_targets(statement))), None)
+    return None if isinstance(statement, ast.AugAssign) else next(iter(sorted(_targets(statement))), None)
 
 
 def _uses(tree: ast.AST) -> Tuple[Set[str], Set[str]]:
