@@ -1,6 +1,8 @@
 """The rules by which a number literal is a location or none: each row of the table, by its own example."""
 
 import ast
+import re
+from pathlib import Path
 
 import pytest
 from support.programs import literals_of, verdict_of
@@ -134,3 +136,9 @@ def test_equal_literals_of_a_function_have_identities_of_their_own():
 def test_named_constants_rank_before_values_and_those_before_formulas():
     speed, value, term, divisor = (verdict_of(text) for text in ('speed = 7.0', 'f(7.0)', 'x = 7.0 * y', 'x = y / 7.0'))
     assert speed.rank < value.rank < term.rank < divisor.rank
+
+
+def test_the_page_lists_every_rule():
+    page = (Path(__file__).parents[2] / 'docs' / 'unmodified_nodes.md').read_text(encoding='utf-8')
+    rows = re.findall(r'^\| (.+?) \| (number|whole|form|plain) \| (.+) \|$', page, flags=re.MULTILINE)
+    assert rows == [(rule.name, rule.verdict, rule.reason) for rule in RULES.values()]
