@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Runs rospy nodes as they are and with `rosslt run`, and prints what that gives and what it costs.
 
-    ./run exec benchmarks/unmodified_nodes.py DIRECTORY [NODE...] [--seconds 10] [--arguments NODE 'ARGUMENT...']
+    ./run exec benchmarks/unmodified_nodes.py DIRECTORY [--nodes NODE...] [--seconds 10] [--arguments NODE 'ARGUMENT...']
 
 Of each node: the rates of its topics and the CPU time that it takes, plain and tracked, with one subscriber; how many
-numeric leaves its messages have (without stamps, sequence numbers and untracked zeros), and how many of them are tracked;
-and how many of those that stand still could be forced to another value. It starts a ROS master of its own, and an
+numeric leaves its messages have (without stamps, sequence numbers and untracked zeros), and how many are tracked; and
+how many of those that stand still could be forced to another value. It starts a ROS master of its own, and an
 action server of `move_base` that succeeds after a second.
 """
 
@@ -19,10 +19,9 @@ import time
 from pathlib import Path
 
 import actionlib
-import genpy
 import rosgraph
-import rospy
 import roslib.message
+import rospy
 
 import rosslt
 from rosslt import node, values
@@ -81,9 +80,9 @@ class Trial:
             before = dict(values.leaves(self.previous.get(topic) or message))
             for path, value in values.leaves(message):
                 is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-                if is_number and not path.endswith(('.secs', '.nsecs', '.seq')):
-                    if value != 0 or values.is_tracked(value):
-                        found.append((topic, path, value, before.get(path) == value))
+                is_data = is_number and not path.endswith(('.secs', '.nsecs', '.seq'))
+                if is_data and (value != 0 or values.is_tracked(value)):
+                    found.append((topic, path, value, before.get(path) == value))
         return found
 
     def force(self, leaves):
@@ -177,7 +176,9 @@ def main():
     arguments = dict(options.arguments)
     os.environ['ROS_MASTER_URI'] = f'http://localhost:{PORT}'
     os.environ['ROS_HOSTNAME'] = 'localhost'
-    master = subprocess.Popen(['rosmaster', '--core', '-p', str(PORT)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    master = subprocess.Popen(
+        ['rosmaster', '--core', '-p', str(PORT)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
     try:
         _wait_until(lambda: rosgraph.is_master_online(os.environ['ROS_MASTER_URI']), 15)
         rosslt.init_node('trial', argv=[], disable_signals=True)

@@ -1,7 +1,6 @@
 """A master for the tests beside this file."""
 
 import pytest
-
 import rospy
 
 import rosslt

@@ -121,7 +121,9 @@ def test_what_is_written_past_the_array_has_no_provenance():
 def test_arrays_stay_arrays_of_floats():
     a = np.array(tracked(VECTOR))
     x = tracked(2.0)
-    assert {one.dtype.name for one in (a, a * x, x * a, x * numpy.array(VECTOR), numpy.array(VECTOR) - x, np.sin(a))} == {'float64'}
+    assert {
+        one.dtype.name for one in (a, a * x, x * a, x * numpy.array(VECTOR), numpy.array(VECTOR) - x, np.sin(a))
+    } == {'float64'}
     assert isinstance(a, numpy.ndarray)
     assert repr(a) == repr(numpy.array(VECTOR))
     assert numpy.linalg.eigvals(np.array(tracked(MATRIX))).shape == (3,)
@@ -209,14 +211,20 @@ TRANSFORMATIONS = {
 }
 
 #: Made of eigenvectors and singular values, or of truth values: they give the plain numbers.
-UNTRACKED = {'decompose_matrix', 'identity_matrix', 'is_same_transform', 'projection_from_matrix', 'reflection_from_matrix'}
+UNTRACKED = {
+    'decompose_matrix',
+    'identity_matrix',
+    'is_same_transform',
+    'projection_from_matrix',
+    'reflection_from_matrix',
+}
 
 
 def test_every_function_of_tf_is_compared():
     functions = {name for name, thing in vars(plain_tf).items() if callable(thing) and not name.startswith('_')}
-    assert {name for name in functions if not isinstance(getattr(plain_tf, name), type) and 'random' not in name} == set(
-        TRANSFORMATIONS
-    )
+    assert {
+        name for name in functions if not isinstance(getattr(plain_tf, name), type) and 'random' not in name
+    } == set(TRANSFORMATIONS)
 
 
 @pytest.mark.parametrize('name', TRANSFORMATIONS)

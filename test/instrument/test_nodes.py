@@ -10,14 +10,14 @@ from geometry_msgs.msg import PointStamped, PoseStamped
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan
 from std_msgs.msg import Float32, Float64, Int32
-from support.processes import wait_until
-from support.shell import rosslt as command
-from support.unmodified import Unmodified
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarkerInit, MarkerArray
 
 import rosslt
 from rosslt import node, values
+from support.processes import wait_until
+from support.shell import rosslt as command
+from support.unmodified import Unmodified
 
 MODULE_LOOP = """
 import math
@@ -245,7 +245,9 @@ def run(master, tmp_path):
 
 
 def names_of(name):
-    return {line.split('\t')[0].split('/')[-1]: line.split('\t') for line in command('list', '/' + name).stdout.splitlines()}
+    return {
+        line.split('\t')[0].split('/')[-1]: line.split('\t') for line in command('list', '/' + name).stdout.splitlines()
+    }
 
 
 def test_a_module_level_loop_with_a_publisher_before_its_node(run):
@@ -264,7 +266,12 @@ def test_a_drag_changes_named_constants_before_parts_of_formulas(run):
     with run(MODULE_LOOP, 'module_loop'), Listener('loop', PointStamped) as heard:
         changed = node.force_value(heard.next().point.y, 9.0)
         (source,) = changed
-        (one,) = node.ask_all('list_locations', rosslt.srv.ListLocations, {'/module_loop': rosslt.srv.ListLocationsRequest([source.location_id])}, 5)[0]['/module_loop'].locations
+        (one,) = node.ask_all(
+            'list_locations',
+            rosslt.srv.ListLocations,
+            {'/module_loop': rosslt.srv.ListLocationsRequest([source.location_id])},
+            5,
+        )[0]['/module_loop'].locations
         assert (one.name, one.rank) == ('radius', 0)
 
 
@@ -378,20 +385,26 @@ def test_a_thread_publishes_by_keywords(run):
 
 
 def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path):
-    (tmp_path / 'talker.py').write_text('#!/usr/bin/env python3' + LATCHED.replace("'latched', Float64", "'launched', Float64"))
+    (tmp_path / 'talker.py').write_text(
+        '#!/usr/bin/env python3' + LATCHED.replace("'latched', Float64", "'launched', Float64")
+    )
     file = tmp_path / 'all.launch'
     script = tmp_path / 'talker.py'
     script.chmod(0o755)
     package = tmp_path / 'package.xml'
-    package.write_text('<package><name>launched_nodes</name><version>0.0.0</version><description>x</description><maintainer email="a@b.c">a</maintainer><license>BSD</license></package>')
+    package.write_text(
+        '<package><name>launched_nodes</name><version>0.0.0</version><description>x</description><maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
+    )
     file.write_text(
         '<launch><arg name="name"/><node pkg="launched_nodes" type="talker.py" name="$(arg name)"/>'
         '<node pkg="launched_nodes" type="talker.py" name="other"/></launch>'
     )
     environment = dict(os.environ, ROS_PACKAGE_PATH=f'{tmp_path}:{os.environ.get("ROS_PACKAGE_PATH", "")}')
     process = subprocess.Popen(
-        ['rosslt', 'launch', '--no-markers', '--except', 'other', str(file), 'name:=one'], env=environment,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        ['rosslt', 'launch', '--no-markers', '--except', 'other', str(file), 'name:=one'],
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
     try:
         wait_until(lambda: names_of('one'), 'the node is tracked', 60)

@@ -3,10 +3,10 @@
 import traceback
 
 import pytest
-from support.programs import run_rewritten
 
 from rosslt import values
 from rosslt.instrument.rewriting import rewrite
+from support.programs import run_rewritten
 
 PROGRAMS = {
     'arithmetic': 'x = 1 + 2.5 * 3 - -4 / 2 ** 2\ny = (x, -x, +x, x // 2, x % 3, divmod(7, 2), abs(-3.5), round(2.567, 2))\n',
@@ -43,9 +43,7 @@ def shown(names):
 
 @pytest.mark.parametrize('text', PROGRAMS.values(), ids=PROGRAMS)
 def test_a_rewritten_program_computes_what_it_did(text):
-    assert {k: v for k, v in shown(run_rewritten(text)).items()} == {
-        k: v for k, v in shown(plain_run(text)).items()
-    }
+    assert {k: v for k, v in shown(run_rewritten(text)).items()} == {k: v for k, v in shown(plain_run(text)).items()}
 
 
 def test_numbers_keep_their_provenance_through_conversions_and_functions():
@@ -54,7 +52,9 @@ def test_numbers_keep_their_provenance_through_conversions_and_functions():
 
 
 def test_a_state_carries_no_provenance_on():
-    names = run_rewritten('t = 0.0\nv = 2.0\nwhile True:\n    t = t + v * 0.1\n    if t > 1: break\n    sleep = len\n    sleep("")\nx = t * 3.0\n')
+    names = run_rewritten(
+        't = 0.0\nv = 2.0\nwhile True:\n    t = t + v * 0.1\n    if t > 1: break\n    sleep = len\n    sleep("")\nx = t * 3.0\n'
+    )
     assert not values.is_tracked(names['t'])
     assert values.is_tracked(names['x'])
 
@@ -65,7 +65,9 @@ def test_a_state_that_starts_with_a_tracked_value_does_not_grow():
 
 
 def test_lists_are_extended_in_place_where_they_are_carried_on():
-    names = run_rewritten('p = []\nq = p\nwhile True:\n    p += [1.5]\n    if len(p) > 2: break\n    spin = len\n    spin("")\n')
+    names = run_rewritten(
+        'p = []\nq = p\nwhile True:\n    p += [1.5]\n    if len(p) > 2: break\n    spin = len\n    spin("")\n'
+    )
     assert names['q'] is names['p']
     assert all(map(values.is_tracked, names['p']))
 

@@ -5,6 +5,7 @@ import signal
 import stat
 
 import pytest
+
 from support.shell import rosslt
 from support.unmodified import Unmodified
 
@@ -51,8 +52,10 @@ def test_a_program_ends_as_by_itself(folder, code):
 
 
 def test_the_debugger_shows_the_lines_of_the_file(folder):
-    code = 'import pdb, io, sys\nx = 2.5\ndef f(y):\n    z = y * 3.0\n    d.set_trace()\n    return z\n' \
+    code = (
+        'import pdb, io, sys\nx = 2.5\ndef f(y):\n    z = y * 3.0\n    d.set_trace()\n    return z\n'
         'd = pdb.Pdb(stdin=io.StringIO("p z\\nl\\nc\\n"), stdout=sys.stdout, nosigint=True)\nf(x)\n'
+    )
     plain = Unmodified(folder, 'program', code, tracked=False).end()
     status, output, _ = Unmodified(folder, 'program', code).end()
     assert (status, output) == plain[:2]
@@ -102,7 +105,7 @@ def test_a_relay_of_a_catkin_workspace_is_followed(folder):
     script.write_text('import sys\nprint(__file__, sys.argv[1:], 2.5)\n')
     relay = folder / 'relay'
     relay.write_text(
-        "#!/usr/bin/python3\n# -*- coding: utf-8 -*-\n# generated from catkin/cmake/template/script.py.in\n"
+        '#!/usr/bin/python3\n# -*- coding: utf-8 -*-\n# generated from catkin/cmake/template/script.py.in\n'
         f"# creates a relay to a python script source file, acting as that file.\npython_script = '{script}'\n"
     )
     assert rosslt('run', str(relay), 'a').stdout == f"{script} ['a'] 2.5\n"
@@ -134,8 +137,10 @@ def test_an_installed_module_is_tracked_on_request(folder):
     package.mkdir(parents=True)
     (package / '__init__.py').write_text('from far_away.part import VALUE\n')
     (package / 'part.py').write_text('VALUE = 2.5\n')
-    code = 'import sys, os\nsys.path.append(os.path.join(os.path.dirname(__file__), "site-packages"))\n' \
+    code = (
+        'import sys, os\nsys.path.append(os.path.join(os.path.dirname(__file__), "site-packages"))\n'
         'import far_away\nprint(type(far_away.VALUE).__name__)\n'
+    )
     assert Unmodified(folder, 'program', code).end()[1] == 'float\n'
     assert Unmodified(folder, 'program', code, options=('--include', 'far_away')).end()[1] == 'TrackedFloat\n'
 

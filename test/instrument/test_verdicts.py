@@ -5,11 +5,11 @@ import re
 from pathlib import Path
 
 import pytest
-from support.programs import literals_of, verdict_of
 
 from rosslt.instrument import RULES
 from rosslt.instrument.literals import SourceText
 from rosslt.instrument.verdicts import judge
+from support.programs import literals_of, verdict_of
 
 
 def judged(text):
@@ -130,7 +130,9 @@ def test_an_identity_survives_edits_elsewhere():
 
 
 def test_equal_literals_of_a_function_have_identities_of_their_own():
-    assert len({one.identity for one in literals_of('def f():\n    return 2.0, 2.0\n\ndef g():\n    return 2.0\n')}) == 3
+    assert (
+        len({one.identity for one in literals_of('def f():\n    return 2.0, 2.0\n\ndef g():\n    return 2.0\n')}) == 3
+    )
 
 
 def test_named_constants_rank_before_values_and_those_before_formulas():

@@ -5,9 +5,9 @@ import signal
 import subprocess
 import sys
 
-from support.processes import node_pid, wait_until
-
 import rosgraph
+
+from support.processes import node_pid, wait_until
 
 
 class Unmodified:

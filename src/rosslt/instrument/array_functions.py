@@ -78,7 +78,7 @@ def _added(function: Any, arguments: Any, options: Any) -> Any:
 
 def _norm(function: Any, arguments: Any, options: Any) -> Any:
     axis = options.get('axis')
-    if len(arguments) > 1 and arguments[1] is not None or options.get('ord') is not None:
+    if (len(arguments) > 1 and arguments[1] is not None) or options.get('ord') is not None:
         return None
     objects = _objects(arguments[0])
     if axis is None:
@@ -114,7 +114,10 @@ def _inverse(function: Any, arguments: Any, options: Any) -> Any:
 
 
 def _solution(function: Any, arguments: Any, options: Any) -> Any:
-    rows, right = _objects(arguments[0]), _objects(numpy.asarray(arguments[1]) if isinstance(arguments[1], list) else arguments[1])
+    rows, right = (
+        _objects(arguments[0]),
+        _objects(numpy.asarray(arguments[1]) if isinstance(arguments[1], list) else arguments[1]),
+    )
     if rows.ndim != 2 or rows.shape[0] > 6 or right.ndim > 2:
         return None
     columns = right.reshape(right.shape[0], -1).tolist()
@@ -145,7 +148,7 @@ def _determinant(function: Any, arguments: Any, options: Any) -> Any:
     if rows.ndim != 2 or rows.shape[0] > 4:
         return None
 
-    def minor(matrix: List[List[Any]]) -> Any:
+    def minor(matrix: Any) -> Any:
         if len(matrix) == 1:
             return matrix[0][0]
         return sum(
@@ -350,4 +353,3 @@ def _named(name: str, function: Any) -> Any:
 def keep_provenance_in_numpy() -> None:
     """Have tracked numbers and plain arrays make arrays of floats, as NumPy does, not of objects."""
     values.compute_ufuncs_with(compute)
-

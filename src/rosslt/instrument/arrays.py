@@ -3,8 +3,8 @@
 A `TrackedArray` is an ordinary array of floats or ints: all that computes with it gets the numbers that it would get
 without provenance, to the last bit. Beside them stands an array of objects of the same shape, the tracked values, None
 where an element has no provenance. Views share it as they share the numbers. An element is read as its tracked value
-if that still has the number which stands in the array; where something has written to the numbers past this class, it has
-lost its provenance, and nothing else.
+if that still has the number which stands in the array; where something has written to the numbers past this class, it
+has lost its provenance, and nothing else.
 """
 
 import operator
@@ -51,12 +51,31 @@ _OPERATORS: Dict[str, Callable[..., Any]] = {
     'arccosh': values.MATH['acosh'],
     'arctanh': values.MATH['atanh'],
 }
-_OPERATORS.update(
-    (name, values.MATH[name])
-    for name in 'sin cos tan sinh cosh tanh exp expm1 log log2 log10 log1p sqrt hypot degrees radians fabs copysign fmod '
-    'floor ceil trunc'.split()
-    if name in values.MATH
+_SAME_NAMES = (
+    'sin',
+    'cos',
+    'tan',
+    'sinh',
+    'cosh',
+    'tanh',
+    'exp',
+    'expm1',
+    'log',
+    'log2',
+    'log10',
+    'log1p',
+    'sqrt',
+    'hypot',
+    'degrees',
+    'radians',
+    'fabs',
+    'copysign',
+    'fmod',
+    'floor',
+    'ceil',
+    'trunc',
 )
+_OPERATORS.update((name, values.MATH[name]) for name in _SAME_NAMES if name in values.MATH)
 
 _SUMMED = {'add', 'multiply', 'maximum', 'minimum'}
 _IN_LINE = {'matmul'}
@@ -126,9 +145,11 @@ class TrackedArray(numpy.ndarray):
     def __reduce__(self) -> Any:
         return self.view(numpy.ndarray).__reduce__()
 
-    def copy(self, order: str = 'C') -> Any:
+    def copy(self, order: Any = 'C') -> Any:
         """As of `numpy.ndarray`."""
-        return with_provenance(self.view(numpy.ndarray).copy(order), None if self._beside is None else self._beside.copy())
+        return with_provenance(
+            self.view(numpy.ndarray).copy(order), None if self._beside is None else self._beside.copy()
+        )
 
     def __repr__(self) -> str:
         return repr(self.view(numpy.ndarray))
@@ -171,7 +192,7 @@ class TrackedArray(numpy.ndarray):
         """As of `numpy.ndarray`."""
         return numpy.transpose(self, *([axes] if len(axes) > 1 else axes))
 
-    def flatten(self, order: str = 'C') -> Any:
+    def flatten(self, order: Any = 'C') -> Any:
         """As of `numpy.ndarray`."""
         return numpy.ravel(self, order).copy()
 
@@ -184,8 +205,24 @@ def _method(name: str) -> Callable[..., Any]:
     return method
 
 
-for _name in 'clip cumsum cumprod diagonal dot ravel repeat squeeze swapaxes take trace mean round'.split():
+_METHODS = (
+    'clip',
+    'cumsum',
+    'cumprod',
+    'diagonal',
+    'dot',
+    'ravel',
+    'repeat',
+    'squeeze',
+    'swapaxes',
+    'take',
+    'trace',
+    'mean',
+    'round',
+)
+for _name in _METHODS:
     setattr(TrackedArray, _name, _method(_name))
+
 
 def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
     """An array with its provenance beside it; as it is where it can have none.

@@ -145,9 +145,7 @@ class LiteralLocation(node.HeldLocation):
         literal = cells.literals[number]
         self.cells, self.number, self.rank = cells, number, literal.rank
         self.is_shape = literal.is_shape
-        site = node.CallSite(
-            literal.file, literal.line, literal.column, linecache.getline(literal.file, literal.line)
-        )
+        site = node.CallSite(literal.file, literal.line, literal.column, linecache.getline(literal.file, literal.line))
         super().__init__(
             rospy.get_name(),
             literal.identity,

@@ -1,4 +1,4 @@
-"""`math` and the conversions of a node's own code: as they are for plain numbers, and keeping provenance for tracked ones."""
+"""`math` and the conversions of a node's own code: as they are for plain numbers, keeping provenance for tracked ones."""
 
 import math
 from typing import Any, Callable, Dict

@@ -112,7 +112,9 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
     functions = _functions(tree)
     counted: Counter = Counter()
     found = []
-    for judgement in sorted(judge(tree, source.text_of, states), key=lambda one: (one.node.lineno, one.node.col_offset)):
+    for judgement in sorted(
+        judge(tree, source.text_of, states), key=lambda one: (one.node.lineno, one.node.col_offset)
+    ):
         node = judgement.node
         text = source.text_of(node)
         function = functions.get(id(node), '')

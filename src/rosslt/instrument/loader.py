@@ -138,7 +138,9 @@ class OwnModules:
         if file.startswith(_OURS + os.sep):
             return False
         if file.startswith(self._beside + os.sep):
-            return not any(part in ('site-packages', 'dist-packages') for part in file[len(self._beside) :].split(os.sep))
+            return not any(
+                part in ('site-packages', 'dist-packages') for part in file[len(self._beside) :].split(os.sep)
+            )
         return not file.startswith(self._foreign) and not _is_installed(file)
 
 

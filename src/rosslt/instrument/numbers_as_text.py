@@ -13,6 +13,11 @@ def represent_in_yaml() -> None:
         def represent(dumper, value, kind=kind):
             return dumper.represent_data(kind(value))
 
-        for dumper in (yaml.SafeDumper, yaml.Dumper, getattr(yaml, 'CSafeDumper', None), getattr(yaml, 'CDumper', None)):
+        for dumper in (
+            yaml.SafeDumper,
+            yaml.Dumper,
+            getattr(yaml, 'CSafeDumper', None),
+            getattr(yaml, 'CDumper', None),
+        ):
             if dumper is not None:
                 dumper.add_representer(tracked, represent)

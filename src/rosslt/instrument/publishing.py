@@ -1,5 +1,6 @@
 """The publisher of a node that was not written for this, and the services: what makes its literals known."""
 
+import contextlib
 import time
 from typing import Any
 
@@ -30,10 +31,9 @@ class Publisher(node.Publisher):
         if (now >= self._look_again or self._looked < FIRST_MESSAGES) and node.is_started():
             self._looked += 1
             self._look_again = now + PERIOD
-            try:
+            # It is rospy that says what is wrong with a message.
+            with contextlib.suppress(TypeError, ValueError, rospy.ROSException):
                 reach(args_kwds_to_message(self.data_class, args, kwds))
-            except (TypeError, ValueError, rospy.ROSException):
-                pass  # it is rospy that says what is wrong with a message
         super().publish(*args, **kwds)
 
 

@@ -7,7 +7,7 @@ import copy
 from typing import Any, List, NamedTuple, Set
 
 from rosslt.instrument.literals import Literal, SourceText, find_literals
-from rosslt.instrument.states import find_states, dotted
+from rosslt.instrument.states import find_states
 
 #: The names that rewritten code finds in its module, beside its own.
 CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN = (
@@ -17,10 +17,9 @@ CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN = (
     '__rosslt_route_all__',
     '__rosslt_plain__',
 )
-_IN_PLACE = '__rosslt_in_place__'
+#: Conversions of which the argument may be tracked.
 CONVERSIONS = {'float': '__rosslt_float__', 'int': '__rosslt_int__'}
 
-#: Conversions of which the argument may be tracked.
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
 
@@ -99,22 +98,22 @@ class _Rewriter(ast.NodeTransformer):
             reading = ast.Subscript(value=_name(CELLS, node), slice=index, ctx=ast.Load())
         return ast.copy_location(reading, node)
 
-    def visit_JoinedStr(self, node: ast.JoinedStr) -> Any:  # noqa: N802 (ast's name)
+    def visit_JoinedStr(self, node: ast.JoinedStr) -> Any:
         return node
 
-    def visit_Call(self, node: ast.Call) -> Any:  # noqa: N802
+    def visit_Call(self, node: ast.Call) -> Any:
         self.generic_visit(node)
         conversion = CONVERSIONS.get(getattr(node.func, 'id', ''))
-        if conversion and node.func.id not in self._bound and len(node.args) == 1 and not node.keywords:  # type: ignore
-            if not isinstance(node.args[0], ast.Starred):
-                node.func = _name(conversion, node.func)
+        is_simple = len(node.args) == 1 and not node.keywords and not isinstance(node.args[0], ast.Starred)
+        if conversion and is_simple and getattr(node.func, 'id', '') not in self._bound:
+            node.func = _name(conversion, node.func)
         return node
 
-    def visit_Import(self, node: ast.Import) -> Any:  # noqa: N802
+    def visit_Import(self, node: ast.Import) -> Any:
         names = [alias.asname or alias.name.split('.')[0] for alias in node.names]
         return [node, *(_routed(name, node) for name in names)]
 
-    def visit_ImportFrom(self, node: ast.ImportFrom) -> Any:  # noqa: N802
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> Any:
         if node.module == '__future__':
             return node
         if any(alias.name == '*' for alias in node.names):
@@ -126,21 +125,21 @@ class _Rewriter(ast.NodeTransformer):
             return [node, ast.copy_location(ast.Expr(value=ast.copy_location(call, node)), node)]
         return [node, *(_routed(alias.asname or alias.name, node) for alias in node.names)]
 
-    def visit_Assign(self, node: ast.Assign) -> Any:  # noqa: N802
+    def visit_Assign(self, node: ast.Assign) -> Any:
         is_step = node in self._steps
         self.generic_visit(node)
         if is_step:
             node.value = _call(PLAIN, [node.value], node.value)
         return node
 
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> Any:  # noqa: N802
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> Any:
         is_step = node in self._steps and node.value is not None
         self.generic_visit(node)
         if is_step and node.value is not None:
             node.value = _call(PLAIN, [node.value], node.value)
         return node
 
-    def visit_AugAssign(self, node: ast.AugAssign) -> Any:  # noqa: N802
+    def visit_AugAssign(self, node: ast.AugAssign) -> Any:
         is_step = node in self._steps
         self.generic_visit(node)
         if not is_step:

@@ -189,4 +189,8 @@ def _trimmed(traceback: Any) -> Any:
 
 
 def _is_command(file: str) -> bool:
-    return os.path.basename(file) == 'rosslt' and os.path.basename(os.path.dirname(file)) in ('scripts', 'rosslt', 'bin')
+    return os.path.basename(file) == 'rosslt' and os.path.basename(os.path.dirname(file)) in (
+        'scripts',
+        'rosslt',
+        'bin',
+    )

@@ -59,8 +59,12 @@ RULES = {
         Rule('clock', FORM, 'how a clock runs', 'x = rospy.get_time() * 7.0'),
         Rule('neighbour', FORM, 'the next or the last one of those counted', 'for i in range(n):\n    x = i + 7'),
         Rule('step', FORM, 'the step of a state', 'while True:\n    t += 7.0\n    rate.sleep()'),
-        Rule('state', PLAIN, 'where a state starts', 'class A:\n    def f(self):\n        self.n = 7\n    '
-             'def g(self):\n        self.n = self.n * 2'),
+        Rule(
+            'state',
+            PLAIN,
+            'where a state starts',
+            'class A:\n    def f(self):\n        self.n = 7\n    def g(self):\n        self.n = self.n * 2',
+        ),
         Rule('count', PLAIN, 'a count, a rate, a time or a size', 'for i in range(7): pass'),
         Rule('option', PLAIN, 'an option of a call', "rospy.Publisher('a', A, queue_size=7)"),
         Rule('system', PLAIN, 'for the system or a device, not for a message', 'os.nice(7)'),
@@ -72,7 +76,7 @@ RULES = {
         Rule('bit notation', PLAIN, 'written as bits', 'x = 0x7'),
         Rule('exponent', PLAIN, 'an exponent makes another formula', 'x = y ** 7'),
         Rule('modulus', PLAIN, 'the modulus of whole numbers', 'x = y % 7'),
-        Rule('repetition', PLAIN, 'how often something is repeated', "x = [y] * 7"),
+        Rule('repetition', PLAIN, 'how often something is repeated', 'x = [y] * 7'),
         Rule('text', PLAIN, 'what is formatted becomes a text', "x = f'{7}'"),
         Rule('decorator', PLAIN, 'belongs to the definition', '@retry(7)\ndef f(): pass'),
         Rule('default', PLAIN, 'a default is made once, with the function', 'def f(x=7.0): pass'),
@@ -80,7 +84,9 @@ RULES = {
         Rule('pattern', PLAIN, 'a pattern must stay a constant', 'match x:\n    case 7: pass'),
         Rule('key', PLAIN, 'the key of a dictionary', 'x = {7: y}'),
         Rule('statement', PLAIN, 'nothing is done with it', '7'),
-        Rule('strict', PLAIN, 'code that is compiled, or that asks for the exact type', '@njit\ndef f():\n    return 7.0'),
+        Rule(
+            'strict', PLAIN, 'code that is compiled, or that asks for the exact type', '@njit\ndef f():\n    return 7.0'
+        ),
         Rule('not finite', PLAIN, 'no location holds what is not finite', 'x = 7e999'),
         Rule('skip', PLAIN, '`# rosslt: skip` stands there', 'x = 7.0  # rosslt: skip'),
     )
@@ -191,9 +197,7 @@ class _Judge:
             child = parent
         return None, found or 'value'
 
-    def _outright(
-        self, parent: ast.AST, field: str, child: ast.AST, node: ast.AST, is_whole: bool
-    ) -> Optional[str]:
+    def _outright(self, parent: ast.AST, field: str, child: ast.AST, node: ast.AST, is_whole: bool) -> Optional[str]:
         """The rule that speaks for all below a field of a node, whatever else they are."""
         if field == 'slice' or isinstance(parent, ast.Slice):
             return 'index'
@@ -258,7 +262,7 @@ class _Judge:
             if abs(value) in UNITS:
                 return 'unit'
             if _last(other) in TURNS or (isinstance(other, ast.BinOp) and _last(other.left) in TURNS):
-                return 'turn' if type(value) is int or value.is_integer() and abs(value) <= 4 else None
+                return 'turn' if type(value) is int or (value.is_integer() and abs(value) <= 4) else None
         if isinstance(parent.op, (ast.Add, ast.Sub)) and is_operand and type(value) is int:
             if dotted(other) in self._counts | self._indices:
                 return 'neighbour'
@@ -354,9 +358,7 @@ def _uses(tree: ast.AST) -> Tuple[Set[str], Set[str]]:
             indices |= set(filter(None, map(dotted, _operands(node.slice))))
         elif isinstance(node, ast.Call):
             last = _last(node.func)
-            if last in ('range', 'xrange'):
-                counts |= {name for argument in node.args for name in map(dotted, _operands(argument)) if name}
-            elif last in SHAPE_CALLS or last in ('Rate', 'randint'):
+            if last in ('range', 'xrange') or last in SHAPE_CALLS or last in ('Rate', 'randint'):
                 counts |= {name for argument in node.args for name in map(dotted, _operands(argument)) if name}
         elif isinstance(node, ast.For) and _last(node.iter) in ('range', 'xrange', 'enumerate'):
             target = node.target.elts[0] if isinstance(node.target, ast.Tuple) and node.target.elts else node.target
@@ -375,7 +377,7 @@ def _operands(node: ast.AST) -> Iterator[ast.AST]:
         part = waiting.pop()
         if isinstance(part, (ast.Name, ast.Attribute)):
             yield part
-        elif isinstance(part, (ast.BinOp, ast.UnaryOp, ast.Slice, ast.Tuple)):
-            waiting.extend(ast.iter_child_nodes(part))
-        elif hasattr(ast, 'Index') and isinstance(part, ast.Index):  # Python 3.8
+        elif isinstance(part, (ast.BinOp, ast.UnaryOp, ast.Slice, ast.Tuple)) or (
+            hasattr(ast, 'Index') and isinstance(part, ast.Index)
+        ):
             waiting.extend(ast.iter_child_nodes(part))

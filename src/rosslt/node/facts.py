@@ -38,7 +38,9 @@ class Facts:
         """The Fact of a source as far as it is known already, else None."""
         if source.node == self._locations.node:
             location = self._locations.by_id.get(source.location_id)
-            return location and Fact(location.place, location.minimum, location.maximum, location.read_only, location.rank)
+            return location and Fact(
+                location.place, location.minimum, location.maximum, location.read_only, location.rank
+            )
         return self._known.get(source)
 
     def place(self, source):
