@@ -64,8 +64,8 @@ def faults(path):
         where = '{}:{}: {}'.format(path.relative_to(ROOT), line, name)
         parts = name.split('.')
         if parts[0] != 'rosslt':
-            if room == 'values' and parts[0] not in sys.stdlib_module_names | {'numpy'}:
-                yield where + ': values imports nothing but the standard library and NumPy'
+            if room == 'values' and parts[0] not in sys.stdlib_module_names | {'numpy', 'scipy'}:
+                yield where + ': values imports nothing but the standard library, NumPy and SciPy'
             if room == 'messages' and parts[0] == 'rospy':
                 yield where + ': messages does not need a running ROS'
             continue

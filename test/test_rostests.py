@@ -44,7 +44,10 @@ def test_rostest(suite, tmp_path):
     if not reports:
         pytest.fail('no <test> ran: ' + report, pytrace=False)
     for path in reports:
-        counts = count(path)
+        try:
+            counts = count(path)
+        except ElementTree.ParseError as error:
+            pytest.fail('{} cannot be read ({}): {}'.format(path.name, error, report), pytrace=False)
         if counts['tests'] == 0 or counts['failures'] or counts['errors']:
             pytest.fail('{} counts {}: {}'.format(path.name, counts, report), pytrace=False)
 

@@ -78,12 +78,12 @@ class SimpleActionClient(actionlib.SimpleActionClient):
         try:
             uri = rosgraph.Master(own_name).lookupNode(server)
             with xmlrpc.client.ServerProxy(uri, transport=_PatientTransport()) as proxy:
-                _, _, connections = proxy.getBusInfo(own_name)  # type: ignore[misc]
+                answer: Any = proxy.getBusInfo(own_name)
         except (OSError, xmlrpc.client.Error, rosgraph.MasterException, http.client.HTTPException) as error:
             rospy.logdebug('cannot ask %s for its connections: %s', server, error)
             return False
         # [number, peer, direction, transport, topic, whether connected, ...]
-        topics = {topic for _, peer, direction, _, topic, *_ in connections if (peer, direction) == (own_name, 'o')}
+        topics = {topic for _, peer, direction, _, topic, *_ in answer[2] if (peer, direction) == (own_name, 'o')}
         return {client.result_sub.resolved_name, client.feedback_sub.resolved_name} <= topics
 
     def _publish_goal(self, action_goal: Any) -> None:
@@ -129,17 +129,16 @@ class SimpleActionServer(actionlib.SimpleActionServer):
 class _ActionServer(actionlib.ActionServer):
     def initialize(self) -> None:
         """Open the topics, those that carry values with their provenance."""
-        name = rospy.remap_name(self.ns)
+        topics = rospy.remap_name(self.ns)
         # Before the plain one, so that no goal is read without its provenance.
-        goals = Subscriber(name + '/goal', self.ActionGoal, self.internal_goal_callback)
+        goals = Subscriber(topics + '/goal', self.ActionGoal, self.internal_goal_callback)
         super().initialize()
-        self.goal_sub = _instead(self.goal_sub, goals)
-        self.result_pub = _instead(
-            self.result_pub, Publisher(name + '/result', self.ActionResult, queue_size=self.pub_queue_size)
-        )
-        self.feedback_pub = _instead(
-            self.feedback_pub, Publisher(name + '/feedback', self.ActionFeedback, queue_size=self.pub_queue_size)
-        )
+        for name, carrying in (
+            ('goal_sub', goals),
+            ('result_pub', Publisher(topics + '/result', self.ActionResult, queue_size=self.pub_queue_size)),
+            ('feedback_pub', Publisher(topics + '/feedback', self.ActionFeedback, queue_size=self.pub_queue_size)),
+        ):
+            setattr(self, name, _instead(getattr(self, name), carrying))
 
 
 def _instead(plain: Any, carrying: Any) -> Any:

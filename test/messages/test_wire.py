@@ -13,7 +13,7 @@ from visualization_msgs.msg import Marker
 
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track
 from rosslt.messages import append_provenance, attach, encode, tracked_type, wrap
-from rosslt.messages.received import ReceivedHeader
+from rosslt.messages.codec.decoder import ReceivedHeader
 from rosslt.values import AFFINE, SOURCE, assemble
 from support.filling import assert_arrived, serialized
 

@@ -2,11 +2,11 @@
 """What a node read once stays alive: what it sends is evaluated anew where sources of it have changed since."""
 
 import math
+import threading
 import unittest
 
 import rospy
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseStamped
-from processes import Node, wait_until
 from rosslt.msg import PoseTracked
 from rosslt.srv import ChangeSources
 from std_msgs.msg import Float64, Float64MultiArray, Int32
@@ -15,6 +15,7 @@ from topics_suite import Inbox
 from visualization_msgs.msg import Marker
 
 import rosslt
+from support.processes import Node, wait_until
 
 #: Adds up a speed, 20 times a second, that it reads in the way that is filled in.
 INTEGRATOR = """
@@ -157,6 +158,26 @@ class Alive(unittest.TestCase):
         self.assertEqual(self.sent(publisher, inbox, x).data, 2.0)
         box['x'] = 9.0
         self.assertEqual(self.sent(publisher, inbox, x).data, 2.0)
+
+    def test_a_setter_may_wait_for_who_publishes(self):
+        box, mine, is_setting = {'x': 1.0}, threading.Lock(), threading.Event()
+
+        def set_x(value):
+            is_setting.set()
+            with mine:
+                box['x'] = value
+
+        x = rosslt.location(getter=lambda: box['x'], setter=set_x, name='guarded')
+        other = self.location(1.0)
+        rosslt.force_value(other, 2.0)  # a reading of `other` that is in use and replaced
+        publisher, inbox = self.channel(Float64)
+        with mine:
+            forcing = threading.Thread(target=rosslt.force_value, args=(x, 5.0))
+            forcing.start()
+            self.assertTrue(is_setting.wait(10.0))
+            self.assertEqual(self.sent(publisher, inbox, other + 1).data, 3.0)
+        forcing.join(10.0)
+        self.assertEqual(self.sent(publisher, inbox, x).data, 5.0)
 
     def test_a_value_that_has_none_any_more_is_sent_as_it_was(self):
         x = self.location(4.0)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from rosslt import Source, is_tracked, track
 from rosslt.values import OPERATIONS
-from rosslt.values.tracked import apply
+from rosslt.values.recording import apply
 
 SOURCES = [Source('/node', number) for number in range(3)]
 EXTREMES = [0.0, -0.0, 1.0, -1.0, 5e-324, 1e-300, -1e-300, 1e300, -1e300, 2.0**53, 0.1, math.pi]

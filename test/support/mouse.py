@@ -1,5 +1,6 @@
 """Test cases with a mouse in a real RViz, seen from above."""
 
+import contextlib
 import unittest
 
 import rospy
@@ -13,6 +14,9 @@ from support.screen import Screen
 #: A pixel in view where no marker is, and where RViz says what the mouse does there: left, top, right, bottom.
 EMPTY = (30, 80)
 STATUS = (60, 775, 700, 798)
+
+#: For how long RViz may take to see a handle that is there, in seconds: it draws with the processor alone.
+HOLD_TIMEOUT = 60.0
 SPOT_COLOR = (255, 0, 255)
 
 
@@ -25,6 +29,7 @@ class MouseCase(unittest.TestCase):
         spots: two places (x, y) in view by which pixels are measured, the left one first.
         node: whose parameters the tests look at.
         inserts: the names of the interactive markers that were inserted.
+        poses: where interactive markers were sent, as InteractiveMarkerPoses.
     """
 
     config = topic = spots = node = None
@@ -33,7 +38,7 @@ class MouseCase(unittest.TestCase):
     def setUpClass(cls):
         cls.screen = Screen(cls.config)
         cls.addClassCleanup(cls.screen.close)
-        cls.events, cls.inserts = [], []
+        cls.events, cls.inserts, cls.poses = [], [], []
         rospy.Subscriber('/slt_visualization/feedback', InteractiveMarkerFeedback, cls.events.append)
         rospy.Subscriber('/slt_visualization/update', InteractiveMarkerUpdate, cls.see_update)
         publisher = rospy.Publisher(cls.topic, MarkerArray, queue_size=1, latch=True)
@@ -57,6 +62,7 @@ class MouseCase(unittest.TestCase):
     @classmethod
     def see_update(cls, update):
         cls.inserts.extend(marker.name for marker in update.markers)
+        cls.poses.extend(update.poses)
 
     def setUp(self):
         self.addCleanup(self.screen.screenshot, self.id().rpartition('.')[2])
@@ -66,25 +72,45 @@ class MouseCase(unittest.TestCase):
         return rospy.get_param('{}/rosslt/{}'.format(self.node, name))
 
     def press(self, place, name):
-        """Press the left button on a marker."""
-        pixel = self.screen.pixel(*place)
-        del self.events[:]
-        self.point_at(pixel)
-        self.screen.press()
-        self.addCleanup(self.screen.release)
-        wait_until(
-            lambda: self.has_reported(InteractiveMarkerFeedback.MOUSE_DOWN, name),
-            'RViz to take hold of {} at {}'.format(name, place),
-            3.0,
-        )
-        return pixel
+        """Press the left button on a handle, wherever it is by then.
 
-    def point_at(self, pixel):
-        """Move the mouse to a marker, and wait for RViz to say that it can be dragged."""
-        wait_until(lambda: self.status_at(EMPTY) == self.status_of_nothing, 'RViz to see nothing', 10.0)
-        wait_until(
-            lambda: self.status_at(pixel) != self.status_of_nothing, 'RViz to see a handle at {}'.format(pixel), 10.0
+        Args:
+            place: (x, y) in metres, or a function that gives it, for a handle of something that moves.
+            name: of the handle.
+
+        Returns:
+            The pixel where RViz took hold of it.
+        """
+        self.addCleanup(self.screen.release)
+        return wait_until(
+            lambda: self._pressed(place() if callable(place) else place, name),
+            lambda: 'RViz to take hold of {} at {}'.format(name, place() if callable(place) else place),
+            HOLD_TIMEOUT,
         )
+
+    def _pressed(self, place, name):
+        """Press the button at a place; the pixel if RViz reports that it holds the handle now, else None."""
+        pixel = self.screen.pixel(*place)
+        if self.status_at(pixel) == self.status_of_nothing:
+            return None
+        del self.events[:]
+        self.screen.press()
+        with contextlib.suppress(AssertionError):
+            wait_until(lambda: self.has_reported(InteractiveMarkerFeedback.MOUSE_DOWN), 'RViz to take hold', 3.0)
+        if self.has_reported(InteractiveMarkerFeedback.MOUSE_DOWN, name):
+            return pixel
+        # What moves has flown on, or RViz has drawn another handle over it: this was a click, which changes nothing.
+        self.screen.release()
+        return None
+
+    def point_at(self, place):
+        """Move the mouse to a handle, and wait for RViz to say that it can be dragged; gives the pixel."""
+
+        def pointed():
+            pixel = self.screen.pixel(*(place() if callable(place) else place))
+            return pixel if self.status_at(pixel) != self.status_of_nothing else None
+
+        return wait_until(pointed, 'RViz to see a handle at {}'.format(place), HOLD_TIMEOUT)
 
     @classmethod
     def status_at(cls, pixel):
@@ -92,12 +118,19 @@ class MouseCase(unittest.TestCase):
         cls.screen.move([(pixel[0] + 3, pixel[1]), pixel], step_time=0.2)
         return cls.screen.picture(STATUS)
 
-    def has_reported(self, event, name):
-        return any(one.event_type == event and one.marker_name == name for one in self.events)
+    def has_reported(self, event, name=None):
+        """Whether RViz has reported an event on a handle, or on any, since the button was pressed."""
+        return any(one.event_type == event and name in (None, one.marker_name) for one in self.events)
 
     def drag(self, start, end, name, steps=12, step_time=0.03, is_released=True):
-        """Drag a marker, and give the pixels that the mouse went through, to the right and down."""
-        first, last = self.press(start, name), self.screen.pixel(*end)
+        """Drag a handle, and give the pixels that the mouse went through, to the right and down.
+
+        Args:
+            start: as `place` of `press`.
+            end: (x, y) in metres; or a function of the place where RViz took hold.
+        """
+        first = self.press(start, name)
+        last = self.screen.pixel(*(end(self.screen.place(first)) if callable(end) else end))
         self.screen.move(
             [
                 (
@@ -118,5 +151,4 @@ class MouseCase(unittest.TestCase):
         wait_until(
             lambda: abs(self.parameter(name) - value) <= tolerance,
             lambda: '{} to become {} +- {}; it is {}'.format(name, value, tolerance, self.parameter(name)),
-            5.0,
         )

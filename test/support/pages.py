@@ -5,6 +5,8 @@ A block of a page is one of these:
 - a file: the line before it ends with the file's name, as in "Save it as `talker.py`:"; it is written;
 - ```console: a line that begins with `$ ` is typed into bash, what follows is what the terminal must show, where `...`
   stands for anything; a command that ends with & goes on in the background; RViz, which needs somebody, is left out;
+- ```diff FILE: a change of a file that is there already; it is made;
+- ```python of FILE: a part of such a file, which has to be in it;
 - ```python with >>>: a session, checked by doctest.
 """
 
@@ -17,7 +19,7 @@ import subprocess
 import sys
 import time
 
-BLOCK = re.compile(r'^([^\n]*)\n+```(\w*|\{[^\n]*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r'^([^\n]*)\n+```(\w*(?: [\w. ]+)?|\{[^\n]*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 DIRECTIVE = re.compile(r'^\{')
 ESCAPES = re.compile(r'\x1b\[[^a-zA-Z]*[a-zA-Z]|\x1b\][^\a]*\a')
 # What rospy warns of while the machine is busy is no part of a page.
@@ -49,6 +51,10 @@ class Reader:
                 self._type(content)
             elif '>>>' in content:
                 hold_session(content)
+            elif language.startswith('diff '):
+                self._change(language.split()[-1], content)
+            elif ' of ' in language:
+                assert content in (self._folder / language.split()[-1]).read_text(encoding='utf-8')
             else:
                 self._save(before, content)
 
@@ -59,12 +65,21 @@ class Reader:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(content, encoding='utf-8')
 
+    def _change(self, name, content):
+        lines = content.splitlines(keepends=True)
+        before = ''.join(line[1:] or '\n' for line in lines if line[:1] != '+')
+        after = ''.join(line[1:] or '\n' for line in lines if line[:1] != '-')
+        path = self._folder / name
+        text = path.read_text(encoding='utf-8')
+        assert text.count(before) == 1, f'{name} does not have this, or more than once:\n{before}'
+        path.write_text(text.replace(before, after), encoding='utf-8')
+
     def _type(self, content):
         for step in re.split(r'^\$ ', content, flags=re.MULTILINE)[1:]:
             command, _, expected = step.partition('\n')
             if command.endswith('&'):
                 self._background.append(self._started(command[:-1], stdout=subprocess.DEVNULL))
-            elif command != 'rosrun rviz rviz':
+            elif command != 'roslaunch rosslt rviz.launch':
                 self._check(command, expected)
 
     def _check(self, command, expected):
@@ -75,7 +90,7 @@ class Reader:
             if re.fullmatch(pattern, shown.rstrip()):
                 return
             # a node that was started above may still be on its way; but what has changed something says so only once
-            is_done = status == 0 and re.search(r'rosslt (set|force|undo)', command)
+            is_done = status == 0 and re.search(r'rosslt (set|force|undo|reset)', command)
             if is_done or time.monotonic() > deadline:
                 raise AssertionError(f'$ {command}\n{shown}\ninstead of\n{expected}')
             time.sleep(0.2)

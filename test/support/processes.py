@@ -21,6 +21,8 @@ class Node:
         name: its name.
         code: what it does, after the imports; it may be indented. `SPIN` stands for waiting until shutdown.
         options: further arguments, remappings or private parameters say.
+        wait_for: the service below its name that says that it has started; None to wait for none.
+        calls_init_node: whether the code calls `rosslt.init_node` itself, not as its first line.
         environment: further environment variables.
     """
 
@@ -32,24 +34,25 @@ class Node:
         from std_msgs.msg import Float64, String
         """
 
-    def __init__(self, name, code, *options, **environment):
+    def __init__(self, name, code, *options, wait_for='rosslt/undo', calls_init_node=False, **environment):
         self.name = '/' + name
         self.directory = tempfile.TemporaryDirectory(prefix='rosslt_test_')
         self.file = os.path.join(self.directory.name, name + '.py')
         self.options = options
         self.environment = environment
+        self.calls_init_node = calls_init_node
         self.write(code)
         self.errors = os.path.join(self.directory.name, name + '.log')
         self.process, self.log = None, []
         atexit.register(self.stop, signal.SIGKILL)
-        self.start()
+        self.start(wait_for)
 
     def write(self, code):
         """Write the node's code, in place of what it has."""
         with open(self.file, 'w', encoding='utf-8') as file:
             file.write(
                 textwrap.dedent(self.IMPORTS)
-                + 'rosslt.init_node({!r})\n'.format(self.name[1:])
+                + ('' if self.calls_init_node else 'rosslt.init_node({!r})\n'.format(self.name[1:]))
                 + textwrap.dedent(code).strip()
                 + '\n'
             )

@@ -99,6 +99,10 @@ class Screen:
         """Where a place in the plane is on the screen."""
         return round(self.origin[0] + self.scale * x), round(self.origin[1] - self.scale * y)
 
+    def place(self, pixel):
+        """The place in the plane that is at a pixel, the other way round."""
+        return (pixel[0] - self.origin[0]) / self.scale, (self.origin[1] - pixel[1]) / self.scale
+
     def press(self, button=1):
         self._xdotool('mousedown', str(button))
 
@@ -120,6 +124,11 @@ class Screen:
     def color(self, pixel):
         """(red, green, blue) of a pixel."""
         return tuple(map(int, self._pixels()[pixel[1], pixel[0]]))
+
+    def count(self, color, left, top, right, bottom, tolerance=30):
+        """How many pixels in a box are about of a color."""
+        part = self._pixels()[top:bottom, left:right].astype(int)
+        return int((abs(part - numpy.array(color)).max(axis=2) <= tolerance).sum())
 
     def picture(self, box):
         """The pixels between left, top, right and bottom, to be compared."""

@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """What holds for frames that nodes broadcast with provenance and others look up."""
 
-import os
-import sys
 import unittest
 
 import rospy
@@ -10,9 +8,7 @@ import tf2_ros
 
 import rosslt
 from rosslt import tf
-
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'node'))
-from processes import Node, wait_until
+from support.processes import Node, wait_until
 
 BROADCASTER = """
     from geometry_msgs.msg import TransformStamped

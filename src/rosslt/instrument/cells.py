@@ -17,16 +17,14 @@ from rosslt import node, values
 from rosslt.instrument.literals import Literal
 from rosslt.instrument.verdicts import NUMBER
 
-_TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int, bool, str))
-
 _files: Dict[str, 'Cells'] = {}
-_by_source: Dict[values.Source, 'LiteralLocation'] = {}
+_by_source: Dict[values.Source, 'CellLocation'] = {}
 _lock = threading.RLock()
 
 
 def plain(value: Any) -> Any:
     """A value without its provenance, to carry a state on."""
-    return value._plain if type(value) in _TRACKED else value
+    return value._plain if type(value) in values.TRACKED_CLASSES else value
 
 
 def cells_of(path: str, literals: List[Literal], digest: str) -> 'Cells':
@@ -64,7 +62,7 @@ class Cells(list):
 
     Attributes:
         path, literals, digest: the same.
-        locations: {number of the cell: its LiteralLocation}, of those that are known.
+        locations: {number of the cell: its CellLocation}, of those that are known.
     """
 
     def __init__(self, path: str, literals: List[Literal], digest: str) -> None:
@@ -72,7 +70,7 @@ class Cells(list):
         self.path = path
         self.literals = literals
         self.digest = digest
-        self.locations: Dict[int, LiteralLocation] = {}
+        self.locations: Dict[int, CellLocation] = {}
         self._too_early = False
         self.extend(self._reading(number) for number in range(len(literals)))
 
@@ -102,23 +100,23 @@ class Cells(list):
         # An int that may become a float: what is said of it must hold for floats.
         return source if type(values.untracked(source)) is type(value) else source + 0
 
-    def location(self, number: int) -> 'Optional[LiteralLocation]':
+    def location(self, number: int) -> 'Optional[CellLocation]':
         """The location of a cell, made known if it is not; None where there is no node."""
         with _lock:
             found = self.locations.get(number)
             if found is None:
                 if not node.is_started():
-                    if not rospy.core.is_initialized():
+                    if not node.is_initialized():
                         self._too_early = True
                         return None
                     node.start()
-                found = self.locations[number] = LiteralLocation(self, number)
-                _by_source[found.source] = found
+                found = self.locations[number] = CellLocation(self, number)
                 found.make_known()
+                _by_source[found.source] = found
             return found
 
 
-def location_of(source: values.Source) -> 'Optional[LiteralLocation]':
+def location_of(source: values.Source) -> 'Optional[CellLocation]':
     """The location of a literal of this node that is known by that source."""
     return _by_source.get(source)
 
@@ -130,7 +128,7 @@ def read_step(cells: Cells, number: int) -> Any:
     return plain(cells[number])
 
 
-class LiteralLocation(node.HeldLocation):
+class CellLocation(node.LiteralLocation):
     """The location of a literal in the code of a node that was not written for this.
 
     Attributes:
@@ -143,17 +141,17 @@ class LiteralLocation(node.HeldLocation):
 
     def __init__(self, cells: Cells, number: int) -> None:
         literal = cells.literals[number]
-        self.cells, self.number, self.rank = cells, number, literal.rank
+        self.cells, self.number, self.rank = cells, number, literal.rank  # type: ignore[misc]
         self.is_shape = literal.is_shape
         site = node.CallSite(literal.file, literal.line, literal.column, linecache.getline(literal.file, literal.line))
         super().__init__(
-            rospy.get_name(),
             literal.identity,
             '_'.join(_words(literal)),
             site,
             literal.value,
             minimum=literal.minimum,
             maximum=literal.maximum,
+            is_named=literal.name is not None,
         )
         if literal.verdict == NUMBER:
             self.type = float
@@ -171,8 +169,8 @@ class LiteralLocation(node.HeldLocation):
                 rospy.logwarn_once('%s', error)
 
     def put(self, value: Any) -> None:
-        if not hasattr(self, 'tracked'):
-            self.value, self.tracked = value, self.cells[self.number]
+        if self._tracked is None:
+            self._value, self._tracked = value, self.cells[self.number]
             return
         super().put(value)
         self.cells[self.number] = self.value if self.is_shape else self.tracked

@@ -3,14 +3,19 @@
 import copy
 from typing import Any, Dict, List, Tuple
 
-from rosslt.messages.walkers import END, walkers
+from rosslt.messages.codegen.walkers import END, walkers
+
+
+def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
+    """The tracked leaves of a message: of each its index, its value, and its kind as of `fields.kind_of`."""
+    found: List[Tuple[int, Any, str]] = []
+    walkers(message.__class__).collect(message, 0, found.append)
+    return found
 
 
 def tracked_leaves(message: Any) -> List[Tuple[int, Any]]:
     """The tracked leaves of a message, as `(index, value)`: the index among the flattened fields of the type."""
-    found: List[Tuple[int, Any, str]] = []
-    walkers(message.__class__).collect(message, 0, found.append)
-    return [(index, value) for index, value, _ in found]
+    return [(index, value) for index, value, _ in tracked_fields(message)]
 
 
 def with_leaves(message: Any, replaced: Dict[int, Any]) -> Any:

@@ -10,7 +10,7 @@ from rosslt import messages, values
 from rosslt.node.refresh import READINGS, Refresher
 
 _latched: 'weakref.WeakKeyDictionary[Any, Latched]' = weakref.WeakKeyDictionary()
-_lock = threading.Lock()
+_lock = threading.RLock()  # reentrant, as a signal's handler may publish in the middle of a publish
 _thread: Optional[threading.Thread] = None
 
 
@@ -20,14 +20,14 @@ class Latched:
     Args:
         message: a copy of it, which nobody changes.
         sent: what was sent, which has the values that its sources had at that moment.
-        carried: what rospy holds in its place.
+        outgoing: what rospy holds in its place.
 
     Attributes:
-        carried: what rospy holds in its place by now.
+        outgoing: what rospy holds in its place by now.
     """
 
-    def __init__(self, message: Any, sent: Any, carried: Any) -> None:
-        self.carried = carried
+    def __init__(self, message: Any, sent: Any, outgoing: Any) -> None:
+        self.outgoing = outgoing
         self._message = message
         self._shown = _plain_leaves(sent)
 
@@ -41,14 +41,14 @@ class Latched:
         return message
 
 
-def latch(publisher: Any, message: Any, sent: Any, carried: Any) -> Optional[Latched]:
+def latch(publisher: Any, message: Any, sent: Any, outgoing: Any) -> Optional[Latched]:
     """Keep the message that a latched publisher has just published, if any of it is tracked.
 
     Args:
         publisher: a Publisher; its `publish_again` is called after changes.
         message: the ordinary message.
         sent: the same, or what it was evaluated anew to.
-        carried: what rospy got in place of that.
+        outgoing: what rospy got in place of that.
 
     Returns:
         The Latched, None where nothing is tracked.
@@ -56,7 +56,7 @@ def latch(publisher: Any, message: Any, sent: Any, carried: Any) -> Optional[Lat
     global _thread
     kept = None
     if messages.tracked_leaves(message):
-        kept = Latched(messages.with_leaves(message, {}), sent, carried)
+        kept = Latched(messages.with_leaves(message, {}), sent, outgoing)
     with _lock:
         if kept is None:
             _latched.pop(publisher, None)

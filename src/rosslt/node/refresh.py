@@ -57,7 +57,8 @@ class ReplacedReadings:
 
     Attributes:
         replaced: {Source: [reading, ...]}; empty where all that this process holds is up to date.
-        lock: held while values of locations change, of several at once for as long as it takes.
+        lock: held while values of locations change, of several at once for as long as it takes; setters of the user
+            are called with it, so no thread that may hold a lock of the user's waits for it.
         changed: set by each change.
     """
 
@@ -66,12 +67,15 @@ class ReplacedReadings:
         self.lock = threading.RLock()
         self.changed = threading.Event()
         self._latest: Dict[Source, Any] = {}
+        # Nothing else is called with it. Reentrant, as a signal's handler may publish in the middle of a publish.
+        self._own_lock = threading.RLock()
 
     def replace(self, reading: Any, latest: Any) -> None:
         """Take note that a location gives another reading from now on."""
-        with self.lock:
-            (source,) = values.sources(reading)
-            self._latest[source] = values.untracked(latest)
+        (source,) = values.sources(reading)
+        value = values.untracked(latest)
+        with self._own_lock:
+            self._latest[source] = value
             readings = self.replaced.setdefault(source, [])
             readings.append(reading)
             del reading
@@ -82,7 +86,7 @@ class ReplacedReadings:
 
     def outdated(self) -> Dict[Source, Tuple[Set[Any], Any]]:
         """The sources of which replaced readings are in use: {Source: ({their values}, the latest value)}."""
-        with self.lock:
+        with self._own_lock:
             for source in list(self.replaced):
                 readings = self.replaced[source]
                 readings[:] = _in_use(readings, _UNUSED)

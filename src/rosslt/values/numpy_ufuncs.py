@@ -1,20 +1,16 @@
 """Tracked values in NumPy's arithmetic. NumPy itself is only used once the caller brings an array or a ufunc.
 
-NumPy asks the class of a scalar for `__array_ufunc__` on two occasions and takes the answer differently. Its own
-operators (`np.float64(2) * x`, `array * x`) leave the work to `x.__rmul__` if it is None, and otherwise convert x to
-a plain float. A function (`np.sin(x)`) refuses to work if it is None, and otherwise calls it. `ArrayUfuncDescriptor`
-answers both, by a look at which instruction of the caller is being executed.
+The tracked numbers define `__array_ufunc__` (NEP 13), so NumPy hands them its operators and functions: `np.sin(x)`,
+`array * x`, `np.float32(2) * x`. One case it does not hand on: since NumPy 1.23 the operators of `np.float64` compute
+at once with a subclass of float, so `np.float64(2) * x` is plain (docs/values.md says what to do).
 """
 
-import dis
 import sys
 from typing import Any, Callable, Optional
 
 from .operations import BY_CODE, Operation
 
 BY_UFUNC = {name: row for row in BY_CODE.values() for name in row.numpy}
-IN_PLACE = 13
-"""The first argument of Python 3.11's BINARY_OP that stands for an operator in place."""
 
 
 _compute: Optional[Callable[..., Any]] = None
@@ -28,20 +24,6 @@ def compute_ufuncs_with(function: Optional[Callable[..., Any]]) -> None:
     """
     global _compute
     _compute = function
-
-
-class ArrayUfuncDescriptor:
-    """The class attribute `__array_ufunc__`: None while a binary operator asks, else the method."""
-
-    def __init__(self, method: Callable[..., Any]) -> None:
-        self._method = method
-
-    def __get__(self, instance: Any, owner: Any) -> Any:
-        caller = sys._getframe(1)
-        name, argument = dis.opname[caller.f_code.co_code[caller.f_lasti]], caller.f_code.co_code[caller.f_lasti + 1]
-        if name.startswith('BINARY_') and not (name == 'BINARY_OP' and argument >= IN_PLACE):
-            return None
-        return self._method if instance is None else self._method.__get__(instance)
 
 
 def is_array(x: Any) -> bool:

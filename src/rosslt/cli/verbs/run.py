@@ -1,40 +1,44 @@
 """`rosslt run`: a node that was not written for this, with provenance."""
 
+import argparse
 import os
 import sys
 
-DESCRIPTION = """\
-usage: rosslt run [--include MODULE]... PACKAGE NODE [ARGUMENT...]
-       rosslt run [--include MODULE]... FILE [ARGUMENT...]
+from rosslt.cli.verb import RUN, Argument
 
+GROUP = RUN
+SUMMARY = 'a node that was not written for this, with provenance'
+DESCRIPTION = """\
 Run a rospy node as it is, with its number literals as locations and its parameters as sources. It behaves as when it
 is run by itself. What cannot be tracked runs untracked, with a line that says why.
-
-  --include MODULE  track this module too, and those below it; by default those beside the script and those of
-                    catkin workspaces are
-
-examples:
+"""
+EXAMPLE = """\
+example:
   rosslt run turtle_tf2 dynamic_tf2_broadcaster.py
   rosslt run ./patrol.py _speed:=0.3
   <node pkg="turtle_tf2" type="dynamic_tf2_broadcaster.py" name="frame" launch-prefix="rosslt run"/>
 """
+ARGUMENTS = [
+    Argument(
+        '--include',
+        action='append',
+        default=[],
+        metavar='MODULE',
+        help='track this module too, and those below it; by default those beside the script and those of catkin '
+        'workspaces are',
+    ),
+    Argument('node', nargs=argparse.REMAINDER, metavar='PACKAGE NODE | FILE', help='and the arguments of the node'),
+]
+
+#: It becomes the node: what that raises, and how it exits, is its own.
+TAKES_OVER = True
 
 
-def run(arguments):
-    """Run a node in this process; its exceptions and its exit go through. Returns the exit code where none is run."""
+def run(options: argparse.Namespace) -> int:
+    """Run a node in this process; its exceptions and its exit go through."""
     from rosslt import instrument
 
-    include, rest = [], list(arguments)
-    while rest and rest[0].startswith('-'):
-        option = rest.pop(0)
-        name, has_value, value = option.partition('=')
-        if option in ('-h', '--help'):
-            print(DESCRIPTION, end='')
-            return 0
-        if name != '--include' or not (has_value or rest):
-            print(f'rosslt run: {option} is not understood; see rosslt run -h', file=sys.stderr)
-            return 2
-        include += (value if has_value else rest.pop(0)).split(',')
+    rest = list(options.node)
     if not rest:
         print('rosslt run: which node? See rosslt run -h', file=sys.stderr)
         return 2
@@ -48,5 +52,5 @@ def run(arguments):
     except instrument.NoNode as error:
         print(f'rosslt run: {error}', file=sys.stderr)
         return 1
-    instrument.run_file(first, rest, include)
+    instrument.run_file(first, rest, options.include)
     return 0

@@ -7,6 +7,8 @@ import math
 from fractions import Fraction
 from typing import Any, Callable, Iterable
 
+from ..closeness import is_rounded
+
 TURN = 2 * math.pi
 
 
@@ -17,16 +19,6 @@ class NoPreimage(ValueError):
 def refuse(reason: str, *values: Any) -> Any:
     """Raise NoPreimage with that reason."""
     raise NoPreimage(reason % values if values else reason)
-
-
-def close(found: Any, wanted: Any) -> bool:
-    """Whether a result is the wanted one: exactly for whole numbers, else within rounding."""
-    return found == wanted or (isinstance(found, float) and math.isclose(found, wanted, rel_tol=1e-12))
-
-
-def near(found: Any, wanted: Any) -> bool:
-    """Whether a stepped result is the wanted one, which itself may have been rounded on the way here."""
-    return found == wanted or (isinstance(wanted, float) and math.isclose(found, wanted, rel_tol=1e-9))
 
 
 def ratio(a: Any, b: Any) -> Any:
@@ -86,13 +78,13 @@ def floor_divisor(y: Any, a: Any, b: Any) -> Any:
 
 def divided(y: Any, a: Any, b: Any, rest: Callable[[Any, Any], Any]) -> Any:
     """The `a` with `rest(a, b) == y`, where `rest` is one of the remainders."""
-    if close(rest(a, b), y):
+    if is_rounded(rest(a, b), y):
         return a
     base = a - rest(a, b) + y
     return nearest(
         a,
         (base, base - b, base + b, y),
-        lambda v: close(rest(v, b), y) or _rounded(rest, v, b, y),
+        lambda v: is_rounded(rest(v, b), y) or _rounded(rest, v, b, y),
         'such a remainder is not possible for that divisor',
     )
 
@@ -104,7 +96,7 @@ def _rounded(rest: Callable[[Any, Any], Any], v: Any, b: Any, y: Any) -> bool:
 
 def modulus(y: Any, a: Any, b: Any, rest: Callable[[Any, Any], Any]) -> Any:
     """The `b` with `rest(a, b) == y`."""
-    if close(rest(a, b), y):
+    if is_rounded(rest(a, b), y):
         return b
     if a == y:
         return within(
@@ -119,7 +111,7 @@ def modulus(y: Any, a: Any, b: Any, rest: Callable[[Any, Any], Any]) -> Any:
     return nearest(
         b,
         sorted(ratio(a - y, count) for count in counts),
-        lambda v: close(rest(a, v), y) or (isinstance(v, float) and abs(rest(a, v) - y) <= 4e-16 * abs(a)),
+        lambda v: is_rounded(rest(a, v), y) or (isinstance(v, float) and abs(rest(a, v) - y) <= 4e-16 * abs(a)),
         'no divisor gives that remainder',
     )
 
@@ -154,7 +146,7 @@ def exponent(y: Any, a: Any, b: Any) -> Any:
         return nearest(b, (b, 0, 1, 2), lambda v: not (a == 0 > v) and a**v == y, 'powers of %r take few values' % a)
     exact = math.log(abs(y)) / math.log(abs(a))
     whole = round(exact)
-    if close(a**whole, y):
+    if is_rounded(a**whole, y):
         return whole
     return exact if a > 0 and y > 0 else refuse('a power of %r is not %r', a, y)
 
@@ -163,12 +155,16 @@ def angle_opposite(y: float, a: float, b: float) -> float:
     """The `a` with `atan2(a, b) == y`."""
     if b == 0:
         return within(
-            a, 0.0, math.copysign(math.inf, y), lambda v: close(math.atan2(v, b), y), 'atan2(_, 0) is a quarter turn'
+            a,
+            0.0,
+            math.copysign(math.inf, y),
+            lambda v: is_rounded(math.atan2(v, b), y),
+            'atan2(_, 0) is a quarter turn',
         )
     return nearest(
         a,
         (b * math.tan(y), 0.0, -0.0),
-        lambda v: close(math.atan2(v, b), y),
+        lambda v: is_rounded(math.atan2(v, b), y),
         'that direction is on the other side of %r' % b,
     )
 
@@ -177,12 +173,15 @@ def angle_adjacent(y: float, a: float, b: float) -> float:
     """The `b` with `atan2(a, b) == y`."""
     if a == 0:
         return nearest(
-            b, (abs(b) or 1.0, -abs(b) or -1.0), lambda v: close(math.atan2(a, v), y), 'atan2(0, _) is 0 or half a turn'
+            b,
+            (abs(b) or 1.0, -abs(b) or -1.0),
+            lambda v: is_rounded(math.atan2(a, v), y),
+            'atan2(0, _) is 0 or half a turn',
         )
     return nearest(
         b,
         (a / (math.tan(y) or math.inf), 0.0),
-        lambda v: close(math.atan2(a, v), y),
+        lambda v: is_rounded(math.atan2(a, v), y),
         'that direction is on the other side of %r' % a,
     )
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any, NoReturn
 
-from .form import operation
+from ..closeness import is_near
 from .inverses import (
     TURN,
     angle_adjacent,
@@ -29,7 +29,6 @@ from .inverses import (
     inverse_erfc,
     leg,
     modulus,
-    near,
     refuse,
     repeated,
     times,
@@ -37,6 +36,7 @@ from .inverses import (
     without,
     without_beginning,
 )
+from .row import operation
 
 
 def _no_slope(*operands: Any) -> NoReturn:
@@ -137,9 +137,9 @@ ROUND = operation(
 
 ROUND_TO = operation(
     11, 'round_to', rounded_to, shown_as='round',
-    inverse=(lambda y, a, b: within(a, y - half_unit(b), y + half_unit(b), lambda v: near(rounded_to(v, b), y),
+    inverse=(lambda y, a, b: within(a, y - half_unit(b), y + half_unit(b), lambda v: is_near(rounded_to(v, b), y),
                                     'round to %d digits does not give that' % b),
-             lambda y, a, b: b if near(rounded_to(a, b), y) else refuse('a number of digits is not solved for')),
+             lambda y, a, b: b if is_near(rounded_to(a, b), y) else refuse('a number of digits is not solved for')),
     slope=(lambda a, b: 0, lambda a, b: 0))
 
 TRUNCATE = operation(

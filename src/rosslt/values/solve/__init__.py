@@ -1,9 +1,12 @@
 """Solving: what the sources must become so that a result becomes what is wanted (paper, IV.A, `force_value`).
 
-`choice.py` chooses which source changes, `one.py` solves for one source, `several.py` for several results together,
-`root_finding.py` and `least_squares.py` do the numerics.
+`choice.py` chooses which sources change, `one.py` solves for one source, `several.py` for several sources together
+(`equations.py` and `descent.py` are its parts), `nearest.py` comes as near as it gets where nothing gives the
+target. `root_finding.py` and `least_squares.py` do the numerics, `periods.py` knows by how much an angle can be turned
+without a difference, and `budget.py` says what it may cost.
 """
 
 from .choice import solve
+from .nearest import nearest, slopes, source_values
 
-__all__ = ['solve']
+__all__ = ['nearest', 'slopes', 'solve', 'source_values']

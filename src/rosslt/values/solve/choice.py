@@ -8,17 +8,20 @@ is returned.
 import math
 from typing import Any, Callable, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
 
+from ..closeness import almost_meets, is_same, meets
 from ..errors import NotInvertible, NotTracked
 from ..explain import brief
-from ..graph import Graph
+from ..graph import Graph, evaluate
 from ..operations import SOURCE
-from ..operations.inverses import NoPreimage, refuse
+from ..operations.inverses import refuse
 from ..operations.table import ADD, DIVIDE, MULTIPLY, SUBTRACT
 from ..sources import Source, describe_source
-from ..tracked import TRACKED, TrackedFloat, scalar
+from ..tracked import TRACKED, TrackedFloat, plain_scalar
 from ..tree import paired
-from .one import Attempt
-from .several import solve_together
+from .budget import UNDEFINED, Budget
+from .equations import Goal, size_of
+from .one import Attempt, written
+from .several import System
 
 Bounds = Mapping[Source, Tuple[Any, Any]]
 Rank = Union[Mapping[Source, int], Callable[[Source], int]]
@@ -34,12 +37,14 @@ class Freedom(NamedTuple):
         bounds: `{Source: (minimum or None, maximum or None)}`.
         read_only: sources that may not change.
         rank: gives each source's rank; one of a higher rank changes only where those of lower ranks do not suffice.
+        weights: `{Source: how hard it is to move}`.
     """
 
     only: Optional[Collection[Source]]
     bounds: Bounds
     read_only: Collection[Source]
     rank: Callable[[Source], int]
+    weights: Mapping[Source, float]
 
     def allows(self, source: Source) -> bool:
         """Whether a source may change at all."""
@@ -54,24 +59,15 @@ class Freedom(NamedTuple):
         low, high = self.bounds.get(source, (None, None))
         return -math.inf if low is None else low, math.inf if high is None else high
 
-    def check(self, source: Source, value: Any) -> None:
-        """Refuse a value that is out of bounds, naming the bound."""
-        if source in self.bounds and not isinstance(value, str):
-            low, high = self.limits(source)
-            if value < low:
-                raise OutOfBounds('{source} would have to be %r, below its minimum %r' % (value, low))
-            if value > high:
-                raise OutOfBounds('{source} would have to be %r, above its maximum %r' % (value, high))
+    def scale(self, source: Source) -> float:
+        """How far a source moves as easily as one without bounds moves by 1.
 
-    def starts(self, source: Source) -> List[Any]:
-        """Where else to look for an answer within the bounds: at either, and in the middle."""
+        That is the range of its bounds, unless it has a weight.
+        """
+        if source in self.weights:
+            return 1.0 / self.weights[source]
         low, high = self.limits(source)
-        ends = [end for end in (low, high) if math.isfinite(end)]
-        return ends + [type(ends[0])((low + high) / 2)] if len(ends) == 2 else ends
-
-
-class OutOfBounds(NoPreimage):
-    """The answer found is beyond a bound; there may be another one within."""
+        return high - low if 0 < high - low < math.inf else 1.0
 
 
 def solve(
@@ -83,6 +79,7 @@ def solve(
     bounds: Optional[Bounds] = None,
     read_only: Collection[Source] = (),
     rank: Optional[Rank] = None,
+    weights: Optional[Mapping[Source, float]] = None,
 ) -> Dict[Source, Any]:
     """Find the source values that make a tracked value become a target.
 
@@ -95,16 +92,21 @@ def solve(
         read_only: sources to pass over.
         rank: `{Source: rank}`, or a function of a Source; 0 for those that are missing. A source is changed only
             where those of lower rank cannot give the target.
+        weights: `{Source: how hard it is to move}`, greater than 0, where several sources change together. A source
+            that has none moves the further the wider its bounds are; 1 stands for one without bounds.
 
     Returns:
         `{Source: new value}`. For a scalar one source, with its present value if the target is the present
-        value. For several leaves the sources that change, by the smallest change (Euclidean) where
-        several would do; a leaf that shares no source with another is solved as a scalar.
+        value; several only where none of them alone can give the target. For several leaves the sources that
+        change, by the smallest change (Euclidean) where several would do; a leaf that shares no source with
+        another is solved as a scalar. `{}` where nothing has to change and the sources' present values are not
+        known, as two readings of one source differ.
 
     Raises:
         NotTracked: nothing in `value` has a source.
-        NotInvertible: no value of the sources gives the target; the operation or the bound is named.
-        ValueError: the target has another shape than the value.
+        NotInvertible: no value of the sources gives the target, or none was found within the work that a solve may
+            take; the operation or the bound is named.
+        ValueError: the target has another shape than the value, or a weight is not greater than 0.
     """
     if type(value) is TrackedFloat and source is None and sources is None and not bounds and not read_only:
         # A chain has one source, so that ranks do not matter.
@@ -112,12 +114,13 @@ def solve(
         if answer is not None:
             return answer
     only = sources if source is None else [source]
-    freedom = Freedom(only, bounds or {}, read_only, _rank_of(rank))
+    if weights and not all(weight > 0 for weight in weights.values()):
+        raise ValueError('weights are greater than 0, found %r' % (dict(weights),))
+    freedom = Freedom(only, bounds or {}, read_only, _rank_of(rank), weights or {})
     if source is not None and source in read_only:
         raise NotInvertible('cannot change %s: it is read-only' % describe_source(source))
     if type(value) in TRACKED:
-        graph = Graph([value])
-        return solve_one(graph, value, target, freedom, {})
+        return solve_one(value, target, freedom, {})
     return _solve_parts(value, target, freedom)
 
 
@@ -134,7 +137,7 @@ def _along_chain(value: Any, target: Any) -> Optional[Dict[Source, float]]:
     """The answer for a chain of operations on one float source; None where that is not so simple.
 
     The four operations that most chains consist of are written out, which saves two calls each; what they do is
-    what the table says.
+    what the table says. Without it, solving a chain of 50 operations takes 10 times as long.
     """
     if type(target) is not float:
         return None
@@ -187,7 +190,7 @@ def target_of(value: Any, target: Any) -> Any:
     Raises:
         NotInvertible: a text for a number, a number for a text, or no finite number.
     """
-    wanted = scalar(target)
+    wanted = plain_scalar(target)
     if wanted is None or isinstance(wanted, str) != isinstance(value, str):
         raise NotInvertible(
             'cannot make %s become %r: it is a %s'
@@ -204,68 +207,148 @@ def target_of(value: Any, target: Any) -> Any:
     return wanted
 
 
-def solve_one(graph: Graph, value: Any, target: Any, freedom: Freedom, changes: Dict[Source, Any]) -> Dict[Source, Any]:
-    """Solve for one tracked value of a graph by one source, the first that can (left bias).
+def solve_one(
+    value: Any, target: Any, freedom: Freedom, changes: Mapping[Source, Any], budget: Optional[Budget] = None
+) -> Dict[Source, Any]:
+    """Solve for one tracked value by one source, the first that can (left bias), else by several.
 
     Args:
         changes: values that other sources take on meanwhile; they are not changed again.
+        budget: what it may cost.
 
     Raises:
         NotTracked, NotInvertible: as `solve`.
     """
-    root = graph.index[id(value)]
+    graph = Graph([value])
+    root = len(graph.nodes) - 1
     wanted = target_of(value, target)
-    candidates = list(graph.occurrences) if len(graph.nodes) == root + 1 else list(Graph([value]).occurrences)
+    candidates = list(graph.occurrences)
     if not candidates:
         raise NotTracked('%s has no source' % brief(value))
     if freedom.only is not None and not any(source in candidates for source in freedom.only):
         raise NotInvertible(
-            'cannot make %s become %r: it does not depend on %s'
-            % (brief(value), target, ' or '.join(describe_source(source) for source in freedom.only))
+            'cannot make %s become %s: it does not depend on %s'
+            % (brief(value), written(target), ' or '.join(describe_source(source) for source in freedom.only))
         )
-    reasons = []
-    for candidate in freedom.ranked(candidates):
-        if candidate in changes or (freedom.only is not None and candidate not in freedom.only):
-            continue
+    budget = Budget.of(graph) if budget is None else budget
+    reasons: List[str] = []
+    try:
+        base = graph.values(changes) if changes else graph.plain()
+    except UNDEFINED:
+        base = []
+        reasons.append('it is not defined once the others are as wanted')
+    free = [
+        source
+        for source in freedom.ranked(candidates)
+        if source not in changes and (freedom.only is None or source in freedom.only)
+    ]
+    for source in free if base else ():
+        share = budget.share(0.5)
         try:
-            if candidate in freedom.read_only:
+            if source in freedom.read_only:
                 refuse('{source} is read-only')
-            return {candidate: _within_bounds(Attempt(graph, root, candidate, changes), wanted, candidate, freedom)}
-        except NoPreimage as reason:
-            text = str(reason).replace('{source}', describe_source(candidate))
+            attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
+            return {source: attempt.answer()}
+        except UNDEFINED as reason:
+            text = str(reason).replace('{source}', describe_source(source))
             if text not in reasons:
                 reasons.append(text)
-    if wanted == value._plain and not changes:
-        for candidate in filter(freedom.allows, candidates):
-            values = graph.tried({candidate: _present(graph, candidate)})
-            if values and values[root] == wanted:
-                return {candidate: _present(graph, candidate)}
+        budget.refund(share)
+    if base and wanted == base[root]:
+        kept = _unchanged(graph, root, base, [source for source in free if freedom.allows(source)])
+        if kept is not None:
+            return kept
+    movable = [source for source in free if freedom.allows(source) and _holds_number(graph, source)]
+    if base and len(movable) > 1 and not isinstance(wanted, str):
+        goals = [('', value, wanted)]
+        found = _moved_together(graph, goals, movable, freedom, budget, base)
+        if found is None:
+            found = _moved_with_whole(graph, goals, movable, freedom, budget, base)
+        if found is not None:
+            return {source: new for source, new in found.items() if not _is_present(graph, source, new)}
     raise NotInvertible(
-        'cannot make %s become %r: %s'
-        % (brief(value), target, '; '.join(reasons[:4]) or 'all its sources are needed otherwise')
+        'cannot make %s become %s: %s'
+        % (brief(value), written(target), '; '.join(reasons[:4]) or 'every source is already used by another target')
     )
 
 
-def _present(graph: Graph, source: Source) -> Any:
-    return graph.nodes[graph.occurrences[source][0]]._plain
+def _unchanged(graph: Graph, root: int, base: List[Any], sources: List[Source]) -> Optional[Dict[Source, Any]]:
+    """The answer that changes nothing: the first source with its present value, `{}` where that is not known."""
+    for source in sources:
+        first, *others = [graph.nodes[place]._plain for place in graph.occurrences[source]]
+        if all(other == first for other in others):
+            return {source: first}
+    return {} if sources else None
 
 
-def _within_bounds(attempt: Attempt, wanted: Any, source: Source, freedom: Freedom) -> Any:
-    answer = attempt.answer(wanted, attempt.present)
-    if answer == attempt.present:
-        return answer
+def _holds_number(graph: Graph, source: Source) -> bool:
+    return all(type(graph.nodes[place]._plain) in (float, int) for place in graph.occurrences[source])
+
+
+def _moved_together(
+    graph: Graph,
+    goals: List[Goal],
+    sources: List[Source],
+    freedom: Freedom,
+    budget: Budget,
+    base: Optional[List[Any]] = None,
+) -> Optional[Dict[Source, Any]]:
+    """Values of several float sources that give all goals, those of low rank first; None where none were found."""
+    floats = [source for source in sources if not _is_whole(graph, source)]
+    for rank in sorted(set(map(freedom.rank, floats))):
+        unknowns = [source for source in floats if freedom.rank(source) <= rank]
+        share = budget.share(0.7)
+        found = System(graph, goals, unknowns, freedom, share, base).solution()
+        budget.refund(share)
+        if found is not None:
+            return dict(zip(unknowns, found))
+    return None
+
+
+def _moved_with_whole(
+    graph: Graph,
+    goals: List[Goal],
+    sources: List[Source],
+    freedom: Freedom,
+    budget: Budget,
+    base: Optional[List[Any]] = None,
+) -> Optional[Dict[Source, Any]]:
+    """As `_moved_together`, with whole numbers among the sources: they are rounded, and the floats make up for it."""
+    whole = [source for source in sources if _is_whole(graph, source)]
+    floats = [source for source in sources if source not in whole]
+    found = System(graph, goals, floats + whole, freedom, budget, base).solution() if whole else None
+    if found is None:
+        return None
+    answer: Dict[Source, Any] = {source: round(new) for source, new in zip(whole, found[len(floats) :])}
+    for source, new in answer.items():
+        low, high = freedom.limits(source)
+        if not low <= new <= high:
+            return None
     try:
-        freedom.check(source, answer)
-        return answer
-    except OutOfBounds:
-        for start in freedom.starts(source):
-            try:
-                answer = attempt.answer(wanted, start)
-                freedom.check(source, answer)
-                return answer
-            except NoPreimage:
-                continue
-        raise
+        values = graph.values({**_changes_of(graph, base), **answer})
+    except UNDEFINED:
+        return None
+    if floats:
+        rest = System(graph, goals, floats, freedom, budget, values).solution()
+        return None if rest is None else {**answer, **dict(zip(floats, rest))}
+    size = size_of(goals)
+    met = all(almost_meets(values[graph.index[id(value)]], wanted, size) for _, value, wanted in goals)
+    return answer if met else None
+
+
+def _is_whole(graph: Graph, source: Source) -> bool:
+    return type(graph.nodes[graph.occurrences[source][0]]._plain) is int
+
+
+def _changes_of(graph: Graph, base: Optional[List[Any]]) -> Dict[Source, Any]:
+    """The source values that differ from the present ones in the values of a graph's nodes."""
+    if base is None:
+        return {}
+    return {
+        source: base[places[0]]
+        for source, places in graph.occurrences.items()
+        if any(base[place] != graph.nodes[place]._plain for place in places)
+    }
 
 
 def _solve_parts(value: Any, target: Any, freedom: Freedom) -> Dict[Source, Any]:
@@ -275,28 +358,22 @@ def _solve_parts(value: Any, target: Any, freedom: Freedom) -> Dict[Source, Any]
     if not tracked:
         raise NotTracked('nothing in it has a source')
     for path, leaf, wanted in pairs:
-        if type(leaf) not in TRACKED and not _same(leaf, wanted):
+        if type(leaf) not in TRACKED and not is_same(leaf, wanted):
             raise NotInvertible('cannot make %s become %r: it has no source, and is %r' % (path, wanted, leaf))
     graph = Graph(leaf for _, leaf, _ in tracked)
     answer: Dict[Source, Any] = {}
-    for group in _apart(graph, tracked, freedom):
+    groups = _apart(graph, tracked, freedom)
+    for group in groups:
         if all(leaf._plain == wanted for _, leaf, wanted in group):
             continue
         if len(group) == 1:
             _, leaf, wanted = group[0]
-            found = solve_one(graph, leaf, wanted, freedom, {})
+            answer.update(solve_one(leaf, wanted, freedom, {}))
         else:
             goals = [(path, leaf, target_of(leaf, wanted)) for path, leaf, wanted in group]
-            found = solve_together(graph, goals, freedom, solve_one)
-        answer.update(found)
+            part = graph if len(groups) == 1 else Graph(leaf for _, leaf, _ in group)
+            answer.update(_solve_together(part, goals, freedom))
     return {source: new for source, new in answer.items() if not _is_present(graph, source, new)}
-
-
-def _same(leaf: Any, wanted: Any) -> bool:
-    try:
-        return bool(leaf == wanted) or math.isclose(leaf, wanted, rel_tol=1e-9, abs_tol=1e-12)
-    except (TypeError, ValueError):
-        return list(leaf) == list(wanted) if hasattr(leaf, '__len__') and hasattr(wanted, '__len__') else False
 
 
 def _is_present(graph: Graph, source: Source, value: Any) -> bool:
@@ -304,32 +381,105 @@ def _is_present(graph: Graph, source: Source, value: Any) -> bool:
     return all(repr(graph.nodes[place]._plain) == repr(value) for place in graph.occurrences[source])
 
 
-def _apart(graph: Graph, goals: List[Tuple[str, Any, Any]], freedom: Freedom) -> List[List[Tuple[str, Any, Any]]]:
-    """The goals in groups that share no source which may change."""
-    bits = {source: 1 << place for place, source in enumerate(graph.occurrences)}
-    free = {source: bit if freedom.allows(source) else 0 for source, bit in bits.items()}
-    masks: List[int] = []
-    for form, first, second in graph.records:
-        if form is SOURCE:
-            mask = free[first]
-        elif form.operation is None:
-            mask = 0
-            for leaf, _ in first:
-                mask |= masks[graph.index[id(leaf)]]
-        else:
-            mask = masks[graph.index[id(first)]]
-            if not form.single_operand:
-                mask |= masks[graph.index[id(second)]]
-        masks.append(mask)
-    groups: List[Tuple[int, List[Tuple[str, Any, Any]]]] = []
+def _apart(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]]:
+    """The goals in groups that share no source which may change: nodes that are connected belong together."""
+    depends = graph.depending([source for source in graph.occurrences if freedom.allows(source)])
+    parents = list(range(len(graph.nodes)))
+
+    def group_of(place: int) -> int:
+        while parents[place] != place:
+            parents[place] = place = parents[parents[place]]
+        return place
+
+    def join(one: int, other: int) -> None:
+        parents[group_of(one)] = group_of(other)
+
+    for places in graph.occurrences.values():
+        for place in places[1:]:
+            join(place, places[0])
+    index = graph.index
+    for place, (form, first, second) in enumerate(graph.records):
+        if not depends[place] or form is SOURCE:
+            continue
+        for operand in form.operands(first, second):
+            if depends[index[id(operand)]]:
+                join(place, index[id(operand)])
+    groups: Dict[int, List[Goal]] = {}
     for goal in goals:
-        mask = masks[graph.index[id(goal[1])]]
-        members: List[Tuple[str, Any, Any]] = []
-        apart = []
-        for other, others in groups:
-            if other & mask:
-                mask, members = mask | other, members + others
-            else:
-                apart.append((other, others))
-        groups = apart + [(mask, members + [goal])]
-    return [members for _, members in groups]
+        groups.setdefault(group_of(index[id(goal[1])]), []).append(goal)
+    return list(groups.values())
+
+
+def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[Source, Any]:
+    """The source values that give all of several results that share sources.
+
+    Float sources move together. Where they do not suffice (texts, whole numbers, bools), the results are solved one
+    after the other; where that does not do, either, whole numbers move together with the floats.
+
+    Raises:
+        NotInvertible: no values were found that give all; the result that stays away is named.
+    """
+    concerned = list(graph.occurrences)
+    budget = Budget.of(graph, len(goals))
+    movable = [source for source in concerned if freedom.allows(source) and _holds_number(graph, source)]
+    if any(isinstance(wanted, str) for _, _, wanted in goals):
+        movable = []
+    found = _moved_together(graph, goals, movable, freedom, budget)
+    if found is not None and _missed(graph, goals, found) is None:
+        return found
+    try:
+        return _one_after_the_other(graph, goals, freedom, budget)
+    except NotInvertible:
+        found = _moved_with_whole(graph, goals, movable, freedom, budget)
+        if found is None or _missed(graph, goals, found) is not None:
+            raise
+        return found
+
+
+def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budget: Budget) -> Dict[Source, Any]:
+    """Each goal by a source that none before it used."""
+    changes: Dict[Source, Any] = {}
+    for path, value, wanted in goals:
+        if meets(_evaluated(value, changes), wanted):
+            continue
+        try:
+            changes.update(solve_one(value, wanted, freedom, changes, budget))
+        except NotInvertible as reason:
+            raise NotInvertible(
+                '%s, with the others as wanted' % reason if not path else '%s: %s' % (path, reason)
+            ) from None
+    missed = _missed(graph, goals, changes)
+    if missed is not None:
+        (path, value, wanted), result = missed
+        raise NotInvertible(
+            'cannot make %s %s become %s together with the others: %s would make it %s'
+            % (
+                path,
+                brief(value),
+                written(wanted),
+                ', '.join('%s = %s' % (describe_source(one), written(new)) for one, new in list(changes.items())[:8]),
+                written(result),
+            )
+        )
+    return changes
+
+
+def _evaluated(value: Any, changes: Mapping[Source, Any]) -> Any:
+    try:
+        return evaluate(value, changes)
+    except UNDEFINED:
+        return math.nan
+
+
+def _missed(graph: Graph, goals: List[Goal], changes: Mapping[Source, Any]) -> Optional[Tuple[Goal, Any]]:
+    """The first goal that source values do not meet, with the result that they give; None where they meet all."""
+    try:
+        values = graph.values(changes)
+    except UNDEFINED:
+        return goals[0], math.nan
+    size = size_of(goals)
+    for goal in goals:
+        result = values[graph.index[id(goal[1])]]
+        if not almost_meets(result, goal[2], size):
+            return goal, result
+    return None

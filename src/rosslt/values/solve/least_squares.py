@@ -1,28 +1,161 @@
-"""Small linear systems: the steps of `solving`. With NumPy for the larger ones, where there is NumPy."""
+"""The linear steps of solving several results: least squares with sparse rows, damped, shortest in the unknowns.
+
+Small systems are solved in plain Python, larger ones with NumPy where there is NumPy, and large ones in which most
+results depend on few unknowns with SciPy's LSMR where there is SciPy.
+"""
 
 import math
-from typing import List
+from typing import Any, Dict, List, Optional, Sequence
 
-LARGE = 12
+Rows = List[Dict[int, float]]
+
+LARGE = 8
 """Systems from this size on are worth the way to NumPy."""
 
+SPARSE_SIZE, SPARSE_PART = 40_000, 0.1
+"""A matrix of so many entries, of which at most such a part is not 0, is worth the way to SciPy."""
 
-def solved(matrix: List[List[float]], right: List[float]) -> List[float]:
-    """The solution of a symmetric, positive definite system.
+
+def shortest_step(
+    rows: Rows, missing: Sequence[float], scales: Sequence[float], damping: float = 0.0, by_row: bool = True
+) -> List[float]:
+    """The step that adds what is missing, shortest in relation to the scales, damped (Levenberg-Marquardt).
+
+    Args:
+        rows: the Jacobian, a row for each result: `{place of the unknown: slope}`, without zeros.
+        missing: by how much each result should rise.
+        scales: for each unknown how far it moves as easily as another one moves by 1.
+        damping: at least 0, in relation to rows of length 1.
+        by_row: whether all results count alike, whatever their slopes; this changes nothing where all can be met.
+            Otherwise what is missing counts in its own unit.
+
+    Returns:
+        The step of each unknown.
 
     Raises:
-        ArithmeticError: there is none that is safe to use.
+        ArithmeticError: singular; more damping helps.
     """
-    size = len(right)
-    if size >= LARGE:
+    scaled = [{place: slope * scales[place] for place, slope in row.items()} for row in rows]
+    lengths = [math.sqrt(sum([part * part for part in row.values()])) for row in scaled]
+    if not all(1e-150 < length < 1e150 for length in lengths):
+        lengths = [math.hypot(*row.values()) or 1.0 for row in scaled]
+    if not by_row:
+        lengths = [math.hypot(*lengths) or 1.0] * len(rows)
+    scaled = [{place: part / length for place, part in row.items()} for row, length in zip(scaled, lengths)]
+    right = [value / length for value, length in zip(missing, lengths)]
+    used = sorted({place for row in scaled for place in row})
+    columns = {place: column for column, place in enumerate(used)}
+    step = [0.0] * len(scales)
+    if not used:
+        return step
+    short = _sparse(scaled, right, columns, damping)
+    if short is None:
+        short = _dense(scaled, right, columns, damping)
+    for place, part in zip(used, short):
+        step[place] = part * scales[place]
+    return step
+
+
+def work_of_step(rows: Rows, unknowns: int) -> float:
+    """What a step costs, in the units of `budget`."""
+    width = min(len(rows), unknowns)
+    if width < LARGE:
+        return 0.3 * width**3 + 10 * unknowns
+    entries = sum([len(row) for row in rows])
+    work = 5e-4 * width**3
+    if _is_sparse(entries, len(rows) * unknowns):
+        work = min(work, 10_000)
+    return work + 2 * entries + 10 * unknowns
+
+
+def _is_sparse(entries: int, size: int) -> bool:
+    return size >= SPARSE_SIZE and entries <= SPARSE_PART * size
+
+
+def _sparse(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> Optional[List[float]]:
+    """The shortest solution by LSMR, None where the system is small or dense, or where there is no SciPy."""
+    entries = sum(len(row) for row in rows)
+    if not _is_sparse(entries, len(rows) * len(columns)):
+        return None
+    try:
+        from scipy.sparse import csr_matrix
+        from scipy.sparse.linalg import lsmr
+    except ImportError:
+        return None
+    starts = [0]
+    for row in rows:
+        starts.append(starts[-1] + len(row))
+    parts = [part for row in rows for part in row.values()]
+    places = [columns[place] for row in rows for place in row]
+    matrix = csr_matrix((parts, places, starts), (len(rows), len(columns)))
+    found = lsmr(matrix, right, math.sqrt(damping), atol=1e-15, btol=1e-15, conlim=0, maxiter=2 * len(rows) + 100)
+    return found[0].tolist()
+
+
+def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
+    wide = len(rows) <= len(columns)
+    if min(len(rows), len(columns)) >= LARGE:
         try:
             import numpy
-
-            return numpy.linalg.solve(numpy.array(matrix, float), numpy.array(right, float)).tolist()
         except ImportError:
             pass
-        except numpy.linalg.LinAlgError as error:
-            raise ArithmeticError(str(error)) from None
+        else:
+            return _with_numpy(numpy, rows, right, columns, damping)
+    if wide:
+        weights = solved(_products(rows, damping), right)
+        step = [0.0] * len(columns)
+        for row, weight in zip(rows, weights):
+            for place, part in row.items():
+                step[columns[place]] += part * weight
+        return step
+    turned: Rows = [{} for _ in columns]
+    for number, row in enumerate(rows):
+        for place, part in row.items():
+            turned[columns[place]][number] = part
+    return solved(
+        _products(turned, damping), [sum([part * right[number] for number, part in row.items()]) for row in turned]
+    )
+
+
+def _with_numpy(numpy: Any, rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
+    matrix = numpy.zeros((len(rows), len(columns)))
+    for line, row in zip(matrix, rows):
+        line[[columns[place] for place in row]] = list(row.values())
+    target = numpy.array(right)
+    try:
+        if len(rows) <= len(columns):
+            square = matrix @ matrix.T
+            square.flat[:: len(rows) + 1] += damping
+            return (matrix.T @ numpy.linalg.solve(square, target)).tolist()
+        square = matrix.T @ matrix
+        square.flat[:: len(columns) + 1] += damping
+        return numpy.linalg.solve(square, matrix.T @ target).tolist()
+    except numpy.linalg.LinAlgError as error:
+        raise ArithmeticError(str(error)) from None
+
+
+def _products(vectors: Rows, damping: float) -> List[List[float]]:
+    """The inner products of the vectors with each other, with the damping added to their squares."""
+    result = []
+    for one in vectors:
+        items = one.items()
+        result.append([sum([x * other[place] for place, x in items if place in other]) for other in vectors])
+    for place, row in enumerate(result):
+        row[place] += damping
+    return result
+
+
+def solved(matrix: List[List[float]], right: Sequence[float]) -> List[float]:
+    """The solution of a system of linear equations, by Gauss with pivots.
+
+    Args:
+        matrix: square, a list of rows; it is not changed.
+        right: a value for each row.
+
+    Raises:
+        ArithmeticError: there is no single solution.
+    """
+    size = len(right)
     rows = [row + [value] for row, value in zip(matrix, right)]
     for pivot in range(size):
         best = max(range(pivot, size), key=lambda place: abs(rows[place][pivot]))
@@ -35,37 +168,6 @@ def solved(matrix: List[List[float]], right: List[float]) -> List[float]:
     result = [0.0] * size
     for pivot in range(size - 1, -1, -1):
         row = rows[pivot]
-        known = sum(row[place] * result[place] for place in range(pivot + 1, size))
+        known = sum([row[place] * result[place] for place in range(pivot + 1, size)])
         result[pivot] = (row[size] - known) / row[pivot]
-    return result
-
-
-def least_norm(jacobian: List[List[float]], missing: List[float], damping: float) -> List[float]:
-    """The shortest step that adds what is missing, `jacobian @ step = missing`, damped (Levenberg-Marquardt).
-
-    Args:
-        jacobian: a row for each result, a column for each unknown.
-        missing: by how much each result should rise.
-        damping: at least 0, in relation to rows of length 1.
-
-    Raises:
-        ArithmeticError: singular; more damping helps.
-    """
-    lengths = [math.hypot(*row) or 1.0 for row in jacobian]
-    rows = [[part / length for part in row] for row, length in zip(jacobian, lengths)]
-    right = [value / length for value, length in zip(missing, lengths)]
-    columns = list(zip(*rows))
-    if len(rows) <= len(columns):
-        weights = solved(_products(rows, damping), right)
-        return [sum(part * weight for part, weight in zip(column, weights)) for column in columns]
-    return solved(
-        _products(columns, damping), [sum(part * value for part, value in zip(column, right)) for column in columns]
-    )
-
-
-def _products(vectors: List, damping: float) -> List[List[float]]:
-    """The inner products of the vectors with each other, with the damping added to their squares."""
-    result = [[sum(x * y for x, y in zip(one, other)) for other in vectors] for one in vectors]
-    for place, row in enumerate(result):
-        row[place] += damping
     return result

@@ -2,41 +2,38 @@
 
 From the result, the operations are undone one after the other as long as only one operand depends on the source.
 Where two do, the source appears more than once: if the rest is affine in it, its slope gives the answer, else Newton.
+An operation with several inverses is undone to the one nearest its operand's value. Where that does not lead to an
+answer, or to one out of bounds, other source values are started from, and at last the whole result is searched.
 """
 
 import math
 from fractions import Fraction
-from typing import Any, Dict, List, Tuple
+from typing import Any, Callable, List, Optional, Tuple
 
+from ..closeness import almost_meets, is_at, is_near, meets
 from ..graph import Graph
-from ..operations import AFFINE, SOURCE, Form
-from ..operations.inverses import NoPreimage, near, refuse
+from ..operations import SOURCE, Form
+from ..operations.inverses import NoPreimage, refuse
+from ..operations.table import DIVIDE
 from ..sources import Source
+from .budget import UNDEFINED, Budget, Exhausted, Trial
+from .periods import periods, turns_too_many
 from .root_finding import Search
 
 MARK = '\ue000'
 """A character of Unicode's private use area."""
 
+LONGEST_NUMBER = 2**16
+"""Whole numbers with more bits are not solved for: exact fractions of them take too long."""
 
-def meets(found: Any, wanted: Any) -> bool:
-    """Whether a result is the wanted one: whole numbers, bools and texts exactly, floats to a relative 1e-9."""
-    if found == wanted:
-        return True
-    try:
-        return isinstance(found, float) and abs(found - wanted) <= 1e-9 * abs(wanted)
-    except (OverflowError, TypeError):
-        return False
+FIRST_SEARCH = 0.4
+"""The part of the budget that a search from the present value may take."""
+
+Limits = Tuple[Any, Any]
 
 
-def almost_meets(found: Any, wanted: Any, present: Any) -> bool:
-    """`meets`, or as near as rounding lets a result come that was of ordinary size: the difference of two numbers near
-    1 cannot be made 1e-17, and a marker is not dragged to within less than a picometre."""
-    if meets(found, wanted):
-        return True
-    try:
-        return isinstance(found, float) and abs(found - wanted) <= 1e-12 * min(1.0, abs(present))
-    except (OverflowError, TypeError):
-        return False
+class OutOfBounds(NoPreimage):
+    """The answer found is beyond a bound; there may be another one within."""
 
 
 class Attempt:
@@ -46,63 +43,161 @@ class Attempt:
         graph: holds the result and all it is made of.
         root: the place of the result in it.
         source: the source that may change.
-        changes: values that other sources take on meanwhile.
+        base: the values of the nodes once other sources are as wanted.
+        limits: the source's minimum and maximum, infinite for none.
+        budget: what it may cost.
+        wanted: what the result should become.
     """
 
-    def __init__(self, graph: Graph, root: int, source: Source, changes: Dict[Source, Any]) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        root: int,
+        source: Source,
+        base: List[Any],
+        limits: Limits,
+        budget: Budget,
+        wanted: Any,
+    ) -> None:
         self._graph = graph
         self._root = root
         self._source = source
-        base = graph.tried(changes) if changes else graph.plain()
-        self._base: List[Any] = base or refuse('it is not defined once the others are as wanted')
-        self._depends = graph.depending([source])
-        self._steps = [step for step in graph.steps(self._depends) if step[0] <= root]
+        self._base = base
+        self._trial = Trial(graph, [source], [root], base, budget, [wanted])
+        self._wanted = wanted
+        self._depends = self._trial.depends
         leaf = graph.occurrences[source][0]
-        self.present = self._base[leaf]
+        self.present = base[leaf]
         self._kind = type(graph.nodes[leaf]._plain)
+        self._low, self._high = limits
+        if self._kind is int:
+            self._low = math.ceil(self._low) if math.isfinite(self._low) else self._low
+            self._high = math.floor(self._high) if math.isfinite(self._high) else self._high
+        self._searches = 0
         if not self._depends[root]:
             refuse('it does not depend on that')
 
-    def answer(self, wanted: Any, start: Any) -> Any:
-        """The value of the source that makes the result the wanted one, found from a start.
+    def answer(self) -> Any:
+        """The value of the source that makes the result the wanted one, the nearest to the present one of those found.
 
         Raises:
             NoPreimage: there is none, or none was found.
         """
+        wanted = self._wanted
         if self._kind is bool:
             fitting = [value for value in (self.present, not self.present) if meets(self._result(value), wanted)]
+            fitting = [value for value in fitting if self._low <= value <= self._high or value == self.present]
             return fitting[0] if fitting else refuse('neither True nor False gives that')
         try:
-            values = self._at(start)
-        except (ArithmeticError, ValueError, TypeError) as error:
+            return self._from(self.present, wanted)
+        except Exhausted:
+            raise
+        except NoPreimage as reason:
+            if self._kind is str:
+                raise
+            try:
+                found = self._elsewhere(wanted)
+            except Exhausted as end:
+                raise NoPreimage('%s; %s' % (reason, end)) from None
+            if found is None:
+                raise
+            return found
+
+    def _elsewhere(self, wanted: Any) -> Optional[Any]:
+        """An answer found from other source values, or by a search over all of them; None where there is none."""
+        fitting = []
+        for start in self._starts():
+            try:
+                fitting.append(self._from(start, wanted))
+            except Exhausted:
+                raise
+            except NoPreimage:
+                continue
+        if fitting:
+            return min(fitting, key=self._way)
+        try:
+            return self._searched(
+                self._root, wanted, self.present, lambda result: self._accepts(result, wanted), self._low, self._high
+            )
+        except Exhausted:
+            raise
+        except NoPreimage:
+            return None
+
+    def _starts(self) -> List[Any]:
+        """Where else to undo the operations from: at the bounds and between them, near 0 and on its other side."""
+        low, high, present = self._low, self._high, self.present
+        ends = [end for end in (low, high) if math.isfinite(end)]
+        if len(ends) == 2:
+            ends.append(low + (high - low) / 2)
+        ends += [0, -present, 1, -1]
+        if self._kind is float:
+            ends += [0.5, -0.5, present + 1, present - 1, present + math.pi, present - math.pi]
+        starts: List[Any] = []
+        for end in ends:
+            try:
+                start = self._kind(end)
+            except UNDEFINED:
+                continue
+            if low <= start <= high and start != present and start not in starts:
+                starts.append(start)
+        return starts
+
+    def _way(self, value: Any) -> Any:
+        return abs(value - self.present)
+
+    def _from(self, start: Any, wanted: Any) -> Any:
+        """The answer to which undoing the operations leads, where those with several inverses take the one
+        nearest to what the start gives."""
+        try:
+            values = self._trial.values({self._source: start})
+        except Exhausted:
+            raise
+        except UNDEFINED as error:
             raise NoPreimage('it is not defined at %s (%s)' % (shown(start), error)) from None
         found = self._undone(wanted, values)
-        present = self._base[self._root]
-        if wanted == present and self._result(self.present) == wanted:
+        if wanted == self._base[self._root] and self._result(self.present) == wanted:
             return self.present
         candidates = self._of_kind(found)
         for candidate in candidates:
             if meets(self._result(candidate), wanted):
-                return candidate
+                return self._bounded(candidate, wanted)
         if self._kind is float:
-            better = self._searched(
-                self._root, wanted, candidates[0], lambda result: almost_meets(result, wanted, present)
-            )
-            return float(better)
+            search = self._search(self._root, wanted, lambda result: self._accepts(result, wanted))
+            better = search.descend(candidates[0])
+            return self._bounded(better, wanted) if search.is_met(better) else search.near(candidates[0])
         if self._kind is int:
             return refuse('%s would have to be %s, and is a whole number', '{source}', shown(found))
         return refuse('%r gives %r', candidates[0], self._result(candidates[0]))
 
-    def _at(self, value: Any) -> List[Any]:
-        values = list(self._base)
-        self._graph.run(self._steps, values, {self._source: value})
-        return values
+    def _accepts(self, result: Any, wanted: Any) -> bool:
+        if self._kind is float:
+            return almost_meets(result, wanted, self._base[self._root])
+        return meets(result, wanted)
+
+    def _bounded(self, value: Any, wanted: Any) -> Any:
+        """An answer within the bounds: a bound itself where the answer misses it, or lies before it, by roundings.
+
+        Raises:
+            OutOfBounds: the answer is beyond a bound, which is named.
+        """
+        if isinstance(value, str):
+            return value
+        low, high = self._low, self._high
+        for bound, word, is_beyond in (
+            (low, 'below its minimum', value < low),
+            (high, 'above its maximum', value > high),
+        ):
+            if is_beyond or (self._kind is float and is_at(value, bound) and value != bound):
+                if math.isfinite(bound) and self._accepts(self._result(self._kind(bound)), wanted):
+                    return self._kind(bound)
+                if is_beyond:
+                    raise OutOfBounds('{source} would have to be %s, %s %r' % (written(value), word, bound))
+        return value
 
     def _result(self, value: Any) -> Any:
-        try:
-            return self._at(value)[self._root]
-        except (ArithmeticError, ValueError, TypeError):
-            return math.nan
+        values = self._trial.tried({self._source: value})
+        return math.nan if values is None else values[self._root]
 
     def _undone(self, wanted: Any, values: List[Any]) -> Any:
         graph, index, depends = self._graph, self._graph.index, self._depends
@@ -111,8 +206,17 @@ class Attempt:
             form, first, second = graph.records[place]
             if form is SOURCE:
                 return wanted
-            if form is AFFINE:
-                wanted, place = self._through_terms(place, wanted, values)
+            if form.operation is None:
+                operands = [index[id(operand)] for operand in form.operands(first, second)]
+                changing = [at for at, operand in enumerate(operands) if depends[operand]]
+                found = NotImplemented
+                if len(changing) == 1:
+                    found = self._through_form(
+                        place, changing[0], wanted, [values[at] for at in operands], values[place]
+                    )
+                if found is NotImplemented:
+                    return self._several(place, wanted, values)
+                wanted, place = found, operands[changing[0]]
                 continue
             a = index[id(first)]
             if form.single_operand:
@@ -126,16 +230,18 @@ class Attempt:
             wanted = undone(form, form.inverse[side], wanted, values[a], values[b])
             place = b if side else a
 
-    def _through_terms(self, place: int, wanted: Any, values: List[Any]) -> Tuple[Any, int]:
-        """What the leaf of a folded value must become, and its place."""
-        _, terms, _ = self._graph.records[place]
-        for leaf, slope in terms:
-            at = self._graph.index[id(leaf)]
-            if self._depends[at]:
-                if not slope:
-                    refuse('its slope is 0')
-                return values[at] + quotient(difference(wanted, values[place]), slope), at
-        raise AssertionError('a folded value that depends on a source has a term for it')
+    def _through_form(self, place: int, operand: int, wanted: Any, values: List[Any], present: Any) -> Any:
+        """What an operand of a record that is no row's must become; NotImplemented where only a search can tell."""
+        form, first, second = self._graph.records[place]
+        try:
+            found = form.undo(operand, wanted, present, first, second, values)
+        except NoPreimage:
+            raise
+        except (ArithmeticError, ValueError, TypeError):
+            return refuse('{source} would be beyond what a float holds')
+        if isinstance(found, float) and not math.isfinite(found):
+            refuse('{source} would be beyond what a float holds')
+        return found
 
     def _several(self, place: int, wanted: Any, values: List[Any]) -> Any:
         """The source's value where it appears more than once below a node."""
@@ -143,13 +249,43 @@ class Attempt:
             return self._text_within(place, wanted)
         if self._kind is str:
             return refuse('a text that gives a number is not solved for')
-        rise, affine = self._graph.tangent(values, self._depends, place)
         start = values[self._graph.occurrences[self._source][0]]
-        if affine[place]:
-            if not rise[place]:
+        if self._graph.straight(self._depends, place):
+            rise = self._graph.tangent(self._source, self._trial.partials(values)).get(place, 0)
+            if not rise:
                 refuse('its occurrences cancel out')
-            return start + quotient(difference(wanted, values[place]), rise[place])
-        return self._searched(place, wanted, start, lambda result: meets(result, wanted))
+            return start + quotient(difference(wanted, values[place]), rise)
+        self._searches += 1
+        search = self._search(place, wanted, lambda result: meets(result, wanted), self._low, self._high)
+        if self._searches > 1:
+            # What a whole search from one start does not find, a descent from another one may.
+            return search.descend_whole(start) if self._kind is int else search.descend(start)
+        if self._kind is float:
+            found = self._of_quotient(place, wanted, start)
+            if found is not None and search.is_met(found):
+                return search.nearer(start, found)
+        # The rest is for other branches of the operations undone so far.
+        with self._trial.budget.part_of(self._trial, FIRST_SEARCH):
+            return self._searched(place, wanted, start, lambda result: meets(result, wanted), self._low, self._high)
+
+    def _of_quotient(self, place: int, wanted: Any, start: float) -> Optional[float]:
+        """Where a quotient of two expressions may be the wanted one, found without its poles: `a - wanted * b` is 0
+        there. None for any other operation."""
+        form, first, second = self._graph.records[place]
+        if form.operation is not DIVIDE:
+            return None
+        a, b = self._graph.index[id(first)], self._graph.index[id(second)]
+
+        def excess(value: Any) -> Any:
+            values = self._trial.values({self._source: value})
+            return values[a] - wanted * values[b]
+
+        def slope(value: Any) -> Any:
+            values = self._trial.values({self._source: value})
+            rise = self._graph.tangent(self._source, self._trial.partials(values))
+            return rise.get(a, 0) - wanted * rise.get(b, 0)
+
+        return Search(excess, slope, 0.0, lambda result: result == 0, self._low, self._high).descend(start)
 
     def _text_within(self, place: int, wanted: str) -> str:
         """The text that a source must hold which appears in a longer one more than once.
@@ -158,17 +294,42 @@ class Attempt:
         """
         if self._kind is not str:
             return refuse('it appears more than once in a text')
-        least = len(self._at('')[place])
-        times = len(self._at(MARK)[place]) - least
+        least = len(self._text(place, ''))
+        times = len(self._text(place, MARK)) - least
         mark = MARK * ((len(wanted) - least) // times if times else 0)
-        first = self._at(mark)[place].find(mark)
+        first = self._text(place, mark).find(mark)
         return wanted[first : first + len(mark)]
 
-    def _searched(self, place: int, wanted: Any, start: Any, accepts: Any) -> Any:
-        def slope(value: Any) -> Any:
-            return self._graph.tangent(self._at(value), self._depends, place)[0][place]
+    def _text(self, place: int, value: str) -> str:
+        return self._trial.values({self._source: value})[place]
 
-        return Search(lambda value: self._at(value)[place], slope, wanted, accepts).near(start)
+    def _search(
+        self, place: int, wanted: Any, accepts: Callable[[Any], bool], low: float = -math.inf, high: float = math.inf
+    ) -> Search:
+        def slope(value: Any) -> Any:
+            values = self._trial.values({self._source: value})
+            return self._graph.tangent(self._source, self._trial.partials(values)).get(place, 0)
+
+        def result(value: Any) -> Any:
+            return self._trial.values({self._source: value})[place]
+
+        return Search(result, slope, wanted, accepts, low, high)
+
+    def _searched(
+        self, place: int, wanted: Any, start: Any, accepts: Callable[[Any], bool], low: float, high: float
+    ) -> Any:
+        """The source's value that gives a node's wanted one, searched for, within half a period of the present one."""
+        search = self._search(place, wanted, accepts, low, high)
+        found = search.near(start)
+        if self._kind is float and abs(found - self.present) > 1:
+            values = self._trial.values({self._source: found})
+            rise = self._graph.tangent(self._source, self._trial.partials(values))
+            for period in periods(self._graph, values, rise):
+                turns = turns_too_many(self.present, found, period)
+                turned = search.descend(found - turns * period, 4) if turns else found
+                if self._way(turned) < self._way(found) and search.is_met(turned):
+                    found = turned
+        return found
 
     def _of_kind(self, found: Any) -> List[Any]:
         """What the source can hold nearest to a number found: a float, whole numbers around it, a text."""
@@ -182,8 +343,8 @@ class Attempt:
             except OverflowError:
                 value = math.inf
             return [value] if math.isfinite(value) else refuse('{source} would be beyond what a float holds')
-        near = round(found)
-        return [near, near + 1, near - 1]
+        nearest = round(found)
+        return [nearest, nearest + 1, nearest - 1]
 
 
 def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> Any:
@@ -196,6 +357,8 @@ def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> An
     """
     row = form.operation
     if isinstance(wanted, (int, Fraction)):
+        if wanted.numerator.bit_length() > LONGEST_NUMBER:
+            refuse('%s would have to give a number of too many digits', row.shown_as)
         if row.left.affine and not isinstance(wanted, bool):
             wanted = Fraction(wanted)
         elif isinstance(wanted, Fraction):
@@ -203,7 +366,7 @@ def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> An
     try:
         if row.image is not None and not row.image[0] <= wanted <= row.image[1]:
             refuse('%s takes values in %s', row.shown_as, interval(*row.image))
-        if row.stepped and near(round(wanted), wanted):
+        if row.stepped and is_near(round(wanted), wanted):
             wanted = round(wanted)
         operand = inverse(wanted, first, second)
         if isinstance(operand, complex) or (isinstance(operand, float) and not math.isfinite(operand)):
@@ -236,7 +399,14 @@ def quotient(missing: Any, slope: Any) -> Any:
 
 def shown(number: Any) -> str:
     """A number found on the way, for a message."""
-    return '%.6g' % number if isinstance(number, (float, Fraction)) else repr(number)
+    return '%.6g' % number if isinstance(number, float) else written(number)
+
+
+def written(number: Any) -> str:
+    """A number in full, unless it is a whole number or a fraction too long to read."""
+    if isinstance(number, (int, Fraction)) and number.numerator.bit_length() > 1000:
+        return 'a number of %d digits' % (number.numerator.bit_length() * 0.30103)
+    return '%.6g' % number if isinstance(number, Fraction) else repr(number)
 
 
 def interval(low: float, high: float) -> str:

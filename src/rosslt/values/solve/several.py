@@ -1,231 +1,282 @@
-"""Solving several results together: Gauss-Newton with the table's slopes, damped, from the present values.
+"""Several sources at once, from the present values and, where that does not lead there, from others.
 
-Of all source values that give the results, those nearest the present ones are taken (Euclidean, in the sources' units):
-dragging the tip of an arm, of which only the forward kinematics is known, turns its joints as little as it can.
+Of all source values that give the results, those nearest the present ones are taken (Euclidean, in the scales of the
+sources): dragging the tip of an arm, of which only the forward kinematics is known, turns its joints as little as
+it can.
 """
 
+import itertools
 import math
-from typing import Any, Callable, Dict, List, Optional, Tuple
+import random
+from typing import Any, Dict, Iterator, List, Optional, Sequence
 
-from ..errors import NotInvertible
-from ..explain import brief
-from ..graph import Graph
-from ..sources import Source, describe_source
-from .least_squares import least_norm
-from .one import almost_meets, meets
+from ..closeness import ROUNDING, almost_meets, is_at
+from .budget import UNDEFINED, Exhausted
+from .descent import MET, ROUNDS, Descent, Descents
+from .equations import Point
+from .periods import TURN, has_periods, periods, turns_too_many
 
-ROUNDS = 60
-DAMPINGS = (0.0, 1e-9, 1e-6, 1e-4, 1e-2, 1.0, 100.0)
-STIRS = (0.0, 1e-2, 0.1, 1.0)
+STIRS = (1e-2, 0.1, 0.5)
 """By how much the start is moved, in turn, where the slopes at the present values lead nowhere (a straight arm)."""
 
-Goal = Tuple[str, Any, Any]
+RADII = (0.3, 1.0, 0.15, 3.0, 0.3)
+"""How far from the present values the later starts lie, in turn."""
+
+MOST_STARTS = 120
+
+FOLLOWED_STEPS = 8
+"""In how many steps the results are moved along the straight way to what is wanted."""
+
+ENOUGH_DEAD_ENDS = 12
+"""So many starts that end in the same place short of the target show that it is out of reach."""
+
+SHORT_WAY = 0.25
+"""A source that moves by no more than this is not looked at for whole periods."""
+
+LARGE_TURN = 0.8
+"""An angle that turns by more than this, in radians, is worth a look for an answer that turns it less."""
+
+SECOND_RADII = (1.0, 2.0, 3.0)
+
+MOST_SECOND_STARTS = 8
+"""From where such a nearer answer is looked for."""
+
+LONG = 2.0
+"""An answer that is so many times as far away as the slopes promise is worth a look for a nearer one."""
 
 
-class System:
-    """Results of a graph as functions of several float sources.
+class System(Descents):
+    """Results of a graph as functions of several sources that hold numbers, to be met or come near to.
 
     Args:
+        graph: holds the results.
         goals: `(path, tracked value, wanted value)` each.
         unknowns: the sources to change.
+        freedom: what limits them (`choice.Freedom`).
+        budget: what solving may cost.
+        base: the values of the graph's nodes while nothing changes; the present ones by default.
     """
 
-    def __init__(self, graph: Graph, goals: List[Goal], unknowns: List[Source], freedom: Any) -> None:
-        self._graph = graph
-        self._goals = goals
-        self._unknowns = unknowns
-        self._roots = [graph.index[id(value)] for _, value, _ in goals]
-        self._wanted = [wanted for _, _, wanted in goals]
-        self._depends = graph.depending(unknowns)
-        last = max(self._roots)
-        self._steps = [step for step in graph.steps(self._depends) if step[0] <= last]
-        self._limits = [freedom.limits(source) for source in unknowns]
-        self._base = graph.plain()
-        self._size = size_of(goals)
-        self.start = [float(self._base[graph.occurrences[source][0]]) for source in unknowns]
-
-    def solution(self) -> Optional[List[float]]:
+    def solution(self) -> Optional[Point]:
         """The unknowns' values that give all results, None where none were found."""
-        for stir in STIRS:
-            start = [
-                self._clamped(
-                    place, value + stir * max(1.0, abs(value)) * math.cos(1.0 + 2.4 * place) if stir else value
-                )
-                for place, value in enumerate(self.start)
-            ]
-            found = self._descent(start)
-            if found is not None:
-                return self._nearer(found)
+        dead_ends: Dict[str, int] = {}
+        try:
+            for start in self._starts():
+                for end in self._ends(start):
+                    if self.accepts(end.x):
+                        return self._tidied(self._nearest(end.x))
+                    key = '%.3g' % end.size
+                    dead_ends[key] = dead_ends.get(key, 0) + 1
+                    if dead_ends[key] >= ENOUGH_DEAD_ENDS:
+                        return None
+        except Exhausted:
+            pass
         return None
 
-    def accepts(self, x: List[float]) -> bool:
-        """Whether such values give all results."""
-        values = self._at(x)
-        return values is not None and all(
-            almost_meets(values[root], wanted, self._size) for root, wanted in zip(self._roots, self._wanted)
-        )
-
-    def _clamped(self, place: int, value: float) -> float:
-        low, high = self._limits[place]
-        return min(max(value, low), high)
-
-    def _at(self, x: List[float]) -> Optional[List[Any]]:
-        values = list(self._base)
+    def _nearest(self, x: Point) -> Point:
+        """The nearest of some answers, from one: looked for from other starts where that one is far away."""
+        best = x
         try:
-            self._graph.run(self._steps, values, dict(zip(self._unknowns, x)))
-        except (ArithmeticError, ValueError, TypeError):
-            return None
-        return values
+            best = x = self._nearer(self._unwound(x))
+            turned = has_periods(self._graph) and max([abs(a - b) for a, b in zip(x, self.start)]) > LARGE_TURN
+            if self._way(x) <= LONG * self._promised and not turned:
+                return best
+            for start in itertools.islice(self._scattered(SECOND_RADII), MOST_SECOND_STARTS):
+                for end in self._ends(start):
+                    if self.accepts(end.x):
+                        x = self._nearer(self._unwound(end.x))
+                        best = x if self._way(x) < self._way(best) else best
+        except Exhausted:
+            pass
+        return best
 
-    def _missing(self, values: Optional[List[Any]]) -> Optional[List[float]]:
-        if values is None:
-            return None
+    def _ends(self, start: Point) -> Iterator[Descent]:
+        """Where descents from a start end.
+
+        Those of the results as they are, and those of what is left of them when their outermost operations are
+        undone, which has no poles and does not saturate.
+        """
+        if start is self.start:
+            # As the results are, first: in the plane, the way to a point on the other side leads around the middle.
+            unit = min([equation.unit for equation in self._equations])
+            end = self._descend(start, [equation._replace(unit=unit) for equation in self._equations])
+            if end is not None and self.accepts(end.x):
+                yield end
+                return
+        end = self._descend(start, self._equations)
+        if end is not None:
+            yield end
+            if end.size < MET:
+                return
+        undone_equations = self._undone(start)
+        if undone_equations is None:
+            return
+        end = self._descend(start, undone_equations)
+        if end is not None and end.size < 1e-6:
+            end = self._descend(end.x, self._equations)
+            if end is not None:
+                yield end
+
+    def closest(self) -> Point:
+        """The unknowns' values that bring the results nearest to what is wanted, in the results' own units.
+
+        Where the slopes at the present values lead nowhere, it is tried from beside them (a straight arm).
+        """
+        self._equations = [equation._replace(unit=1.0) for equation in self._equations]
+        best, least = self.start, math.inf
         try:
-            missing = [float(wanted - values[root]) for root, wanted in zip(self._roots, self._wanted)]
-        except (ArithmeticError, TypeError):
-            return None
-        return missing if all(math.isfinite(part) for part in missing) else None
-
-    def _jacobian(self, values: List[Any]) -> List[List[float]]:
-        if len(self._unknowns) >= len(self._roots):
-            rows = [self._graph.gradient(root, values, self._depends) for root in self._roots]
-            return [[float(row.get(source, 0)) for source in self._unknowns] for row in rows]
-        columns = []
-        for source in self._unknowns:
-            rise, _ = self._graph.tangent(values, self._graph.depending([source]), max(self._roots))
-            columns.append([float(rise[root]) for root in self._roots])
-        return [list(row) for row in zip(*columns)]
-
-    def _step(self, x: List[float], values: List[Any], missing: List[float], damping: float) -> List[float]:
-        """A step towards the results; an unknown at a bound that it would leave stays there."""
-        jacobian = self._jacobian(values)
-        held: set = set()
-        while True:
-            free = [[0.0 if place in held else part for place, part in enumerate(row)] for row in jacobian]
-            step = least_norm(free, missing, damping)
-            leaving = {
-                place
-                for place, part in enumerate(step)
-                if part
-                and place not in held
-                and (x[place] >= self._limits[place][1] if part > 0 else x[place] <= self._limits[place][0])
-            }
-            if not leaving:
-                return step
-            held |= leaving
-
-    def _descent(self, x: List[float]) -> Optional[List[float]]:
-        values = self._at(x)
-        missing = self._missing(values)
-        level = 0
-        for _ in range(ROUNDS):
-            if values is None or missing is None or not any(missing):
-                break
-            size = math.hypot(*missing)
-            for attempt in range(level, len(DAMPINGS)):
-                try:
-                    step = self._step(x, values, missing, DAMPINGS[attempt])
-                except (ArithmeticError, ValueError):
-                    continue
-                ahead = [self._clamped(place, value + part) for place, (value, part) in enumerate(zip(x, step))]
-                seen = self._at(ahead)
-                left = self._missing(seen)
-                if left is not None and math.hypot(*left) < size:
-                    level = max(0, attempt - 1)
-                    x, values, missing = ahead, seen, left
+            for stir in (0.0,) + STIRS[:2]:
+                end = self._approach(self._stirred(stir) if stir else self.start)
+                if end is not None and end.size < least * (1 - 1e-12):
+                    if stir and end.size >= self._distance_at_start() * (1 - 1e-9):
+                        continue
+                    best, least = end.x, end.size
+                if best != self.start:
                     break
-            else:
-                break
-        return x if self.accepts(x) else None
+        except Exhausted:
+            pass
+        return best
 
-    def _nearer(self, x: List[float]) -> List[float]:
-        """The solution nearest the start, from one that is near: each round steps from the start itself, along the
-        slopes at the solution so far."""
-        for _ in range(ROUNDS):
-            values = self._at(x)
-            missing = self._missing(values)
-            if values is None or missing is None:
+    def _distance_at_start(self) -> float:
+        missing = self._missing(self._tried(self.start), self._equations)
+        return math.inf if missing is None else math.hypot(*missing)
+
+    def accepts(self, x: Point) -> bool:
+        """Whether such values give all results."""
+        values = self._tried(x)
+        return values is not None and self._are_met(values, self._wanted)
+
+    def _are_met(self, values: List[Any], wanted: Sequence[Any]) -> bool:
+        return all(almost_meets(values[root], goal, self._size) for root, goal in zip(self._roots, wanted))
+
+    def _starts(self) -> Iterator[Point]:
+        """Where descents begin: at the present values, near them, along the way to the target, then further away."""
+        yield self.start
+        for stir in STIRS:
+            yield self._stirred(stir)
+        followed = self._followed()
+        if followed is not None:
+            yield followed
+        yield from itertools.islice(self._scattered(RADII), MOST_STARTS)
+
+    def _scattered(self, radii: Sequence[float]) -> Iterator[Point]:
+        """Points around the present values, at such radii in turn, and anywhere within the bounds."""
+        chance = random.Random(1)
+        turns = self._turns()
+        for number in itertools.count():
+            radius = radii[number % len(radii)]
+            start = []
+            for value, (low, high), scale, turn in zip(self.start, self._limits, self._scales, turns):
+                if number % 2 and math.isfinite(high - low):
+                    start.append(chance.uniform(low, high))
+                else:
+                    reach = scale if number % 3 else max(scale, abs(value), turn)
+                    start.append(min(max(value + reach * chance.uniform(-radius, radius), low), high))
+            yield start
+
+    def _turns(self) -> List[float]:
+        """By how much each unknown turns an angle by 1 radian, 0 where it turns none."""
+        turns = [0.0] * len(self._unknowns)
+        values = self._tried(self.start) if has_periods(self._graph) else None
+        if values is not None:
+            partials = self._trial.partials(values)
+            for column, source in enumerate(self._unknowns):
+                found = periods(self._graph, values, self._graph.tangent(source, partials))
+                turns[column] = found[0] / TURN if found else 0.0
+        return turns
+
+    def _stirred(self, stir: float) -> Point:
+        return [
+            self._clamped(place, value + stir * max(scale, abs(value)) * math.cos(1.0 + 2.4 * place))
+            for place, (value, scale) in enumerate(zip(self.start, self._scales))
+        ]
+
+    def _followed(self) -> Optional[Point]:
+        """Where the unknowns come to when the results are moved to what is wanted in small steps."""
+        x: Point = self.start
+        for number in range(1, FOLLOWED_STEPS):
+            part = number / FOLLOWED_STEPS
+            equations = [
+                equation._replace(wanted=at + part * (equation.wanted - at))
+                for at, equation in zip(self._present, self._equations)
+            ]
+            end = self._descend(x, equations, rounds=6)
+            if end is None:
                 break
-            gone = [value - start for value, start in zip(x, self.start)]
-            try:
-                jacobian = self._jacobian(values)
-                needed = [
-                    part + sum(slope * way for slope, way in zip(row, gone)) for part, row in zip(missing, jacobian)
-                ]
-                step = self._step(self.start, values, needed, 0.0)
-            except (ArithmeticError, ValueError):
-                break
-            found = self._descent(
-                [self._clamped(place, start + part) for place, (start, part) in enumerate(zip(self.start, step))]
-            )
-            if found is None or self._way(found) >= self._way(x) * (1 - 1e-6):
-                break
-            x = found
+            x = end.x
         return x
 
-    def _way(self, x: List[float]) -> float:
-        return math.dist(x, self.start)
+    def _unwound(self, x: Point) -> Point:
+        """The same answer with each unknown within half a period of its present value, where that is an answer, too."""
+        far = [place for place, value in enumerate(x) if abs(value - self.start[place]) > SHORT_WAY]
+        if not far or not has_periods(self._graph):
+            return x
+        values = self._tried(x)
+        if values is None:
+            return x
+        partials = self._trial.partials(values)
+        for place in far:
+            self._budget.spend(len(partials))
+            rise = self._graph.tangent(self._unknowns[place], partials)
+            for period in periods(self._graph, values, rise):
+                turns = turns_too_many(self.start[place], x[place], period)
+                if not turns:
+                    continue
+                turned = list(x)
+                turned[place] = self._clamped(place, x[place] - turns * period)
+                if abs(turned[place] - self.start[place]) >= abs(x[place] - self.start[place]):
+                    continue
+                end = self._descend(turned, self._equations, rounds=3)
+                if end is not None and self.accepts(end.x) and self._way(end.x) < self._way(x):
+                    x = end.x
+        return x
 
-
-def size_of(goals: List[Goal]) -> float:
-    """The size of what is being moved, from where and to where: next to 0, no result can come nearer than a small part
-    of that."""
-    return max(
-        (abs(part) for _, value, wanted in goals if not isinstance(value, str) for part in (value._plain, wanted)),
-        default=1.0,
-    )
-
-
-def solve_together(
-    graph: Graph,
-    goals: List[Goal],
-    freedom: Any,
-    solve_one: Callable[..., Dict[Source, Any]],
-) -> Dict[Source, Any]:
-    """The source values that give all of several results that share sources.
-
-    Float sources move together. Where they do not suffice (texts, whole numbers, bools), the results are solved one
-    after the other, each by a source that none before it used.
-
-    Raises:
-        NotInvertible: no values were found that give all; the result that stays away is named.
-    """
-    concerned = list(Graph(value for _, value, _ in goals).occurrences)
-    floats = [
-        source
-        for source in concerned
-        if freedom.allows(source)
-        and all(type(graph.nodes[place]._plain) is float for place in graph.occurrences[source])
-    ]
-    if floats and not any(isinstance(wanted, str) for _, _, wanted in goals):
-        for rank in sorted(set(map(freedom.rank, floats))):
-            unknowns = [source for source in floats if freedom.rank(source) <= rank]
-            found = System(graph, goals, unknowns, freedom).solution()
-            if found is not None:
-                return dict(zip(unknowns, found))
-    changes: Dict[Source, Any] = {}
-    for path, value, wanted in goals:
-        root = graph.index[id(value)]
-        values = graph.tried(changes)
-        if values is None or not meets(values[root], wanted):
-            try:
-                changes.update(solve_one(graph, value, wanted, freedom, changes))
-            except NotInvertible as reason:
-                raise NotInvertible(
-                    '%s, with the others as wanted' % reason if not path else '%s: %s' % (path, reason)
-                ) from None
-    values = graph.tried(changes)
-    for path, value, wanted in goals:
-        result = values[graph.index[id(value)]] if values else math.nan
-        if not almost_meets(result, wanted, size_of(goals)):
-            raise NotInvertible(
-                'cannot make %s %s become %r together with the others: %s would make it %r'
-                % (
-                    path,
-                    brief(value),
-                    wanted,
-                    ', '.join('%s = %r' % (describe_source(source), new) for source, new in changes.items()),
-                    result,
+    def _nearer(self, x: Point) -> Point:
+        """The solution nearest the start, from one that is near: each round steps from the start itself, along the
+        slopes at the solution so far."""
+        if len(self._unknowns) <= len(self._roots):
+            return x
+        try:
+            for _ in range(ROUNDS):
+                values = self._tried(x)
+                missing = self._missing(values, self._equations)
+                if values is None or missing is None:
+                    break
+                gone = [value - start for value, start in zip(x, self.start)]
+                rows = self._jacobian(values, self._equations)
+                needed = [
+                    part + sum([slope * gone[place] for place, slope in row.items()])
+                    for part, row in zip(missing, rows)
+                ]
+                step = self._step(self.start, rows, needed, 0.0)
+                end = self._descend(
+                    [self._clamped(place, start + part) for place, (start, part) in enumerate(zip(self.start, step))],
+                    self._equations,
                 )
-            )
-    return changes
+                if end is None or not self.accepts(end.x) or self._way(end.x) >= self._way(x) * (1 - 1e-6):
+                    break
+                x = end.x
+        except UNDEFINED:
+            pass
+        return x
+
+    def _tidied(self, x: Point) -> Point:
+        """The answer without what rounding did: what moved by no more stays where it was, what is so near a bound is
+        at it, as far as that is an answer, too."""
+        way = self._way(x)
+        tidy = []
+        for value, start, scale, (low, high) in zip(x, self.start, self._scales, self._limits):
+            if abs(value - start) <= ROUNDING * max(abs(start), way * scale):
+                value = start
+            elif is_at(value, low) or is_at(value, high):
+                value = low if is_at(value, low) else high
+            tidy.append(value)
+        if tidy == x:
+            return x
+        try:
+            return tidy if self.accepts(tidy) else x
+        except Exhausted:
+            return x
+
+    def _way(self, x: Point) -> float:
+        return self._length([value - start for value, start in zip(x, self.start)])

@@ -1,0 +1,70 @@
+"""Why a node does not answer: it was killed, or its address cannot be reached from here."""
+
+import socket
+import urllib.parse
+from typing import Callable, Optional, Tuple
+
+import rosgraph
+
+from rosslt.cli.master import LIST_SERVICE, default_timeout
+
+#: How long a connection to a node may take, in seconds.
+_TIMEOUT = 1.0
+
+
+def why_unreachable(master: rosgraph.Master, node: str, reason: str) -> str:
+    """Why a node did not answer, and what to do.
+
+    Args:
+        master: knows the node's addresses.
+        node: its full name.
+        reason: what is said where the node can be reached all the same.
+    """
+    return problem_of(master, node) or reason
+
+
+def problem_of(master: rosgraph.Master, node: str) -> Optional[str]:
+    """What is wrong with the addresses of a node, and what to do; None where somebody listens there."""
+    addresses = [
+        address
+        for address in (_address(master.lookupNode, node), _address(master.lookupService, node + LIST_SERVICE))
+        if address is not None
+    ]
+    if not addresses:
+        return 'the master does not know it: it has ended'
+    problems = [_problem(address) for address in addresses]
+    if all(problem is ConnectionRefusedError for problem, _ in problems):
+        return (
+            f'nothing listens at its address {_shown(addresses[0])} any more: it has been killed. '
+            '`rosnode cleanup` has the master forget it'
+        )
+    for address, (problem, text) in zip(addresses, problems):
+        if problem is not None:
+            return (
+                f'it advertises the address {_shown(address)}, which cannot be reached from here ({text}): '
+                'where it runs, set ROS_IP to an address that this machine reaches'
+            )
+    return None
+
+
+def _address(look_up: Callable[[str], str], name: str) -> Optional[Tuple[str, int]]:
+    """(host, port) of what the master says of a name; None where it does not know it."""
+    try:
+        with default_timeout(_TIMEOUT):
+            address = urllib.parse.urlparse(look_up(name))
+        return (address.hostname, address.port) if address.hostname and address.port else None
+    except (OSError, rosgraph.MasterException, ValueError):
+        return None
+
+
+def _problem(address: Tuple[str, int]) -> Tuple[Optional[type], str]:
+    """(the type of what a connection raises or None, its text)."""
+    try:
+        socket.create_connection(address, _TIMEOUT).close()
+    except OSError as error:
+        return type(error), error.strerror or str(error)
+    return None, ''
+
+
+def _shown(address: Tuple[str, int]) -> str:
+    return '{}:{}'.format(*address)

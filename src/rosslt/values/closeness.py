@@ -1,0 +1,71 @@
+"""When a number counts as another one: every tolerance of solving stands here.
+
+Whole numbers, bools and texts are equal or they are not; only floats are compared with a tolerance.
+"""
+
+import math
+from typing import Any
+
+RELATIVE = 1e-9
+"""The relative error that the law PutGet allows for a result."""
+
+ABSOLUTE = 1e-12
+"""Next to 0, where rounding lets no result come as near as that, for a value that was of ordinary size."""
+
+ROUNDING = 1e-12
+"""The relative error that the rounding of a few operations makes."""
+
+ULPS = 8 * 2.0**-52
+"""The relative distance of a source from its bound that a few roundings make."""
+
+
+def meets(found: Any, wanted: Any) -> bool:
+    """Whether a result is the wanted one: whole numbers, bools and texts exactly, floats to a relative 1e-9."""
+    if found == wanted:
+        return True
+    try:
+        return isinstance(found, float) and abs(found - wanted) <= RELATIVE * abs(wanted)
+    except (OverflowError, TypeError):
+        return False
+
+
+def almost_meets(found: Any, wanted: Any, size: Any) -> bool:
+    """`meets`, or as near as rounding lets a result come that was of ordinary size.
+
+    The difference of two numbers near 1 cannot be made 1e-17, and a marker is not dragged to within less than a
+    picometre.
+
+    Args:
+        found, wanted: the result that there is, and the one that should be.
+        size: the size of what the result was.
+    """
+    if meets(found, wanted):
+        return True
+    try:
+        return isinstance(found, float) and abs(found - wanted) <= ABSOLUTE * min(1.0, abs(size))
+    except (OverflowError, TypeError):
+        return False
+
+
+def is_rounded(found: Any, wanted: Any) -> bool:
+    """Whether an operation's result is the wanted one but for rounding; whole numbers exactly."""
+    return found == wanted or (isinstance(found, float) and math.isclose(found, wanted, rel_tol=ROUNDING))
+
+
+def is_near(found: Any, wanted: Any) -> bool:
+    """Whether a whole result is the wanted one, which itself may have been rounded on the way here."""
+    return found == wanted or (isinstance(wanted, float) and math.isclose(found, wanted, rel_tol=RELATIVE))
+
+
+def is_same(present: Any, wanted: Any) -> bool:
+    """Whether a value without a source is what is wanted of it: a number, a text, or a list of such."""
+    try:
+        return bool(present == wanted) or math.isclose(present, wanted, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
+    except (TypeError, ValueError):
+        both = hasattr(present, '__len__') and hasattr(wanted, '__len__')
+        return both and list(present) == list(wanted)
+
+
+def is_at(value: float, bound: float) -> bool:
+    """Whether a source's value is a bound but for a few roundings."""
+    return abs(value - bound) <= ULPS * max(abs(value), abs(bound))

@@ -1,0 +1,207 @@
+"""Descents: steps from a point that each bring the results nearer to what is wanted.
+
+Gauss-Newton in a trust region for what can be met, Levenberg-Marquardt for what cannot.
+"""
+
+import math
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
+
+from ..graph import Graph
+from ..sources import Source
+from .budget import UNDEFINED, Budget, Exhausted
+from .equations import Equation, Equations, Goal, Point
+from .least_squares import Rows, shortest_step, work_of_step
+
+ROUNDS = 50
+
+DAMPINGS = (0.0, 1e-6, 1e-3, 0.03, 1.0, 30.0)
+
+FIRST_DAMPING, LAST_DAMPING = 1e-3, 1e9
+
+MOST_APPROACHES = 200
+"""How a descent to what cannot be met is damped, and how many steps it takes at most."""
+
+FIRST_RADIUS = 1.0
+"""How far the first step may go, in the sources' scales or sizes, unless the results follow it as a line does."""
+
+MET = 1e-10
+"""Results that miss no more than this part of their size are met; what is left to do is to polish them."""
+
+STRAIGHT = 1e-3
+"""Where a step leaves no more than this part of what was missing, the results follow the slopes as a line does."""
+
+
+class Descent(NamedTuple):
+    """Where a descent ended: the point, and how much is missing there."""
+
+    x: Point
+    size: float
+
+
+class Descents(Equations):
+    """Equations whose unknowns have limits and scales, and steps towards what is wanted.
+
+    Args:
+        graph, goals, unknowns, budget, base: as of `Equations`.
+        freedom: what limits the unknowns (`choice.Freedom`).
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        goals: List[Goal],
+        unknowns: List[Source],
+        freedom: Any,
+        budget: Budget,
+        base: Optional[List[Any]] = None,
+    ) -> None:
+        super().__init__(graph, goals, unknowns, budget, base)
+        self._limits = [freedom.limits(source) for source in unknowns]
+        self._scales = [freedom.scale(source) for source in unknowns]
+        self._promised = 0.0
+        """How far away the answer is, as the first step taken promises."""
+        self.start = [self._clamped(place, value) for place, value in enumerate(self.start)]
+
+    def _clamped(self, place: int, value: float) -> float:
+        low, high = self._limits[place]
+        return min(max(value, low), high)
+
+    def _leaves(self, place: int, value: float, way: float) -> bool:
+        """Whether an unknown at a bound would leave it."""
+        low, high = self._limits[place]
+        return value >= high if way > 0 else way < 0 and value <= low
+
+    def _length(self, step: Point) -> float:
+        return math.hypot(*[part / scale for part, scale in zip(step, self._scales)])
+
+    def _step(self, x: Point, rows: Rows, missing: List[float], damping: float, by_row: bool = True) -> Point:
+        """A step towards the results; an unknown at a bound that it would leave stays there."""
+        self._budget.spend(work_of_step(rows, len(x)))
+        at_bounds = [place for place, (value, (low, high)) in enumerate(zip(x, self._limits)) if not low < value < high]
+        if not at_bounds:
+            return shortest_step(rows, missing, self._scales, damping, by_row)
+        downhill = dict.fromkeys(at_bounds, 0.0)
+        for row, part in zip(rows, missing):
+            for place in at_bounds:
+                downhill[place] += row.get(place, 0.0) * part
+        held = {place for place in at_bounds if self._leaves(place, x[place], downhill[place])}
+        while True:
+            free = [{place: slope for place, slope in row.items() if place not in held} for row in rows]
+            step = shortest_step(free, missing, self._scales, damping, by_row)
+            leaving = [place for place in at_bounds if self._leaves(place, x[place], step[place])]
+            if not leaving:
+                return step
+            # One at a time: without it the others may come back.
+            held.add(max(leaving, key=lambda place: abs(step[place]) / self._scales[place]))
+
+    def _descend(self, x: Point, equations: Sequence[Equation], rounds: int = ROUNDS) -> Optional[Descent]:
+        """Where steps that each bring the results nearer lead from a point; None where they are not defined there.
+
+        Args:
+            x: where to begin.
+            equations: what is to be met.
+            rounds: the most steps.
+        """
+        values = self._tried(x)
+        missing = self._missing(values, equations)
+        if values is None or missing is None:
+            return None
+        size = math.hypot(*missing)
+        radius = FIRST_RADIUS * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)])
+        level = 0
+        slow = 0
+        rows: Rows = []
+        for _ in range(rounds):
+            if not size:
+                break
+            try:
+                # The slopes of the round before do where they foretold the results that well.
+                rows = rows or self._jacobian(values, equations)
+            except Exhausted:
+                raise
+            except UNDEFINED:
+                break
+            # What is met is polished, without a search for a better way.
+            for attempt in range(level, len(DAMPINGS)) if size > MET else (0,):
+                try:
+                    step = self._step(x, rows, missing, DAMPINGS[attempt])
+                except Exhausted:
+                    raise
+                except UNDEFINED:
+                    continue
+                length = self._length(step)
+                if not 0 < length < math.inf:
+                    continue
+                self._promised = self._promised or length
+                if length > radius and attempt == level:
+                    # As good as a line: however far it is.
+                    ahead, there, left = self._ahead(x, step, 1.0, equations)
+                    if left is not None and math.hypot(*left) <= STRAIGHT * size:
+                        break
+                ahead, there, left = self._ahead(x, step, min(1.0, radius / length), equations)
+                if left is not None and math.hypot(*left) < size:
+                    if length > radius:
+                        radius *= 2
+                    break
+            else:
+                break
+            if there is None or left is None:
+                break
+            level = max(0, attempt - 1)
+            gain = size - math.hypot(*left)
+            if size - gain > STRAIGHT * size:
+                rows = []
+            x, values, missing, size = ahead, there, left, size - gain
+            slow = slow + 1 if gain < 0.01 * size else 0
+            if slow > 6:
+                break
+        return Descent(x, size)
+
+    def _ahead(
+        self, x: Point, step: Point, part: float, equations: Sequence[Equation]
+    ) -> Tuple[Point, Optional[List[Any]], Optional[List[float]]]:
+        """Where a part of a step leads: the point, the nodes' values and what is missing."""
+        ahead = [self._clamped(place, value + part * way) for place, (value, way) in enumerate(zip(x, step))]
+        there = self._tried(ahead)
+        return ahead, there, self._missing(there, equations)
+
+    def _approach(self, x: Point) -> Optional[Descent]:
+        """Where a point moves to that comes nearer to what is wanted with every step (Levenberg-Marquardt)."""
+        values = self._tried(x)
+        missing = self._missing(values, self._equations)
+        if values is None or missing is None:
+            return None
+        size, damping = math.hypot(*missing), FIRST_DAMPING
+        for _ in range(MOST_APPROACHES):
+            try:
+                rows = self._jacobian(values, self._equations)
+                step = self._step(x, rows, missing, damping, by_row=False)
+                ahead, there, left = self._ahead(x, step, 1.0, self._equations)
+            except Exhausted:
+                break
+            except UNDEFINED:
+                damping *= 4
+                continue
+            way = [value - before for value, before in zip(ahead, x)]
+            if self._length(way) <= 1e-12 * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
+                break
+            if there is None or left is None:
+                damping *= 4
+                continue
+            # The gain against the one that the slopes promise, which a step that goes too far does not keep.
+            foretold = [
+                part - sum([slope * way[place] for place, slope in row.items()]) for part, row in zip(missing, rows)
+            ]
+            promised = size - math.hypot(*foretold)
+            gain = size - math.hypot(*left)
+            if not gain > 0.1 * promised:
+                if damping > LAST_DAMPING:
+                    break
+                damping *= 4
+                continue
+            if gain > 0.7 * promised:
+                damping = max(damping / 4, 1e-12)
+            x, values, missing, size = ahead, there, left, size - gain
+            if not size or gain <= 1e-15 * size:
+                break
+        return Descent(x, size)

@@ -1,0 +1,112 @@
+"""How sources move results, and how near they bring them to what cannot be met exactly.
+
+`solve` answers exactly or not at all. A hand on a mouse asks for more: a target just beyond reach, a quaternion that
+was rounded to 32 bits on its way.
+"""
+
+from typing import Any, Collection, Dict, List, Mapping, Optional, Sequence, Tuple
+
+from ..graph import Graph, evaluate
+from ..sources import Source
+from ..tracked import TRACKED
+from .budget import UNDEFINED, Budget
+from .choice import Bounds, Freedom
+from .several import System
+
+
+def source_values(xs: Sequence[Any]) -> Dict[Source, Any]:
+    """The sources of several values, each with its value as the first of them that has it knows it.
+
+    Args:
+        xs: tracked scalars; plain ones have no sources.
+    """
+    graph = Graph(x for x in xs if type(x) in TRACKED)
+    return {source: graph.nodes[places[0]]._plain for source, places in graph.occurrences.items()}
+
+
+def slopes(xs: Sequence[Any]) -> Dict[Source, Tuple[float, ...]]:
+    """The first derivatives of several values at the present ones.
+
+    Args:
+        xs: tracked or plain numbers.
+
+    Returns:
+        `{Source: (slope of xs[0], slope of xs[1], ...)}`, in order of appearance, for each source that holds a float or
+        a whole number; in the units of the values per unit of the source. A slope is 0 where a value does not depend on
+        the source, or where it has no slope or none that a float holds.
+    """
+    graph = Graph(x for x in xs if type(x) in TRACKED)
+    partials = graph.partials(graph.steps([True] * len(graph.nodes)), graph.plain())
+    found: Dict[Source, List[float]] = {
+        source: [0.0] * len(xs) for source in graph.occurrences if _is_number(graph, source)
+    }
+    for number, x in enumerate(xs):
+        if type(x) not in TRACKED:
+            continue
+        root = graph.index[id(x)]
+        for source, slope in graph.gradient(root, partials, graph.below(root, partials)).items():
+            if source in found:
+                found[source][number] = _as_float(slope)
+    return {source: tuple(row) for source, row in found.items()}
+
+
+def nearest(
+    xs: Sequence[Any],
+    targets: Sequence[float],
+    *,
+    bounds: Optional[Bounds] = None,
+    read_only: Collection[Source] = (),
+    sources: Optional[Collection[Source]] = None,
+    weights: Optional[Mapping[Source, float]] = None,
+) -> Tuple[Dict[Source, Any], float]:
+    """The source values that bring several results as near to their targets as they come from the present values.
+
+    Args:
+        xs: tracked numbers; plain ones stay as they are.
+        targets: as many numbers, in the units of `xs`.
+        bounds: `{Source: (minimum or None, maximum or None)}`; a source that is stopped by one has exactly that value.
+        read_only: sources that may not change.
+        sources: change no other than these.
+        weights: `{Source: how hard it is to move}`, as of `solve`.
+
+    Returns:
+        `{Source: new value}` of the sources that change, `{}` where nothing comes nearer, and the Euclidean distance of
+        the results from the targets that remains. Texts and bools stay; whole numbers are rounded at the end.
+    """
+    if len(xs) != len(targets):
+        raise ValueError('%d values and %d targets' % (len(xs), len(targets)))
+    freedom = Freedom(sources, bounds or {}, read_only, lambda source: 0, weights or {})
+    goals = [('', x, float(target)) for x, target in zip(xs, targets) if type(x) in TRACKED]
+    graph = Graph(x for _, x, _ in goals)
+    unknowns = [source for source in graph.occurrences if freedom.allows(source) and _is_number(graph, source)]
+    present = _distance(xs, targets, {})
+    if not unknowns:
+        return {}, present
+    found = System(graph, goals, unknowns, freedom, Budget.of(graph, len(goals))).closest()
+    changes: Dict[Source, Any] = {}
+    for source, value in zip(unknowns, found):
+        old = graph.nodes[graph.occurrences[source][0]]._plain
+        new = round(value) if isinstance(old, int) else value
+        if new != old:
+            changes[source] = new
+    distance = _distance(xs, targets, changes)
+    return (changes, distance) if distance < present else ({}, present)
+
+
+def _is_number(graph: Graph, source: Source) -> bool:
+    return all(type(graph.nodes[place]._plain) in (float, int) for place in graph.occurrences[source])
+
+
+def _as_float(slope: Any) -> float:
+    try:
+        return float(slope)
+    except OverflowError:
+        return 0.0
+
+
+def _distance(xs: Sequence[Any], targets: Sequence[float], changes: Dict[Source, Any]) -> float:
+    try:
+        missing = [float(target - evaluate(x, changes)) for x, target in zip(xs, targets)]
+    except UNDEFINED:
+        return float('inf')
+    return sum(part * part for part in missing) ** 0.5
