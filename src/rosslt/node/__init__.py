@@ -32,6 +32,7 @@ from rosslt.node.locations import HeldLocation, LiteralLocation
 from rosslt.node.rospy_internals import is_initialized
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
+from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 
@@ -69,6 +70,7 @@ __all__ = [
     'remove_location',
     'rotated',
     'start',
+    'tf_counterparts',
     'to_json',
     'undo',
     'undo_request',

@@ -193,8 +193,9 @@ class ParameterMirror:
         """Tell a new master all of it again."""
         for key in self._heard:
             self._updates.subscribe(self._master, key)
+        shown = list(self._recorded)
         self._recorded.clear()
-        self.write(*(known for known in self._by_key.values() if isinstance(known, LiteralParameter)))
+        self.write(*shown)
 
     def leave_nothing(self) -> None:
         """Have no parameter of this node outlive it: its name, an anonymous one, does not come again.

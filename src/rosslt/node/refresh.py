@@ -127,8 +127,8 @@ class Refresher:
         if not self._round:
             self._known, self._older = {}, self._known
         last, replaced = {}, {}
-        for index, value in messages.tracked_leaves(message):
-            leaf = last[index] = self._leaf(index, value)
+        for index, value, kind in messages.tracked_fields(message):
+            leaf = last[index] = self._leaf(index, value, kind)
             if was_sent:
                 leaf.was_sent()
             fresh = leaf.fresh(outdated)
@@ -138,10 +138,10 @@ class Refresher:
         self._last = last
         return messages.with_leaves(message, replaced) if replaced else message
 
-    def _leaf(self, index: int, value: Any) -> '_Leaf':
+    def _leaf(self, index: int, value: Any, kind: str) -> '_Leaf':
         leaf = self._known.get(id(value))
         if leaf is None:
-            leaf = self._older.get(id(value)) or _Leaf(value, self._last.get(index))
+            leaf = self._older.get(id(value)) or _Leaf(value, kind, self._last.get(index))
             self._known[id(value)] = leaf
         return leaf
 
@@ -151,11 +151,13 @@ class _Leaf:
 
     Args:
         value: of the leaf.
+        kind: what its field takes: 'd' or 'f' for numbers, 'i' for whole ones, 'b', 's'.
         before: what the message before had in its place, or None.
     """
 
-    def __init__(self, value: Any, before: 'Optional[_Leaf]') -> None:
+    def __init__(self, value: Any, kind: str, before: 'Optional[_Leaf]') -> None:
         self.value = value
+        self._kind = kind
         self._readings, self._joins = _dependencies(value)
         #: Sources that come up in an expression more than once, where it is not known yet whether it grows.
         self._undecided: Set[Source] = set()
@@ -177,7 +179,7 @@ class _Leaf:
         for source, reading in self._readings.items():
             if source in outdated and source not in self._undecided:
                 replaced, latest = outdated[source]
-                if reading != latest and reading in replaced and type(reading) is type(latest):
+                if reading != latest and reading in replaced and _is_number(reading) == _is_number(latest):
                     changes[source] = latest
         if changes != self._changes:
             self._changes = changes
@@ -190,7 +192,15 @@ class _Leaf:
         except (ArithmeticError, ValueError, TypeError) as error:
             rospy.logwarn('%s is sent as it was: it has no value any more: %s', values.explain(self.value), error)
             return self.value
-        return found if type(found) is type(self.value) else self.value
+        if type(found) is type(self.value) or (self._kind in 'df' and _is_number(found)):
+            return found
+        # A literal that was an int may be a float by now; a field of whole numbers takes none.
+        whole = values.to_int(found) if self._kind == 'i' and isinstance(found, float) else None
+        return whole if whole is not None and whole == found else self.value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(values.untracked(value), bool)
 
 
 def _dependencies(value: Any) -> Tuple[Dict[Source, Any], Dict[Source, int]]:

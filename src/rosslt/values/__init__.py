@@ -17,6 +17,7 @@ from .functions import MATH, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .linearization import linearized
+from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
@@ -41,6 +42,7 @@ __all__ = [
     'UnnamedSource',
     'affine',
     'assemble',
+    'compute_ufuncs_with',
     'describe_source',
     'describe_sources_with',
     'disassemble',

@@ -206,8 +206,25 @@ def affine(x: Any) -> Optional[Tuple[Tuple[Source, Any, Any], ...]]:
     form, first, _ = resolve(x)
     if form is SOURCE:
         return ((first, x._plain, 1),) if type(x._plain) in NUMBERS else None
+    if _is_curved(x):
+        return None
     _, terms, exact = folded(x)
     return tuple([(leaf._record[1], leaf._plain, slope) for leaf, slope in terms]) if exact else None
+
+
+def _is_curved(value: Any) -> bool:
+    """Whether the operations nearest a value show that it is not affine, which folding it would find out late."""
+    node = value
+    for _ in range(MAX_FAST_FOLD):
+        form, first, second = node._record
+        if form.operation is None:
+            return False
+        if not form.affine:
+            return True
+        if not form.single_operand and second._record[0].operation is not None and not second._record[0].affine:
+            return True
+        node = first
+    return False
 
 
 def shorten(value: Any) -> None:

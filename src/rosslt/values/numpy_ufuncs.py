@@ -6,11 +6,24 @@ at once with a subclass of float, so `np.float64(2) * x` is plain (docs/values.m
 """
 
 import sys
-from typing import Any, Callable
+from typing import Any, Callable, Optional
 
 from .operations import BY_CODE, Operation
 
 BY_UFUNC = {name: row for row in BY_CODE.values() for name in row.numpy}
+
+
+_compute: Optional[Callable[..., Any]] = None
+
+
+def compute_ufuncs_with(function: Optional[Callable[..., Any]]) -> None:
+    """Set what computes with arrays and tracked scalars, in place of arrays of objects.
+
+    Args:
+        function: called with the ufunc, its method's name, its operands and its options; None restores the default.
+    """
+    global _compute
+    _compute = function
 
 
 def is_array(x: Any) -> bool:
@@ -21,6 +34,8 @@ def is_array(x: Any) -> bool:
 def broadcast(apply: Callable[..., Any], operation: Operation, *operands: Any) -> Any:
     """An operation on each element of arrays, broadcast as in NumPy: an object array, or a scalar."""
     numpy = sys.modules['numpy']
+    if _compute is not None and operation.numpy:
+        return _compute(getattr(numpy, operation.numpy[0]), '__call__', operands, {})
     each = numpy.frompyfunc(lambda *scalars: apply(operation, *scalars), len(operands), 1)
     return each(*[boxed(numpy, operand) for operand in operands])
 
@@ -41,6 +56,8 @@ def array_ufunc(apply: Callable[..., Any], plain: Callable[[Any], Any]) -> Calla
 
     def called(self: Any, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         numpy = sys.modules['numpy']
+        if _compute is not None:
+            return _compute(ufunc, method, inputs, options)
         row = BY_UFUNC.get(ufunc.__name__)
         if row is not None and row.arity == len(inputs) and method == '__call__' and not options:
             return broadcast(apply, row, *inputs)

@@ -47,6 +47,13 @@ def walkers(message_class: Any) -> Walkers:
     return Walkers(layout, *_WalkerCompiler(layout).compiled())
 
 
+def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
+    """The tracked leaves of a message: of each its index, its value, and its kind as of `layout`."""
+    found: List[Tuple[int, Any, str]] = []
+    walkers(message.__class__).collect(message, 0, found.append)
+    return found
+
+
 def items_of(array: Any) -> Any:
     """The elements of an array that is no exact list or tuple, where they may be tracked: else nothing."""
     if isinstance(array, (list, tuple)):
