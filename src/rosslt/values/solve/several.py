@@ -165,8 +165,11 @@ class System(Descents):
         yield from itertools.islice(self._scattered(RADII), MOST_STARTS)
 
     def _scattered(self, radii: Sequence[float]) -> Iterator[Point]:
-        """Points around the present values, at such radii in turn, and anywhere within the bounds; every other one keeps
-        half of the unknowns where the descent that came nearest left them, as most results may be met there."""
+        """Points around the present values, at such radii in turn, and anywhere within the bounds.
+
+        Every other pair of them keeps half of the unknowns where the descent that came nearest left them, as most
+        results may be met there.
+        """
         chance = random.Random(1)
         turns = self._turns()
         for number in itertools.count():
