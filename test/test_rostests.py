@@ -25,7 +25,13 @@ def test_rostest(suite, tmp_path):
     results = tmp_path / 'results'
     status, output = run(
         ['rostest', '--results-base-dir', str(results), str(suite)],
-        environment=dict(os.environ, ROS_LOG_DIR=str(tmp_path / 'log'), ROS_HOSTNAME='localhost'),
+        environment=dict(
+            os.environ,
+            ROS_LOG_DIR=str(tmp_path / 'log'),
+            ROS_HOSTNAME='localhost',
+            # where test/support is
+            PYTHONPATH=os.pathsep.join([str(HERE), os.environ.get('PYTHONPATH', '')]),
+        ),
         time_limit=time_limit(suite),
     )
     report = '{}\n{}\n{}'.format(suite, output, node_logs(tmp_path / 'log'))
@@ -38,7 +44,10 @@ def test_rostest(suite, tmp_path):
     if not reports:
         pytest.fail('no <test> ran: ' + report, pytrace=False)
     for path in reports:
-        counts = count(path)
+        try:
+            counts = count(path)
+        except ElementTree.ParseError as error:
+            pytest.fail('{} cannot be read ({}): {}'.format(path.name, error, report), pytrace=False)
         if counts['tests'] == 0 or counts['failures'] or counts['errors']:
             pytest.fail('{} counts {}: {}'.format(path.name, counts, report), pytrace=False)
 

@@ -5,8 +5,10 @@ is loaded when it is first asked for: `Source`, `track`, `solve` and their like 
 """
 
 import importlib
+import importlib.util
+from typing import Any, List
 
-from . import math
+from . import math, serializers
 from .values import (
     Error,
     NotInvertible,
@@ -15,6 +17,7 @@ from .values import (
     evaluate,
     explain,
     is_tracked,
+    operation,
     solve,
     sources,
     to_bool,
@@ -24,11 +27,12 @@ from .values import (
     untracked,
 )
 
-__version__ = '0.1.0'
+serializers.register()
 
 _NEED_ROS = {
     'actions': ['SimpleActionClient', 'SimpleActionServer'],
-    'messages': ['tracked_type'],
+    'messages': ['BadHeader', 'UnknownType', 'tracked_type'],
+    'tf': ['StaticTransformBroadcaster', 'TransformBroadcaster'],
     'node': [
         'Change',
         'ChangeRejected',
@@ -57,6 +61,7 @@ __all__ = [
     'explain',
     'is_tracked',
     'math',
+    'operation',
     'solve',
     'sources',
     'to_bool',
@@ -64,20 +69,35 @@ __all__ = [
     'to_int',
     'track',
     'untracked',
-    'tf',
 ]
-__all__ += list(_ROOMS)
 
 
-def __getattr__(name):
-    if name == 'tf':
-        return importlib.import_module('rosslt.tf')
-    if name not in _ROOMS:
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    value = getattr(importlib.import_module(f'{__name__}.{_ROOMS[name]}'), name)
+def _has_ros() -> bool:
+    """Whether rospy is installed and this package's messages are built: the workspace has been sourced."""
+    try:
+        return all(importlib.util.find_spec(name) is not None for name in ('rospy', __name__ + '.srv'))
+    except ImportError:
+        return False
+
+
+if _has_ros():
+    # `from rosslt import *` takes what there is.
+    __all__ += ['tf']
+    __all__ += list(_ROOMS)
+
+
+def __getattr__(name: str) -> Any:
+    if name == '__version__':
+        value = importlib.import_module(__name__ + '.version').find_version(__path__)
+    elif name in ('numpy', 'tf'):
+        return importlib.import_module(__name__ + '.' + name)
+    elif name in _ROOMS:
+        value = getattr(importlib.import_module('%s.%s' % (__name__, _ROOMS[name])), name)
+    else:
+        raise AttributeError('module %r has no attribute %r' % (__name__, name))
     globals()[name] = value
     return value
 
 
-def __dir__():
-    return sorted({*globals(), *__all__})
+def __dir__() -> List[str]:
+    return sorted({*globals(), *__all__, *_ROOMS, '__version__', 'numpy', 'tf'})

@@ -1,19 +1,15 @@
 #!/usr/bin/env python3
 """What holds for actions that carry provenance, also with peers that know nothing of it."""
 
-import os
 import queue
-import sys
 import unittest
 
 import rospy
-from actionlib.msg import TwoIntsAction, TwoIntsGoal
+from actionlib.msg import TwoIntsAction, TwoIntsActionResult, TwoIntsGoal
 from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionResult
 
 import rosslt
-
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'node'))
-from processes import Node, wait_until
+from support.processes import Node, wait_until
 
 IMPORTS = """
     import actionlib
@@ -66,6 +62,23 @@ ADDING_SERVER = """
     server.start()
     rospy.spin()
     """
+
+#: The same, which tells a subscriber of its results that it is connected, and takes its time to know so itself.
+LATE_SERVER = (
+    """
+    from rospy.impl.tcpros_base import TCPROSTransport
+
+    write_header = TCPROSTransport.write_header
+
+    def write_header_and_linger(transport):
+        write_header(transport)
+        if transport.name.endswith('/result'):
+            time.sleep(1.0)
+
+    TCPROSTransport.write_header = write_header_and_linger
+    """
+    + ADDING_SERVER
+)
 
 ADDING_CLIENT = """
     from actionlib.msg import TwoIntsAction, TwoIntsGoal
@@ -122,6 +135,25 @@ class Actions(unittest.TestCase):
                 client.send_goal(TwoIntsGoal(number, 2), done_cb=lambda _, result: said.append(result.sum))
                 self.assertTrue(client.wait_for_result(rospy.Duration(5.0)))
                 self.assertEqual((client.get_result().sum, said), (number + 7, [number + 7]))
+
+    def test_a_server_that_is_waited_for_is_heard(self):
+        with Node('late', LATE_SERVER):
+            client = rosslt.SimpleActionClient('add', TwoIntsAction)
+            self.addCleanup(client.action_client.stop)
+            self.assertTrue(client.wait_for_server(rospy.Duration(10.0)))
+            # the server takes one connection after the other: that for results last, as the threads may have it, too
+            actions = client.action_client
+            actions.result_sub.unregister()
+            actions.result_sub = rosslt.Subscriber('add/result', TwoIntsActionResult, actions._result_cb)
+            self.assertTrue(client.wait_for_server(rospy.Duration(10.0)))
+            client.send_goal(TwoIntsGoal(1, 2))
+            self.assertTrue(client.wait_for_result(rospy.Duration(5.0)))
+            self.assertEqual(client.get_result().sum, 8)
+
+    def test_waiting_for_a_server_ends_when_the_time_is_over(self):
+        client = rosslt.SimpleActionClient('nobody', TwoIntsAction)
+        self.addCleanup(client.action_client.stop)
+        self.assertFalse(client.wait_for_server(rospy.Duration(0.2)))
 
     def test_the_goal_is_forced_from_the_feedback_back_to_the_literal_of_the_client(self):
         self.peers('rosslt', 'rosslt')

@@ -1,14 +1,10 @@
 """A master and nodes for the tests beside this file."""
 
-import sys
-from pathlib import Path
-
 import pytest
 import rosgraph
-from shell import rosslt
 
-sys.path.insert(0, str(Path(__file__).parents[1] / 'node'))
-from processes import Master, Node, wait_until
+from support.processes import Master, Node, wait_until
+from support.shell import rosslt
 
 TALKER = """
     held = []

@@ -1,12 +1,15 @@
 """`rosslt bag` and `rosslt echo --bag` read what rosbag recorded, with and without the nodes that published it."""
 
+import json
+import re
 import subprocess
 
 import pytest
 import rosbag
-from processes import wait_until
-from shell import failure, lines, on_terminal, rosslt
 from std_msgs.msg import String
+
+from support.processes import wait_until
+from support.shell import failure, lines, on_terminal, rosslt
 
 pytestmark = pytest.mark.rostest
 
@@ -47,11 +50,46 @@ def test_without_a_master_sources_have_their_ids(bag):
     assert all(source.startswith('/talker#') for source in sources)
 
 
+@pytest.fixture(scope='module')
+def bag_with_names(nodes, tmp_path_factory):
+    """A bag that also holds what /talker says of its locations."""
+    folder = tmp_path_factory.mktemp('named')
+    with rosbag.Bag(str(folder / 'run.bag'), 'w') as both:
+        # each ends by itself when it has so many messages of its one topic
+        for topic, count in (('/goal', 5), ('/talker/rosslt/locations', 1)):
+            part = str(folder / 'part.bag')
+            subprocess.run(
+                ['rosbag', 'record', '-O', part, '--limit', str(count), topic],
+                check=True,
+                stdout=subprocess.DEVNULL,
+                timeout=60,
+            )
+            with rosbag.Bag(part) as recorded:
+                for name, raw, stamp, header in recorded.read_messages(raw=True, return_connection_header=True):
+                    both.write(name, raw, stamp, raw=True, connection_header=header)
+    return str(folder / 'run.bag')
+
+
+def test_a_bag_that_holds_the_names_is_explained_without_the_nodes(bag_with_names):
+    result = rosslt('bag', bag_with_names, **NO_MASTER)
+    sources = {line.split('\t')[4] for line in result.stdout.splitlines() if line.startswith('/goal')}
+    assert {'/talker/radius', '/talker/frame', '/talker/~parking/0', '/talker//height'} <= sources
+    printed = rosslt('echo', '--bag', bag_with_names, '--once', '/goal/pose/position/x', **NO_MASTER).stdout
+    assert printed.startswith('pose.position.x\t7.0\t3 * 2.0 [radius, talker.py:')
+    explained = rosslt('explain', '--bag', bag_with_names, '/goal/pose/position/x', **NO_MASTER).stdout.split('\t')
+    assert explained[3:5] == ['/talker/radius', '2.0']
+    assert re.fullmatch(r'/.*/talker\.py:\d+:\d+\n', explained[5])
+    result = rosslt('echo', '--bag', bag_with_names, '--once', '--json', '/goal/pose/position/x', **NO_MASTER)
+    assert result.stderr == ''
+    described = json.loads(result.stdout)
+    assert described['provenance']['pose.position.x']['sources'][0]['name'] == 'radius'
+
+
 def test_echo_prints_recorded_messages_with_their_provenance(bag):
     printed = lines('echo', '--bag', bag, '-n', '2', '/goal/pose/position/x')
     assert len(printed) == 4
     assert printed[0][:2] == ['pose.position.x', '7.0']
-    assert printed[0][2].startswith('3 * 2.0 [talker.py:')
+    assert printed[0][2].startswith('3 * 2.0 [radius, talker.py:')
     result = rosslt('echo', '--bag', bag, '--once', '/pose/position/x', **NO_MASTER)
     assert result.stdout.startswith('position.x\t7.0\t3 * 2.0 [/talker#')
 

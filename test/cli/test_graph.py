@@ -5,7 +5,8 @@ import re
 from xml.etree import ElementTree
 
 import pytest
-from shell import failure, lines, on_terminal, rosslt
+
+from support.shell import failure, lines, on_terminal, rosslt
 
 pytestmark = pytest.mark.rostest
 

@@ -7,16 +7,16 @@ import sys
 from pathlib import Path
 
 import pytest
-from pages import Reader, sessions
 
-sys.path.insert(0, str(Path(__file__).parents[1] / 'node'))
-from processes import Master
+import rosslt
+from support.pages import Reader, sessions
+from support.processes import Master
 
 DOCS = Path(__file__).parents[2] / 'docs'
 
-#: The pages that a reader plays from their beginning to their end. The tutorial, and those on values, nodes, messages
-#: and their like, show parts of code, and are held by the tests of what they are about.
-PLAYED = ['command.md', 'concepts.md', 'first_drag.md']
+#: The pages that a reader plays from their beginning to their end. Those on values, nodes, messages and their like show
+#: parts of code, and are held by the tests of what they are about.
+PLAYED = ['command.md', 'concepts.md', 'first_drag.md', 'tutorial.md']
 PAGES = PLAYED + sorted(str(path.relative_to(DOCS)) for path in (DOCS / 'howto').glob('*.md'))
 BUILDING = 'howto/track_a_message_type.md'
 
@@ -72,3 +72,9 @@ def test_the_site_is_built_without_a_warning(tmp_path):
 
     missing = [name for name in rosslt.__all__ if not re.search(rf'id="(module-)?rosslt[\w.]*\.{name}"', reference)]
     assert not missing
+
+
+@pytest.mark.parametrize('name', [name for name in rosslt.__all__ if name not in ('math', 'tf')])
+def test_every_public_name_is_in_the_reference_for_whoever_does_not_build_it(name):
+    prose = re.sub(r'```.*?```', '', (DOCS / 'reference.md').read_text(encoding='utf-8'), flags=re.DOTALL)
+    assert re.search(rf'`{name}\b', prose)

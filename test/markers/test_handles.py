@@ -9,16 +9,18 @@ from visualization_msgs.msg import InteractiveMarkerControl as Control
 from visualization_msgs.msg import Marker
 
 from rosslt import math, values
-from rosslt.markers import visuals
 from rosslt.markers.geometry import (
     are_same_rotation,
     inverse,
-    moved_alike,
     normalized,
     product,
-    rotated,
-    turned_alike,
+    rotate_vector,
+    turn_without_noise,
+    without_noise,
 )
+from rosslt.markers.rviz.controls import handle_marker
+from rosslt.markers.scene.handle import Settings
+from rosslt.markers.scene.marker import marker_handles
 
 TURN = 0.6
 TURNED = (0.0, 0.0, plain_math.sin(TURN / 2), plain_math.cos(TURN / 2))
@@ -50,12 +52,16 @@ def marker(kind=Marker.CUBE, name='thing', number=0, size=1.0):
     return result
 
 
-def handles(message, topic='/topic', is_shown=True):
-    return {handle.name: handle for handle in visuals.marker_handles(topic, message, is_shown)}
+def handles(message, topic='/topic', is_shown=True, **settings):
+    return {handle.name: handle for handle in marker_handles(topic, message, is_shown, Settings(**settings))}
+
+
+def draw(handle, can_change=is_free, moves_freely=False):
+    return handle_marker(handle, can_change, moves_freely)
 
 
 def drawn(message, name='/topic:thing:0', **options):
-    return handles(message, **options)[name].draw(is_free)
+    return draw(handles(message, **options)[name])
 
 
 def controls(interactive):
@@ -71,7 +77,7 @@ def direction(interactive, control):
     rotation = quaternion(control.orientation)
     if control.orientation_mode == Control.INHERIT:
         rotation = product(quaternion(interactive.pose.orientation), rotation)
-    return rotated(normalized(*rotation), (1.0, 0.0, 0.0))
+    return rotate_vector(normalized(*rotation), (1.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize('is_rotated', [False, True])
@@ -84,7 +90,7 @@ def direction(interactive, control):
         ('xy', Control.MOVE_PLANE, (0, 0, 1)),
         ('xz', Control.MOVE_PLANE, (0, 1, 0)),
         ('yz', Control.MOVE_PLANE, (1, 0, 0)),
-        ('xyz', Control.MOVE_3D, None),
+        ('xyz', Control.MOVE_PLANE, (0, 0, 1)),
     ],
 )
 def test_tracked_coordinates_give_axes_plane_and_body_along_the_frame(axes, mode, acts_along, is_rotated):
@@ -101,8 +107,26 @@ def test_tracked_coordinates_give_axes_plane_and_body_along_the_frame(axes, mode
         expected = tuple(float(axis == one) for one in 'xyz')
         assert direction(interactive, found['move_' + axis]) == pytest.approx(expected, abs=1e-9)
     assert found['body'].interaction_mode == mode
-    if acts_along is not None:
-        assert direction(interactive, found['body']) == pytest.approx(acts_along, abs=1e-9)
+    assert direction(interactive, found['body']) == pytest.approx(acts_along, abs=1e-9)
+
+
+def test_a_body_moves_freely_only_where_that_was_chosen():
+    message = marker()
+    for axis in 'xyz':
+        setattr(message.pose.position, axis, tracked(2.0))
+    (handle,) = handles(message).values()
+    assert controls(draw(handle, moves_freely=True))['body'].interaction_mode == Control.MOVE_3D
+
+
+def test_in_2d_things_move_in_x_and_y_and_turn_around_z():
+    message = marker()
+    for number, axis in enumerate('xyz'):
+        setattr(message.pose.position, axis, tracked(2.0, number))
+    message.pose.orientation = roll_pitch_yaw(tracked(0.0, 4), tracked(0.0, 5), tracked(0.0, 6))
+    (handle,) = handles(message, is_planar=True).values()
+    assert set(controls(draw(handle))) == {'body', 'move_x', 'move_y', 'rotate_z'}
+    wanted, _ = handle.wanted((3.0, 4.0, 5.0, 0.0, 0.0, 0.0, 1.0), moved=True, turned=False)
+    assert len(wanted) == 2, 'z is not asked for'
 
 
 def test_what_is_not_tracked_has_no_handle():
@@ -178,7 +202,7 @@ def test_each_tracked_point_has_a_handle_of_its_own(kind):
     message.points = [Point(0.0, 0.0, 0.0), Point(tracked(1.0), tracked(2.0), 0.0), Point(3.0, 0.0, 0.0)]
     found = handles(message)
     assert set(found) == {'/topic:thing:0:points[1]'}
-    (body,) = found['/topic:thing:0:points[1]'].draw(is_free).controls
+    (body,) = draw(found['/topic:thing:0:points[1]']).controls
     assert body.interaction_mode == Control.MOVE_PLANE
 
 
@@ -188,7 +212,7 @@ def test_a_point_moves_in_the_coordinates_of_its_rotated_marker():
     message.points = [Point(tracked(2.0), 0.0, 0.0)]
     (handle,) = handles(message).values()
     assert handle.pose[:3] == pytest.approx((1 + 2 * plain_math.cos(TURN), 2 * plain_math.sin(TURN), 0.0))
-    interactive = handle.draw(is_free)
+    interactive = draw(handle)
     along = direction(interactive, controls(interactive)['body'])
     assert along == pytest.approx((plain_math.cos(TURN), plain_math.sin(TURN), 0.0))
     there = (*(a + 0.5 * b for a, b in zip(handle.pose, along)), *handle.pose[3:])
@@ -220,7 +244,7 @@ def test_tracked_sizes_have_handles_where_rviz_heeds_them(kind, names):
     found = handles(message)
     assert set(found) == {'/topic:thing:0:scale.' + name for name in names}
     for handle in found.values():
-        (body,) = handle.draw(is_free).controls
+        (body,) = draw(handle).controls
         assert body.interaction_mode == Control.MOVE_AXIS
 
 
@@ -280,16 +304,31 @@ def test_the_same_thing_in_the_next_message_looks_alike_wherever_it_is():
         (found,) = handles(message).values()
         return found
 
-    assert handle(1.0).look == handle(2.0).look
+    assert handle(1.0).draw_key == handle(2.0).draw_key
     assert handle(1.0).pose != handle(2.0).pose
-    assert handle(1.0).look != handle(1.0, color=0.6).look
+    assert handle(1.0).draw_key != handle(1.0, color=0.6).draw_key
+
+
+def test_a_body_that_turns_about_z_is_not_drawn_anew():
+    def handle(orientation, axes='xyz'):
+        message = marker()
+        message.pose.orientation = Quaternion(*orientation)
+        for axis in axes:
+            setattr(message.pose.position, axis, tracked(1.0))
+        (found,) = handles(message).values()
+        return found
+
+    tilted = (plain_math.sin(0.3), 0.0, 0.0, plain_math.cos(0.3))
+    assert handle(TURNED).draw_key == handle((0.0, 0.0, 0.0, 1.0)).draw_key
+    assert handle(tilted).draw_key != handle(TURNED).draw_key
+    assert handle(TURNED, 'x').draw_key != handle((0.0, 0.0, 0.0, 1.0), 'x').draw_key
 
 
 def test_what_takes_no_changes_has_no_control():
     message = marker()
     message.pose.position.x, message.pose.position.y = tracked(1.0, 1), tracked(2.0, 2)
     (handle,) = handles(message).values()
-    found = controls(handle.draw(lambda value: value == 2.0))
+    found = controls(draw(handle, lambda value: value == 2.0))
     assert set(found) == {'move_y', 'body'}
     assert found['body'].interaction_mode == Control.MOVE_AXIS
 
@@ -300,8 +339,8 @@ def in_32_bits(numbers):
 
 def test_what_rviz_rounds_is_told_from_what_a_hand_moves():
     start, end = (0.1, 1000.1, -0.3), (0.1, 1000.1, 0.7)
-    assert moved_alike(start, in_32_bits(end), 1e-6) == pytest.approx(end)
-    assert moved_alike(start, in_32_bits(end), 1e-6)[:2] == start[:2]
+    assert without_noise(start, in_32_bits(end), 1e-6) == pytest.approx(end)
+    assert without_noise(start, in_32_bits(end), 1e-6)[:2] == start[:2]
 
 
 @pytest.mark.parametrize('is_in_frame', [True, False])
@@ -309,7 +348,7 @@ def test_a_turn_around_one_axis_stays_around_it(is_in_frame):
     start = normalized(0.1, 0.2, 0.3, 0.9)
     turn = (0.0, plain_math.sin(0.35), 0.0, plain_math.cos(0.35))
     end = product(turn, start) if is_in_frame else product(start, turn)
-    found = turned_alike(start, in_32_bits(end), 1e-6)
+    found = turn_without_noise(start, in_32_bits(end), 1e-6)
     back = product(found, inverse(start)) if is_in_frame else product(inverse(start), found)
     assert back[0] == pytest.approx(0.0, abs=1e-15)
     assert back[2] == pytest.approx(0.0, abs=1e-15)

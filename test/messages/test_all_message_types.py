@@ -7,18 +7,18 @@ import genpy.generate_initpy
 import genpy.generator
 import genpy.message
 import pytest
-from filling import Filling, assert_arrived, serialized
 
+from rosslt.cli import run as run_verb
 from rosslt.messages import (
     append_provenance,
     attach,
-    generate_tracked_msgs,
     split_provenance,
     tracked_type,
     unwrap,
     wrap,
 )
-from rosslt.messages.definitions import MessagePath, data_type
+from rosslt.messages.msg_files.definitions import MessagePath, data_type
+from support.filling import Filling, assert_arrived, serialized
 
 PACKAGE = 'rosslt_test_tracked'
 PATH = MessagePath()
@@ -45,7 +45,7 @@ TYPES = [
 def generated(tmp_path_factory):
     """{message type: tracked class}, all made by the generator and genpy, as the build does it."""
     folder = tmp_path_factory.mktemp('generated')
-    assert generate_tracked_msgs(['-o', str(folder / 'msg'), *TYPES]) == 0
+    assert run_verb('generate', ['-o', str(folder / 'msg'), *TYPES]) == 0
     files = sorted((folder / 'msg').glob('*.msg'))
     assert len(files) == len(TYPES)
     search_path = {package: list(PATH.folders(package)) for package in PATH.packages()}

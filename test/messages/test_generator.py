@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosslt.messages import generate_tracked_msgs
+from rosslt.cli import run as run_verb
 
 SCRIPT = Path(__file__).resolve().parents[2] / 'scripts' / 'generate_tracked_msgs.py'
 
@@ -38,7 +38,7 @@ def generate(tmp_path, capsys):
 
     def run(*arguments):
         try:
-            code = generate_tracked_msgs(['-o', str(folder), *arguments])
+            code = run_verb('generate', ['-o', str(folder), *arguments])
         except SystemExit as end:
             code = end.code
         printed = capsys.readouterr()
@@ -167,9 +167,22 @@ def test_a_file_of_another_type_is_not_overwritten(generate, share):
     assert fields(generate.files()['PoseTracked.msg'])[1] == 'turtlesim/Pose data'
 
 
+def test_in_a_virtual_environment_the_messages_of_the_system_are_found(tmp_path):
+    subprocess.run([sys.executable, '-m', 'venv', '--without-pip', '--system-site-packages', str(tmp_path)], check=True)
+    environment = {name: value for name, value in os.environ.items() if name != 'CMAKE_PREFIX_PATH'}
+    listed = subprocess.run(
+        [str(tmp_path / 'bin' / 'python'), str(SCRIPT), '--list', 'std_msgs/String'],
+        env=environment,
+        stdout=subprocess.PIPE,
+        check=True,
+        text=True,
+    ).stdout
+    assert listed == 'std_msgs/String\n'
+
+
 def test_a_folder_that_cannot_be_written_to_is_said(tmp_path, capsys):
     (tmp_path / 'file').write_text('')
-    assert generate_tracked_msgs(['-o', str(tmp_path / 'file' / 'msg'), 'geometry_msgs/Pose']) == 1
+    assert run_verb('generate', ['-o', str(tmp_path / 'file' / 'msg'), 'geometry_msgs/Pose']) == 1
     assert 'cannot write' in capsys.readouterr().err
 
 

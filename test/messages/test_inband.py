@@ -3,14 +3,17 @@
 import io
 import random
 
+import genpy
 import pytest
-from filling import Filling, assert_arrived, serialized
 from geometry_msgs.msg import Point, Pose
 from std_msgs.msg import ByteMultiArray, Empty, String, UInt8MultiArray
 from visualization_msgs.msg import Marker
 
 from rosslt import Source, track
 from rosslt.messages import append_provenance, attach, encode, split_provenance
+from rosslt.node.refresh import Refresher
+from rosslt.node.serialization import serializer
+from support.filling import Filling, assert_arrived, serialized
 
 X = track(0.25, Source('/node', 1))
 
@@ -71,6 +74,12 @@ def test_what_is_shorter_than_a_message_has_none(data):
 def test_an_empty_message_can_be_told_from_its_provenance():
     assert split_provenance(b'', Empty) == (b'', b'')
     assert split_provenance(b'ab\2\0\0\0rSLT', Empty) == (b'', b'ab')
+
+
+def test_a_wrong_field_is_named_also_beside_a_tracked_one():
+    message = Pose(position=Point(X, 'text', 0.0))
+    with pytest.raises(genpy.SerializationError, match=r'position\.y'):
+        serializer(Pose, Refresher())(message).serialize(io.BytesIO())
 
 
 def test_any_bytes_come_back_whole():

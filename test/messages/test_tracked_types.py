@@ -3,13 +3,13 @@
 import genpy.dynamic
 import pytest
 import rosslt.msg
-from filling import Filling, assert_arrived, serialized
 from geometry_msgs.msg import Point, Pose, PoseStamped, Twist
 from std_msgs.msg import String
 
 import rosslt
 from rosslt import Error, Source, is_tracked, track
 from rosslt.messages import BadHeader, UnknownType, is_tracked_type, plain_type, tracked_type, unwrap, wrap
+from support.filling import Filling, assert_arrived, serialized
 
 X = track(0.25, Source('/node', 1))
 

@@ -9,7 +9,6 @@ import genpy.dynamic
 import numpy
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from filling import Filling, serialized
 from geometry_msgs.msg import Point, Pose, PoseArray, PoseWithCovariance
 from rosgraph_msgs.msg import TopicStatistics
 from rosslt.srv import GetValuesRequest, GetValuesResponse, ListLocationsResponse
@@ -19,8 +18,9 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import InteractiveMarkerUpdate, Marker, MarkerArray
 
 from rosslt import Source, track
-from rosslt.messages.walkers import END, TRACKED, walkers
+from rosslt.messages.codegen.walkers import END, TRACKED, walkers
 from rosslt.values import leaves
+from support.filling import Filling, serialized
 
 X = track(0.25, Source('/node', 1))
 

@@ -5,7 +5,6 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy
 import pytest
-from filling import assert_arrived, serialized
 from geometry_msgs.msg import Point, Pose, PoseStamped
 from hypothesis import given, strategies
 from sensor_msgs.msg import Image, LaserScan
@@ -14,8 +13,9 @@ from visualization_msgs.msg import Marker
 
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track
 from rosslt.messages import append_provenance, attach, encode, tracked_type, wrap
-from rosslt.messages.received import ReceivedHeader
+from rosslt.messages.codec.decoder import ReceivedHeader
 from rosslt.values import AFFINE, SOURCE, assemble
+from support.filling import assert_arrived, serialized
 
 NODE = '/interactive_script'
 X, Y, Z = (track(value, Source(NODE, 0x21D6A37D9B01 + place)) for place, value in enumerate((0.25, -1.5, 2.0)))

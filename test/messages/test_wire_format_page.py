@@ -4,11 +4,11 @@ import io
 import re
 from pathlib import Path
 
-from filling import assert_arrived
 from geometry_msgs.msg import Point
 
 from rosslt import Source, track
 from rosslt.messages import append_provenance, attach, split_provenance
+from support.filling import assert_arrived
 
 PAGE = Path(__file__).resolve().parents[2] / 'docs' / 'wire_format.md'
 SENT = re.compile(r'^((?:[0-9a-f]{2} )*[0-9a-f]{2})(?:  |$)', re.MULTILINE)

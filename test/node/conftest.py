@@ -1,12 +1,8 @@
 """A ROS master for each test that asks for one: tests that a rostest suite, with its one master, cannot hold."""
 
-import sys
-from pathlib import Path
-
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-from processes import Master
+from support.processes import Master
 
 
 @pytest.fixture

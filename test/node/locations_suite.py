@@ -10,10 +10,10 @@ from collections import OrderedDict
 import rosgraph
 import rospy
 from geometry_msgs.msg import Point, PoseStamped
-from processes import Node, wait_until
 from rosslt.srv import ListLocations
 
 import rosslt
+from support.processes import Node, wait_until
 
 SHOW = """
 for source in rosslt.sources(values):
@@ -160,10 +160,10 @@ class Parameters(unittest.TestCase):
         rosslt.force_value(self.read(), 3.0)
         self.assertEqual(rospy.get_param('~rosslt/parameter'), 3.0)
 
-    def test_a_plain_rosparam_set_is_seen_within_half_a_second(self):
+    def test_a_plain_rosparam_set_is_seen(self):
         self.read()
         rosparam('set', '/locations/rosslt/parameter', '4.5')
-        wait_until(lambda: self.read() == 4.5, 'rosparam set is seen', timeout=0.5)
+        wait_until(lambda: self.read() == 4.5, 'rosparam set is seen')
 
     def test_a_rosparam_set_of_the_whole_namespace_is_seen(self):
         def read():
@@ -172,7 +172,7 @@ class Parameters(unittest.TestCase):
         read()
         wait_until(lambda: rospy.has_param('~rosslt/pair'), 'the parameter is there')
         rosparam('set', '/locations/rosslt/pair', "{'0': 7.0, '1': 8.0}")
-        wait_until(lambda: read() == [7.0, 8.0], 'rosparam set is seen', timeout=0.5)
+        wait_until(lambda: read() == [7.0, 8.0], 'rosparam set is seen')
 
     def test_a_rosparam_set_that_does_not_do_is_taken_back(self):
         before = self.read()
@@ -241,7 +241,7 @@ class ParametersAsSources(unittest.TestCase):
         self.assertEqual(rosslt.get_param('/robot/count'), 3)
         for text, value in (('3.5', 3.5), ('[1, 2]', [1, 2]), ('7', 7)):
             rosparam('set', '/robot/count', text)
-            wait_until(lambda value=value: rosslt.get_param('/robot/count') == value, 'it is seen', 0.5)
+            wait_until(lambda value=value: rosslt.get_param('/robot/count') == value, 'it is seen')
 
     def test_a_default_becomes_the_parameter_when_it_is_changed(self):
         value = rosslt.get_param('~unset', 0.5)
@@ -301,6 +301,21 @@ class Restarts(unittest.TestCase):
             node.read_line()
             self.assertEqual(node.read_line(), '[2.0]')
             self.assertRegex(node.log[-1], r'edited.py:7:11 now says 2.0 where it said 1.0: .* is dropped')
+
+    def test_a_changed_value_outlives_lines_above_it(self):
+        code = """
+            def made():
+                return [rosslt.location(1.0)]
+            values = made()
+            """
+        with Node('inserted', textwrap.dedent(code) + SHOW) as node:
+            first = node.read_line()
+            self.assertEqual(node.read_line(), '[1.0]')
+            rosslt.force_value(rosslt.track(1.0, rosslt.Source('/inserted', int(first))), 5.0)
+            node.stop()
+            node.write('# a comment\nother = [rosslt.location(1.0)]\n' + textwrap.dedent(code) + SHOW)
+            node.start()
+            self.assertEqual([node.read_line(), node.read_line()], [first, '[5.0]'])
 
     def test_a_stale_change_never_lands_on_another_literal_in_the_same_place(self):
         with Node('moved', 'values = [rosslt.location(1.0)]  # the speed' + SHOW) as node:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 import rosgraph
-from processes import wait_until
+
+from support.processes import wait_until
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -96,5 +97,5 @@ print(rosslt.explain(goal.x))
     asker = run('asker', ask)
     output, _ = asker.communicate(timeout=30)
     assert asker.returncode == 0, output
-    assert re.search(r'0\.\d+ \* 2\.0 \[talker\.py:29:22\]', output), output
+    assert re.search(r'0\.\d+ \* 2\.0 \[radius, talker\.py:29:22\]', output), output
     wait_until(lambda: parameter('/talker/rosslt/radius') == 3.0, 'the radius is changed')

@@ -5,7 +5,8 @@ import signal
 
 import pytest
 import rosgraph
-from processes import Node, wait_until
+
+from support.processes import Node, wait_until
 
 OWNER = """
     publisher = rosslt.Publisher('value', Float64, queue_size=1)

@@ -11,15 +11,16 @@ import tempfile
 import time
 import unittest
 
+import message_filters
 import rosbag
 import rospy
 from geometry_msgs.msg import Point, PointStamped, Pose
-from processes import Node, wait_until
 from rosslt.msg import Float64Tracked, PoseTracked
-from std_msgs.msg import Float64, String
+from std_msgs.msg import Float64, Header, String
 from std_srvs.srv import SetBool, SetBoolResponse
 
 import rosslt
+from support.processes import Node, wait_until
 
 TALKER = """
     publisher = rosslt.{publisher}('pose', {kind}, queue_size=10, latch=True)
@@ -382,6 +383,25 @@ class Topics(unittest.TestCase):
                 inbox.close()
             self.assertEqual([source.node for source in rosslt.sources(pose)], ['/talker'])
             self.assertEqual(rosslt.solve(pose.position.x, 2.0), {rosslt.sources(pose)[0]: 1.0})
+
+    def test_message_filters_match_messages_that_keep_provenance(self):
+        x = rosslt.location(1.0, name='filtered')
+        names = ['filtered_a', 'filtered_b']
+        publishers = [rosslt.Publisher(name, PointStamped, queue_size=5) for name in names]
+        readers = [rosslt.Subscriber(name, PointStamped) for name in names]
+        filters = [message_filters.Subscriber(name, PointStamped) for name in names]
+        together = message_filters.TimeSynchronizer(filters, 10)
+        got = queue.Queue()
+        together.registerCallback(lambda *both: got.put(both))
+        wait_until(lambda: all(publisher.get_num_connections() for publisher in publishers), 'they are connected')
+        for factor, publisher in enumerate(publishers, 2):
+            publisher.publish(PointStamped(Header(stamp=rospy.Time(5)), Point(factor * x, 0.0, 0.0)))
+        both = got.get(timeout=10.0)
+        self.assertEqual(
+            [rosslt.solve(each.point.x, 12.0) for each in both], [{rosslt.sources(x)[0]: 12.0 / f} for f in (2, 3)]
+        )
+        for each in (*publishers, *readers, *(filter_.sub for filter_ in filters)):
+            each.unregister()
 
 
 class Services(unittest.TestCase):

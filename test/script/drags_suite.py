@@ -15,9 +15,7 @@ from rosslt.msg import PoseTracked
 from visualization_msgs.msg import Marker, MarkerArray
 
 import rosslt
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'markers'))
-from hand import Hand, wait_until
+from support.hand import Hand, wait_until
 
 SCRIPT = Path(rospy.myargv()[1])
 TICK = 0.02  # s, one turn of the nodes

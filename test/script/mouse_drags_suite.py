@@ -10,10 +10,8 @@ import rostest
 from visualization_msgs.msg import InteractiveMarkerFeedback, Marker, MarkerArray
 
 import rosslt
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'markers'))
-from hand import wait_until
-from mouse import MouseCase
+from support.hand import wait_until
+from support.mouse import MouseCase
 
 SCRIPT = Path(rospy.myargv()[1])
 QUADCOPTER, END = '/quadcopter:quadcopter:0', '/trajectory_markers:end:0'
@@ -73,31 +71,40 @@ class MouseDrags(MouseCase):
         self.fly('goto(-2.0, 1.5, 0.0)\n# back home\nwait(5)\n', -2.0, 1.5)
         wait_until(lambda: self.progress() > 0.07, 'the quadcopter to be in mid-flight', 60.0)
         at = self.drag_quadcopter(0.3, 0.2)
-        progress = self.progress()
+        earliest = self.progress()
         wait_until(lambda: self.has_reported(InteractiveMarkerFeedback.MOUSE_UP, QUADCOPTER), 'RViz to report the end')
         dropped = self.events[-1].pose.position
-        self.assertGreater(abs(dropped.x - at.x), 0.2)
+        self.assertGreater(abs(dropped.x - at[0]), 0.2)
+        sent = wait_until(
+            lambda: next((one.pose.position for one in list(self.poses) if one.name == QUADCOPTER), None),
+            'the handle to follow the quadcopter again',
+        )
+        self.assertLess(abs(sent.x - dropped.x) + abs(sent.y - dropped.y), 0.1, 'it does not flash back')
         wait_until(
             lambda: self.distance_of_curve(dropped) < 0.001,
             lambda: 'the curve to pass {}; the script is {}'.format(dropped, SCRIPT.read_text()),
         )
-        # Not any curve through there: the one that is there at that part of the flight.
+        latest = self.progress()
+        # Not any curve through there: the one that is there at that part of the flight, which goes on meanwhile.
         start, end = self.curve[0], self.waypoint()
-        self.assertAlmostEqual((dropped.x - start.x) / (end[0] - start.x), progress, delta=0.01)
+        part = (dropped.x - start.x) / (end[0] - start.x)
+        self.assertGreater(part, earliest - 0.01)
+        self.assertLess(part, latest + 0.01)
         self.assertTrue(SCRIPT.read_text().endswith('\n# back home\nwait(5)\n'))
 
     def drag_quadcopter(self, dx, dy):
-        """Drag it from where it is; where it has flown on before the mouse got hold of it, once more from there."""
-        try:
-            return self.drag_from(self.quadcopter, dx, dy)
-        except AssertionError:
-            self.screen.release()
-            return self.drag_from(self.quadcopter, dx, dy)
+        """Drag it from where it is when RViz takes hold of it, by so many metres; gives that place."""
 
-    def drag_from(self, at, dx, dy):
-        x, y = at.x + ON_ROTOR, at.y + ON_ROTOR
-        self.drag((x, y), (x + dx, y + dy), QUADCOPTER)
-        return at
+        def on_rotor():
+            return self.quadcopter.x + ON_ROTOR, self.quadcopter.y + ON_ROTOR
+
+        def end(start):
+            self.held_at = start
+            self.poses.clear()
+            return start[0] + dx, start[1] + dy
+
+        self.drag(on_rotor, end, QUADCOPTER)
+        return self.held_at[0] - ON_ROTOR, self.held_at[1] - ON_ROTOR
 
     def distance_of_curve(self, place):
         """From a place, in metres; the curve is straight, as its control point is in the middle."""

@@ -13,9 +13,7 @@ from rosslt.msg import PoseStampedTracked
 from std_srvs.srv import Trigger
 
 import rosslt
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'markers'))
-from hand import Hand, wait_until
+from support.hand import Hand, wait_until
 
 ORIGINAL = Path(rospy.myargv()[1]).read_text()
 NODE = '/parameter_waypoints'

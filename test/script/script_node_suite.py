@@ -17,9 +17,7 @@ from rosslt.msg import PoseStampedTracked
 from rosslt.srv import ListLocations
 
 import rosslt
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'node'))
-from processes import wait_until
+from support.processes import wait_until
 
 NODE = '/interactive_script'
 TOUR = '# tour\ngoto(2.0, 1.0, 1.5)\nwait(0.1)\ngoto(-1, 2, 0.5)\n'

@@ -8,7 +8,8 @@ import time
 from pathlib import Path
 
 import pytest
-from processes import wait_until
+
+from support.processes import wait_until
 
 TOUR = '# tour\ngoto(2.0, 1.0, 1.5)\nwait(1)\ngoto(-1, 2, 0.5)\n'
 MARK, ERROR = (255, 224, 102), (255, 205, 205)

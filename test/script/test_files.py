@@ -5,9 +5,9 @@ import stat
 import threading
 
 import pytest
-from processes import wait_until
 
 from rosslt.script import ScriptError, files
+from support.processes import wait_until
 
 
 @pytest.fixture

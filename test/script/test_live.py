@@ -4,10 +4,10 @@ import random
 import threading
 
 import pytest
-from processes import wait_until
 
 import rosslt
 from rosslt.script import LiveScript, ScriptError, Settings, files
+from support.processes import wait_until
 
 TOUR = """# tour
 height = 1.5
@@ -322,3 +322,22 @@ def test_persons_and_changes_at_the_same_moment_lose_nothing(stage):
     assert refused == 0
     wait_until(lambda: len(stage.locations) == 7 + 30, 'the locations of other texts to be forgotten')
     assert stage.errors == []
+
+
+def test_what_is_wrong_with_a_script_is_an_error_of_this_package():
+    assert issubclass(ScriptError, rosslt.Error)
+
+
+@pytest.mark.parametrize('mended', [TOUR, TOUR.replace('1.5', '1.6')], ids=['as it was', 'with another number'])
+def test_a_mended_script_is_said_to_be_in_force(tmp_path, mended):
+    path = tmp_path / 'tour.script'
+    path.write_text(TOUR, encoding='utf-8')
+    stage = Stage(path)
+    path.write_text(TOUR + 'goto(', encoding='utf-8')
+    stage.script.look()
+    assert (len(stage.errors), len(stage.runs)) == (1, 1)
+    path.write_text(mended, encoding='utf-8')
+    stage.script.look()
+    assert (len(stage.errors), len(stage.runs)) == (1, 2)
+    stage.script.look()
+    assert len(stage.runs) == 2

@@ -1,63 +1,58 @@
-"""What docs/tutorial.md shows of the nodes is what they are, and it counts right."""
+"""What docs/tutorial.md shows of the nodes is what they are, and it counts right.
+
+The page itself is played by test/docs.
+"""
 
 import re
 from pathlib import Path
 
 import pytest
 
+from support.pages import Reader, blocks
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / 'docs' / 'tutorial.md').read_text(encoding='utf-8')
+PLAIN = ROOT / 'examples' / 'tutorial'
 
 
-def diffs(name):
-    """The parts of a node that the page shows: [(lines before, lines after)]."""
-    found = []
-    for block in re.findall(r'```diff {}\n(.*?)```'.format(name), PAGE, re.DOTALL):
-        lines = block.splitlines()
-        found.append(
-            (
-                ''.join(line[1:] + '\n' for line in lines if line[:1] != '+'),
-                ''.join(line[1:] + '\n' for line in lines if line[:1] != '-'),
-            )
-        )
-    assert found
-    return found
+@pytest.fixture
+def changed(tmp_path):
+    """{name: a node after the changes that the page shows}."""
+    for path in PLAIN.glob('*.py'):
+        (tmp_path / path.name).write_text(path.read_text(encoding='utf-8'), encoding='utf-8')
+    changes = [(language, content) for _, language, content in blocks(PAGE) if language.startswith('diff ')]
+    shown = ''.join(f'It changes.\n\n```{language}\n{content}```\n\n' for language, content in changes)
+    Reader(tmp_path).play(shown)
+    return {path.stem: path.read_text(encoding='utf-8') for path in tmp_path.glob('*.py')}
 
 
-def before_and_after(name):
-    """A node without tracking, made of the tracked one by the page, and the tracked one."""
-    tracked = (ROOT / 'scripts' / name).read_text(encoding='utf-8')
-    plain = tracked
-    for before, after in diffs(name):
-        assert plain.count(after) == 1, 'the page shows what is not in {}:\n{}'.format(name, after)
-        plain = plain.replace(after, before)
-    return plain, tracked
+@pytest.mark.parametrize('name', ['slt_trajectory', 'slt_quad', 'tour'])
+def test_a_node_begins_without_tracking(name):
+    plain = (PLAIN / (name + '.py')).read_text(encoding='utf-8')
+    assert re.findall(r'rosslt\.|import rosslt|Tracked', plain) == []
 
 
 @pytest.mark.parametrize('name', ['slt_trajectory', 'slt_quad'])
-def test_a_node_is_a_plain_one_without_the_lines_that_the_page_adds(name):
-    plain, _ = before_and_after(name)
-    assert re.findall(r'rosslt\.|import rosslt|Tracked', plain) == []
-    compile(plain, name, 'exec')
+def test_a_node_becomes_the_one_of_the_demo(changed, name):
+    assert changed[name] == (ROOT / 'scripts' / name).read_text(encoding='utf-8')
 
 
-def test_the_tour_is_whole_before_and_after():
-    ((plain, tracked),) = diffs('tour')
-    assert 'rosslt' not in plain
-    for text in (plain, tracked):
-        compile(text, 'tour', 'exec')
-    column = tracked.splitlines()[18].index('rosslt.location') + 1
-    assert '[tour.py:19:{}]'.format(column) in PAGE
+def test_the_page_says_where_the_numbers_of_the_tour_are(changed):
+    lines = changed['tour'].splitlines()
+    for name in 'xz':
+        ((number, line),) = [(number, line) for number, line in enumerate(lines, 1) if f"name='{name}'" in line]
+        assert 'tour.py:{}:{}'.format(number, line.index('rosslt.location') + 1) in PAGE
 
 
-def test_the_changed_lines_are_counted_right():
-    plain, tracked = (text.splitlines() for text in before_and_after('slt_trajectory'))
-    changed = [line for line in tracked if line and line not in plain]
-    assert '**{} of its {} lines**'.format(len(changed), len(tracked)) in PAGE
+def test_the_changed_lines_are_counted_right(changed):
+    plain = (PLAIN / 'slt_trajectory.py').read_text(encoding='utf-8').splitlines()
+    tracked = changed['slt_trajectory'].splitlines()
+    new = [line for line in tracked if line and line not in plain]
+    assert '**{} of its {} lines**'.format(len(new), len(tracked)) in PAGE
 
 
 def test_the_code_that_stays_is_that_of_the_node():
-    script = (ROOT / 'scripts' / 'slt_trajectory').read_text(encoding='utf-8')
-    shown = re.findall(r'```python\n(.*?)```', PAGE, re.DOTALL)
-    assert all(block in script for block in shown[:2])
-    assert not any(re.search('rosslt|Tracked', block) for block in shown[:2])
+    shown = [content for _, language, content in blocks(PAGE) if ' of ' in language]
+    assert len(shown) == 2
+    for content in shown:
+        assert content in (PLAIN / 'slt_trajectory.py').read_text(encoding='utf-8')

@@ -7,10 +7,10 @@ import pytest
 from geometry_msgs.msg import Quaternion, Vector3
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tf import transformations
 
 import rosslt
 from rosslt import tf
+from tf import transformations
 
 angles = st.floats(-math.pi, math.pi)
 parts = st.floats(-1, 1)

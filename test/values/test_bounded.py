@@ -2,6 +2,7 @@
 
 import copy
 import gc
+import importlib
 import pickle
 import sys
 import tracemalloc
@@ -10,7 +11,9 @@ import pytest
 
 from rosslt import Source, evaluate, explain, math, solve, sources, track
 from rosslt.values import affine, disassemble
-from rosslt.values.tracked import LIMIT
+from rosslt.values.affine import LIMIT
+
+folding = importlib.import_module('rosslt.values.affine')  # the door has a function of that name
 
 STEPS = 100_000
 A, B, C = Source('/node', 1), Source('/node', 2), Source('/node', 3)
@@ -152,3 +155,80 @@ def test_nothing_recurses_into_a_deep_expression():
         assert sources(value) == [A]
     del x, y, value, other
     gc.collect()
+
+
+def summed(n):
+    return sum(track(float(number), Source('/node', number)) for number in range(n))
+
+
+def always_a_new_source(n):
+    x = track(0.0, Source('/node', 0))
+    for number in range(1, n):
+        x = x * 0.999 + track(float(number), Source('/node', number))
+    return x
+
+
+def always_a_new_source_that_cannot_fold(n):
+    x = track(0.0, Source('/node', 0))
+    for number in range(1, n):
+        x = math.sin(x) + track(float(number), Source('/node', number))
+    return x
+
+
+@pytest.fixture
+def visits(monkeypatch):
+    """How many nodes were visited for folding, in a list that grows."""
+    counts = []
+    nodes_below = folding._nodes_below
+
+    def counted(value, record_of):
+        nodes = nodes_below(value, record_of)
+        counts.append(len(nodes))
+        return nodes
+
+    monkeypatch.setattr(folding, '_nodes_below', counted)
+    return counts
+
+
+@pytest.mark.parametrize('make', [summed, always_a_new_source, always_a_new_source_that_cannot_fold])
+def test_folding_many_sources_takes_work_in_proportion_to_them(make, visits):
+    work = {}
+    for n in (10_000, 40_000):
+        visits.clear()
+        value = make(n)
+        assert len(sources(value)) == n
+        work[n] = sum(visits) / n
+    assert work[40_000] < 1.5 * work[10_000] + 1
+    assert work[40_000] < 40
+
+
+@pytest.mark.parametrize('make', [summed, always_a_new_source])
+def test_many_sources_take_memory_in_proportion_to_them(make):
+    peaks = {}
+    for n in (5_000, 20_000):
+        tracemalloc.start()
+        try:
+            value = make(n)
+            assert len(affine(value)) == n
+            peaks[n] = tracemalloc.get_traced_memory()[1] / n
+        finally:
+            tracemalloc.stop()
+    assert peaks[20_000] < 1.5 * peaks[5_000]
+    assert peaks[20_000] < 4000  # bytes
+
+
+def test_adding_a_value_of_many_sources_again_and_again_stays_bounded():
+    many, x = summed(20_000), track(0.0, A)
+    for _ in range(50_000):
+        x = x + many
+    assert len(disassemble([x])[0]) < 3 * 20_000 + LIMIT
+    assert solve(x, x + 50_000.0, Source('/node', 7)) == {Source('/node', 7): pytest.approx(8.0)}
+
+
+def test_sums_beside_what_cannot_fold_take_bounded_work(visits):
+    total, y, n = track(0.0, A), track(0.0, B), 3000
+    for number in range(n):
+        total = total + track(float(number), Source('/node', number + 10))
+        y = y + math.sin(total)
+    assert sum(visits) < 200 * n
+    assert len(sources(y)) == n + 2

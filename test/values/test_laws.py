@@ -4,12 +4,22 @@ import pickle
 import random
 
 import pytest
-from expressions import ROWS, SOURCES, applied, expressions, linear_expressions, numbers, pools, scalars, usable
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from rosslt import NotInvertible, evaluate, is_tracked, solve, sources, track, untracked
 from rosslt.values import affine, assemble, disassemble, lazy, reapply
+from support.expressions import (
+    ROWS,
+    SOURCES,
+    applied,
+    expressions,
+    linear_expressions,
+    numbers,
+    pools,
+    scalars,
+    usable,
+)
 
 # Without a database and without its search for extremes, Hypothesis spends its time on examples. A deadline would make
 # the laws fail on a busy machine.

@@ -27,17 +27,36 @@ SCALARS = [np.float64(2), np.float32(2), np.int64(2), np.uint8(2), np.bool_(True
 
 @pytest.mark.parametrize('other', SCALARS, ids=lambda other: type(other).__name__)
 def test_numpy_scalars_on_either_side(x, other):
-    for result, expected in (
+    results = [
         (x * other, 0.5 * float(other)),
-        (other * x, 0.5 * float(other)),
         (x - other, 0.5 - float(other)),
-        (other - x, float(other) - 0.5),
-        (other / x, float(other) / 0.5),
-        (other**x, float(other) ** 0.5),
-    ):
+        (x / other, 0.5 / float(other)),
+        (x**other, 0.5 ** float(other)),
+    ]
+    if type(other) is not np.float64:
+        results += [
+            (other * x, 0.5 * float(other)),
+            (other - x, float(other) - 0.5),
+            (other / x, float(other) / 0.5),
+            (other ** (x + 0.25), float(other) ** 0.75),
+        ]
+    for result, expected in results:
         assert result == expected
         assert sources(result) == [A]
         assert solve(result, expected) == {A: 0.5}
+
+
+def test_what_numpy_computes_without_asking_is_plain_and_right(x):
+    for result, expected in (
+        (np.float64(2) * x, 1.0),
+        (np.float64(2) - x, 1.5),
+        (sum([np.float64(1), x]), 1.5),
+        (np.array([4.0]) ** x, [2.0]),  # NumPy takes the square root
+    ):
+        assert result == expected
+    assert sources(float(np.float64(2)) * x) == [A]
+    assert sources(x * np.float64(2)) == [A]
+    assert sources(np.multiply(np.float64(2), x)) == [A]
 
 
 def test_comparisons_with_numpy_scalars_are_plain(x):

@@ -4,16 +4,20 @@ import copy
 import json
 import math as plain_math
 import pickle
+import statistics
 import struct
 import subprocess
 import sys
 import threading
+import traceback
+from decimal import Decimal
+from fractions import Fraction
 
 import pytest
 
 import rosslt
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
-from rosslt.values import MATH, affine
+from rosslt.values import MATH, affine, reapply
 
 A, B, C = Source('/node', 1), Source('/node', 2), Source('/other', 1)
 
@@ -335,3 +339,82 @@ def test_it_runs_without_ros_and_without_numpy():
         'assert solve([sum(y), *[a + x for a in y]], [200.0, *range(20, 40)])\n'
     )
     subprocess.run([sys.executable, '-c', code], check=True)
+
+
+def test_calling_a_tracked_class_gives_a_plain_value(x):
+    n, s, b = track(7, C), track('hi', A), track(True, B)
+    for value, expected in (
+        (type(x)(1.5), 1.5),
+        (type(x)('1.5'), 1.5),
+        (type(x)(), 0.0),
+        (x.fromhex('0x1.8p0'), 1.5),
+        (type(n)('11', 2), 3),
+        (type(n)('11', base=2), 3),
+        (n.from_bytes(b'\x01\x00', 'big'), 256),
+        (type(s)('q'), 'q'),
+        (type(s)(b'q', encoding='ascii'), 'q'),
+        (type(b)(0), False),
+        (x.__class__(x), 0.3),
+        (n.__class__(n), 7),
+        (b.__class__(b), True),
+    ):
+        assert value == expected
+        assert type(value) is type(expected)
+        assert not is_tracked(value)
+        assert not is_tracked(value + value)
+
+
+def test_statistics_of_tracked_values_can_be_computed_with(x):
+    values = [x, track(2.0, B), track(4.0, C)]
+    for name in (
+        'mean',
+        'fmean',
+        'harmonic_mean',
+        'geometric_mean',
+        'variance',
+        'pvariance',
+        'stdev',
+        'pstdev',
+        'median',
+    ):
+        function = getattr(statistics, name)
+        result = function(values)
+        assert result == pytest.approx(function([0.3, 2.0, 4.0]))
+        assert result + 1 == pytest.approx(function([0.3, 2.0, 4.0]) + 1)
+    whole = [track(1, A), track(3, B)]
+    assert statistics.mean(whole) + 1 == 3
+    assert statistics.mode(whole) + 1 == 2
+    assert statistics.median_low(whole) + 1 == 2
+    assert statistics.quantiles(values)[1] + 1 == 3.0
+
+
+def test_exact_numbers_made_of_tracked_ones_are_plain(x):
+    assert Fraction(x) == Fraction(0.3)
+    assert Decimal(track(7, C)) + 1 == 8
+    assert x.as_integer_ratio() == (0.3).as_integer_ratio()
+    assert complex(x, 1) == 0.3 + 1j
+    assert sorted([track('b', A), track('a', B)])[0].upper() == 'A'
+
+
+def test_a_real_number_is_its_own_real_part(x):
+    assert x.real is x
+    assert x.imag == 0.0
+    assert track(7, C).numerator == 7
+    assert sources(track(7, C).numerator) == [C]
+    assert type(untracked(track(True, C).real)) is int
+
+
+def test_changes_for_what_is_no_source_are_refused(x):
+    for function in (evaluate, reapply):
+        for changed in (x, x + track(1.0, B), [x], 3.0):
+            with pytest.raises(TypeError, match=r"\{Source: value\}, and 'a' is a str"):
+                function(changed, {'a': 1})
+
+
+def test_errors_are_shown_by_their_public_names(x):
+    with pytest.raises(rosslt.NotInvertible) as caught:
+        solve(math.sin(x), 2.0)
+    assert traceback.format_exception_only(caught.type, caught.value)[0].startswith('rosslt.NotInvertible: cannot make')
+    for error in (rosslt.Error, rosslt.NotInvertible, rosslt.NotTracked):
+        assert pickle.loads(pickle.dumps(error('why'))).args == ('why',)
+        assert error.__module__ == 'rosslt'

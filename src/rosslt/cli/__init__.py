@@ -1,47 +1,32 @@
 """The room of the `rosslt` command: which locations are there, what reaches which topic, and how is it changed from a
 shell?
 
-It may import all rooms and rospy. Its door is this module: `main` runs the command. A verb is a module in `verbs`, and
-only the one that is asked for is loaded: tab completion must be quick.
+It may import all rooms and rospy. Its door is this module: `main` runs the command, `run` one verb of it. A verb is a
+module in `verbs` that says all about it (`verb.Verb`), and only the one that is asked for is loaded.
 """
 
-import argparse
 import contextlib
-import importlib
 import os
 import re
 import sys
+from typing import Dict, List, Optional, Sequence
 
 from rosslt import values
-from rosslt.cli.failure import Failure
-
-#: The verbs and what each does.
-VERBS = {
-    'list': 'nodes and their locations',
-    'get': 'the value of a location',
-    'set': 'change a location',
-    'undo': "take a node's last change back",
-    'echo': 'messages with the provenance of their fields',
-    'force': 'have a field of a topic become a value, by changing where it comes from',
-    'graph': 'which location reaches which field of which topic, through which nodes',
-    'bag': 'what provenance a recorded bag holds',
-    'save': "a node's current values as YAML that rosparam load takes",
-    'generate': 'write the .msg files of tracked message types',
-}
+from rosslt.cli import verb
+from rosslt.cli.failure import Failure, Misused
+from rosslt.cli.suggestions import did_you_mean
 
 #: Not for people: what bash asks for when somebody types tab.
-COMPLETE = 'complete'
+_COMPLETE = 'complete'
 
 _USAGE = """\
 usage: rosslt VERB [ARGUMENT...]
 
-{}
-
-`rosslt VERB -h` says more, with an example.
+{}`rosslt VERB -h` says more, with an example.
 """
 
 
-def main(arguments=None):
+def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command.
 
     Args:
@@ -50,48 +35,70 @@ def main(arguments=None):
     Returns:
         The exit code: 0, 1 where it did not work (the reason is on standard error), 2 where it was not understood.
     """
-    if arguments is None:
-        # remappings of the node are rospy's; anything else with := may be a text for `set`
-        arguments = [argument for argument in sys.argv[1:] if not re.match(r'__\w+:=', argument)]
-    verb, rest = (arguments[0], arguments[1:]) if arguments else (None, [])
-    if verb in ('-h', '--help', 'help'):
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if not arguments:
+        print(usage().rstrip(), file=sys.stderr)
+        return 2
+    name, rest = arguments[0], arguments[1:]
+    if name in ('-h', '--help', 'help'):
         print(usage(), end='')
         return 0
-    if verb not in VERBS and verb != COMPLETE:
-        print(
-            usage().rstrip() if verb is None else f'rosslt: there is no verb {verb!r}; see rosslt -h', file=sys.stderr
-        )
+    if name == _COMPLETE:
+        from rosslt.cli import completion
+
+        completion.write_completions(*rest)
+        return 0
+    known = verb.names()
+    if name not in known:
+        print(f'rosslt: there is no verb {name!r}{did_you_mean(name, known)}; see rosslt -h', file=sys.stderr)
         return 2
-    return run(verb, rest)
+    return run(name, rest)
 
 
-def usage():
+def usage() -> str:
     """What `rosslt -h` prints."""
-    return _USAGE.format('\n'.join(f'  {verb:<10}{summary}' for verb, summary in VERBS.items()))
+    lines: Dict[str, List[str]] = {}
+    for name in verb.names():
+        described = verb.load(name)
+        lines.setdefault(described.GROUP, []).append(f'  {name:<12}{described.SUMMARY}')
+    return _USAGE.format(
+        ''.join('\n'.join([f'{group}:', *lines[group], '\n']) for group in verb.GROUPS if group in lines)
+    )
 
 
-def run(verb, arguments):
-    """Run one verb; returns the exit code."""
-    module = importlib.import_module('rosslt.cli.verbs.' + verb)
-    if hasattr(module, 'parse'):
-        parser = argparse.ArgumentParser(
-            prog='rosslt ' + verb,
-            description=module.DESCRIPTION,
-            epilog=module.EXAMPLE,
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
-        module.parse(parser)
-        arguments = parser.parse_args(arguments)
+def run(name: str, arguments: Sequence[str], program: Optional[str] = None) -> int:
+    """Run one verb.
+
+    Args:
+        name: the verb's.
+        arguments: those after the verb.
+        program: what the command is called in its help and errors, by default `rosslt VERB`.
+
+    Returns:
+        The exit code, as of `main`.
+    """
+    program = program or f'rosslt {name}'
+    chosen = verb.load(name)
+    if not any(argument.is_rest for argument in chosen.ARGUMENTS):
+        # roslaunch appends __name:= and the like; anything else with := may be a text for `set`
+        arguments = [argument for argument in arguments if not re.match(r'__\w+:=', argument)]
+    parser = verb.parser(name, program)
+    options = parser.parse_args(arguments)
+    if getattr(chosen, 'TAKES_OVER', False):
+        # The node that it runs ends as if it were run by itself: what it raises is its own.
+        return chosen.run(options) or 0
     try:
-        status = module.run(arguments)
+        status = chosen.run(options)
         sys.stdout.flush()
         return status or 0
+    except Misused as error:
+        parser.error(str(error))
     except (Failure, values.Error) as error:
-        print(f'rosslt {verb}: {error}', file=sys.stderr)
+        print(f'{program}: {error}', file=sys.stderr)
     except KeyboardInterrupt:
-        print(f'rosslt {verb}: interrupted', file=sys.stderr)
+        print(f'{program}: interrupted', file=sys.stderr)
     except BrokenPipeError:
-        # the reader has gone, head say: what is still in the buffer is for nobody
+        # whoever read the output, such as `head`, has ended: drop what is still in the buffer
         with contextlib.suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0

@@ -3,17 +3,22 @@
 import contextlib
 import os
 import struct
+from typing import Iterator, Optional, Sequence, Tuple
 
 import genpy
 import rosbag
 
+from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import is_below
-from rosslt.cli.reading import Decoder
+from rosslt.cli.reading import Decoder, Received
+
+#: What nodes send on <node>/rosslt/locations.
+_LOCATIONS_TYPE = 'rosslt/LocationList'
 
 
 @contextlib.contextmanager
-def opened(path):
+def opened(path: str) -> Iterator[rosbag.Bag]:
     """An open bag.
 
     Raises:
@@ -32,16 +37,27 @@ def opened(path):
             raise Failure(f'cannot read {path}: {error}') from None
 
 
-def messages(bag, topics=None):
+def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Received]:
     """The messages of a bag as Received, in the order in which they were recorded."""
     decoder = Decoder()
     for topic, (_, data, _, _, message_class), _, header in bag.read_messages(
         topics, raw=True, return_connection_header=True
     ):
-        yield decoder.decode(data, message_class, topic, header.get('callerid', ''))
+        publisher = header.get('callerid', b'')
+        # rosbag reads the fields of a connection's header as bytes
+        publisher = publisher.decode('utf-8', 'replace') if isinstance(publisher, bytes) else publisher
+        yield decoder.decode(data, message_class, topic, publisher)
 
 
-def split_topic(bag, text):
+def take_names(bag: rosbag.Bag, directory: Directory) -> None:
+    """Have a directory know what the nodes that were recorded said of their locations."""
+    topics = [name for name, topic in bag.get_type_and_topic_info().topics.items() if topic.msg_type == _LOCATIONS_TYPE]
+    if topics:
+        for _, told, _ in bag.read_messages(topics):
+            directory.take(told.node, told.locations)
+
+
+def split_topic(bag: rosbag.Bag, text: str) -> Tuple[str, str]:
     """TOPIC[/FIELD] as the longest recorded topic that it begins with, and the field.
 
     Raises:

@@ -2,18 +2,21 @@
 
 import subprocess
 
+from rosslt import values
+from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
+from rosslt.cli.flow import Flow, Thing
 from rosslt.cli.provenance_map import brief
 
 #: How graphviz draws each kind.
-_LOOKS = {
+_ATTRIBUTES = {
     'location': 'shape=note, style=filled, fillcolor="#fff2cc"',
     'node': 'shape=ellipse, style=filled, fillcolor="#dae8fc"',
     'topic': 'shape=box',
 }
 
 
-def dot(flow, directory):
+def dot(flow: Flow, directory: Directory) -> str:
     """A Flow in graphviz's language.
 
     Args:
@@ -30,7 +33,9 @@ def dot(flow, directory):
         '  edge [fontname="sans", fontsize=9];',
     ]
     for thing in things:
-        lines.append('  {} [{}, label={}];'.format(names[thing], _LOOKS[thing[0]], _quoted(_label(thing, directory))))
+        lines.append(
+            '  {} [{}, label={}];'.format(names[thing], _ATTRIBUTES[thing[0]], _quoted(_label(thing, directory)))
+        )
     for (start, end), fields in sorted(edges.items(), key=str):
         lines.append(
             '  {} -> {}{};'.format(
@@ -40,7 +45,7 @@ def dot(flow, directory):
     return '\n'.join([*lines, '}'])
 
 
-def svg(text):
+def svg(text: str) -> str:
     """What graphviz draws.
 
     Raises:
@@ -55,13 +60,13 @@ def svg(text):
     return drawn.stdout
 
 
-def _label(thing, directory):
-    kind, name = thing
-    if kind != 'location':
-        return name
+def _label(thing: Thing, directory: Directory) -> str:
+    _, name = thing
+    if not isinstance(name, values.Source):
+        return str(name)
     place = directory.of(name)
     return f'{place.local_name}\n{place.short_file}' if place else str(name)
 
 
-def _quoted(text):
+def _quoted(text: str) -> str:
     return '"' + text.replace('\\', '\\\\').replace('"', '\\"').replace('\n', '\\n') + '"'

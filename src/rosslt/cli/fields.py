@@ -1,16 +1,22 @@
 """Fields of messages, as people write them: `pose/position/x`, `points[3].x`; and targets for them."""
 
 import copy
+import math
 import re
+from typing import Any, Dict, List, Union
 
 import yaml
 
 from rosslt import values
 from rosslt.cli.failure import Failure
 from rosslt.cli.scalars import scalar
+from rosslt.cli.suggestions import did_you_mean
+
+#: How near a number has to come to the wanted one, relative to it or as a number.
+CLOSE = 1e-9
 
 
-def field_of(message, path):
+def field_of(message: Any, path: str) -> Any:
     """The part of a message at a path, the message itself at ''.
 
     Raises:
@@ -26,7 +32,7 @@ def field_of(message, path):
     return part
 
 
-def steps(path):
+def steps(path: str) -> List[Union[str, int]]:
     """The steps of a path: names and indices.
 
     Raises:
@@ -38,13 +44,13 @@ def steps(path):
     return [int(index) if index else name for name, index in found]
 
 
-def joined(path, leaf):
+def joined(path: str, leaf: str) -> str:
     """The path of a leaf in a part that is itself at a path, as `values.leaves` writes paths."""
     whole = ''.join(f'[{step}]' if isinstance(step, int) else f'.{step}' for step in steps(path))
     return (whole + (leaf if leaf.startswith('[') or not leaf else '.' + leaf)).lstrip('.')
 
 
-def target(part, text):
+def target(part: Any, text: str) -> Any:
     """What a part of a message shall become, for `values.solve`.
 
     Args:
@@ -67,7 +73,28 @@ def target(part, text):
         raise Failure(f'{text!r} is no YAML: ' + ' '.join(str(error).split())) from None
 
 
-def _shaped(part, wanted, where):
+def is_reached(part: Any, wanted: Any) -> bool:
+    """Whether a part of a message is what `target` said, but for rounding."""
+    if wanted is None:
+        return True
+    if hasattr(part, '_slot_types'):
+        return all(is_reached(getattr(part, name), getattr(wanted, name)) for name in part.__slots__)
+    if isinstance(part, (list, tuple)):
+        return len(part) == len(wanted) and all(map(is_reached, part, wanted))
+    if isinstance(wanted, float):
+        return math.isclose(part, wanted, rel_tol=CLOSE, abs_tol=CLOSE)
+    return bool(values.untracked(part) == wanted)
+
+
+def source_values(part: Any) -> Dict[values.Source, Any]:
+    """The sources of a part of a message, in order of appearance, each with the value that the message has of it."""
+    leaves = [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
+    instructions, _ = values.disassemble(leaves)
+    found = {instruction[1]: instruction[2] for instruction in instructions if instruction[0] is values.SOURCE}
+    return {source: found[source] for source in values.sources(part)}
+
+
+def _shaped(part: Any, wanted: Any, where: str) -> Any:
     if wanted is None:
         return None
     if hasattr(part, '_slot_types'):
@@ -92,15 +119,16 @@ def _shaped(part, wanted, where):
         raise Failure(f'{where}: {error}') from None
 
 
-def _attribute(part, name):
+def _attribute(part: Any, name: str) -> Any:
     if name not in getattr(part, '__slots__', ()):
         raise AttributeError(name)
     return getattr(part, name)
 
 
-def _missing(part, step, where):
+def _missing(part: Any, step: Union[str, int], where: str) -> str:
     if hasattr(part, '_slot_types'):
-        return '{} has no field {!r}, its fields are {}'.format(part._type, step, ', '.join(part.__slots__))
+        meant = did_you_mean(str(step), part.__slots__)
+        return f'{part._type} has no field {step!r}{meant}, its fields are ' + ', '.join(part.__slots__)
     if isinstance(part, (list, tuple)):
         return f'{where} has {len(part)} elements: give [INDEX], found {step!r}'
     return f'{where} is {values.untracked(part)!r}, which has no part {step!r}'

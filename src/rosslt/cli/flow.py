@@ -1,13 +1,24 @@
 """The flow of provenance: from a location through nodes and topics to the fields that it reaches."""
 
-from collections import namedtuple
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Sequence, Set, Tuple
 
-Step = namedtuple('Step', 'publisher topic fields next is_known')
-Step.__doc__ = """A node publishes values of a source on a topic.
+from rosslt import values
+from rosslt.cli.provenance_map import ProvenanceMap
 
-next: the Steps of nodes that hear them there. is_known: whether it is told how they came to this node; a service's
-answer, say, shows in no topic.
-"""
+#: What is drawn: ('location', Source), ('node', name) or ('topic', name).
+Thing = Tuple[str, object]
+
+
+class Step(NamedTuple):
+    """A node publishes values of a source on a topic."""
+
+    publisher: str
+    topic: str
+    fields: List[str]
+    next: List['Step']
+    """The Steps of the nodes that subscribe to the topic."""
+    is_known: bool
+    """Whether it is known how the values came to this node; the answer of a service, for one, is on no topic."""
 
 
 class Flow:
@@ -18,16 +29,16 @@ class Flow:
         subscribers: {topic: [node, ...]}.
     """
 
-    def __init__(self, provenance, subscribers):
+    def __init__(self, provenance: ProvenanceMap, subscribers: Mapping[str, Sequence[str]]) -> None:
         self.provenance = provenance
         self._subscribers = subscribers
 
-    def steps(self, source):
+    def steps(self, source: values.Source) -> List[Step]:
         """Where a source goes from its node on: a list of Steps. Each node's own are told once."""
         reaches = self.provenance.reached_by(source)
-        told = set()
+        told: Set[str] = set()
 
-        def steps_of(publisher, is_known=True):
+        def steps_of(publisher: str, is_known: bool = True) -> List[Step]:
             if publisher in told:
                 return []
             told.add(publisher)
@@ -48,10 +59,10 @@ class Flow:
             found += steps_of(reach.publisher, is_known=False)
         return found
 
-    def paths(self, source):
+    def paths(self, source: values.Source) -> List[Tuple[str, List[str], List[str]]]:
         """(topic, fields, [the nodes on the way there]) for all that a source reaches."""
 
-        def below(steps, before):
+        def below(steps: List[Step], before: List[str]) -> Iterator[Tuple[str, List[str], List[str]]]:
             for step in steps:
                 nodes = [*before, step.publisher]
                 yield step.topic, step.fields, nodes
@@ -59,9 +70,9 @@ class Flow:
 
         return list(below(self.steps(source), []))
 
-    def edges(self):
+    def edges(self) -> Dict[Tuple[Thing, Thing], List[str]]:
         """What is drawn: {(from, to): [field, ...]} over ('location', Source), ('node', name), ('topic', name)."""
-        found = {}
+        found: Dict[Tuple[Thing, Thing], List[str]] = {}
         for source in self.provenance.sources:
             publishers = {reach.publisher for reach in self.provenance.reached_by(source)}
             found[('location', source), ('node', source.node)] = []

@@ -5,22 +5,24 @@ import http.client
 import socket
 import urllib.parse
 import xmlrpc.client
+from typing import Dict, Iterator, List, NamedTuple, Tuple
 
 import rosgraph
 
 from rosslt.cli.failure import Failure
+from rosslt.cli.suggestions import did_you_mean_beginning
 
 #: How long a master may take to answer, in seconds: no longer than a person waits without wondering.
 TIMEOUT = 2.0
 
-#: What tells a tracked node: the service at which it lists its locations.
-_LISTING = '/rosslt/list_locations'
+#: At which service a tracked node lists its locations.
+LIST_SERVICE = '/rosslt/list_locations'
 
 #: What asking a master may throw where there is none, or something else at its address.
 _NO_MASTER = (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException, ValueError)
 
 
-def find_master(timeout=TIMEOUT):
+def find_master(timeout: float = TIMEOUT) -> rosgraph.Master:
     """The ROS master.
 
     Raises:
@@ -32,50 +34,80 @@ def find_master(timeout=TIMEOUT):
         address = urllib.parse.urlparse(uri)
         # rosgraph waits for as long as TCP does: minutes for a machine that is off
         socket.create_connection((address.hostname, address.port), timeout).close()
-        with _default_timeout(timeout):
+        with default_timeout(timeout):
             found.getPid()
     except _NO_MASTER:
         raise Failure(f'found no ROS master at {uri}: is roscore running, and ROS_MASTER_URI right?') from None
     return found
 
 
-def tracked_nodes(master):
+class SystemState(NamedTuple):
+    """Who publishes, subscribes and serves what: {topic or service: [node, ...]}."""
+
+    publishers: Dict[str, List[str]]
+    subscribers: Dict[str, List[str]]
+    services: Dict[str, List[str]]
+
+    @property
+    def nodes(self) -> List[str]:
+        """All nodes, sorted."""
+        return sorted({node for part in self for nodes in part.values() for node in nodes})
+
+    @property
+    def tracked_nodes(self) -> List[str]:
+        """The nodes that have locations, sorted."""
+        return sorted(name[: -len(LIST_SERVICE)] for name in self.services if name.endswith(LIST_SERVICE))
+
+
+def system_state(master: rosgraph.Master) -> SystemState:
+    """What the master knows of nodes now."""
+    return SystemState(*map(dict, master.getSystemState()))
+
+
+def tracked_nodes(master: rosgraph.Master) -> List[str]:
     """The names of the nodes that have locations, sorted."""
-    _, _, services = master.getSystemState()
-    return sorted(name[: -len(_LISTING)] for name, _ in services if name.endswith(_LISTING))
+    return system_state(master).tracked_nodes
 
 
-def full_name(name):
+def full_name(name: str) -> str:
     """The full name of a node or topic, in the namespace that ROS_NAMESPACE says."""
-    return rosgraph.names.resolve_name(name, rosgraph.names.make_caller_id('rosslt'))
+    return str(rosgraph.names.resolve_name(name, rosgraph.names.make_caller_id('rosslt')))
 
 
-def split_topic(master, text):
+def split_topic(master: rosgraph.Master, text: str) -> Tuple[str, str, str]:
     """TOPIC[/FIELD] as the longest topic that it begins with, and the rest.
 
     Returns:
         (topic, its type, field), with '' for no field.
 
     Raises:
-        Failure: there is no such topic.
+        Failure: there is no such topic, or nobody publishes it.
     """
     types = dict(master.getTopicTypes())
+    published = dict(master.getPublishedTopics('/'))
     # a field may have brackets, which a name may not
     path, bracket, index = text.partition('[')
     full = full_name(path) + bracket + index
     topic = max((name for name in types if is_below(full, name)), key=len, default=None)
-    if topic is None or topic not in dict(master.getPublishedTopics('/')):
-        raise Failure(f'nobody publishes {full if topic is None else topic}')
+    if topic is None:
+        raise Failure(f'nobody publishes {full}{did_you_mean_beginning(full, published)}')
+    if topic not in published:
+        waiting = system_state(master).subscribers.get(topic, [])
+        raise Failure(
+            f'nobody publishes {topic}; the master keeps it as {types[topic]}'
+            + (', which {} subscribe{} to'.format(' and '.join(waiting), 's' * (len(waiting) == 1)) if waiting else '')
+        )
     return topic, types[topic], full[len(topic) :].lstrip('/.')
 
 
-def is_below(path, name):
+def is_below(path: str, name: str) -> bool:
     """Whether a path is a name or begins with it and a separator."""
     return path == name or (path.startswith(name) and path[len(name)] in '/.[')
 
 
 @contextlib.contextmanager
-def _default_timeout(timeout):
+def default_timeout(timeout: float) -> Iterator[None]:
+    """Have calls by XML-RPC, which take no timeout, end after so many seconds."""
     before = socket.getdefaulttimeout()
     socket.setdefaulttimeout(timeout)
     try:

@@ -2,14 +2,18 @@
 
 import shutil
 import sys
+from typing import List, Sequence
+
+from rosslt import msg, values
+from rosslt.cli.directory import Directory, Place
 
 
-def is_terminal():
+def is_terminal() -> bool:
     """Whether a person reads standard output."""
     return sys.stdout.isatty()
 
 
-def shortened(text, longest):
+def shortened(text: str, longest: int) -> str:
     """A text that is too long, with its middle left out."""
     if len(text) <= longest:
         return text
@@ -17,12 +21,12 @@ def shortened(text, longest):
     return text[: longest - 3 - end] + '...' + text[len(text) - end :]
 
 
-def width():
+def width() -> int:
     """How many columns the terminal has."""
     return shutil.get_terminal_size().columns
 
 
-def table(rows, indent=''):
+def table(rows: Sequence[Sequence[str]], indent: str = '') -> List[str]:
     """Lines of aligned columns."""
     if not rows:
         return []
@@ -30,7 +34,7 @@ def table(rows, indent=''):
     return [(indent + '  '.join(map(str.ljust, row, widths))).rstrip() for row in rows]
 
 
-def write_row(*cells):
+def write_row(*cells: object) -> None:
     """Print one line with tabs between its cells; a tab or a line break within one would begin another."""
     print(
         '\t'.join(
@@ -40,7 +44,17 @@ def write_row(*cells):
     )
 
 
-def write_change(directory, source, old, new, is_planned=False):
+def limits(place: Place) -> str:
+    """What a location takes, as a table has it: `0.5 .. 10.0`, `read-only`, or nothing."""
+    location = place.location
+    if location.read_only:
+        return 'read-only'
+    if location.minimum or location.maximum:
+        return f'{location.minimum} .. {location.maximum}'.strip()
+    return ''
+
+
+def write_change(directory: Directory, source: values.Source, old: str, new: str, is_planned: bool = False) -> None:
     """Print that a source was changed, or would be.
 
     Args:
@@ -60,3 +74,8 @@ def write_change(directory, source, old, new, is_planned=False):
         )
     else:
         write_row(directory.name(source), old, new, place.file if place else '')
+
+
+def write_applied(directory: Directory, node: str, change: msg.AppliedChange) -> None:
+    """Print a change that a node has applied."""
+    write_change(directory, values.Source(node, change.location_id), change.old_value, change.new_value)

@@ -1,12 +1,18 @@
 """Where values come from, topic by topic: gathered from messages that pass."""
 
 import re
-from collections import namedtuple
+from typing import Dict, Iterable, List, NamedTuple
 
 from rosslt import values
+from rosslt.cli.reading import Received
 
-Reach = namedtuple('Reach', 'source topic publisher')
-Reach.__doc__ = 'A source reaches a topic, in messages of a publisher.'
+
+class Reach(NamedTuple):
+    """A source reaches a topic, in messages of a publisher."""
+
+    source: values.Source
+    topic: str
+    publisher: str
 
 
 class ProvenanceMap:
@@ -16,10 +22,10 @@ class ProvenanceMap:
         fields: {Reach: [field, ...]} in order of appearance; `[*]` stands for any index.
     """
 
-    def __init__(self):
-        self.fields = {}
+    def __init__(self) -> None:
+        self.fields: Dict[Reach, List[str]] = {}
 
-    def add(self, received):
+    def add(self, received: Received) -> bool:
         """Take in a message; returns whether it has any provenance."""
         leaves = [(path, leaf) for path, leaf in values.leaves(received.message) if values.is_tracked(leaf)]
         for path, leaf in leaves:
@@ -31,18 +37,18 @@ class ProvenanceMap:
         return bool(leaves)
 
     @property
-    def sources(self):
+    def sources(self) -> List[values.Source]:
         """All sources, in order of appearance."""
         return list(dict.fromkeys(reach.source for reach in self.fields))
 
-    def reached_by(self, source):
+    def reached_by(self, source: values.Source) -> List[Reach]:
         """The Reaches of one source, in order of appearance."""
         return [reach for reach in self.fields if reach.source == source]
 
 
-def brief(fields):
+def brief(fields: Iterable[str]) -> str:
     """Field paths as people read them: those of one part together, `pose.position.x y z`."""
-    parts = {}
+    parts: Dict[str, List[str]] = {}
     for field in fields:
         head, dot, last = field.rpartition('.')
         parts.setdefault(head + dot, []).append(last)

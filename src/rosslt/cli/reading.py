@@ -5,18 +5,15 @@ import queue
 import sys
 import threading
 import time
-from collections import namedtuple
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple
 
+import genpy
 import genpy.dynamic
 import roslib.message
 import rospy
 
-from rosslt import messages
+from rosslt import messages, node
 from rosslt.cli.failure import Failure
-
-Received = namedtuple('Received', 'topic publisher type message')
-Received.__doc__ = """A message with tracked leaves, whichever way it came: the topic, the publishing node ('' where
-that was not recorded), the type on the wire, the message."""
 
 #: How often one who waits looks whether the node is being shut down, in seconds.
 _SHUTDOWN_CHECK_PERIOD = 0.1
@@ -25,15 +22,29 @@ _SHUTDOWN_CHECK_PERIOD = 0.1
 _BACKLOG = 100
 
 
+class Received(NamedTuple):
+    """A message with tracked leaves, whichever way it came."""
+
+    topic: str
+    publisher: str
+    """The publishing node; '' where that was not recorded."""
+    type: str
+    """The type on the wire."""
+    message: Any
+    """An ordinary message, also where the type on the wire is a tracked one."""
+    is_latched: bool = False
+    """Whether its publisher is a latched one, which sends its last message to whoever comes later."""
+
+
 class Decoder:
     """Decodes serialized messages; provenance that cannot be read is reported once a topic and publisher."""
 
-    def __init__(self):
-        self._reported = set()
-        self._classes = {}
+    def __init__(self) -> None:
+        self._reported: Set[Tuple[str, str]] = set()
+        self._classes: Dict[Tuple[str, str], type] = {}
         self._lock = threading.Lock()
 
-    def message_class(self, type_, md5sum, definition):
+    def message_class(self, type_: str, md5sum: str, definition: str) -> type:
         """The class of a type, made from its definition where it is not installed as it was sent."""
         with self._lock:
             if (type_, md5sum) not in self._classes:
@@ -43,27 +54,23 @@ class Decoder:
                 self._classes[type_, md5sum] = found
             return self._classes[type_, md5sum]
 
-    def decode(self, data, message_class, topic, publisher=''):
+    def decode(self, data: bytes, message_class: Any, topic: str, publisher: str = '') -> Received:
         """The Received that serialized data is."""
-        message = message_class()
-        try:
-            if messages.is_tracked_type(message_class):
-                tracked = message.deserialize(data)
-                message = tracked.data
-                messages.unwrap(tracked)
-            else:
-                plain, provenance = messages.split_provenance(data, message_class)
-                message.deserialize(plain)
-                if provenance:
-                    messages.attach(message, provenance)
-        except messages.BadHeader as error:
-            if (topic, publisher) not in self._reported:
-                self._reported.add((topic, publisher))
-                print(
-                    f'rosslt: {publisher or topic} sends a provenance on {topic} that cannot be read: {error}',
-                    file=sys.stderr,
-                )
+        message, error = messages.decode(data, message_class)
+        if error is not None and (topic, publisher) not in self._reported:
+            self._reported.add((topic, publisher))
+            print(
+                f'rosslt: {publisher or topic} sends a provenance on {topic} that cannot be read: {error}',
+                file=sys.stderr,
+            )
         return Received(topic, publisher, message_class._type, message)
+
+
+def start_node() -> None:
+    """Make this process a node of a name of its own, which owns nothing; once."""
+    if not node.is_initialized():
+        # without arguments, as private parameters among them would be left behind
+        rospy.init_node('rosslt', anonymous=True, disable_rosout=True, argv=[])
 
 
 class Inbox:
@@ -73,20 +80,26 @@ class Inbox:
         topics: their full names.
     """
 
-    def __init__(self, topics):
-        self._queue = queue.Queue(_BACKLOG)
+    def __init__(self, topics: Iterable[str]) -> None:
+        self._queue: queue.Queue[Received] = queue.Queue(_BACKLOG)
         self._decoder = Decoder()
-        if not rospy.core.is_initialized():
-            # without arguments, as private parameters among them would be left behind
-            rospy.init_node('rosslt', anonymous=True, disable_rosout=True, argv=[])
-        self._subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, self._take, topic) for topic in topics]
+        start_node()
+        self._subscribers: List[rospy.Subscriber] = [
+            rospy.Subscriber(topic, rospy.AnyMsg, self._take, topic) for topic in topics
+        ]
 
-    def _take(self, message, topic):
+    def _take(self, message: genpy.Message, topic: str) -> None:
         header = message._connection_header
-        message_class = self._decoder.message_class(header['type'], header['md5sum'], header['message_definition'])
-        self._queue.put(self._decoder.decode(message._buff, message_class, topic, header['callerid']))
+        if isinstance(message, rospy.AnyMsg):
+            message_class = self._decoder.message_class(header['type'], header['md5sum'], header['message_definition'])
+            received = self._decoder.decode(message._buff, message_class, topic, header['callerid'])
+        else:
+            # rospy itself listens to /clock where use_sim_time is set, and all subscribers of a topic in a process
+            # share the class of the first one
+            received = Received(topic, header['callerid'], message._type, message)
+        self._queue.put(received._replace(is_latched=header.get('latching') == '1'))
 
-    def next(self, timeout=None):
+    def next(self, timeout: Optional[float] = None) -> Received:
         """The next Received.
 
         Args:
@@ -94,19 +107,24 @@ class Inbox:
 
         Raises:
             Failure: none came in time.
-            KeyboardInterrupt: this process shall end.
+            KeyboardInterrupt: this process has to end.
         """
-        received = self._get(None if timeout is None else time.monotonic() + timeout)
+        received = self.next_before(None if timeout is None else time.monotonic() + timeout)
         if received is None:
             raise Failure(f'no message within {timeout:g} s')
         return received
 
-    def during(self, seconds):
+    def during(self, seconds: float) -> Iterator[Received]:
         """The Received of that time, as they come."""
         end = time.monotonic() + seconds
-        yield from iter(lambda: self._get(end), None)
+        while True:
+            received = self.next_before(end)
+            if received is None:
+                return
+            yield received
 
-    def _get(self, end):
+    def next_before(self, end: Optional[float]) -> Optional[Received]:
+        """The next Received, or None where there is none until a time of `time.monotonic`."""
         while end is None or time.monotonic() < end:
             left = _SHUTDOWN_CHECK_PERIOD if end is None else max(0.0, end - time.monotonic())
             with contextlib.suppress(queue.Empty):
@@ -116,9 +134,15 @@ class Inbox:
                 raise KeyboardInterrupt
         return None
 
-    def __enter__(self):
+    def clear(self) -> None:
+        """Drop what has come and was not read: what comes from now on is news."""
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._queue.get_nowait()
+
+    def __enter__(self) -> 'Inbox':
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         for subscriber in self._subscribers:
             subscriber.unregister()

@@ -3,21 +3,24 @@
 import base64
 import json
 import math
+from typing import Any, Dict, Iterator, List, Sequence, Tuple
 
 import genpy
 
 from rosslt import values
+from rosslt.cli.directory import Directory
 from rosslt.cli.fields import joined
 from rosslt.cli.output import shortened, table, write_row
+from rosslt.cli.reading import Received
 
 #: How long an array without provenance may be for people; programs get all of it.
 LONGEST_ARRAY = 120
 
 
-def yaml_lines(part):
+def yaml_lines(part: Any) -> List[str]:
     """A message or a part of one as YAML, with the provenance in comments."""
     rows = []
-    for indent, text, leaf in _outline(part, 0):
+    for indent, text, leaf in _yaml_rows(part, 0):
         text = '  ' * indent + text
         rows.append((text, '# ' + values.explain(leaf)) if _has_provenance(leaf) else (text, ''))
     tracked = [row for row in rows if row[1]]
@@ -25,7 +28,7 @@ def yaml_lines(part):
     return [next(aligned) if comment else text for text, comment in rows]
 
 
-def _outline(part, depth, label=''):
+def _yaml_rows(part: Any, depth: int, label: str = '') -> Iterator[Tuple[int, str, Any]]:
     """(depth, text, tracked leaf or None) for each line."""
     prefix = label + ' ' if label else ''
     if _is_structure(part):
@@ -33,12 +36,12 @@ def _outline(part, depth, label=''):
         if label:
             yield depth, label, None
         for name, value in fields:
-            yield from _outline(value, depth + bool(label), name + ':')
+            yield from _yaml_rows(value, depth + bool(label), name + ':')
     elif isinstance(part, (list, tuple)) and (values.is_tracked(part) or any(map(_is_structure, part))):
         if label:
             yield depth, label, None
         for element in part:
-            lines = list(_outline(element, 0))
+            lines = list(_yaml_rows(element, 0))
             for number, (inner, text, leaf) in enumerate(lines):
                 yield (depth + bool(label), ('  ' if number else '- ') + '  ' * inner + text, leaf)
     else:
@@ -51,13 +54,13 @@ def _outline(part, depth, label=''):
         )
 
 
-def write_lines(part, path=''):
+def write_lines(part: Any, path: str = '') -> None:
     """Print a line for each scalar: its path, its value, its provenance (empty where it has none)."""
     for leaf_path, leaf in values.leaves(part):
-        write_row(joined(path, leaf_path), _text(leaf), values.explain(leaf) if _has_provenance(leaf) else '')
+        write_row(joined(path, leaf_path), text_of(leaf), values.explain(leaf) if _has_provenance(leaf) else '')
 
 
-def json_line(received, part, path, directory):
+def json_line(received: Received, part: Any, path: str, directory: Directory) -> str:
     """A message or a part of one as a line of JSON, with the provenance of its leaves beside it."""
     provenance = {
         joined(path, leaf_path): {
@@ -80,8 +83,8 @@ def json_line(received, part, path, directory):
     )
 
 
-def _source(source, directory):
-    described = {'node': source.node, 'location_id': source.location_id}
+def _source(source: values.Source, directory: Directory) -> Dict[str, Any]:
+    described: Dict[str, Any] = {'node': source.node, 'location_id': source.location_id}
     place = directory.of(source)
     if place:
         described.update(
@@ -90,30 +93,31 @@ def _source(source, directory):
     return described
 
 
-def _has_provenance(leaf):
+def _has_provenance(leaf: Any) -> bool:
     return (
         leaf is not None and not isinstance(leaf, (list, tuple)) and not _is_structure(leaf) and values.is_tracked(leaf)
     )
 
 
-def _is_structure(part):
+def _is_structure(part: Any) -> bool:
     """Whether a part is a message, a time or a duration."""
-    return _names(part) is not None
+    return isinstance(part, (genpy.TVal, genpy.Message))
 
 
-def _names(part):
-    """The names of a structure's fields, None of anything else."""
+def _names(part: Any) -> Sequence[str]:
+    """The names of a structure's fields."""
     if isinstance(part, genpy.TVal):
         return ('secs', 'nsecs')
-    return part.__slots__ if isinstance(part, genpy.Message) else None
+    return tuple(part.__slots__)
 
 
-def _text(leaf):
+def text_of(leaf: Any) -> str:
+    """A scalar as JSON, a text as it is."""
     plain = _jsonable(leaf)
     return plain if isinstance(plain, str) else json.dumps(plain)
 
 
-def _jsonable(part):
+def _jsonable(part: Any) -> Any:
     """As JSON takes it: bytes in base64 as rosbridge sends them, numbers that are not finite as text."""
     plain = values.untracked(part)
     if _is_structure(plain):

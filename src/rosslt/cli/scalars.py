@@ -1,7 +1,9 @@
 """Scalars as people type them."""
 
+from typing import Union
 
-def scalar(text, kind):
+
+def scalar(text: str, kind: str) -> Union[float, int, str, bool]:
     """A text as a value of a type.
 
     Args:

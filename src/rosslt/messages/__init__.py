@@ -1,38 +1,59 @@
 """The room of messages: which fields of a message are tracked, and how does their provenance travel?
 
-It may import `values`, genpy, genmsg and rospkg. Its door is this module. A message type is known once, as code
-compiled for it (`walkers`); `wire` writes the wire format that docs/wire_format.md describes, `received` reads it.
+It may import `values`, genpy, genmsg and rospkg. Its door is this module.
+
+- `fields`: what the fields of a message class are; `codegen`: code compiled for the class that walks them.
+- `codec`: provenance as bytes (docs/wire_format.md); `inband` and `tracked_types`: how these travel with a message.
+- `msg_files`: the generator of tracked message types; `location_header`: the header of the paper's C++ library.
 """
 
-from rosslt.messages.columns import BadHeader
-from rosslt.messages.definitions import UnknownType
-from rosslt.messages.generator import main as generate_tracked_msgs
-from rosslt.messages.inband import MAGIC, append_provenance, finder, plain_check, split_provenance
-from rosslt.messages.paper_header import LocationHeader, PaperIds
-from rosslt.messages.paper_reading import from_paper_header
-from rosslt.messages.paper_writing import to_paper_header
-from rosslt.messages.received import attach
+from rosslt.messages.codec import attach, encode
+from rosslt.messages.errors import BadHeader, UnknownType
+from rosslt.messages.inband import (
+    Decoded,
+    append_provenance,
+    decode,
+    decoder,
+    plain_check,
+    provenance_size,
+    read_tracked,
+    split_provenance,
+)
+from rosslt.messages.leaves import tracked_fields, tracked_leaves, with_leaves
+from rosslt.messages.location_header import LocationHeader, PaperIds, from_paper_header, to_paper_header
+from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
+from rosslt.messages.numpy_arrays import packed_arrays
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
-from rosslt.messages.wire import encode
 
 __all__ = [
-    'MAGIC',
     'BadHeader',
+    'Decoded',
     'LocationHeader',
+    'MessagePath',
     'PaperIds',
     'UnknownType',
     'append_provenance',
     'attach',
+    'decode',
+    'decoder',
     'encode',
-    'finder',
     'from_paper_header',
-    'generate_tracked_msgs',
     'is_tracked_type',
+    'packed_arrays',
     'plain_check',
     'plain_type',
+    'plan_files',
+    'provenance_size',
+    'read_tracked',
+    'select_types',
     'split_provenance',
     'to_paper_header',
+    'tracked_fields',
+    'tracked_leaves',
+    'tracked_names',
     'tracked_type',
     'unwrap',
+    'with_leaves',
     'wrap',
+    'write_files',
 ]

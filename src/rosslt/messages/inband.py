@@ -1,21 +1,26 @@
-"""Provenance behind an ordinary message, where those who do not know of it never look.
+"""In-band provenance: bytes behind a serialized message, which plain subscribers ignore.
 
 genpy and roscpp read the fields that a type has and ignore what follows. What follows is the provenance, its length in
-four bytes, and MAGIC. Any message may end in bytes that look like that, so the fields are walked as well: only where
-they end exactly where the provenance would begin, there is one.
+four bytes, and MAGIC. Any message may end in bytes that look like that, so the fields are walked as well: there is a
+provenance only if the fields end exactly where it would begin.
 """
 
 import functools
+import logging
 import struct
-from typing import Any, BinaryIO, Callable, Optional, Tuple
+from typing import Any, BinaryIO, Callable, NamedTuple, Optional, Tuple
 
-from rosslt.messages.straight import searches
-from rosslt.messages.walkers import walkers
-from rosslt.messages.wire import encode
+from rosslt.messages.codec import attach, provenance_to_send
+from rosslt.messages.codegen.leaf_access import leaf_readers
+from rosslt.messages.codegen.walkers import walkers
+from rosslt.messages.errors import BadHeader
+from rosslt.messages.tracked_types import is_tracked_type, unwrap
+from rosslt.values import untracked
 
 MAGIC = b'rSLT'
 
 _FOOTER = struct.Struct('<I4s')
+_LENGTH = struct.Struct('<I')
 
 
 def append_provenance(message: Any, buff: BinaryIO, full_history: bool = False) -> None:
@@ -26,16 +31,102 @@ def append_provenance(message: Any, buff: BinaryIO, full_history: bool = False) 
         buff: where rospy gathers what it sends.
         full_history: as of `encode`.
     """
-    data = encode(message, full_history)
+    data = provenance_to_send(message, full_history)
     if data:
         buff.write(data + _FOOTER.pack(len(data), MAGIC))
 
 
 def plain_check(message_class: type) -> Optional[Callable[[Any], bool]]:
-    """What tells whether no leaf of a message is tracked, so that nothing is to be appended; None for a class with
-    arrays, where that takes no less than appending."""
-    found = searches(message_class)
+    """A function that tells whether a message has no tracked leaf, so that nothing has to be appended.
+
+    Returns:
+        `is_plain(message)`; None for a class with arrays, where the check takes as long as appending.
+    """
+    found = leaf_readers(message_class)
     return found.is_plain if found else None
+
+
+class Decoded(NamedTuple):
+    """What a serialized message was decoded to."""
+
+    message: Any
+    """The ordinary message, with tracked leaves where it came with a provenance."""
+    error: Optional[BadHeader]
+    """What was wrong with its provenance, None where nothing was. The message is untracked then."""
+
+
+def decode(data: bytes, message_class: type) -> Decoded:
+    """Decode a serialized message, ordinary or of a tracked type, with the provenance that came with it.
+
+    This is how all read messages that came from elsewhere: topics, services, bags, the command.
+
+    Args:
+        data: as received.
+        message_class: of the message on the wire.
+
+    Raises:
+        genpy.DeserializationError: the message itself cannot be read.
+    """
+    message: Any = message_class()
+    if is_tracked_type(message_class):
+        return read_tracked(message.deserialize(data))
+    return Decoded(message, decoder(message_class)(message, data))
+
+
+@functools.lru_cache(maxsize=None)
+def decoder(message_class: Any) -> Callable[[Any, bytes], Optional[BadHeader]]:
+    """A function that decodes into a message object that is there already.
+
+    Returns:
+        `decode_into(message, data)`: fills an ordinary message of that class from data, and returns what was wrong with
+        the provenance behind it, None where nothing was.
+    """
+    deserialize, find = message_class.deserialize, finder(message_class)
+
+    def decode_into(message: Any, data: bytes) -> Optional[BadHeader]:
+        deserialize(message, data)  # which ignores what follows the fields
+        if not data.endswith(MAGIC):
+            return None
+        try:
+            attach(message, find(data) or b'')
+        except BadHeader as error:
+            return error
+        except Exception as error:
+            # Whatever it is, the stream must go on: rospy would try the same data again, for ever.
+            deserialize(message, data)
+            return unexpected(error)
+        return None
+
+    return decode_into
+
+
+def read_tracked(tracked_message: Any) -> Decoded:
+    """The ordinary message of one of a tracked type, with the provenance in its header on its leaves."""
+    try:
+        return Decoded(unwrap(tracked_message), None)
+    except BadHeader as error:
+        return Decoded(tracked_message.data, error)
+    except Exception as error:
+        return Decoded(untracked(tracked_message.data), unexpected(error))
+
+
+def unexpected(error: Exception) -> BadHeader:
+    """An exception in reading a provenance that no check foresaw, as the error to report."""
+    logging.getLogger(__name__).debug('in reading a provenance', exc_info=error)
+    return BadHeader('bad provenance: reading it failed with %s: %s' % (type(error).__name__, error))
+
+
+def provenance_size(data: bytes, message_class: type) -> int:
+    """The number of bytes of provenance, with the length and the footer around it, in a serialized message.
+
+    Args:
+        data: as it comes from the wire.
+        message_class: ordinary or tracked.
+    """
+    if is_tracked_type(message_class):
+        return _LENGTH.size + _LENGTH.unpack_from(data)[0]
+    plain, _ = split_provenance(data, message_class)
+    return len(data) - len(plain)
 
 
 def split_provenance(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
@@ -53,11 +144,14 @@ def split_provenance(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
 
 @functools.lru_cache(maxsize=None)
 def finder(message_class: Any) -> Callable[[bytes], Optional[bytes]]:
-    """`find(data)`: the provenance behind a serialized message of that class that ends with MAGIC; None where that is
-    part of the message."""
+    """A function that finds the provenance behind a serialized message.
+
+    Returns:
+        `find(data)`, for data that ends with MAGIC: the provenance, or None where these bytes are part of the message.
+    """
     walks = walkers(message_class)
     size, end = walks.layout.size(walks.layout.name), walks.end
-    length_at = struct.Struct('<I').unpack_from
+    length_at = _LENGTH.unpack_from
 
     def find(data: bytes) -> Optional[bytes]:
         footer = len(data) - _FOOTER.size

@@ -1,7 +1,7 @@
 """Tracked message types: a provenance header beside the message (paper, section IV).
 
 `PoseTracked` is `rosslt/Provenance provenance` and `geometry_msgs/Pose data`. They are generated in the build of a
-package (see `generator`), or made here, at run time.
+package (see `msg_files`), or made here, at run time.
 """
 
 import functools
@@ -14,18 +14,18 @@ import genpy.dynamic
 import genpy.generator
 import genpy.message
 
-from rosslt.messages.definitions import (
+from rosslt.messages.codec import attach, provenance_to_send
+from rosslt.messages.errors import UnknownType
+from rosslt.messages.msg_files.definitions import (
     FIELDS,
     PROVENANCE,
     MessagePath,
-    UnknownType,
     definition_of_tracked,
     long_name,
     short_name,
     split_type,
 )
-from rosslt.messages.received import attach
-from rosslt.messages.wire import encode
+from rosslt.messages.numpy_arrays import packed_arrays
 
 _SEPARATOR = '\n' + '=' * 80 + '\nMSG: '
 
@@ -156,9 +156,9 @@ def wrap(message: Any, tracked_class: Any, full_history: bool = False) -> Any:
     tracked: Any = tracked_class()
     if message._md5sum != plain_type(tracked_class)._md5sum:
         raise TypeError('expected a %s for %s, found a %s' % (tracked._slot_types[1], tracked._type, message._type))
-    tracked.provenance.data = encode(message, full_history)
+    tracked.provenance.data = provenance_to_send(message, full_history)
     tracked.data = message
-    return tracked
+    return packed_arrays(tracked_class)(tracked)
 
 
 def unwrap(tracked_message: Any) -> Any:

@@ -5,45 +5,74 @@ It may import the rooms `messages` and `values`, and rospy. Its door is this mod
 so that a node becomes tracked by changing the names of a few calls.
 """
 
-from rosslt.node.calls import ask_all
-from rosslt.node.locations import CallSite, from_json, to_json
-from rosslt.node.message_statistics import main as show_message_statistics
-from rosslt.node.nodes import (
+from rosslt.node.api import (
+    add_literal,
     add_location,
+    directory,
     force_value,
     get_param,
     init_node,
+    is_started,
+    limits,
     location,
+    marshal_tracked_values,
+    read_parameter,
     reevaluate,
     remove_location,
+    start,
     undo,
 )
-from rosslt.node.requests import Change, ChangeRejected, SourceUnreachable
-from rosslt.node.requests import force_value as force_value_as
+from rosslt.node.call_sites import CallSite
+from rosslt.node.client import Change, ChangeRejected, SourceUnreachable, Undone, undo_request
+from rosslt.node.client import force_value as force_value_as
+from rosslt.node.directory import Directory, Place
+from rosslt.node.history import new_request_id
+from rosslt.node.json_scalars import from_json, to_json
+from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.rospy_internals import is_initialized
+from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
+from rosslt.node.tf import counterparts as tf_counterparts
+from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 
 __all__ = [
     'CallSite',
     'Change',
     'ChangeRejected',
+    'Directory',
+    'HeldLocation',
+    'LiteralLocation',
+    'Place',
     'Publisher',
     'Service',
     'ServiceProxy',
     'SourceUnreachable',
     'Subscriber',
+    'Undone',
+    'add_literal',
     'add_location',
     'ask_all',
+    'directory',
     'force_value',
     'force_value_as',
     'from_json',
     'get_param',
     'init_node',
+    'is_initialized',
+    'is_started',
+    'limits',
     'location',
+    'marshal_tracked_values',
+    'new_request_id',
+    'read_parameter',
     'reevaluate',
     'remove_location',
-    'show_message_statistics',
+    'rotated',
+    'start',
+    'tf_counterparts',
     'to_json',
     'undo',
+    'undo_request',
     'wait_for_message',
 ]

@@ -3,26 +3,18 @@
 What the paper calls `create_location` (section IV-A): the place where a value is written down, here a literal
 in the code, gets an identity that outlives a restart, a name, and a current value that can be changed from
 outside. This module knows places and values; that parameters and services stand behind them is the business
-of its neighbours `parameters` and `owner`.
+of its neighbours `parameters` and `server`.
 """
 
-import dis
 import hashlib
-import json
-import linecache
 import math
-import os
-import re
-import threading
-from collections import namedtuple
+from types import FrameType
+from typing import Any, Callable, Dict, List, Optional, Tuple, Type, Union
 
 from rosslt import values
-
-CallSite = namedtuple('CallSite', 'file line column text')
-
-
-class Refused(Exception):
-    """A value that a location does not take; the text is the reason."""
+from rosslt.node.call_sites import CallSite
+from rosslt.node.json_scalars import Refused
+from rosslt.node.refresh import READINGS
 
 
 class Location:
@@ -31,6 +23,8 @@ class Location:
     Attributes:
         id: 48 bits, the same after a restart.
         name: below `<node>/rosslt/`; a full name where it is a parameter elsewhere.
+        is_named: False where nobody has named it, and its name is made of where it is.
+        literal: what the code says, None where the value is no literal.
         site: the CallSite that created it.
         source: it, as a Source.
         type: `float`, `int`, `str` or `bool`.
@@ -38,33 +32,87 @@ class Location:
         tracked: the same, tracked.
         minimum, maximum: bounds, or None.
         read_only: True where no change is taken.
+        weight: how hard it is to move, against 1.0 of others; None where nobody has said it.
+        rank: how willingly it is changed where several locations could be: 0 first.
         parameter: the Parameter that follows it, or None.
+        remembered: True while the value in force is one that the parameter had when the node started.
+        changed: called without arguments when a change of its value is in force.
     """
 
-    __slots__ = ('id', 'name', 'site', 'source', 'type', 'minimum', 'maximum', 'read_only', 'parameter')
+    __slots__ = (
+        'id',
+        'name',
+        'is_named',
+        'site',
+        'source',
+        'type',
+        'minimum',
+        'maximum',
+        'read_only',
+        'weight',
+        'parameter',
+        'remembered',
+        'changed',
+    )
+    rank = 0
 
-    def __init__(self, node, identity, name, site, value, minimum=None, maximum=None, read_only=False):
+    def __init__(
+        self,
+        identity: str,
+        name: str,
+        site: CallSite,
+        value: Any,
+        minimum: Any = None,
+        maximum: Any = None,
+        read_only: bool = False,
+        weight: Optional[float] = None,
+        changed: Tuple[Callable[[], None], ...] = (),
+        is_named: bool = True,
+    ) -> None:
         self.id = _location_id(identity)
+        self.is_named = is_named
         self.name = name
         self.site = site
-        self.source = values.Source(node, self.id)
-        self.type = type(value)
-        self.minimum, self.maximum, self.read_only = minimum, maximum, read_only
-        self.parameter = None
+        self.source: values.Source = values.UnnamedSource(self.id)
+        self.type: Type[Any] = type(value)
+        self.minimum, self.maximum, self.read_only, self.weight = minimum, maximum, read_only, weight
+        self.parameter: Any = None
+        self.remembered = False
+        self.changed = changed
         self.checked(value)
 
     @property
-    def place(self):
+    def place(self) -> str:
         """Where it is, for people: `talker.py:12:9`."""
-        return f'{os.path.basename(self.site.file)}:{self.site.line}:{self.site.column}'
+        return self.site.place
 
-    def checked(self, value):
+    @property
+    def literal(self) -> Any:
+        return None
+
+    @property
+    def value(self) -> Any:
+        """The plain value in force."""
+        raise NotImplementedError
+
+    @property
+    def tracked(self) -> Any:
+        """The value in force, tracked."""
+        return values.track(self.value, self.source)
+
+    def name_node(self, node: str) -> None:
+        """Say of which node it is a location: it knows that once `init_node` was called."""
+        if isinstance(self.source, values.UnnamedSource):
+            self.source.name_node(node)
+        self.source = values.Source(node, self.id)
+
+    def checked(self, value: Any) -> Any:
         """`value` as this location takes it.
 
         Raises:
             Refused: it is of another type, not finite, or out of bounds.
         """
-        value = scalar(value)
+        given, value = value, values.plain_scalar(value)
         # A float takes an int, and an int a float without a fraction, as YAML and JSON write them alike.
         if self.type is float and type(value) is int:
             try:
@@ -74,7 +122,7 @@ class Location:
         elif self.type is int and type(value) is float and value.is_integer():
             value = int(value)
         if type(value) is not self.type:
-            raise Refused(f'{self.name} is a {self.type.__name__}, and {value!r} is not')
+            raise Refused(f'{self.name} is a {self.type.__name__}, and {given!r} is not')
         if self.type is float and not math.isfinite(value):
             raise Refused(f'{value!r} is not a finite number')
         if self.minimum is not None and value < self.minimum:
@@ -83,7 +131,7 @@ class Location:
             raise Refused(f'{value!r} is above its maximum {self.maximum!r}')
         return value
 
-    def put(self, value):
+    def put(self, value: Any) -> None:
         """Make a checked value the one in force.
 
         Raises:
@@ -93,31 +141,64 @@ class Location:
 
 
 class HeldLocation(Location):
-    """A location whose value this node holds in its memory: a literal's, or that of a part of a parameter.
+    """A location whose value this node holds in its memory."""
 
-    Attributes:
-        literal: the value that it was created with.
-    """
+    __slots__ = ('_value', '_tracked', '_early')
 
-    __slots__ = ('literal', 'value', 'tracked')
+    def __init__(self, identity: str, name: str, site: CallSite, value: Any, **limits: Any) -> None:
+        super().__init__(identity, name, site, value, **limits)
+        self._tracked = self._early = None
+        self.put(value)
 
-    def __init__(self, node, identity, name, site, literal, **limits):
-        super().__init__(node, identity, name, site, literal, **limits)
-        self.literal = literal
-        self.put(literal)
+    @property
+    def value(self) -> Any:
+        return self._value
 
-    def put(self, value):
-        self.value = value
-        self.tracked = values.track(value, self.source)
+    @property
+    def tracked(self) -> Any:
+        return self._tracked
 
-    def retype(self, value):
+    def name_node(self, node: str) -> None:
+        super().name_node(node)
+        # Whoever has read it before the node had a name holds that reading, which stays as good as the next one.
+        self._early, self._tracked = self._tracked, values.track(self._value, self.source)
+
+    def put(self, value: Any) -> None:
+        readings = [reading for reading in (self._early, self._tracked) if reading is not None]
+        self._early = None
+        self._value = value
+        self._tracked = values.track(value, self.source)
+        for reading in readings:
+            READINGS.replace(reading, self._tracked)
+
+
+class LiteralLocation(HeldLocation):
+    """The location of a literal in the code."""
+
+    __slots__ = ('_literal',)
+
+    def __init__(self, identity: str, name: str, site: CallSite, literal: Any, **limits: Any) -> None:
+        self._literal = literal
+        super().__init__(identity, name, site, literal, **limits)
+
+    @property
+    def literal(self) -> Any:
+        return self._literal
+
+
+class ParameterLocation(HeldLocation):
+    """The location of a scalar in a ROS parameter; its type is what the parameter says."""
+
+    __slots__ = ()
+
+    def retype(self, value: Any) -> None:
         """Make `value` the one in force, and its type the location's."""
         self.type = type(value)
         self.put(value)
 
 
 class ExternalLocation(Location):
-    """A location outside of the code, in a file say, that a pair of functions reads and writes (section
+    """A location outside of the code, in a file for example, that a pair of functions reads and writes (section
     IV-A).
 
     Args:
@@ -125,45 +206,89 @@ class ExternalLocation(Location):
         setter: takes a new value; what it raises is the reason of a refusal. None: read-only.
     """
 
-    __slots__ = ('_getter', '_setter')
+    __slots__ = ('_getter', '_setter', '_reading')
 
-    def __init__(self, node, identity, name, site, getter, setter, read_only=False, **bounds):
+    def __init__(
+        self,
+        identity: str,
+        name: str,
+        site: CallSite,
+        getter: Callable[[], Any],
+        setter: Optional[Callable[[Any], None]],
+        read_only: bool = False,
+        **limits: Any,
+    ) -> None:
         self._getter, self._setter = getter, setter
-        super().__init__(node, identity, name, site, self.value, read_only=read_only or setter is None, **bounds)
+        self._reading: Any = None
+        super().__init__(identity, name, site, self.value, read_only=read_only or setter is None, **limits)
 
     @property
-    def value(self):
-        return scalar(self._getter())
+    def value(self) -> Any:
+        value = self._getter()
+        plain = values.plain_scalar(value)
+        return value if plain is None else plain
 
     @property
-    def tracked(self):
-        return values.track(self.value, self.source)
+    def tracked(self) -> Any:
+        value, reading = self.value, self._reading
+        if reading is None or values.untracked(reading) != value or type(values.untracked(reading)) is not type(value):
+            reading = self._reading = values.track(value, self.source)
+        return reading
 
-    def put(self, value):
+    def name_node(self, node: str) -> None:
+        super().name_node(node)
+        self._reading = None
+
+    def put(self, value: Any) -> None:
+        if self._setter is None:
+            raise Refused(f'{self.name} has no setter')
+        before = self._reading
         try:
             self._setter(value)
+        except values.Error as error:  # one of ours says all that people need
+            raise Refused(str(error)) from error
         except Exception as error:  # the user's function: whatever it raises is its way to refuse
-            raise Refused(f'the setter of {self.name} refuses {value!r}: {type(error).__name__}: {error}') from error
+            raise Refused(f'{type(error).__name__}: {error}') from error
+        # What changes by itself is a record of a moment; what was put here is meant to act everywhere.
+        latest = self.tracked
+        if before is not None and latest is not before:
+            READINGS.replace(before, latest)
+
+
+#: What `location()` returns for a call, and the code that it is in.
+_Entry = Tuple[Callable[[], Any], Any]
 
 
 class Locations:
     """All locations of this node, by id, by name, and by the call that reads them.
 
     Attributes:
-        node: the full name of this node.
+        node: the full name of this node, '' until it is known.
         by_id: {id: Location}, in the order of their creation.
         lock: held while locations come and go, and while their values change.
     """
 
-    def __init__(self, node):
-        self.node = node
-        self.by_id = {}
-        self._by_name = {}
-        self._by_call = {}
-        self._namespaces = {}
-        self.lock = threading.RLock()
+    def __init__(self) -> None:
+        self.node = ''
+        self.by_id: Dict[int, Location] = {}
+        self._by_name: Dict[str, Location] = {}
+        self._by_call: Dict[Any, _Entry] = {}
+        self._namespaces: Dict[str, Dict[str, Location]] = {}
+        self._others: Callable[[], None] = lambda: None
+        self.lock = READINGS.lock
 
-    def at_call(self, frame, name, key, build):
+    def when_other(self, function: Callable[[], None]) -> None:
+        """Have a function called whenever a location has come or gone."""
+        self._others = function
+
+    def name_node(self, node: str) -> None:
+        """Say what this node is called."""
+        with self.lock:
+            self.node = node
+            for location in self.by_id.values():
+                location.name_node(node)
+
+    def at_call(self, frame: FrameType, name: Any, key: Any, build: Callable[[], Callable[[], Any]]) -> Any:
         """What `location()` returns for a call: built at the first one, looked up at every other.
 
         Args:
@@ -182,9 +307,9 @@ class Locations:
                     entry = self._by_call[call] = (build(), frame.f_code)
         return entry[0]()
 
-    def add(self, location):
-        """Take a new location in, and return the one that is in force: an earlier one of the same call site
-        where the code has been loaded twice.
+    def add(self, location: Location) -> Location:
+        """Take a new location in, and return the one that is in force: an earlier one of the same name and literal,
+        or of the same call where the code has been loaded twice.
 
         Raises:
             ValueError: its name or its id is taken by another place.
@@ -194,106 +319,99 @@ class Locations:
                 self._by_name.get(location.name) or self._below_or_above(location.name) or self.by_id.get(location.id)
             )
             if other is None:
+                if self.node:
+                    location.name_node(self.node)
                 self._by_name[location.name] = self.by_id[location.id] = location
                 for namespace in namespaces_of(location.name):
                     self._namespaces.setdefault(namespace, {})[location.name] = location
+                self._others()
                 return location
-            if (other.name, other.id, other.site) == (location.name, location.id, location.site):
+            if _is_same(other, location):
+                other.changed += location.changed
                 return other
             raise ValueError(
                 f'the location {location.name} at {location.place} meets {other.name} at '
-                f'{other.place}: give one of them another name='
+                f'{other.place}{_difference(other, location)}: give one of them another name='
             )
 
-    def _below_or_above(self, name):
+    def _below_or_above(self, name: str) -> Optional[Location]:
         """A location that would share a parameter with this name: a parameter is a value or a namespace."""
         for location in self._namespaces.get(name, {}).values():
             return location
         return next(filter(None, map(self._by_name.get, namespaces_of(name))), None)
 
-    def remove(self, location):
+    def remove(self, location: Location) -> None:
         """Forget a location; a change to it is refused from now on."""
         with self.lock:
             del self._by_name[location.name], self.by_id[location.id]
             for namespace in namespaces_of(location.name):
                 del self._namespaces[namespace][location.name]
+            self._others()
 
 
-def call_site(frame):
-    """File, line, column (from 1) and text of the call that a frame is making.
-
-    The column comes from `co_positions` (Python 3.11); before that, the offset of the call's instruction from the
-    first one of its line stands in for it: it tells two calls on one line apart and is as stable as the line.
-    """
-    code, line = frame.f_code, frame.f_lineno
-    column = frame.f_lasti + 1 - min(offset for offset, at in dis.findlinestarts(code) if at == line)
-    positions = getattr(code, 'co_positions', None)
-    if positions is not None:
-        start_line, _, start_column, _ = list(positions())[frame.f_lasti // 2]
-        if start_line is not None and start_column is not None:
-            line, column = start_line, start_column + 1
-    return CallSite(code.co_filename, line, column, linecache.getline(code.co_filename, line))
+def _is_same(other: Location, location: Location) -> bool:
+    if (other.name, other.id) != (location.name, location.id):
+        return False
+    return other.site == location.site or (_has_same_literal(other, location) and _has_limits_of(other, location))
 
 
-def identity_of(site, key):
-    """What makes a location at a call site itself: not the number that is written there, which may be
-    edited."""
-    text = re.sub(r'[-+]?[\d.]+(e[-+]?\d+)?', '0', ''.join(site.text.split()))
-    return f'{os.path.realpath(site.file)}\n{site.line}\n{site.column}\n{text}\n{key}'
+def _has_same_literal(other: Location, location: Location) -> bool:
+    return (
+        isinstance(other, LiteralLocation)
+        and isinstance(location, LiteralLocation)
+        and type(other.literal) is type(location.literal)
+        and other.literal == location.literal
+    )
 
 
-def name_of(site, key):
-    """A parameter's name for a call site that was given none: `talker_12_9`."""
-    stem = os.path.splitext(os.path.basename(site.file))[0]
-    parts = [stem, str(site.line), str(site.column)]
-    if key is not None:
-        parts.append(str(key))
-    name = re.sub(r'\W', '_', '_'.join(parts), flags=re.ASCII)
-    return name if name[0].isalpha() else 'l_' + name
+def _has_limits_of(other: Location, location: Location) -> bool:
+    """Whether a location asks for nothing else than the one before; it may leave out what that one said."""
+    return (location.minimum, location.maximum, location.read_only) in (
+        (None, None, False),
+        (other.minimum, other.maximum, other.read_only),
+    )
 
 
-def namespaces_of(name):
+def _difference(other: Location, location: Location) -> str:
+    """Why two locations of one name are not the same one."""
+    if other.name != location.name or other.literal is None or location.literal is None:
+        return ''
+    if not _has_same_literal(other, location):
+        return f', which says {other.literal!r} where this one says {location.literal!r}'
+    return ', which has other bounds'
+
+
+def namespaces_of(name: str) -> List[str]:
     """`a/b/c` stands in the namespaces `a/b` and `a`."""
     parts = name.split('/')
     return ['/'.join(parts[:count]) for count in range(len(parts) - 1, 0, -1)]
 
 
-def scalar(value):
-    """A float, int, str or bool as exactly that: without provenance, and without NumPy's or another's
-    subclass.
-
-    Anything else comes back as it is.
-    """
-    value = values.untracked(value)
-    for kind in (bool, int, float, str):
-        if isinstance(value, kind):
-            return kind(value)
-    return value
-
-
-def to_json(value):
-    """A plain scalar as it travels; JSON writes a float with all its digits."""
-    return json.dumps(value, ensure_ascii=False, allow_nan=False)
-
-
-def from_json(text):
-    """A plain scalar from the wire.
+def checked_limits(minimum: Any, maximum: Any, weight: Any) -> Dict[str, Union[int, float, None]]:
+    """Bounds and weight of a location as plain numbers.
 
     Raises:
-        Refused: the text is no JSON scalar, or a number that is not finite.
+        TypeError: one is no number.
+        ValueError: one is not finite, the minimum is above the maximum, or the weight is not above 0.
     """
+    limits: Dict[str, Union[int, float, None]] = {}
+    for word, given in (('minimum', minimum), ('maximum', maximum), ('weight', weight)):
+        limits[word] = None
+        if given is None:
+            continue
+        number = values.plain_scalar(given)
+        if type(number) not in (int, float):
+            raise TypeError(f'{word}={given!r} is no number: give an int, a float or None')
+        if not math.isfinite(number):
+            raise ValueError(f'{word}={given!r} is not a finite number; leave it out where there is none')
+        limits[word] = number
+    low, high, hard = limits['minimum'], limits['maximum'], limits['weight']
+    if low is not None and high is not None and low > high:
+        raise ValueError(f'minimum={low!r} is above maximum={high!r}: no value is in between')
+    if hard is not None and hard <= 0:
+        raise ValueError(f'weight={hard!r} has to be above 0')
+    return limits
 
-    def not_finite(constant):
-        raise Refused(f'{constant} is not a finite number')
 
-    try:
-        value = json.loads(text, parse_constant=not_finite)
-    except (ValueError, RecursionError) as error:
-        raise Refused(f'{text!r} is not a JSON scalar ({error})') from None
-    if type(value) not in (float, int, str, bool):
-        raise Refused(f'{text!r} is not a JSON scalar')
-    return value
-
-
-def _location_id(identity):
+def _location_id(identity: str) -> int:
     return int.from_bytes(hashlib.blake2b(identity.encode('utf-8'), digest_size=6).digest(), 'big')

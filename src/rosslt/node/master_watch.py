@@ -5,10 +5,12 @@ tells it nothing of them. A tracked node does, as changes could not reach it oth
 """
 
 import threading
+from typing import Callable
 
 import rosgraph
 import rospy
-from rospy.impl.registration import (
+
+from rosslt.node.rospy_internals import (
     Registration,
     get_registration_listeners,
     get_service_manager,
@@ -27,14 +29,14 @@ class MasterWatch:
         renewed: called when that has been told to a new master.
     """
 
-    def __init__(self, node, renewed):
+    def __init__(self, node: str, renewed: Callable[[], None]) -> None:
         self._node = node
         self._renewed = renewed
         self._master = rosgraph.Master(node)
         self._known = self._identity()
         threading.Thread(target=self._watch, name='rosslt master', daemon=True).start()
 
-    def _watch(self):
+    def _watch(self) -> None:
         while not rospy.is_shutdown():
             rospy.rostime.wallsleep(PERIOD)
             try:
@@ -47,10 +49,10 @@ class MasterWatch:
             except (OSError, rosgraph.MasterException):
                 continue  # no master now: the next turn asks again
 
-    def _identity(self):
+    def _identity(self) -> int:
         return self._master.getPid()
 
-    def _register(self):
+    def _register(self) -> None:
         topics, services = get_topic_manager(), get_service_manager()
         for kind, entries in (
             (Registration.PUB, topics.get_publications()),

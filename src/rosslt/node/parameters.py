@@ -6,15 +6,22 @@ here and reads what the master says has changed there: reading a location never 
 one thread does both, in order, memory and parameter always come to agree.
 """
 
+import contextlib
+import re
 import threading
 from http.client import HTTPException
+from typing import Any, Callable, Dict, List, Set
 from xmlrpc.client import MultiCall, dumps
 
 import rosgraph
 import rospy
-from rospy.impl.paramserver import get_param_server_cache
 
-from rosslt.node.locations import Refused, namespaces_of
+from rosslt.node.json_scalars import Refused
+from rosslt.node.locations import LiteralLocation, namespaces_of
+from rosslt.node.parameter_updates import ParameterUpdates
+
+#: What rospy appends to the name of an anonymous node: process and time.
+ANONYMOUS = re.compile(r'_\d+_\d{13}$')
 
 #: The thread tries again after this many seconds where the master does not answer.
 RETRY_PERIOD = 1.0
@@ -27,14 +34,14 @@ class Parameter:
         key: its full name.
     """
 
-    def __init__(self, key):
+    def __init__(self, key: str) -> None:
         self.key = key
 
-    def value(self):
+    def value(self) -> Any:
         """What the parameter should say."""
         raise NotImplementedError
 
-    def take(self, value):
+    def take(self, value: Any) -> None:
         """Somebody has set the parameter; raises Refused where that does not do, and the value goes back."""
         raise NotImplementedError
 
@@ -50,19 +57,19 @@ class LiteralParameter(Parameter):
         changed: called with (location, value) where the parameter was set from outside; may raise Refused.
     """
 
-    def __init__(self, node, location, changed):
+    def __init__(self, node: str, location: LiteralLocation, changed: Callable[[LiteralLocation, Any], None]) -> None:
         super().__init__(f'{node}/rosslt/{location.name}')
         self.literal_key = f'{node}/rosslt_literals/{location.name}'
         self.location = location
         self._changed = changed
 
-    def value(self):
+    def value(self) -> Any:
         return self.location.value
 
-    def take(self, value):
+    def take(self, value: Any) -> None:
         self._changed(self.location, value)
 
-    def take_over(self, left_behind, literals):
+    def take_over(self, left_behind: Dict[str, Any], literals: Dict[str, Any]) -> None:
         """Start with what the parameter already says, where that still holds.
 
         Args:
@@ -95,54 +102,79 @@ class LiteralParameter(Parameter):
                 location.value,
                 refused,
             )
+            return
+        if location.value != location.literal:
+            location.remembered = True
+            rospy.loginfo(
+                '%s is %r, %s; the code says %r (%s)',
+                location.name,
+                location.value,
+                'from an earlier run' if location.name in literals else f'as the parameter {self.key} says',
+                location.literal,
+                location.place,
+            )
 
 
 class ParameterMirror:
-    """Keeps parameters and what they stand for alike.
+    """Keeps parameters and what they stand for alike, from `start` on.
 
     Args:
-        node: the full name of this node; all below its `rosslt` namespace is listened to.
-        namespace_set: called with (name below the namespace, value) where somebody sets a parameter there
-            that is
-            not mirrored; `{}` where it is deleted.
+        namespace_set: called with (name below the node's `rosslt` namespace, value) where somebody sets a parameter
+            there that is not mirrored; `{}` where it is deleted.
+
+    Attributes:
+        left_behind: what stood in the node's `rosslt` namespace at the start, by name.
+        literals: the literals that the parameters of an earlier run started from, by name.
     """
 
-    def __init__(self, node, namespace_set):
-        self._namespace = node + '/rosslt'
+    def __init__(self, namespace_set: Callable[[str, Any], None]) -> None:
         self._namespace_set = namespace_set
-        self._node = node
+        self._node = self._namespace = ''
+        self._updates: Any = None
         self._masters = threading.local()
         self._wake = threading.Condition()
-        self._by_key = {}
-        self._unwritten = {}  # parameter -> None: an ordered set
-        self._unread = {}
-        self._recorded = set()  # parameters whose literal is written down
-        self._heard = set()  # keys that the master tells us of, with all below them
+        self._by_key: Dict[str, Parameter] = {}
+        self._unwritten: Dict[Parameter, None] = {}  # an ordered set
+        self._unread: Dict[Parameter, None] = {}
+        self._recorded: Set[Parameter] = set()  # parameters whose literal is written down
+        self._heard: Set[str] = set()  # keys that the master tells us of, with all below them
         self._asked = 0  # writes asked for, and how many of them are done
         self._done = 0
-        self._listen()
+        self._is_cleared = False
+        self.left_behind: Dict[str, Any] = {}
+        self.literals: Dict[str, Any] = {}
+
+    def start(self, node: str) -> None:
+        """Begin, once this process is a node: read what an earlier run left, and follow what is there by now.
+
+        Args:
+            node: the full name of this node; all below its `rosslt` namespace is listened to.
+        """
+        self._node = node
+        self._namespace = node + '/rosslt'
+        self._updates = ParameterUpdates(self._namespace, self._notice)
+        self._subscribe(self._namespace)
         self.left_behind = flat(self.read(self._namespace, {}))
         self.literals = flat(self.read(node + '/rosslt_literals', {}))
-        thread = threading.Thread(target=self._work, name='rosslt parameters', daemon=True)
-        thread.start()
+        for key in list(self._by_key):
+            self._subscribe_unheard(key)
+        threading.Thread(target=self._work, name='rosslt parameters', daemon=True).start()
 
     @property
-    def _master(self):
+    def _master(self) -> rosgraph.Master:
         """The master; XML-RPC's connections serve one thread each."""
         if not hasattr(self._masters, 'own'):
-            self._masters.own = rosgraph.Master(self._node)
+            self._masters.own = rosgraph.Master(rospy.get_name())
         return self._masters.own
 
-    def add(self, parameter):
-        """Mirror a parameter from now on."""
-        key = parameter.key
+    def add(self, parameter: Parameter) -> None:
+        """Mirror a parameter from now on, or from the start on."""
         with self._wake:
-            heard = any(name in self._heard for name in [key, *namespaces_of(key)])
-            self._by_key[key] = parameter
-        if not heard:
-            self._subscribe(key)
+            self._by_key[parameter.key] = parameter
+        if self._updates is not None:
+            self._subscribe_unheard(parameter.key)
 
-    def write(self, *parameters):
+    def write(self, *parameters: Parameter) -> int:
         """Have parameters follow, soon; returns what `wait` waits for."""
         with self._wake:
             if not parameters:
@@ -152,19 +184,46 @@ class ParameterMirror:
             self._wake.notify_all()
             return self._asked
 
-    def wait(self, written, timeout):
+    def wait(self, written: int, timeout: float) -> bool:
         """Wait until what `write` returned is done, for at most `timeout` seconds; True if it is."""
         with self._wake:
             return self._wake.wait_for(lambda: self._done >= written, timeout)
 
-    def renew(self):
+    def renew(self) -> None:
         """Tell a new master all of it again."""
         for key in self._heard:
-            self._master.subscribeParam(rospy.get_node_uri(), key)
+            self._updates.subscribe(self._master, key)
+        shown = list(self._recorded)
         self._recorded.clear()
-        self.write(*(known for known in self._by_key.values() if isinstance(known, LiteralParameter)))
+        self.write(*shown)
 
-    def read(self, key, *default):
+    def leave_nothing(self) -> None:
+        """Have no parameter of this node outlive it: its name, an anonymous one, does not come again.
+
+        What nodes have left that were called alike and ended without warning is cleared now.
+        """
+        rospy.on_shutdown(self._clear)
+        kind = ANONYMOUS.sub('', self._node)
+        left_behind = re.compile(re.escape(kind) + ANONYMOUS.pattern.rstrip('$') + r'(?=/rosslt(_literals)?/)')
+        found = filter(None, map(left_behind.match, self._master.getParamNames()))
+        for node in {one.group() for one in found} - {self._node}:
+            try:
+                self._master.lookupNode(node)
+            except rosgraph.MasterError:
+                self._delete(node)
+
+    def _clear(self) -> None:
+        """Delete this node's parameters, and write none again."""
+        self._is_cleared = True
+        with contextlib.suppress(OSError, HTTPException, rosgraph.MasterException):
+            self._delete(self._node)
+
+    def _delete(self, node: str) -> None:
+        for namespace in ('rosslt', 'rosslt_literals'):
+            with contextlib.suppress(rosgraph.MasterError):  # there is none
+                self._master.deleteParam(f'{node}/{namespace}')
+
+    def read(self, key: str, *default: Any) -> Any:
         """What a parameter says on the parameter server now; KeyError where it is not set and has no
         default."""
         try:
@@ -174,27 +233,17 @@ class ParameterMirror:
                 return default[0]
             raise KeyError(key) from None
 
-    def _listen(self):
-        """Hear of changes before rospy's own cache does.
+    def _subscribe_unheard(self, key: str) -> None:
+        if not any(name in self._heard for name in [key, *namespaces_of(key)]):
+            self._subscribe(key)
 
-        The cache serves `rospy.get_param` too: a namespace that stood in it in part would hide the rest.
-        """
-        cache = get_param_server_cache()
-        pass_on = cache.update
-
-        def update(key, value):
-            if not self._notice('/' + key.strip('/'), value):
-                pass_on(key, value)
-
-        cache.update = update
-        self._subscribe(self._namespace)
-
-    def _subscribe(self, key):
+    def _subscribe(self, key: str) -> None:
         """Have the master tell of changes at a key and below it."""
         self._heard.add(key)
-        self._master.subscribeParam(rospy.get_node_uri(), key)
+        self._updates.subscribe(self._master, key)
 
-    def _notice(self, key, value):
+    def _notice(self, key: str, value: Any) -> None:
+        """The master says that a parameter, or a part of it, has been set."""
         with self._wake:
             ours = (
                 [
@@ -209,14 +258,13 @@ class ParameterMirror:
                 self._unread[self._by_key[name]] = None
             self._wake.notify_all()
         if not (key + '/').startswith(self._namespace + '/'):
-            return bool(ours)
+            return
         for name, part in (flat(value) if isinstance(value, dict) else {'': value}).items():
             full = f'{key}/{name}'.rstrip('/')
             if full not in self._by_key:
                 self._namespace_set(full[len(self._namespace) + 1 :], part)
-        return True
 
-    def _work(self):
+    def _work(self) -> None:
         while not rospy.is_shutdown():
             with self._wake:
                 self._wake.wait_for(lambda: self._unwritten or self._unread)
@@ -241,10 +289,12 @@ class ParameterMirror:
                 self._done = asked
                 self._wake.notify_all()
 
-    def _write(self, parameters):
-        """Set parameters, all in one call of the master."""
-        calls = MultiCall(self._master.handle)
-        keys = []
+    def _write(self, parameters: List[Parameter]) -> None:
+        """Set parameters, all in one call of the master, which does not tell us of what we set ourselves."""
+        if self._is_cleared:
+            return
+        calls: Any = MultiCall(self._master.handle)
+        keys: List[str] = []
         for parameter in parameters:
             pairs = [(parameter.key, parameter.value())]
             if isinstance(parameter, LiteralParameter) and parameter not in self._recorded:
@@ -256,14 +306,14 @@ class ParameterMirror:
                 except (OverflowError, TypeError) as error:
                     rospy.logwarn('the parameter %s cannot show %r: %s', key, value, error)
                 else:
-                    calls.setParam(rospy.get_name(), key, value)
+                    calls.setParam(self._updates.name, key, value)
                     keys.append(key)
         if keys:
             for key, (code, message, _) in zip(keys, calls()):
                 if code != 1:
                     rospy.logwarn('the parameter %s is not set: %s', key, message)
 
-    def _take(self, parameter):
+    def _take(self, parameter: Parameter) -> None:
         value = self.read(parameter.key, None)
         with self._wake:
             overtaken = parameter in self._unwritten
@@ -276,9 +326,10 @@ class ParameterMirror:
             self.write(parameter)
 
 
-def flat(tree):
+def flat(tree: Any) -> Dict[str, Any]:
     """A tree of parameters as `{'a/b': value}`; `{}` for what is no tree."""
-    leaves, waiting = {}, [('', tree)]
+    leaves: Dict[str, Any] = {}
+    waiting = [('', tree)]
     while waiting:
         prefix, branch = waiting.pop()
         for name, value in branch.items() if isinstance(branch, dict) else ():

@@ -4,12 +4,13 @@ Requests and responses travel as ordinary ones with their provenance in-band, to
 """
 
 import functools
+from typing import Any, Callable
 
 import rospy
-from rospy.impl.tcpros_service import convert_return_to_response
-from rospy.msg import args_kwds_to_message
 
-from rosslt.node.carriers import carrier, reading_class
+from rosslt.node.refresh import Refresher
+from rosslt.node.rospy_internals import args_kwds_to_message, convert_return_to_response
+from rosslt.node.serialization import received_class, serializer
 
 
 class Service(rospy.Service):
@@ -19,14 +20,14 @@ class Service(rospy.Service):
         name, service_class, handler, and all others: as of `rospy.Service`.
     """
 
-    def __init__(self, name, service_class, handler, *args, **kwargs):
-        carried = carrier(service_class._response_class)
+    def __init__(self, name: str, service_class: Any, handler: Callable[[Any], Any], *args: Any, **kwargs: Any) -> None:
+        with_provenance = serializer(service_class._response_class, Refresher())
 
         @functools.wraps(handler)
-        def carrying(request):
-            return carried(convert_return_to_response(handler(request), service_class._response_class))
+        def answer(request: Any) -> Any:
+            return with_provenance(convert_return_to_response(handler(request), service_class._response_class))
 
-        super().__init__(name, reading_service(service_class, rospy.resolve_name(name)), carrying, *args, **kwargs)
+        super().__init__(name, reading_service(service_class, rospy.resolve_name(name)), answer, *args, **kwargs)
 
 
 class ServiceProxy(rospy.ServiceProxy):
@@ -36,19 +37,19 @@ class ServiceProxy(rospy.ServiceProxy):
         name, service_class, and all others: as of `rospy.ServiceProxy`.
     """
 
-    def __init__(self, name, service_class, *args, **kwargs):
+    def __init__(self, name: str, service_class: Any, *args: Any, **kwargs: Any) -> None:
         super().__init__(name, reading_service(service_class, rospy.resolve_name(name)), *args, **kwargs)
         self._plain_request_class = service_class._request_class
-        self._carrier = carrier(service_class._request_class)
+        self._with_provenance = serializer(service_class._request_class, Refresher())
 
-    def call(self, *args, **kwds):
+    def call(self, *args: Any, **kwds: Any) -> Any:
         """Call the service, as `rospy.ServiceProxy.call` does."""
         request = args_kwds_to_message(self._plain_request_class, args, kwds)
-        return super().call(self._carrier(request))
+        return super().call(self._with_provenance(request))
 
 
 @functools.lru_cache(maxsize=None)
-def reading_service(service_class, channel):
+def reading_service(service_class: Any, channel: str) -> Any:
     """The service class with requests and responses that are read with their provenance.
 
     Args:
@@ -59,7 +60,7 @@ def reading_service(service_class, channel):
         service_class.__name__,
         (service_class,),
         {
-            '_request_class': reading_class(service_class._request_class, channel),
-            '_response_class': reading_class(service_class._response_class, channel),
+            '_request_class': received_class(service_class._request_class, channel),
+            '_response_class': received_class(service_class._response_class, channel),
         },
     )

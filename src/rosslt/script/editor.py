@@ -8,10 +8,21 @@ import argparse
 import os
 import signal
 import sys
+from typing import List, Optional, Tuple
 
 import rospy
 from PyQt5.QtCore import QRect, QSize, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QColor, QFontDatabase, QKeySequence, QPainter, QTextCursor, QTextFormat
+from PyQt5.QtGui import (
+    QCloseEvent,
+    QColor,
+    QFontDatabase,
+    QKeySequence,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QTextCursor,
+    QTextFormat,
+)
 from PyQt5.QtWidgets import QApplication, QMainWindow, QMessageBox, QPlainTextEdit, QShortcut, QTextEdit, QWidget
 
 from rosslt.script import files, literals, running
@@ -34,16 +45,17 @@ class Editor(QMainWindow):
 
     _written = pyqtSignal()
 
-    def __init__(self, path):
+    def __init__(self, path: str) -> None:
         super().__init__()
         self._path = path
         self._saved = ''  # the text in the file, as far as it is known here
-        self._numbers = []  # [(cursor, text)]: where the numbers of that text are by now, and what they were
+        # where the numbers of that text are by now, and what they were
+        self._numbers: List[Tuple[QTextCursor, str]] = []
         self._text = _Text()
         self.setCentralWidget(self._text)
         self.setWindowTitle('{}[*] - script'.format(os.path.basename(path)))
         self.resize(720, 480)
-        QShortcut(QKeySequence.Save, self, self._save)
+        QShortcut(QKeySequence.Save, self, self._save_pressed)
         QShortcut(QKeySequence.Refresh, self, self._reload)
         self._text.document().modificationChanged.connect(self.setWindowModified)
         if os.path.exists(path):
@@ -51,10 +63,10 @@ class Editor(QMainWindow):
         else:
             self.statusBar().showMessage('{} is not there yet: Ctrl-S writes it'.format(path))
         # The watch has a thread of its own, and only the main one may touch the window.
-        self._written.connect(self._follow)
+        self._written.connect(self._file_written)
         self._watch = files.Watch(path, self._written.emit)
 
-    def closeEvent(self, event):  # noqa: N802  (the name is Qt's)
+    def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802  (the name is Qt's)
         """Ask before anything is lost."""
         if self._text.document().isModified():
             answer = QMessageBox.question(
@@ -63,7 +75,13 @@ class Editor(QMainWindow):
             if answer == QMessageBox.Cancel or (answer == QMessageBox.Save and not self._save()):
                 event.ignore()
 
-    def _save(self):
+    def _save_pressed(self) -> None:
+        self._save()
+
+    def _file_written(self) -> None:
+        self._follow()
+
+    def _save(self) -> bool:
         """Write the file, with the numbers in it that were changed from outside; whether that was possible."""
         try:
             if not os.path.exists(self._path):
@@ -83,11 +101,11 @@ class Editor(QMainWindow):
         self._check()
         return True
 
-    def _to_write(self):
+    def _to_write(self) -> str:
         text = self._text.toPlainText()
         return text.replace('\n', '\r\n') if '\r\n' in self._saved else text
 
-    def _reload(self):
+    def _reload(self) -> None:
         """Show what is in the file, whatever was typed."""
         try:
             text = files.read_settled(self._path)
@@ -102,7 +120,7 @@ class Editor(QMainWindow):
         self._note_saved(text)
         self._check()
 
-    def _follow(self):
+    def _follow(self) -> bool:
         """Show what somebody else has written into the file; False where that would lose what was typed here."""
         try:
             text = files.read_settled(self._path)
@@ -119,7 +137,7 @@ class Editor(QMainWindow):
         self._reload()
         return True
 
-    def _follow_numbers(self, text):
+    def _follow_numbers(self, text: str) -> bool:
         """Take other numbers over into what was typed; False where not just numbers have changed."""
         try:
             old, new = (literals.parse(_shown(one), self._path) for one in (self._saved, text))
@@ -146,7 +164,7 @@ class Editor(QMainWindow):
         self._text.mark(marked)
         return True
 
-    def _note_saved(self, text):
+    def _note_saved(self, text: str) -> None:
         """What is shown is what is in the file."""
         self._saved, self._numbers = text, []
         self._text.document().setModified(False)
@@ -160,7 +178,7 @@ class Editor(QMainWindow):
             cursor.setPosition(_position(found.text, literal.end), QTextCursor.KeepAnchor)
             self._numbers.append((cursor, found.text[literal.start : literal.end]))
 
-    def _check(self):
+    def _check(self) -> None:
         """Show what is wrong with the script, at its line."""
         try:
             parsed = literals.parse(_shown(self._saved), self._path)
@@ -176,32 +194,33 @@ class Editor(QMainWindow):
 class _Text(QPlainTextEdit):
     """The text, with the numbers of its lines beside it."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__()
         self.setFont(QFontDatabase.systemFont(QFontDatabase.FixedFont))
         self.setLineWrapMode(QPlainTextEdit.NoWrap)
-        self._error_line, self._marked = None, []
+        self._error_line: Optional[int] = None
+        self._marked: List[QTextCursor] = []
         self._gutter = _Gutter(self)
         self.blockCountChanged.connect(self._make_room)
         self.updateRequest.connect(self._scroll)
         self._make_room()
 
-    def mark(self, cursors):
+    def mark(self, cursors: List[QTextCursor]) -> None:
         """Mark places for a moment."""
         self._marked.extend(cursors)
         self._show_marks()
         QTimer.singleShot(MARKED, lambda: self._unmark(cursors))
 
-    def show_error(self, line):
+    def show_error(self, line: Optional[int]) -> None:
         """Mark the line that an error is in; None: no line."""
         self._error_line = line
         self._show_marks()
 
-    def _unmark(self, cursors):
+    def _unmark(self, cursors: List[QTextCursor]) -> None:
         self._marked = [cursor for cursor in self._marked if all(cursor is not one for one in cursors)]
         self._show_marks()
 
-    def _show_marks(self):
+    def _show_marks(self) -> None:
         selections = []
         if self._error_line is not None:
             cursor = QTextCursor(self.document().findBlockByNumber(self._error_line - 1))
@@ -211,16 +230,16 @@ class _Text(QPlainTextEdit):
         self.setExtraSelections(selections)
         self._gutter.update()
 
-    def _selection(self, cursor, color):
+    def _selection(self, cursor: QTextCursor, color: QColor) -> QTextEdit.ExtraSelection:
         selection = QTextEdit.ExtraSelection()
         selection.cursor = cursor
         selection.format.setBackground(color)
         return selection
 
-    def gutter_width(self):
+    def gutter_width(self) -> int:
         return 16 + self.fontMetrics().horizontalAdvance('9') * max(2, len(str(self.blockCount())))
 
-    def paint_gutter(self, event):
+    def paint_gutter(self, event: QPaintEvent) -> None:
         """Draw the numbers of the lines that are in view."""
         painter = QPainter(self._gutter)
         painter.fillRect(event.rect(), GUTTER_COLOR)
@@ -231,19 +250,19 @@ class _Text(QPlainTextEdit):
             line = block.blockNumber() + 1
             if line == self._error_line:
                 painter.fillRect(0, top, self._gutter.width(), height, ERROR_COLOR)
-            painter.setPen(Qt.red if line == self._error_line else NUMBER_COLOR)
-            painter.drawText(0, top, self._gutter.width() - 8, height, Qt.AlignRight, str(line))
+            painter.setPen(QColor('red') if line == self._error_line else NUMBER_COLOR)
+            painter.drawText(0, top, self._gutter.width() - 8, height, Qt.AlignmentFlag.AlignRight, str(line))
             block, top = block.next(), top + height
 
-    def resizeEvent(self, event):  # noqa: N802  (the name is Qt's)
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802  (the name is Qt's)
         super().resizeEvent(event)
         inside = self.contentsRect()
         self._gutter.setGeometry(QRect(inside.left(), inside.top(), self.gutter_width(), inside.height()))
 
-    def _make_room(self):
+    def _make_room(self) -> None:
         self.setViewportMargins(self.gutter_width(), 0, 0, 0)
 
-    def _scroll(self, rectangle, by):
+    def _scroll(self, rectangle: QRect, by: int) -> None:
         if by:
             self._gutter.scroll(0, by)
         else:
@@ -253,28 +272,28 @@ class _Text(QPlainTextEdit):
 class _Gutter(QWidget):
     """The strip with the numbers of the lines."""
 
-    def __init__(self, text):
+    def __init__(self, text: '_Text') -> None:
         super().__init__(text)
         self._text = text
 
-    def sizeHint(self):  # noqa: N802  (the name is Qt's)
+    def sizeHint(self) -> QSize:  # noqa: N802  (the name is Qt's)
         return QSize(self._text.gutter_width(), 0)
 
-    def paintEvent(self, event):  # noqa: N802  (the name is Qt's)
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802  (the name is Qt's)
         self._text.paint_gutter(event)
 
 
-def _shown(text):
+def _shown(text: str) -> str:
     """A text as the window holds it: with one kind of newline."""
     return text.replace('\r\n', '\n').replace('\r', '\n')
 
 
-def _position(text, index):
+def _position(text: str, index: int) -> int:
     """A place in a text as Qt counts it, in units of UTF-16."""
     return len(text[:index].encode('utf-16-le')) // 2
 
 
-def main():
+def main() -> int:
     """Open the window; returns when it is closed."""
     parser = argparse.ArgumentParser(
         prog='script_editor',
@@ -286,4 +305,4 @@ def main():
     application = QApplication(sys.argv[:1])
     window = Editor(os.path.abspath(arguments.file))
     window.show()
-    return application.exec_()
+    return int(application.exec_())

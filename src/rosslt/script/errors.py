@@ -1,7 +1,11 @@
 """What can be wrong with a script, and where."""
 
+from typing import Optional
 
-class ScriptError(Exception):
+from rosslt import values
+
+
+class ScriptError(values.Error):
     """A script, or a change of one, that cannot come into force.
 
     Attributes:
@@ -10,7 +14,7 @@ class ScriptError(Exception):
         reason: why.
     """
 
-    def __init__(self, file, line, column, reason):
+    def __init__(self, file: str, line: Optional[int], column: Optional[int], reason: str) -> None:
         self.file, self.line, self.column, self.reason = file, line, column, reason
         place = file if line is None else '{}:{}:{}'.format(file, line, column)
         super().__init__('{}: {}'.format(place, reason))

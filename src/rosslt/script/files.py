@@ -12,8 +12,9 @@ import stat
 import tempfile
 import threading
 import time
+from typing import Callable, Union
 
-from watchdog.events import FileSystemEventHandler
+from watchdog.events import FileSystemEvent, FileSystemEventHandler
 from watchdog.observers import Observer
 
 from rosslt.script.errors import ScriptError
@@ -35,7 +36,7 @@ class Unsettled(ScriptError):
     """A file that is written all the time."""
 
 
-def read(path):
+def read(path: str) -> str:
     """The text of a file, with its newlines as they are.
 
     Raises:
@@ -54,12 +55,12 @@ def read(path):
         ) from None
 
 
-def holds(path, *texts):
+def holds(path: str, *texts: str) -> bool:
     """Whether the file holds one of these texts now."""
     return _attempt(path) in texts
 
 
-def read_settled(path):
+def read_settled(path: str) -> str:
     """`read`, once the file has stayed the same for a moment: some editors empty it first, or take it away.
 
     Raises:
@@ -72,13 +73,13 @@ def read_settled(path):
         time.sleep(SETTLED)
         outcome = _attempt(path)
         if outcome == before:
-            return read(path) if outcome == b'' else outcome
+            return read(path) if isinstance(outcome, bytes) else outcome
         if time.monotonic() > deadline:
             raise Unsettled(path, None, None, 'others write it all the time')
         before = outcome
 
 
-def _attempt(path):
+def _attempt(path: str) -> Union[str, bytes]:
     """What `read` gives, or '' in bytes, which no text is equal to, where it raises."""
     try:
         return read(path)
@@ -86,7 +87,7 @@ def _attempt(path):
         return b''
 
 
-def replace(path, expected, text):
+def replace(path: str, expected: str, text: str) -> bool:
     """Replace a file's text at one blow; its mode, its owner and a link that leads to it stay.
 
     Args:
@@ -118,7 +119,7 @@ def replace(path, expected, text):
         raise ScriptError(path, None, None, 'it cannot be written: {}'.format(error.strerror)) from None
 
 
-def _swap(other, target, expected, placed):
+def _swap(other: str, target: str, expected: bytes, placed: bytes) -> bool:
     """Exchange two files; back again where the target was not as expected.
 
     There is no other way to look at what is replaced at the very moment of replacing it.
@@ -142,7 +143,7 @@ def _swap(other, target, expected, placed):
         placed = newer
 
 
-def _exchange(first, second):
+def _exchange(first: str, second: str) -> bool:
     """Exchange two files, atomically; False where the system cannot."""
     rename = getattr(ctypes.CDLL(None, use_errno=True), 'renameat2', None)
     if rename is None:
@@ -155,12 +156,22 @@ def _exchange(first, second):
     raise OSError(number, os.strerror(number), second)
 
 
-def _bytes(path):
+def _bytes(path: str) -> bytes:
     try:
         with open(path, 'rb') as file:
             return file.read()
     except OSError as error:
         raise ScriptError(path, None, None, 'it cannot be read: {}'.format(error.strerror)) from None
+
+
+class _Handler(FileSystemEventHandler):
+    """Hands on what watchdog reports."""
+
+    def __init__(self, take: Callable[[FileSystemEvent], None]) -> None:
+        self._take = take
+
+    def on_any_event(self, event: FileSystemEvent) -> None:
+        self._take(event)
 
 
 class Watch:
@@ -171,26 +182,25 @@ class Watch:
         look: called without arguments.
     """
 
-    def __init__(self, path, look):
+    def __init__(self, path: str, look: Callable[[], object]) -> None:
         self._names = {os.path.abspath(path), os.path.realpath(path)}
         self._look = look
         self._written = threading.Event()
-        handler = FileSystemEventHandler()
-        handler.on_any_event = self._note
+        handler = _Handler(self._note)
         self._observer = Observer()
         for directory in {os.path.dirname(name) for name in self._names}:
             self._observer.schedule(handler, directory)
         self._observer.start()
         threading.Thread(target=self._work, name='watch', daemon=True).start()
 
-    def _note(self, event):
+    def _note(self, event: FileSystemEvent) -> None:
         paths = {
             os.path.abspath(os.fsdecode(path)) for path in (event.src_path, getattr(event, 'dest_path', '')) if path
         }
         if event.event_type in WRITTEN and paths & self._names:
             self._written.set()
 
-    def _work(self):
+    def _work(self) -> None:
         while True:
             self._written.wait()
             self._written.clear()

@@ -7,17 +7,33 @@ A script is text in Python syntax. Everything here is about its text alone; noth
 import ast
 import math
 import re
-from collections import namedtuple
 from decimal import Decimal
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Tuple, Union
 
 from rosslt.script.errors import ScriptError
 
-Literal = namedtuple('Literal', 'start end line column value')
-Literal.__doc__ = """A number in a text: text[start:end] at a line and a column, from 1. A minus sign belongs to it."""
 
-Parsed = namedtuple('Parsed', 'text tree literals skeleton')
-Parsed.__doc__ = """A script's text, its syntax tree with all literals taken out, the literals in the order of the text,
-and what two texts have in common that differ in their numbers, comments and layout alone."""
+class Literal(NamedTuple):
+    """A number in a text: text[start:end] at a line and a column, from 1. A minus sign belongs to it."""
+
+    start: int
+    end: int
+    line: int
+    column: int
+    value: Union[int, float]
+
+
+class Parsed(NamedTuple):
+    """A script that was taken apart."""
+
+    text: str
+    tree: ast.Module
+    """Its syntax tree with all literals taken out."""
+    literals: List[Literal]
+    """In the order of the text."""
+    skeleton: str
+    """What two texts have in common that differ in their numbers, comments and layout alone."""
+
 
 #: What stands for the literals in a tree: they are taken from a list of that name.
 LITERALS = '__literals__'
@@ -27,7 +43,7 @@ NEWLINE = re.compile(r'\r\n|\r|\n')
 BYTE_ORDER_MARK = '\ufeff'
 
 
-def parse(text, file):
+def parse(text: str, file: str) -> Parsed:
     """Take a script apart.
 
     Args:
@@ -56,7 +72,7 @@ def parse(text, file):
     return Parsed(text, tree, [place for place, _ in found], skeleton)
 
 
-def rewritten(parsed, index, value, precision, file):
+def rewritten(parsed: Parsed, index: int, value: float, precision: float, file: str) -> Parsed:
     """The text of a script with another value for one of its literals, and every other character as it is.
 
     Args:
@@ -91,7 +107,7 @@ def rewritten(parsed, index, value, precision, file):
     raise ScriptError(file, literal.line, literal.column, '{} cannot stand here'.format(spelling))
 
 
-def spelled(value, precision, is_whole):
+def spelled(value: float, precision: float, is_whole: bool) -> str:
     """A number as it is written into a script.
 
     Args:
@@ -111,7 +127,7 @@ def spelled(value, precision, is_whole):
     return '{}.{}'.format(whole, fraction or '0')
 
 
-def followed(old, new, in_whole_lines=True):
+def followed(old: Parsed, new: Parsed, in_whole_lines: bool = True) -> Dict[int, int]:
     """Which literal of a text that somebody has edited is which of the text before.
 
     A literal is followed where that is certain: it stands in the part before, or in the part after the one that
@@ -140,22 +156,22 @@ def followed(old, new, in_whole_lines=True):
     return found
 
 
-def difference(old, new):
+def difference(old: str, new: str) -> int:
     """How long the stretch is, in characters, that two texts have not in common."""
     before, after = _common_ends(old, new)
     return max(len(old), len(new)) - min(before + len(old) - after, len(old), len(new))
 
 
-def _common_ends(old, new):
+def _common_ends(old: str, new: str) -> Tuple[int, int]:
     """Up to where the old text is equal to the new one, and from where on it is again; these may overlap."""
 
-    def common(pairs):
+    def common(pairs: Iterator[Tuple[str, str]]) -> int:
         return next((count for count, (a, b) in enumerate(pairs) if a != b), min(len(old), len(new)))
 
     return common(zip(old, new)), len(old) - common(zip(reversed(old), reversed(new)))
 
 
-def _whole_lines(old, new, before, after):
+def _whole_lines(old: str, new: str, before: int, after: int) -> Tuple[int, int]:
     """What `_common_ends` says, but for lines that are equal in part."""
     if old != new:
         before = old.rfind('\n', 0, before) + 1
@@ -164,24 +180,24 @@ def _whole_lines(old, new, before, after):
     return before, after
 
 
-def _begins_line(text, index):
+def _begins_line(text: str, index: int) -> bool:
     return index == 0 or text[index - 1] == '\n'
 
 
 class _Positions:
     """Places in a text by their line and their column in UTF-8 bytes, as `ast` has them."""
 
-    def __init__(self, text):
+    def __init__(self, text: str) -> None:
         self._text = text
         self._starts = [0] + [match.end() for match in NEWLINE.finditer(text)]
 
-    def of(self, line, byte):
+    def of(self, line: int, byte: int) -> int:
         """The index in the text."""
         start = self._starts[line - 1]
         # a character has no more bytes than that the slice of as many characters holds it
         return start + len(self._text[start : start + byte].encode('utf-8')[:byte].decode('utf-8'))
 
-    def literal(self, node, value):
+    def literal(self, node: Any, value: Union[int, float]) -> Literal:
         start = self.of(node.lineno, node.col_offset)
         return Literal(
             start,
@@ -191,17 +207,18 @@ class _Positions:
             value,
         )
 
-    def is_sign_of(self, node, number):
+    def is_sign_of(self, node: Any, number: Any) -> bool:
         """Whether nothing but a minus and blanks stands before the number: no parenthesis and no comment."""
         start, end = self.of(node.lineno, node.col_offset), self.of(number.lineno, number.col_offset)
         return MINUS.fullmatch(self._text[start:end]) is not None
 
 
-def _number_nodes(tree, positions):
+def _number_nodes(tree: ast.AST, positions: '_Positions') -> List[Tuple[Literal, ast.AST]]:
     """(Literal, node of the tree) for each number."""
-    found, nodes = [], [tree]
+    found: List[Tuple[Literal, ast.AST]] = []
+    nodes = [tree]
     while nodes:
-        node = nodes.pop()
+        node: Any = nodes.pop()
         # Inside of an f-string, Python before 3.12 does not know where things are.
         if isinstance(node, ast.JoinedStr):
             continue
@@ -213,17 +230,18 @@ def _number_nodes(tree, positions):
             and _is_number(node.operand)
             and positions.is_sign_of(node, node.operand)
         ):
-            found.append((positions.literal(node, -node.operand.value), node))
+            operand: Any = node.operand
+            found.append((positions.literal(node, -operand.value), node))
         else:
             nodes.extend(ast.iter_child_nodes(node))
     return found
 
 
-def _is_number(node):
+def _is_number(node: Any) -> bool:
     return isinstance(node, ast.Constant) and type(node.value) in (int, float) and _is_finite(node.value)
 
 
-def _is_finite(number):
+def _is_finite(number: Union[int, float]) -> bool:
     try:
         return math.isfinite(number)
     except OverflowError:
@@ -233,15 +251,15 @@ def _is_finite(number):
 class _Substitution(ast.NodeTransformer):
     """Takes the literals out of a tree, and puts `__literals__[index]` in their places."""
 
-    def __init__(self, indices):
+    def __init__(self, indices: Mapping[int, int]) -> None:
         self._indices = indices
 
-    def visit(self, node):
+    def visit(self, node: ast.AST) -> Any:
         index = self._indices.get(id(node))
         if index is None:
             return super().visit(node)
         name = ast.copy_location(ast.Name(LITERALS, ast.Load()), node)
-        number = ast.copy_location(ast.Constant(index, kind=None), node)
+        number: Any = ast.copy_location(ast.Constant(index, kind=None), node)
         if not hasattr(ast, 'unparse'):  # Python 3.8 has a node of its own around an index
             number = ast.copy_location(ast.Index(number), node)
         return ast.copy_location(ast.Subscript(name, number, ast.Load()), node)

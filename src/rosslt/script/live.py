@@ -11,11 +11,25 @@ import os
 import re
 import threading
 import time
-from collections import namedtuple
+from typing import (
+    Any,
+    Callable,
+    Collection,
+    Dict,
+    Iterable,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Set,
+    Tuple,
+)
 
 from rosslt import node, values
 from rosslt.script import files, literals, running
 from rosslt.script.errors import ScriptError
+from rosslt.script.running import Step
 
 #: How old a text may be that somebody began to edit and then saved over newer numbers, in seconds. The numbers are
 #: then put into what was saved. Editors themselves warn of older texts.
@@ -24,12 +38,23 @@ STALE = 2.0
 #: How often a change is tried again because others write the file, too.
 ATTEMPTS = 10
 
-Settings = namedtuple('Settings', 'precision step_limit')
-Settings.__doc__ = """What numbers are rounded to when they are rewritten, and how many steps a script may take."""
+
+class Settings(NamedTuple):
+    """What numbers are rounded to when they are rewritten, and how many steps a script may take."""
+
+    precision: float
+    step_limit: int
+
 
 DEFAULT_SETTINGS = Settings(0.001, running.STEP_LIMIT)
 
-_State = namedtuple('_State', 'parsed places steps')
+
+class _State(NamedTuple):
+    """A script that can be in force: its text, the place of each number, and the steps that come of it."""
+
+    parsed: literals.Parsed
+    places: List['_Place']
+    steps: List[Step]
 
 
 class LiveScript:
@@ -55,24 +80,25 @@ class LiveScript:
 
     def __init__(
         self,
-        path,
-        add,
-        remove,
-        take,
-        report,
-        settings=DEFAULT_SETTINGS,
-        remembered=lambda text: (),
-        remember=lambda text, names: None,
-    ):
+        path: str,
+        add: Callable[..., Any],
+        remove: Callable[[Any], None],
+        take: Callable[[List[Step], bool], None],
+        report: Callable[[ScriptError], None],
+        settings: Settings = DEFAULT_SETTINGS,
+        remembered: Callable[[str], Sequence[str]] = lambda text: (),
+        remember: Callable[[str, Sequence[str]], None] = lambda text, names: None,
+    ) -> None:
         self.path = path
         self._add, self._remove = add, remove
         self._take, self._report, self._settings = take, report, settings
         self._remember = remember
         # Whoever holds it calls nobody who holds the lock of the node's locations: changes come with that one held.
         self._lock = threading.RLock()
-        self._refused = None  # a text in the file that cannot come into force
-        self._past = []  # (time at which it was no longer in force, _State), since somebody saved a text
-        self._reserved = set()  # names of places in texts that are not in force yet
+        self._refused: Optional[str] = None  # a text in the file that cannot come into force
+        # (time at which it was no longer in force, _State), since somebody saved a text
+        self._past: List[Tuple[float, _State]] = []
+        self._reserved: Set[str] = set()  # names of places in texts that are not in force yet
         text = files.read(path)
         self._state = _State(literals.parse('', path), [], [])
         try:
@@ -85,11 +111,14 @@ class LiveScript:
             self._reserved.clear()
             self._come_into_force(made, False)
 
-    def look(self):
+    def look(self) -> None:
         """Take in the text that is in the file, if it is another one than that in force."""
         for _ in range(ATTEMPTS):
             with self._lock:
-                if files.holds(self.path, self._state.parsed.text, self._refused):
+                if files.holds(self.path, self._state.parsed.text):
+                    self._note_mended()
+                    return
+                if self._refused is not None and files.holds(self.path, self._refused):
                     return
             try:
                 if self._take_in(files.read_settled(self.path)):
@@ -100,7 +129,7 @@ class LiveScript:
                 self._report(error)
                 return
 
-    def _change(self, place, value):
+    def _change(self, place: '_Place', value: float) -> None:
         """Rewrite a number; the setter of its location.
 
         Raises:
@@ -126,7 +155,7 @@ class LiveScript:
             self._take_in(files.read_settled(self.path))
         raise files.Unsettled(self.path, None, None, 'others write it all the time')
 
-    def _take_in(self, text):
+    def _take_in(self, text: str) -> bool:
         """Have a text that somebody has saved come into force, or report why it cannot.
 
         Returns:
@@ -137,8 +166,9 @@ class LiveScript:
                 return False
             state = self._state
             base = self._base(text)
-        if text == state.parsed.text:
-            return True
+            if text == state.parsed.text:
+                self._note_mended()
+                return True
         try:
             parsed = literals.parse(text, self.path)
             known = {new: base.places[old] for old, new in literals.followed(base.parsed, parsed).items()}
@@ -166,13 +196,19 @@ class LiveScript:
             self._forget(gone, kept)
         return kept is made.places
 
-    def _base(self, text):
+    def _note_mended(self) -> None:
+        """Say that the script in force is in the file again, where a text was refused since."""
+        if self._refused is not None:
+            self._refused = None
+            self._take(self._state.steps, True)
+
+    def _base(self, text: str) -> _State:
         """The state that somebody has begun with who has saved a text: of the recent ones, the most similar."""
         oldest = time.monotonic() - STALE
         recent = [self._state] + [state for until, state in reversed(self._past) if until > oldest]
         return min(recent, key=lambda state: literals.difference(state.parsed.text, text))
 
-    def _caught_up(self, parsed, base, state):
+    def _caught_up(self, parsed: literals.Parsed, base: _State, state: _State) -> literals.Parsed:
         """A script that somebody has begun with one state, with the numbers that were rewritten since."""
         if base is state:
             return parsed
@@ -182,7 +218,9 @@ class LiveScript:
                 parsed = literals.rewritten(parsed, index, value, self._settings.precision, self.path)
         return parsed
 
-    def _made(self, parsed, known, names=None):
+    def _made(
+        self, parsed: literals.Parsed, known: Mapping[int, '_Place'], names: Optional[Dict[int, str]] = None
+    ) -> _State:
         """The state of a script that is not in force yet.
 
         Args:
@@ -192,7 +230,7 @@ class LiveScript:
         Raises:
             ScriptError: it cannot come into force; then no location is left of it.
         """
-        places = [known.get(index) for index in range(len(parsed.literals))]
+        places: List[Any] = [known.get(index) for index in range(len(parsed.literals))]
         missing = [index for index, place in enumerate(places) if place is None]
         with self._lock:
             if names is None:
@@ -215,7 +253,7 @@ class LiveScript:
                 self._reserved.difference_update(names.values())
             raise
 
-    def _names(self, parsed, indices):
+    def _names(self, parsed: literals.Parsed, indices: Iterable[int]) -> Dict[int, str]:
         """{index of a literal: a name for it}: where it stands in which text, so that no other number ever has it."""
         stem = re.sub(r'\W', '_', os.path.splitext(os.path.basename(self.path))[0], flags=re.ASCII)
         digest = hashlib.blake2b(parsed.text.encode('utf-8'), digest_size=4).hexdigest()
@@ -230,13 +268,13 @@ class LiveScript:
             names[index] = name
         return names
 
-    def _run(self, parsed, places):
+    def _run(self, parsed: literals.Parsed, places: Sequence['_Place']) -> List[Step]:
         numbers = [
             values.track(literal.value, place.location.source) for literal, place in zip(parsed.literals, places)
         ]
         return running.run(parsed, numbers, self.path, self._settings.step_limit)
 
-    def _come_into_force(self, state, is_same_but_for_numbers):
+    def _come_into_force(self, state: _State, is_same_but_for_numbers: bool) -> None:
         now = time.monotonic()
         self._past = [(until, past) for until, past in self._past if until > now - STALE] + [(now, self._state)]
         self._state, self._refused = state, None
@@ -246,12 +284,12 @@ class LiveScript:
         self._remember(state.parsed.text, [place.name for place in state.places])
         self._take(state.steps, is_same_but_for_numbers)
 
-    def _forget(self, places, kept):
+    def _forget(self, places: Iterable['_Place'], kept: Collection['_Place']) -> None:
         for place in places:
             if place not in kept:
                 self._remove(place.location)
 
-    def _site(self, text, literal):
+    def _site(self, text: str, literal: literals.Literal) -> node.CallSite:
         line = text[: literal.start].rpartition('\n')[2] + text[literal.start :].partition('\n')[0]
         return node.CallSite(os.path.abspath(self.path), literal.line, literal.column, line)
 
@@ -267,9 +305,10 @@ class _Place:
 
     __slots__ = ('name', 'value', 'location')
 
-    def __init__(self, name, value):
-        self.name, self.value, self.location = name, float(value), None
+    def __init__(self, name: str, value: float) -> None:
+        self.name, self.value = name, float(value)
+        self.location: Any = None
 
-    def read(self):
+    def read(self) -> float:
         """The value; the getter of its location."""
         return self.value

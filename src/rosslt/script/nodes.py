@@ -4,6 +4,7 @@ import hashlib
 import os
 import shutil
 import threading
+from typing import Any, Callable, Dict, List, Optional, Sequence
 
 import rospy
 from std_srvs.srv import Trigger, TriggerResponse
@@ -15,12 +16,13 @@ from rosslt.script.errors import ScriptError
 from rosslt.script.files import Watch
 from rosslt.script.live import DEFAULT_SETTINGS, LiveScript, Settings
 from rosslt.script.player import make_player
+from rosslt.script.running import Step
 
 #: How often to look whether a step is done, in Hz.
 RATE = 20.0
 
 
-def run():
+def run() -> None:
     """Keep a script in force until this node is shut down, as its private parameters say.
 
     Raises:
@@ -34,11 +36,19 @@ def run():
     )
     player, memory = make_player(PoseStampedTracked), _Memory()
 
-    def take(steps, is_same_but_for_numbers):
+    is_refused = False
+
+    def take(steps: Sequence[Step], is_same_but_for_numbers: bool) -> None:
+        nonlocal is_refused
+        if is_refused:
+            is_refused = False
+            rospy.loginfo('%s is mended, and in force again', path)
         rospy.logdebug('%s runs: %d steps', path, len(steps))
         player.play(steps, is_same_but_for_numbers)
 
-    def report(error):
+    def report(error: ScriptError) -> None:
+        nonlocal is_refused
+        is_refused = True
         rospy.logerr('%s (the last script that ran stays in force)', error)
 
     script = LiveScript(
@@ -50,12 +60,12 @@ def run():
     _loop(player.tick)
 
 
-def run_parameters():
+def run_parameters() -> None:
     """Publish the waypoints of ROS parameters until this node is shut down."""
     player = make_player(PoseStampedTracked)
     waypoints = parameters.Waypoints('~waypoints', '~pause', player.play)
 
-    def save(_request):
+    def save(_request: Any) -> TriggerResponse:
         try:
             return TriggerResponse(True, waypoints.save(_text('~file')))
         except (ScriptError, ValueError) as error:
@@ -63,21 +73,21 @@ def run_parameters():
 
     rospy.Service('~save', Trigger, save)
 
-    def tick():
+    def tick() -> None:
         waypoints.look()
         player.tick()
 
     _loop(tick)
 
 
-def _loop(tick):
+def _loop(tick: Callable[[], None]) -> None:
     rate = rospy.Rate(RATE)
     while not rospy.is_shutdown():
         tick()
         rate.sleep()
 
 
-def _copy_example(path):
+def _copy_example(path: str) -> None:
     """Begin with an example where there is no script yet."""
     example = rospy.get_param('~example', '')
     if example and not os.path.exists(path):
@@ -85,14 +95,14 @@ def _copy_example(path):
         shutil.copyfile(example, path)
 
 
-def _text(name):
+def _text(name: str) -> str:
     value = rospy.get_param(name, '')
     if not isinstance(value, str) or not value:
         raise ValueError('the parameter {} has to name a file'.format(rospy.resolve_name(name)))
     return value
 
 
-def _positive(name, default):
+def _positive(name: str, default: float) -> float:
     value = rospy.get_param(name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
         raise ValueError('the parameter {} is {!r} instead of a number above 0'.format(rospy.resolve_name(name), value))
@@ -107,23 +117,24 @@ class _Memory:
 
     PARAMETER = '~rosslt_script'
 
-    def __init__(self):
-        self._news, self._wake = None, threading.Condition()
+    def __init__(self) -> None:
+        self._news: Optional[Dict[str, Any]] = None
+        self._wake = threading.Condition()
         threading.Thread(target=self._work, name='memory', daemon=True).start()
 
-    def recall(self, text):
+    def recall(self, text: str) -> List[str]:
         """The names that belong to this very text; none where they are not known."""
         kept = rospy.get_param(self.PARAMETER, {})
         is_known = isinstance(kept, dict) and kept.get('text') == _digest(text)
         return kept.get('names', []) if is_known else []
 
-    def keep(self, text, names):
+    def keep(self, text: str, names: Sequence[str]) -> None:
         """Remember them."""
         with self._wake:
             self._news = {'text': _digest(text), 'names': names}
             self._wake.notify()
 
-    def _work(self):
+    def _work(self) -> None:
         while True:
             with self._wake:
                 self._wake.wait_for(lambda: self._news)
@@ -136,5 +147,5 @@ class _Memory:
                 )
 
 
-def _digest(text):
+def _digest(text: str) -> str:
     return hashlib.blake2b(text.encode('utf-8'), digest_size=16).hexdigest()

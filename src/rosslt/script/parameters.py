@@ -1,10 +1,12 @@
 """Waypoints in ROS parameters, set by a launch file: their numbers are sources as well, and can be saved."""
 
+from typing import Any, Callable, List, Optional, Tuple
+
 import rospy
 
 from rosslt import node, values
 from rosslt.script import files, yaml_text
-from rosslt.script.running import Goto, Wait
+from rosslt.script.running import Goto, Step, Wait
 
 
 class Waypoints:
@@ -16,11 +18,11 @@ class Waypoints:
         take: called with (steps, whether there are as many as before) when something has changed.
     """
 
-    def __init__(self, name, pause, take):
+    def __init__(self, name: str, pause: str, take: Callable[[List[Step], bool], None]) -> None:
         self._name, self._pause, self._take = name, pause, take
-        self._present = None
+        self._present: Optional[Tuple[Any, float]] = None
 
-    def look(self):
+    def look(self) -> None:
         """Look at the parameters, which makes no network call."""
         pause = float(node.get_param(self._pause, 1.0))
         waypoints = node.get_param(self._name)
@@ -28,7 +30,9 @@ class Waypoints:
         if present == self._present:
             return
         try:
-            steps = [step for waypoint in waypoints for step in (Goto(*map(values.to_float, waypoint)), Wait(pause))]
+            steps: List[Step] = [
+                step for waypoint in waypoints for step in (Goto(*map(values.to_float, waypoint)), Wait(pause))
+            ]
         except TypeError:
             rospy.logerr_throttle(
                 10, '%s is %s instead of a list of [x, y, z]', rospy.resolve_name(self._name), present[0]
@@ -38,7 +42,7 @@ class Waypoints:
         self._present = present
         self._take(steps, has_same_count)
 
-    def save(self, path):
+    def save(self, path: str) -> str:
         """Write the numbers into the YAML file that they came from, and leave all else in it as it is.
 
         Returns:

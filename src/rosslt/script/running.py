@@ -6,21 +6,33 @@ without an end say. It does not keep anybody out who wants to get out.
 
 import ast
 import builtins
-import collections
 import copy
 import math
 import sys
 import types
+from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from rosslt import values
 from rosslt.script.errors import ScriptError
-from rosslt.script.literals import LITERALS
+from rosslt.script.literals import LITERALS, Parsed
 
-Goto = collections.namedtuple('Goto', 'x y z')
-Goto.__doc__ = 'Fly to a place, in metres.'
 
-Wait = collections.namedtuple('Wait', 'seconds')
-Wait.__doc__ = 'Stay for a while.'
+class Goto(NamedTuple):
+    """Fly to a place, in metres."""
+
+    x: float
+    y: float
+    z: float
+
+
+class Wait(NamedTuple):
+    """Stay for a while."""
+
+    seconds: float
+
+
+#: A step of a script.
+Step = Union[Goto, Wait]
 
 #: How many turns of loops, calls of functions and waypoints a script may take.
 STEP_LIMIT = 100000
@@ -124,7 +136,13 @@ BUILTINS = (
 )
 
 
-def run(parsed, numbers, file, step_limit=STEP_LIMIT, say=print):
+def run(
+    parsed: Parsed,
+    numbers: Sequence[float],
+    file: str,
+    step_limit: int = STEP_LIMIT,
+    say: Callable[..., object] = print,
+) -> List[Step]:
     """Run a script.
 
     Args:
@@ -141,26 +159,27 @@ def run(parsed, numbers, file, step_limit=STEP_LIMIT, say=print):
         ScriptError: it holds what a script must not, fails, or does not end.
     """
     _check(parsed.tree, file)
-    steps, count = [], 0
+    steps: List[Step] = []
+    count = 0
 
-    def tick():
+    def tick() -> bool:
         nonlocal count
         count += 1
         if count > step_limit:
             raise RuntimeError('the script does not end: stopped after {} steps'.format(step_limit))
         return True
 
-    def limited_range(*bounds):
+    def limited_range(*bounds: int) -> range:
         turns = range(*bounds)
         if len(turns) > step_limit:
             raise ValueError('{!r} is longer than the {} steps of a script'.format(turns, step_limit))
         return turns
 
-    def goto(x, y, z):
+    def goto(x: Any, y: Any, z: Any) -> None:
         tick()
         steps.append(Goto(*[_number(value, 'goto') for value in (x, y, z)]))
 
-    def wait(seconds):
+    def wait(seconds: Any) -> None:
         tick()
         if _number(seconds, 'wait') < 0.0:
             raise ValueError('wait takes 0 or more seconds, not {}'.format(seconds))
@@ -197,7 +216,7 @@ def run(parsed, numbers, file, step_limit=STEP_LIMIT, say=print):
     return steps
 
 
-def _number(value, function):
+def _number(value: Any, function: str) -> float:
     """A coordinate, as a float that can become any other: one that came of an integer included."""
     if isinstance(value, (bool, str)) or not isinstance(value, (int, float)):
         raise TypeError('{} takes numbers, not {!r}'.format(function, value))
@@ -206,15 +225,16 @@ def _number(value, function):
     if not values.is_tracked(value):
         return float(value)
     instructions, (root,) = values.disassemble([values.to_float(value)])
-    return values.assemble(
+    made: List[float] = values.assemble(
         [
             (values.SOURCE, instruction[1], float(instruction[2])) if instruction[0] == values.SOURCE else instruction
             for instruction in instructions
         ]
-    )[root]
+    )
+    return made[root]
 
 
-def _check(tree, file):
+def _check(tree: ast.AST, file: str) -> None:
     """Refuse what a script must not hold."""
     for node in ast.walk(tree):
         name = type(node).__name__
@@ -224,9 +244,9 @@ def _check(tree, file):
         elif isinstance(node, ast.Attribute) and node.attr.startswith('_'):
             reason = 'there is no access to {} in a script'.format(node.attr)
         else:
-            for name in (getattr(node, field, None) for field in ('id', 'name', 'arg')):
-                if isinstance(name, str) and name.startswith('__') and name != LITERALS:
-                    reason = 'there is no name {} in a script'.format(name)
+            for named in (getattr(node, field, None) for field in ('id', 'name', 'arg')):
+                if isinstance(named, str) and named.startswith('__') and named != LITERALS:
+                    reason = 'there is no name {} in a script'.format(named)
         if reason:
             raise ScriptError(file, getattr(node, 'lineno', 1), getattr(node, 'col_offset', 0) + 1, reason)
 
@@ -234,40 +254,40 @@ def _check(tree, file):
 class _Ticking(ast.NodeTransformer):
     """Has each turn of a loop and each call of a function call `__tick__`, which gives True."""
 
-    def visit_While(self, node):
+    def visit_While(self, node: ast.While) -> ast.AST:
         return self._tick_first(node)
 
-    def visit_For(self, node):
+    def visit_For(self, node: ast.For) -> ast.AST:
         return self._tick_first(node)
 
-    def visit_FunctionDef(self, node):
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
         return self._tick_first(node)
 
-    def visit_Lambda(self, node):
+    def visit_Lambda(self, node: ast.Lambda) -> ast.AST:
         self.generic_visit(node)
         node.body = _at(node.body, ast.BoolOp(ast.And(), [_tick(node.body), node.body]))
         return node
 
-    def visit_comprehension(self, node):
+    def visit_comprehension(self, node: ast.comprehension) -> ast.AST:
         self.generic_visit(node)
         node.ifs.insert(0, _tick(node.iter))
         return node
 
-    def _tick_first(self, node):
+    def _tick_first(self, node: Any) -> ast.AST:
         self.generic_visit(node)
         node.body.insert(0, _at(node, ast.Expr(_tick(node))))
         return node
 
 
-def _tick(place):
+def _tick(place: ast.AST) -> Any:
     return _at(place, ast.Call(_at(place, ast.Name(TICK, ast.Load())), [], []))
 
 
-def _at(place, node):
+def _at(place: ast.AST, node: Any) -> Any:
     return ast.copy_location(node, place)
 
 
-def _where(trace, file):
+def _where(trace: Optional[types.TracebackType], file: str) -> Tuple[int, int]:
     """Line and column of what the script did last."""
     line, column = 1, 1
     while trace is not None:

@@ -1,6 +1,7 @@
 """YAML files as text: other scalars in them, and everything else as it is: comments, layout, quotes."""
 
 import re
+from typing import Any, Dict, Optional, Tuple
 
 import yaml
 
@@ -9,8 +10,11 @@ from rosslt.script.errors import ScriptError
 #: An anchor or a tag, which stands in front of a scalar and stays there.
 PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
 
+#: {(start, end) in the text: what takes its place, or None where it stays}
+Edits = Dict[Tuple[int, int], Optional[str]]
 
-def with_values(text, data, file):
+
+def with_values(text: str, data: Any, file: str) -> str:
     """A YAML text with other scalars.
 
     Args:
@@ -25,20 +29,21 @@ def with_values(text, data, file):
         root, present = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
-        place = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        raise ScriptError(file, *place, getattr(error, 'problem', None) or str(error)) from None
-    edits = {}
+        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        raise ScriptError(file, line, column, getattr(error, 'problem', None) or str(error)) from None
+    edits: Edits = {}
     _collect(root, present, data, edits, file)
     for (start, end), spelling in sorted(edits.items(), key=lambda edit: edit[0], reverse=True):
         if spelling is not None:
-            start = PROPERTIES.match(text, start, end).end()
+            properties = PROPERTIES.match(text, start, end)
+            start = properties.end() if properties else start
             text = text[:start] + spelling + text[end:]
     return text
 
 
-def _collect(node, present, wanted, edits, file):
+def _collect(node: Any, present: Any, wanted: Any, edits: Edits, file: str) -> None:
     """Note {(start, end): new text, or None where it stays} for the scalars of a YAML node."""
-    mark = getattr(node, 'start_mark', None)
+    mark: Any = getattr(node, 'start_mark', None)
     line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
     if isinstance(node, yaml.MappingNode) and isinstance(wanted, dict) and wanted.keys() <= present.keys():
         for key, part in node.value:
@@ -56,5 +61,6 @@ def _collect(node, present, wanted, edits, file):
         raise ScriptError(file, line, column, 'the file has another shape here than {!r}'.format(wanted))
 
 
-def _spelled(value):
-    return yaml.safe_dump(value, default_flow_style=True, allow_unicode=True, width=float('inf')).splitlines()[0]
+def _spelled(value: Any) -> str:
+    dumped: str = yaml.safe_dump(value, default_flow_style=True, allow_unicode=True, width=float('inf'))
+    return dumped.splitlines()[0]

@@ -5,19 +5,26 @@ is pure Python and imports no ROS; NumPy is used where the caller brings it. It 
 library only. Other rooms use the names below and nothing behind them.
 """
 
+import importlib
+from typing import Any, Callable, Dict
+
 from . import operators  # noqa: F401, completes the tracked classes
 from .affine import affine
+from .calls import operation
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
 from .functions import MATH, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
+from .linearization import linearized
+from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
 from .solve import nearest, slopes, solve, source_values
-from .sources import Source, describe_source, describe_sources_with
-from .tracked import from_affine, lazy, origins, track
+from .sources import Source, UnnamedSource, describe_source, describe_sources_with
+from .tracked import TRACKED as TRACKED_CLASSES
+from .tracked import from_affine, lazy, origins, plain_scalar, track
 from .tree import is_tracked, leaves, untracked
 
 __all__ = [
@@ -26,14 +33,16 @@ __all__ = [
     'MATH',
     'OPERATIONS',
     'SOURCE',
+    'TRACKED_CLASSES',
     'Error',
     'NotInvertible',
     'NotTracked',
     'Operation',
     'Source',
+    'UnnamedSource',
     'affine',
     'assemble',
-    'lazy',
+    'compute_ufuncs_with',
     'describe_source',
     'describe_sources_with',
     'disassemble',
@@ -41,9 +50,14 @@ __all__ = [
     'explain',
     'from_affine',
     'is_tracked',
+    'lazy',
     'leaves',
+    'linearized',
     'nearest',
+    'numpy_functions',
+    'operation',
     'origins',
+    'plain_scalar',
     'reapply',
     'slopes',
     'solve',
@@ -55,3 +69,9 @@ __all__ = [
     'track',
     'untracked',
 ]
+
+
+def numpy_functions() -> Dict[str, Callable[..., Any]]:
+    """NumPy's public functions by name (`dot`, `linalg.inv`), each keeping provenance; NumPy is imported for it."""
+    functions: Dict[str, Callable[..., Any]] = importlib.import_module('.arrays', __name__).FUNCTIONS
+    return functions

@@ -1,17 +1,23 @@
 """Folding: the affine part of an expression as coefficients per source, and the limit on growth.
 
-A value that is updated in a loop, `x = x + v * dt`, must not grow for ever. Once an expression passes
-`tracked.LIMIT`, what is affine in its sources is folded into one record, which means exactly the same; if that is not
-enough, the rest is replaced by its linearization at the present values, which `explain` marks as such.
+A value that is updated in a loop, `x = x + v * dt`, must not grow for ever. Once an expression passes `LIMIT`, what is
+affine in its sources is folded into one record, which means exactly the same; if that is not enough, the rest is
+replaced by its linearization at the present values, which `explain` marks as such.
+
+A fold is made by one sweep from the value down to its sources, which multiplies and adds up slopes: it takes time and
+memory in proportion to the operations and sources below the value.
 """
 
 import math
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
-from .graph import Graph, slope_or_zero
+from .graph import slope_or_zero, slopes_or_zeros
 from .operations import AFFINE, SOURCE
 from .sources import Source
-from .tracked import LIMIT, TRACKED, make, resolve
+from .tracked import TRACKED, new, resolve
+
+LIMIT = 8192
+"""The size at which a value's expression is shortened."""
 
 NUMBERS = (float, int)
 WORTH_FOLDING = 8
@@ -20,28 +26,28 @@ WORTH_FOLDING = 8
 MAX_FAST_FOLD = 64
 """The most operations that are passed in one go."""
 
-Fold = Tuple[Dict[Source, Tuple[Any, Any]], bool]
-"""The terms of a value, `{Source: (leaf, slope)}`, and whether they are exact."""
+MAX_VISITS = 8
+"""How many times the nodes of an expression may be visited, on average, while parts of it are folded."""
+
+Node = Tuple[Any, tuple]
+"""A tracked value and the record that is used for it."""
 
 
 def folded(value: Any) -> tuple:
     """The record `(AFFINE, ((leaf, slope), ...), is_exact)` that stands for a value near its present one.
 
-    It is exact where the value is affine in its sources, else a linearization. Results that two tracked operands
-    made remember theirs, so that a value which has grown by a step since costs that step only.
+    It is exact where the value is affine in its sources, else a linearization. A value remembers its own, so that one
+    which has grown by a step since costs that step only.
     """
     fold = getattr(value, '_fold', None)
     if fold is None:
-        fold = _folded_if_short(value)
-        if fold is None:
-            _fold_all(value)
-            return value._fold
+        fold = _folded_if_short(value) or _fold_of(_nodes_below(value, _remembered))
         value._fold = fold
     return fold
 
 
 def _folded_if_short(value: Any) -> Optional[tuple]:
-    """The record for a value that few operations made, all of them affine: as `_fold_all` gives it, in a part of the
+    """The record for a value that few operations made, all of them affine: as `_fold_of` gives it, in a part of the
     time; None for any other value.
 
     On the way down to the sources, the slopes are multiplied. What several ways lead to is passed several times.
@@ -59,7 +65,7 @@ def _folded_if_short(value: Any) -> Optional[tuple]:
             else:
                 record = getattr(node, '_fold', None)
             if record is None:
-                if not form.affine:
+                if not form.affine or form.operation is None:
                     return None
                 if form.single_operand:
                     rise *= form.slope(first._plain, second)
@@ -90,88 +96,101 @@ def _folded_if_short(value: Any) -> Optional[tuple]:
     return None
 
 
-def _fold_all(value: Any) -> List[Tuple[Any, Fold]]:
-    """Fold a value and all that it is made of, down to what is remembered; each with its fold."""
-    folds: Dict[int, Fold] = {}
-    done: List[Tuple[Any, Fold]] = []
-    stack = [value]
+def _remembered(node: Any) -> tuple:
+    """The fold of a value that has one already, else its record."""
+    return getattr(node, '_fold', None) or resolve(node)
+
+
+def _exactly_remembered(node: Any) -> tuple:
+    """The record of a value, replaced by its fold where that is known and means the same."""
+    fold = getattr(node, '_fold', None)
+    if fold is not None and fold[2] and node._size > WORTH_FOLDING:
+        _replace(node, fold)
+    return resolve(node)
+
+
+def _nodes_below(value: Any, record_of: Callable[[Any], tuple]) -> List[Node]:
+    """What a value is made of by the records given: each once, operands before their users, left before right."""
+    found: List[Node] = []
+    seen = set()
+    stack: List[Tuple[Any, Optional[tuple]]] = [(value, None)]
     while stack:
-        node = stack[-1]
-        if id(node) in folds:
-            stack.pop()
+        node, record = stack.pop()
+        if record is not None:
+            found.append((node, record))
             continue
-        form, first, second = resolve(node)
-        remembered = (form, first, second) if form is AFFINE else getattr(node, '_fold', None)
-        if remembered is not None:
-            _, terms, exact = remembered
-            fold = {leaf._record[1]: (leaf, slope) for leaf, slope in terms}, exact
-        elif form is SOURCE:
-            fold = {first: (node, 1)}, type(node._plain) in NUMBERS
-        elif form.single_operand:
-            if id(first) not in folds:
-                stack.append(first)
-                continue
-            fold = _with_constant(folds[id(first)], form, first, second)
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        record = record_of(node)
+        stack.append((node, record))
+        form, first, second = record
+        if form.single_operand:
+            stack.append((first, None))
         else:
-            missing = [operand for operand in (second, first) if id(operand) not in folds]
-            if missing:
-                stack.extend(missing)
-                continue
-            fold = _joined(folds[id(first)], folds[id(second)], form, first, second)
-            node._fold = _record(fold)
-        folds[id(node)] = fold
-        done.append((node, fold))
-        stack.pop()
-    value._fold = _record(folds[id(value)])
-    return done
+            stack.extend([(operand, None) for operand in reversed(form.operands(first, second))])
+    return found
 
 
-def _record(fold: Fold) -> tuple:
-    return AFFINE, tuple(fold[0].values()), fold[1]
+def _fold_of(nodes: List[Node]) -> tuple:
+    """The fold of the last of some nodes, by one sweep backwards."""
+    weights: Dict[int, Any] = {id(nodes[-1][0]): 1}
+    exact = True
+    for node, record in reversed(nodes):
+        form, first, second = record
+        if form is SOURCE:
+            exact = exact and _is_exact_leaf(node)
+            continue
+        weight = weights.pop(id(node))
+        exact = exact and _is_exact(record)
+        if form.single_operand:
+            operands: Iterable[Any] = (first,)
+            slopes: Iterable[Any] = (slope_or_zero(form.slope, first._plain, second),)
+        else:
+            operands = form.operands(first, second)
+            slopes = slopes_or_zeros(record, [operand._plain for operand in operands])
+        for operand, slope in zip(operands, slopes):
+            try:
+                total = weights.get(id(operand), 0) + weight * slope
+                finite = total - total == 0
+            except OverflowError:
+                finite = False
+            exact = exact and finite
+            weights[id(operand)] = total if finite else 0
+    leaves = [(node, weights[id(node)]) for node, record in nodes if record[0] is SOURCE]
+    terms, can_merge = _merged(leaves)
+    return AFFINE, terms, exact and can_merge
 
 
-def _scaled(fold: Fold, rise: Any) -> Fold:
-    """A fold times a slope; a term that no float holds is dropped, and the rest is not exact."""
-    terms, exact = fold
-    if rise == 1:
-        return dict(terms), exact
-    scaled = {}
-    for source, (leaf, slope) in terms.items():
-        try:
-            slope = slope * rise
-        except OverflowError:
-            slope = math.inf
-        finite = slope - slope == 0
-        scaled[source] = leaf, slope if finite else 0
-        exact = exact and finite
-    return scaled, exact
+def _is_exact(record: tuple) -> bool:
+    """Whether a record's slopes at the present values say all of it."""
+    form, first, second = record
+    if form is AFFINE:
+        return bool(second)
+    if form.single_operand:
+        # A slope of 0 may be one that no float holds.
+        return form.affine and (second == 0 or slope_or_zero(form.slope, first._plain, second) != 0)
+    return bool(form.affine)
 
 
-def _with_constant(fold: Fold, form: Any, first: Any, second: Any) -> Fold:
-    """The fold of an operation on a tracked value and a constant."""
-    rise = slope_or_zero(form.slope, first._plain, second)
-    terms, exact = _scaled(fold, rise)
-    return terms, exact and form.affine and (rise != 0 or second == 0)
-
-
-def _joined(left: Fold, right: Fold, form: Any, first: Any, second: Any) -> Fold:
-    """The fold of an operation on two tracked values."""
-    total, exact = _scaled(left, slope_or_zero(form.slope[0], first._plain, second._plain))
-    others, also_exact = _scaled(right, slope_or_zero(form.slope[1], first._plain, second._plain))
-    exact = exact and also_exact and form.affine
-    for source, (leaf, slope) in others.items():
-        if source in total:
-            known, part = total[source]
+def _merged(leaves: List[Tuple[Any, Any]]) -> Tuple[Tuple[Tuple[Any, Any], ...], bool]:
+    """Terms with each source once, and whether they mean the same as the leaves given."""
+    terms: Dict[Source, Tuple[Any, Any]] = {}
+    exact = True
+    for leaf, slope in leaves:
+        source = leaf._record[1]
+        if source in terms:
+            known, part = terms[source]
             slope += part
             if known._plain != leaf._plain:
                 # The source changed between two readings. All that counts is the sum of both terms: it has both
                 # slopes, from the mean of the two values, as far as there is one.
                 mean = known._plain + (leaf._plain - known._plain) * (slope - part) / slope if slope else math.inf
                 exact = exact and isinstance(mean, type(known._plain)) and math.isfinite(mean)
-                known = make(mean, known._record, 1) if exact else known
+                known = new(mean, known._record, 1) if exact else known
             leaf = known
-        total[source] = leaf, slope
-    return total, exact
+        terms[source] = leaf, slope
+    return tuple(terms.values()), exact
 
 
 def affine(x: Any) -> Optional[Tuple[Tuple[Source, Any, Any], ...]]:
@@ -187,32 +206,73 @@ def affine(x: Any) -> Optional[Tuple[Tuple[Source, Any, Any], ...]]:
     form, first, _ = resolve(x)
     if form is SOURCE:
         return ((first, x._plain, 1),) if type(x._plain) in NUMBERS else None
+    if _is_curved(x):
+        return None
     _, terms, exact = folded(x)
     return tuple([(leaf._record[1], leaf._plain, slope) for leaf, slope in terms]) if exact else None
 
 
+def _is_curved(value: Any) -> bool:
+    """Whether the operations nearest a value show that it is not affine, which folding it would find out late."""
+    node = value
+    for _ in range(MAX_FAST_FOLD):
+        form, first, second = node._record
+        if form.operation is None:
+            return False
+        if not form.affine:
+            return True
+        if not form.single_operand and second._record[0].operation is not None and not second._record[0].affine:
+            return True
+        node = first
+    return False
+
+
 def shorten(value: Any) -> None:
     """Keep a value's expression within the limit: fold what is affine, linearize it where that is not enough."""
-    done = _fold_all(value)
-    if not value._fold[2]:
-        folds = {id(node): fold for node, fold in done}
-        for node, (_, exact) in done:
-            form, first, second = node._record
-            if not exact and form.operation is not None:
-                _replace(first, folds)
-                if not form.single_operand:
-                    _replace(second, folds)
-        size = len(Graph([value]).nodes)
+    fold = _fold_of(_nodes_below(value, _remembered))
+    if not fold[2]:
+        _fold_exact_parts(_nodes_below(value, _exactly_remembered))
+        size = len(_nodes_below(value, resolve))
         if size <= LIMIT // 2:
+            value._fold = fold
             value._size = size
             return
-    value._record = value._fold
-    value._size = len(value._record[1]) + 1
+    _replace(value, fold)
 
 
-def _replace(operand: Any, folds: Dict[int, Fold]) -> None:
-    """Let the exact fold of an operand that is not so small stand for it."""
-    fold = folds.get(id(operand))
-    if fold and fold[1] and operand._size > WORTH_FOLDING:
-        operand._record = _record(fold)
-        operand._size = len(fold[0]) + 1
+def _replace(value: Any, fold: tuple) -> None:
+    """Let a fold stand for a value."""
+    value._record = value._fold = fold
+    # A fold of many terms is made again only after as many operations: otherwise every operation would cost all terms.
+    terms = len(fold[1])
+    value._size = min(terms + 1, LIMIT - terms)
+
+
+def _fold_exact_parts(nodes: List[Node]) -> None:
+    """Let folds stand for those operands that are affine in their sources and not so small.
+
+    It ends early where the parts overlap so much that folding each takes long; what is then too large is linearized.
+    """
+    exact: Dict[int, bool] = {}
+    parts: List[Any] = []
+    for node, record in nodes:
+        form, first, second = record
+        operands = form.operands(first, second)
+        exact[id(node)] = _is_exact_leaf(node) if form is SOURCE else _is_exact(record)
+        exact[id(node)] = exact[id(node)] and all(exact[id(operand)] for operand in operands)
+        if not exact[id(node)]:
+            parts.extend([operand for operand in operands if exact[id(operand)]])
+    # The last part is mostly what goes on growing; the others build on each other from the first one on.
+    visits = MAX_VISITS * len(nodes)
+    for part in parts[-1:] + parts[:-1]:
+        if visits > 0 and part._size > WORTH_FOLDING and part._record[0] is not AFFINE:
+            below = _nodes_below(part, _remembered)
+            fold = _fold_of(below)
+            visits -= len(below)
+            if fold[2]:
+                _replace(part, fold)
+
+
+def _is_exact_leaf(node: Any) -> bool:
+    """Whether a source is a number."""
+    return type(node._plain) in NUMBERS

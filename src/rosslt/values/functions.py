@@ -10,7 +10,8 @@ from typing import Any, Callable, Dict, Iterable, Tuple
 from .numpy_ufuncs import is_array
 from .operations import BY_CODE, Operation
 from .operations import table as ops
-from .tracked import TRACKED, apply
+from .recording import apply
+from .tracked import TRACKED
 
 
 def function(operation: Operation) -> Callable[..., Any]:

@@ -2,7 +2,7 @@
 
 from typing import Any, Dict, Iterable, List, Mapping, Optional
 
-from .operations import AFFINE, SOURCE
+from .operations import SOURCE
 from .sources import Source
 from .tracked import TRACKED, resolve
 from .tree import leaves, rebuilt
@@ -58,13 +58,13 @@ class Graph:
                 form, first, second = record
                 if form is SOURCE:
                     self.occurrences.setdefault(first, []).append(len(self.nodes))
-                elif form is AFFINE:
-                    missing = [leaf for leaf, _ in first if id(leaf) not in index]
+                elif form.operation is not None:
+                    continue
+                else:
+                    missing = [operand for operand in form.operands(first, second) if id(operand) not in index]
                     if missing:
                         stack.extend(reversed(missing))
                         continue
-                else:
-                    continue
             index[id(node)] = len(self.nodes)
             self.nodes.append(node)
             self.records.append(record)
@@ -84,10 +84,10 @@ class Graph:
                 flag = flags[index[id(first)]]
             elif form is SOURCE:
                 flag = first in changed
-            elif form is AFFINE:
-                flag = any(flags[index[id(leaf)]] for leaf, _ in first)
-            else:
+            elif form.operation is not None:
                 flag = flags[index[id(first)]] or flags[index[id(second)]]
+            else:
+                flag = any(flags[index[id(operand)]] for operand in form.operands(first, second))
             flags.append(flag)
         return flags
 
@@ -100,12 +100,11 @@ class Graph:
                 continue
             if form.single_operand:
                 steps.append((place, form.forward, index[id(first)], None, second))
-            elif form is AFFINE:
-                base = self.nodes[place]._plain
-                terms = [(index[id(leaf)], leaf._plain, slope) for leaf, slope in first]
-                steps.append((place, None, None, None, (base, terms)))
-            else:
+            elif form.operation is not None:
                 steps.append((place, form.forward, index[id(first)], index[id(second)], None))
+            else:
+                operands = [index[id(operand)] for operand in form.operands(first, second)]
+                steps.append((place, None, operands, None, self.nodes[place]._plain))
         return steps
 
     def run(self, steps: List[tuple], values: List[Any], changes: Mapping[Source, Any], most_bits: int = 0) -> None:
@@ -120,15 +119,14 @@ class Graph:
         Raises:
             ArithmeticError, ValueError, TypeError: as the operations themselves do for such values.
         """
+        records = self.records
         for source, value in changes.items():
             for place in self.occurrences.get(source, ()):
                 values[place] = value
         for place, forward, first, second, constant in steps:
             if forward is None:
-                value, terms = constant
-                for leaf, at, slope in terms:
-                    if values[leaf] != at:
-                        value += slope * (values[leaf] - at)
+                form, of, by = records[place]
+                value = form.evaluate(constant, of, by, [values[operand] for operand in first])
             elif second is None:
                 value = forward(values[first], constant)
             else:
@@ -153,7 +151,7 @@ class Graph:
         for place, forward, first, second, constant in steps:
             form = records[place][0]
             if forward is None:
-                found[place] = tuple([(leaf, slope) for leaf, _, slope in constant[1]])
+                found[place] = tuple(zip(first, slopes_or_zeros(records[place], [values[at] for at in first])))
             elif second is None:
                 found[place] = ((first, slope_or_zero(form.slope, values[first], constant)),)
             else:
@@ -225,15 +223,14 @@ class Graph:
         for place in range(root + 1):
             form, first, second = self.records[place]
             affine = True
-            if not depends[place] or form is SOURCE or form is AFFINE:
+            if not depends[place] or form is SOURCE:
                 pass
             elif form.single_operand:
                 affine = form.affine and flags[index[id(first)]]
             else:
-                a, b = index[id(first)], index[id(second)]
-                row = form.operation
-                alone = row.left.affine if not depends[b] else row.right.affine if not depends[a] else form.affine
-                affine = alone and flags[a] and flags[b]
+                places = [index[id(operand)] for operand in form.operands(first, second)]
+                affine = form.is_affine(first, second, [depends[at] for at in places])
+                affine = affine and all(flags[at] for at in places)
             flags.append(affine)
         return flags[root]
 
@@ -247,6 +244,16 @@ def slope_or_zero(slope: Any, a: Any, b: Any) -> Any:
         return 0
 
 
+def slopes_or_zeros(record: tuple, values: List[Any]) -> List[Any]:
+    """The slopes of any form of record at such values of its operands, 0 where there are none that a float holds."""
+    form, first, second = record
+    try:
+        slopes = form.slopes(first, second, values)
+        return [slope if slope - slope == 0 else 0 for slope in slopes]
+    except (ArithmeticError, ValueError, TypeError):
+        return [0] * len(values)
+
+
 def tracked_leaves(x: Any) -> List[Any]:
     """The tracked values in a value, message, list or dict."""
     return [x] if type(x) in TRACKED else [leaf for _, leaf in leaves(x) if type(leaf) in TRACKED]
@@ -255,6 +262,17 @@ def tracked_leaves(x: Any) -> List[Any]:
 def sources(x: Any) -> List[Source]:
     """The sources of a value, message, list or dict, each once, in order of first appearance."""
     return list(Graph(tracked_leaves(x)).occurrences)
+
+
+def check_changes(changes: Mapping[Source, Any]) -> None:
+    """Refuse changes that do not say of which Source.
+
+    Raises:
+        TypeError: a key is no Source.
+    """
+    for key in changes:
+        if not isinstance(key, Source):
+            raise TypeError('changes are {Source: value}, and %r is a %s' % (key, type(key).__name__))
 
 
 def evaluate(x: Any, changes: Mapping[Source, Any]) -> Any:
@@ -268,8 +286,10 @@ def evaluate(x: Any, changes: Mapping[Source, Any]) -> Any:
         The plain value, or a copy of the message, list or dict holding plain values.
 
     Raises:
+        TypeError: a key of `changes` is no Source.
         ArithmeticError, ValueError: as the operations themselves do for such values.
     """
+    check_changes(changes)
     if type(x) in TRACKED:
         value = _along_chain(x, changes)
         if value is not None:

@@ -5,16 +5,19 @@ is_exact)` over earlier instructions that are sources, or `(Operation, index, ..
 operands among the earlier instructions.
 """
 
-from typing import Any, Dict, Iterable, List, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
+from .affine import folded
 from .graph import Graph
 from .operations import AFFINE as RECORD_AFFINE
+from .operations import AFFINE_INSTRUCTION as AFFINE
+from .operations import CONSTANT_INSTRUCTION as CONSTANT
 from .operations import SOURCE as RECORD_SOURCE
+from .operations import SOURCE_INSTRUCTION as SOURCE
 from .operations import Operation
 from .operations.table import MOST_BITS
-from .tracked import TRACKED, apply, make
-
-SOURCE, CONSTANT, AFFINE = 'source', 'constant', 'affine'
+from .recording import apply, make
+from .tracked import TRACKED
 
 
 def disassemble(xs: Iterable[Any]) -> Tuple[List[tuple], List[int]]:
@@ -29,44 +32,70 @@ def disassemble(xs: Iterable[Any]) -> Tuple[List[tuple], List[int]]:
     roots = list(xs)
     instructions: List[tuple] = []
     index: Dict[Any, int] = {}
+    linearized = False
 
-    def constant(value: Any) -> int:
-        key = type(value), repr(value)
+    def added(key: Any, instruction: tuple) -> int:
         if key not in index:
             index[key] = len(instructions)
-            instructions.append((CONSTANT, value))
+            instructions.append(instruction)
         return index[key]
+
+    def constant(value: Any) -> int:
+        return added((type(value), repr(value)), (CONSTANT, value))
+
+    def source(node: Any) -> int:
+        named = node._record[1]
+        return added((type(node._plain), repr(node._plain), named), (SOURCE, named, node._plain))
 
     graph = Graph(root for root in roots if type(root) in TRACKED)
     for node, (form, first, second) in zip(graph.nodes, graph.records):
-        instruction: tuple
         if form is RECORD_SOURCE:
-            key = type(node._plain), repr(node._plain), first
-            if key in index:
-                index[id(node)] = index[key]
-                continue
-            index[key] = len(instructions)
-            instruction = SOURCE, first, node._plain
-        elif form is RECORD_AFFINE:
-            instruction = AFFINE, node._plain, tuple((index[id(leaf)], slope) for leaf, slope in first), second
-        elif form.operation.arity == 1:
-            instruction = form.operation, index[id(first)]
-        elif form.position == 0:
-            instruction = form.operation, index[id(first)], constant(second)
-        elif form.position == 1:
-            instruction = form.operation, constant(second), index[id(first)]
-        else:
-            instruction = form.operation, index[id(first)], index[id(second)]
-        index[id(node)] = len(instructions)
-        instructions.append(instruction)
-    return instructions, [index[id(root)] if type(root) in TRACKED else constant(root) for root in roots]
+            index[id(node)] = source(node)
+            continue
+        places = [index[id(operand)] for operand in form.operands(first, second)]
+        instruction = form.instruction(node._plain, first, second, places, constant)
+        if instruction is None:
+            linearized = True
+            _, terms, exact = folded(node)
+            instruction = AFFINE, node._plain, tuple([(source(leaf), slope) for leaf, slope in terms]), exact
+        added(id(node), instruction)
+    places = [index[id(root)] if type(root) in TRACKED else constant(root) for root in roots]
+    return _needed(instructions, places) if linearized else (instructions, places)
 
 
-def assemble(instructions: Iterable[tuple]) -> List[Any]:
+def _needed(instructions: List[tuple], roots: List[int]) -> Tuple[List[tuple], List[int]]:
+    """Only those instructions that the roots need: nothing below a linearization but its sources."""
+    needed = set(roots)
+    for place in range(len(instructions) - 1, -1, -1):
+        if place in needed:
+            needed.update(_operands(instructions[place]))
+    moved = {place: number for number, place in enumerate(sorted(needed))}
+    return [_moved(instructions[place], moved) for place in sorted(needed)], [moved[place] for place in roots]
+
+
+def _operands(instruction: tuple) -> Iterable[int]:
+    if isinstance(instruction[0], Operation):
+        return instruction[1:]
+    return [place for place, _ in instruction[2]] if instruction[0] == AFFINE else ()
+
+
+def _moved(instruction: tuple, moved: Dict[int, int]) -> tuple:
+    if isinstance(instruction[0], Operation):
+        return (instruction[0], *[moved[place] for place in instruction[1:]])
+    if instruction[0] == AFFINE:
+        kind, value, terms, exact = instruction
+        return kind, value, tuple([(moved[place], slope) for place, slope in terms]), exact
+    return instruction
+
+
+def assemble(
+    instructions: Iterable[tuple], check: Optional[Callable[[Operation, List[Any]], None]] = None
+) -> List[Any]:
     """The values that instructions make, in their order; constants come back plain.
 
     Args:
         instructions: as from `disassemble`; the caller has checked counts and indices.
+        check: `check(operation, operands)` is called before each operation; what it raises refuses the instructions.
 
     Raises:
         TypeError, ValueError, ArithmeticError, IndexError: the instructions do not fit each other, or make a
@@ -76,7 +105,10 @@ def assemble(instructions: Iterable[tuple]) -> List[Any]:
     for instruction in instructions:
         kind = instruction[0]
         if isinstance(kind, Operation):
-            value = apply(kind, *[made[index] for index in instruction[1:]])
+            operands = [made[index] for index in instruction[1:]]
+            if check is not None:
+                check(kind, operands)
+            value = apply(kind, *operands)
             if value is NotImplemented:
                 raise TypeError('%s of such operands' % kind.name)
             _check_size(value)

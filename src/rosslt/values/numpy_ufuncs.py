@@ -1,34 +1,29 @@
 """Tracked values in NumPy's arithmetic. NumPy itself is only used once the caller brings an array or a ufunc.
 
-NumPy asks the class of a scalar for `__array_ufunc__` on two occasions and takes the answer differently. Its own
-operators (`np.float64(2) * x`, `array * x`) leave the work to `x.__rmul__` if it is None, and otherwise convert x to
-a plain float. A function (`np.sin(x)`) refuses to work if it is None, and otherwise calls it. `ArrayUfuncDescriptor`
-answers both, by a look at which instruction of the caller is being executed.
+The tracked numbers define `__array_ufunc__` (NEP 13), so NumPy hands them its operators and functions: `np.sin(x)`,
+`array * x`, `np.float32(2) * x`. One case it does not hand on: since NumPy 1.23 the operators of `np.float64` compute
+at once with a subclass of float, so `np.float64(2) * x` is plain (docs/values.md says what to do).
 """
 
-import dis
 import sys
-from typing import Any, Callable
+from typing import Any, Callable, Optional
 
 from .operations import BY_CODE, Operation
 
 BY_UFUNC = {name: row for row in BY_CODE.values() for name in row.numpy}
-IN_PLACE = 13
-"""The first argument of Python 3.11's BINARY_OP that stands for an operator in place."""
 
 
-class ArrayUfuncDescriptor:
-    """The class attribute `__array_ufunc__`: None while a binary operator asks, else the method."""
+_compute: Optional[Callable[..., Any]] = None
 
-    def __init__(self, method: Callable[..., Any]) -> None:
-        self._method = method
 
-    def __get__(self, instance: Any, owner: Any) -> Any:
-        caller = sys._getframe(1)
-        name, argument = dis.opname[caller.f_code.co_code[caller.f_lasti]], caller.f_code.co_code[caller.f_lasti + 1]
-        if name.startswith('BINARY_') and not (name == 'BINARY_OP' and argument >= IN_PLACE):
-            return None
-        return self._method if instance is None else self._method.__get__(instance)
+def compute_ufuncs_with(function: Optional[Callable[..., Any]]) -> None:
+    """Set what computes with arrays and tracked scalars, in place of arrays of objects.
+
+    Args:
+        function: called with the ufunc, its method's name, its operands and its options; None restores the default.
+    """
+    global _compute
+    _compute = function
 
 
 def is_array(x: Any) -> bool:
@@ -39,6 +34,8 @@ def is_array(x: Any) -> bool:
 def broadcast(apply: Callable[..., Any], operation: Operation, *operands: Any) -> Any:
     """An operation on each element of arrays, broadcast as in NumPy: an object array, or a scalar."""
     numpy = sys.modules['numpy']
+    if _compute is not None and operation.numpy:
+        return _compute(getattr(numpy, operation.numpy[0]), '__call__', operands, {})
     each = numpy.frompyfunc(lambda *scalars: apply(operation, *scalars), len(operands), 1)
     return each(*[boxed(numpy, operand) for operand in operands])
 
@@ -59,6 +56,8 @@ def array_ufunc(apply: Callable[..., Any], plain: Callable[[Any], Any]) -> Calla
 
     def called(self: Any, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         numpy = sys.modules['numpy']
+        if _compute is not None:
+            return _compute(ufunc, method, inputs, options)
         row = BY_UFUNC.get(ufunc.__name__)
         if row is not None and row.arity == len(inputs) and method == '__call__' and not options:
             return broadcast(apply, row, *inputs)

@@ -2,21 +2,13 @@
 
 from typing import Any, Optional, Tuple
 
-from .numpy_ufuncs import ArrayUfuncDescriptor, array_ufunc
+from .affine import LIMIT, shorten
+from .instructions import assemble, disassemble
+from .numpy_ufuncs import array_ufunc
 from .operations import BY_CODE, FUNCTION, Operation
 from .operations import table as ops
-from .tracked import (
-    LIMIT,
-    MAX_SHARED_SIZE,
-    TRACKED,
-    TrackedBool,
-    TrackedFloat,
-    TrackedInt,
-    TrackedStr,
-    apply,
-    plain,
-    shorten,
-)
+from .recording import MAX_SHARED_SIZE, apply, joint_size
+from .tracked import CREATE, TRACKED, TrackedBool, TrackedFloat, TrackedInt, TrackedStr, plain
 
 NUMBERS: Tuple[Any, ...] = (TrackedFloat, TrackedInt, TrackedBool)
 WHOLE: Tuple[Any, ...] = (TrackedInt, TrackedBool)
@@ -36,26 +28,28 @@ BITWISE = {'and': ops.AND, 'or': ops.OR, 'xor': ops.XOR}
 
 TEMPLATE = """
 def __{name}__(self, other):
-    kind = type(other)
-    if kind is float:
+    if type(other) is float:
         value = self._plain {symbol} other
-        result = TrackedFloat(value)
+        result = create(value)
         result._plain = value
         result._record = (left, self, other)
         size = result._size = self._size + 1
         if size > {limit}:
             shorten(result)
         return result
-    if kind is TrackedFloat:
+    if type(other) is TrackedFloat:
         value = self._plain {symbol} other._plain
-        result = TrackedFloat(value)
+        result = create(value)
         result._plain = value
         result._record = (both, self, other)
         large = self._size
         small = other._size
         if large < small:
             large, small = small, large
-        size = result._size = large + (small if small < MAX_SHARED_SIZE else MAX_SHARED_SIZE) + 1
+        if small < 0:
+            size = result._size = joint_size(small, large)
+        else:
+            size = result._size = large + (small if small < MAX_SHARED_SIZE else MAX_SHARED_SIZE) + 1
         if size > {limit}:
             shorten(result)
         return result
@@ -64,7 +58,7 @@ def __{name}__(self, other):
 def __r{name}__(self, other):
     if type(other) is float:
         value = other {symbol} self._plain
-        result = TrackedFloat(value)
+        result = create(value)
         result._plain = value
         result._record = (right, self, other)
         size = result._size = self._size + 1
@@ -80,6 +74,8 @@ def give_fast_operator(name: str, operation: Operation) -> None:
     """Give TrackedFloat an operator and its reflection, compiled from the template."""
     methods = dict(
         TrackedFloat=TrackedFloat,
+        create=CREATE[float],
+        joint_size=joint_size,
         MAX_SHARED_SIZE=MAX_SHARED_SIZE,
         shorten=shorten,
         apply=apply,
@@ -162,16 +158,12 @@ def itself(self: Any, *_: Any) -> Any:
 
 def as_instructions(self: Any, protocol: int) -> Tuple[Any, Tuple[Any, int]]:
     """How pickle keeps a value: as the flat instructions that make it, so that depth does not matter."""
-    from .instructions import disassemble  # which walks expressions, made of the classes given this method
-
     instructions, (index,) = disassemble([self])
     return from_instructions, (instructions, index)
 
 
 def from_instructions(instructions: Any, index: int) -> Any:
     """The value that pickle kept."""
-    from .instructions import assemble
-
     return assemble(instructions)[index]
 
 
@@ -185,6 +177,7 @@ def give_all() -> None:
         give_operator(TrackedInt, name, row)
         give_operator(TrackedBool, name, row)
     for cls in WHOLE:
+        cls.numerator = property(itself)
         cls.__mul__ = cls.__rmul__ = product
     for cls in NUMBERS:
         give_operator(cls, 'pow', ops.POWER)
@@ -192,6 +185,7 @@ def give_all() -> None:
         cls.__divmod__, cls.__rdivmod__ = floor_and_rest, reflected_floor_and_rest
         cls.__round__ = rounded
         cls.__pos__ = cls.conjugate = itself
+        cls.real = property(itself)
         for name, row in (
             ('__neg__', ops.NEGATE),
             ('__abs__', ops.ABSOLUTE),
@@ -203,14 +197,15 @@ def give_all() -> None:
         for row in BY_CODE.values():
             for name in row.numpy if row.precedence == FUNCTION else ():
                 give_method(cls, name, row)
-        cls.__array_ufunc__ = ArrayUfuncDescriptor(array_ufunc(apply, plain))
+        cls.__array_ufunc__ = array_ufunc(apply, plain)
     give_method(TrackedBool, '__pos__', ops.TRUNCATE)
+    TrackedBool.real = TrackedBool.numerator = property(TrackedBool.__pos__)  # type: ignore[assignment]
     TEXT.__add__, TEXT.__radd__ = joined, joined_behind
     TEXT.__mul__ = TEXT.__rmul__ = text_repeated
     for tracked in TRACKED:
         for name in ('__copy__', '__deepcopy__'):
             setattr(tracked, name, itself)
-        tracked.__reduce_ex__ = as_instructions  # type: ignore[assignment, method-assign]
+        tracked.__reduce_ex__ = as_instructions
 
 
 give_all()

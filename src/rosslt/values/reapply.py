@@ -2,10 +2,10 @@
 
 from typing import Any, Dict
 
-from .graph import Graph, tracked_leaves
-from .operations import AFFINE, SOURCE
+from .graph import Graph, check_changes, tracked_leaves
+from .recording import make, size_of
 from .sources import Source
-from .tracked import TRACKED, apply, make
+from .tracked import TRACKED
 from .tree import rebuilt
 
 
@@ -20,21 +20,17 @@ def reapply(x: Any, changes: Dict[Source, Any]) -> Any:
         The tracked value, or a copy of the message, list or dict holding tracked values.
 
     Raises:
-        ArithmeticError, ValueError, TypeError: as the operations themselves do for such values.
+        TypeError: a key of `changes` is no Source, or as the operations themselves do.
+        ArithmeticError, ValueError: as the operations themselves do for such values.
     """
+    check_changes(changes)
     graph = Graph(tracked_leaves(x))
-    values = graph.values(changes)
     made: Dict[int, Any] = {}
-    for place, (node, (form, first, second)) in enumerate(zip(graph.nodes, graph.records)):
-        value = values[place]
-        if form is SOURCE:
-            again = make(value, (SOURCE, first, None), 1)
-        elif form is AFFINE:
-            terms = tuple([(made[id(leaf)], slope) for leaf, slope in first])
-            again = make(value, (AFFINE, terms, second), len(terms) + 1)
-        elif form.position == 1:
-            again = apply(form.operation, second, made[id(first)])
+    for node, (form, first, second), value in zip(graph.nodes, graph.records, graph.values(changes)):
+        operands = [made[id(operand)] for operand in form.operands(first, second)]
+        if all(type(operand) in TRACKED for operand in operands):
+            size = size_of(operands) if operands else 1
+            made[id(node)] = make(value, form.with_operands(first, second, operands), size)
         else:
-            again = apply(form.operation, made[id(first)], second if form.single_operand else made[id(second)])
-        made[id(node)] = again
+            made[id(node)] = value  # of an operand that is a complex number there
     return rebuilt(x, lambda leaf: made[id(leaf)] if type(leaf) in TRACKED else leaf)

@@ -1,6 +1,6 @@
 """Sources: the places that numbers come from, and how to call them in a sentence."""
 
-from typing import Callable, NamedTuple, Optional
+from typing import Any, Callable, Iterator, NamedTuple, Optional
 
 
 class Source(NamedTuple):
@@ -14,6 +14,59 @@ class Source(NamedTuple):
 
     def __str__(self) -> str:
         return '%s#%s' % self
+
+
+class UnnamedSource(Source):
+    """A source of this process before it is a node: it gets the node's name later, wherever it is already used.
+
+    A node may read its locations before `init_node` has said what it is called. The expressions that hold such a
+    source need no change when the name is known.
+
+    Args:
+        location_id: of the location.
+    """
+
+    def __new__(cls, location_id: int) -> 'UnnamedSource':
+        return super().__new__(cls, '', location_id)
+
+    @property
+    def node(self) -> str:
+        """The node's name, '' until it is known."""
+        return self.__dict__.get('name', '')
+
+    def name_node(self, node: str) -> None:
+        """Say what the node is called, once."""
+        self.__dict__['name'] = node
+
+    def __getitem__(self, index: Any) -> Any:
+        return (self.node, self.location_id)[index]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.node, self.location_id))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Source) and (self.node, self.location_id) == (other.node, other.location_id)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash((self.node, self.location_id))
+
+    def __str__(self) -> str:
+        return f'{self.node}#{self.location_id}'
+
+    def __repr__(self) -> str:
+        return f'Source(node={self.node!r}, location_id={self.location_id!r})'
+
+    def __copy__(self) -> 'UnnamedSource':
+        return self
+
+    def __deepcopy__(self, _memo: Any) -> 'UnnamedSource':
+        return self
+
+    def __reduce__(self) -> Any:
+        return Source, (self.node, self.location_id)
 
 
 _describe: Optional[Callable[[Source], Optional[str]]] = None

@@ -5,35 +5,38 @@ tuple `(form, first, second)` that `operations.Form` describes. The record is re
 means the same, so readers take it once and need no lock. Recording an operation is O(1) and copies nothing.
 """
 
-from typing import Any, Callable, Iterable, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
-from .numpy_ufuncs import broadcast, is_array
-from .operations import AFFINE, LAZY, SOURCE, Operation
+from .operations import AFFINE, LAZY, SOURCE
 from .operations import table as ops
 from .sources import Source
 
-LIMIT = 8192
-"""The size at which a value's expression is shortened (see `affine.shorten`)."""
 
-MAX_SHARED_SIZE = 16
-"""The most that the smaller of two operands adds to the size of a result. Operands mostly share their past; adding
-up their sizes would count it twice at every step, and so pass the limit in no time."""
+class TrackedType(type):
+    """The type of the tracked classes: calling one of them gives a plain value.
+
+    Others make numbers with `type(x)(...)`, as statistics.mean and float.fromhex do; what they make has no provenance.
+    This room makes tracked values by `CREATE`, which is as fast as a call of the class.
+    """
+
+    def __call__(cls, *args: Any, **options: Any) -> Any:
+        return PLAIN_CLASSES[cls](*args, **options)
 
 
-class TrackedFloat(float):
-    """A float with provenance. Made by `track` and by arithmetic, never by calling it."""
+class TrackedFloat(float, metaclass=TrackedType):
+    """A float with provenance. Made by `track` and by arithmetic; calling the class gives a plain float."""
 
     __slots__ = ('_plain', '_record', '_size', '_fold')
     _plain: float
 
 
-class TrackedInt(int):
+class TrackedInt(int, metaclass=TrackedType):
     """An int with provenance. (A subclass of int takes no slots.)"""
 
     _plain: int
 
 
-class TrackedBool(int):
+class TrackedBool(int, metaclass=TrackedType):
     """A bool with provenance: an int that shows itself as a bool, since bool takes no subclasses."""
 
     _plain: bool
@@ -47,13 +50,16 @@ class TrackedBool(int):
         return format(self._plain, spec)
 
 
-class TrackedStr(str):
+class TrackedStr(str, metaclass=TrackedType):  # type: ignore[misc]  # for mypy, str is an abstract Sequence
     """A str with provenance."""
 
     __slots__ = ('_plain', '_record', '_size', '_fold')
 
 
-CLASSES = {float: TrackedFloat, int: TrackedInt, bool: TrackedBool, str: TrackedStr}
+CLASSES: Dict[Any, Any] = {float: TrackedFloat, int: TrackedInt, bool: TrackedBool, str: TrackedStr}
+PLAIN_CLASSES: Dict[Any, Any] = {tracked: kind for kind, tracked in CLASSES.items()}
+CREATE: Dict[Any, Callable[[Any], Any]] = {kind: type.__call__.__get__(tracked) for kind, tracked in CLASSES.items()}
+"""What makes a tracked value, still without provenance, of a plain one of each type."""
 TRACKED = frozenset(CLASSES.values())
 
 
@@ -62,7 +68,7 @@ def plain(value: Any) -> Any:
     return value._plain if type(value) in TRACKED else value
 
 
-def scalar(value: Any) -> Any:
+def plain_scalar(value: Any) -> Any:
     """The Python number, bool or str in `value` (a subclass of one, a NumPy scalar), None if it is no such thing."""
     kind = type(value)
     if kind in CLASSES:
@@ -78,53 +84,13 @@ def scalar(value: Any) -> Any:
     return None
 
 
-def shorten(value: Any) -> None:
-    """Keep a value's expression within the limit."""
-    from .affine import shorten  # which walks expressions, made of what this module defines
-
-    shorten(value)
-
-
-def make(value: Any, record: tuple, size: int) -> Any:
-    """The tracked value with that record; `value` itself if its type cannot be tracked (a complex number)."""
-    kind = CLASSES.get(type(value))
-    if kind is None:
-        return value
-    result = kind(value)
+def new(value: Any, record: tuple, size: int) -> Any:
+    """The tracked value with that record, however long its expression is (`recording.make` keeps a limit)."""
+    result = CREATE[type(value)](value)
     result._plain = value
     result._record = record
     result._size = size
-    if size > LIMIT:
-        shorten(result)
     return result
-
-
-def apply(operation: Operation, first: Any, second: Any = None) -> Any:
-    """The result of an operation: tracked if an operand is, an array if one is, NotImplemented for other types.
-
-    Raises:
-        ArithmeticError, ValueError, TypeError: as the operation itself does.
-    """
-    if operation.arity == 1:
-        if is_array(first):
-            return broadcast(apply, operation, first)
-        if isinstance(first, str) and not operation.on_text:
-            raise TypeError('%s of a text' % operation.name)
-        if type(first) in TRACKED:
-            return make(operation.forward(first._plain), (operation.left, first, None), first._size + 1)
-        return operation.forward(first)
-    a, b = scalar(first), scalar(second)
-    if a is None or b is None:
-        return broadcast(apply, operation, first, second) if is_array(first) or is_array(second) else NotImplemented
-    if (type(a) is str or type(b) is str) and not operation.on_text:
-        return NotImplemented
-    value = operation.forward(a, b)
-    if type(first) in TRACKED:
-        if type(second) in TRACKED:
-            small, large = sorted((first._size, second._size))
-            return make(value, (operation.both, first, second), large + min(small, MAX_SHARED_SIZE) + 1)
-        return make(value, (operation.left, first, b), first._size + 1)
-    return make(value, (operation.right, second, a), second._size + 1) if type(second) in TRACKED else value
 
 
 def track(value: Any, source: Source) -> Any:
@@ -137,10 +103,10 @@ def track(value: Any, source: Source) -> Any:
     Raises:
         TypeError: the value is none of these.
     """
-    number = scalar(value)
+    number = plain_scalar(value)
     if number is None:
         raise TypeError('cannot track a %s, only float, int, bool and str' % type(value).__name__)
-    return make(number, (SOURCE, source, None), 1)
+    return new(number, (SOURCE, source, None), 1)
 
 
 def lazy(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[Any]:
@@ -154,7 +120,7 @@ def lazy(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[A
     """
     results = []
     for value, load in zip(values, loads):
-        result = CLASSES[type(value)](value)
+        result = CREATE[type(value)](value)
         result._plain = value
         result._record = (LAZY, load, None)
         result._size = 1
@@ -182,15 +148,12 @@ def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:
         value: the plain float or int, at the sources' present values.
         terms: `((Source, source's value, slope), ...)` as `affine` gives them, a source at most once.
     """
-    result = CLASSES[type(value)](value)
-    result._plain = value
-    result._record = record = _of_terms(value, terms)
-    result._size = len(record[1]) + 1
-    return result
+    record = _of_terms(value, terms)
+    return new(value, record, len(record[1]) + 1)
 
 
 def _of_terms(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> tuple:
-    leaves = tuple([(make(at, (SOURCE, source, None), 1), slope) for source, at, slope in terms])
+    leaves = tuple([(new(at, (SOURCE, source, None), 1), slope) for source, at, slope in terms])
     if len(leaves) == 1 and leaves[0][1] == 1:
         leaf = leaves[0][0]
         if leaf == value and type(leaf._plain) is type(value):

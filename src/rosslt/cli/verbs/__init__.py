@@ -1,2 +1,1 @@
-"""The verbs of the command, a module each: DESCRIPTION, EXAMPLE, `parse(parser)` and `run(options)`, which returns the
-exit code, or None for 0."""
+"""The verbs of the command, a module each, with the names that `rosslt.cli.verb.Verb` tells of."""

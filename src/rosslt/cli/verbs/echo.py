@@ -1,54 +1,83 @@
 """`rosslt echo`: messages with the provenance of their fields."""
 
+import argparse
+import sys
+import time
+from typing import Iterable, Iterator
+
+import rosgraph
+
 from rosslt import values
 from rosslt.cli import bags
+from rosslt.cli.completers import topics
 from rosslt.cli.directory import Directory
 from rosslt.cli.fields import field_of
+from rosslt.cli.hearing import why_silent
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal
-from rosslt.cli.reading import Inbox
+from rosslt.cli.reading import Inbox, Received
 from rosslt.cli.rendering import json_line, write_lines, yaml_lines
+from rosslt.cli.verb import LOOK, Argument
 
+GROUP = LOOK
+SUMMARY = 'messages with the provenance of their fields'
 DESCRIPTION = """Print messages, or one field of them, with the provenance of each tracked value beside it: what was
 done, and the file and line that each number comes from."""
 EXAMPLE = """\
 examples:
-  rosslt echo /goal/pose/position
+  rosslt echo /target/pose/position
   rosslt echo --once --json /markers | jq .provenance
-  rosslt echo --bag run.bag /goal
+  rosslt echo --bag run.bag /target
 
 In a pipe each value is a line of columns between tabs: field, value, provenance (or empty); --- ends a message. With
 --json each message is a line.
 """
+ARGUMENTS = [
+    Argument(
+        'topic', completer=topics, metavar='TOPIC[/FIELD]', help='a field in it as pose/position/x or points[3].x'
+    ),
+    Argument('-n', dest='count', type=int, default=0, metavar='N', help='end after N messages'),
+    Argument('--once', dest='count', action='store_const', const=1, help='end after one message'),
+    Argument('--json', action='store_true', help='one line of JSON for each message'),
+    Argument('--bag', metavar='FILE', help='from a recorded bag'),
+]
+
+#: After how many seconds without a message it is said why there may be none.
+SILENCE = 3.0
 
 
-def parse(parser):
-    parser.add_argument('topic', metavar='TOPIC[/FIELD]', help='a field in it as pose/position/x or points[3].x')
-    parser.add_argument('-n', dest='count', type=int, default=0, metavar='N', help='end after N messages')
-    parser.add_argument('--once', dest='count', action='store_const', const=1, help='end after one message')
-    parser.add_argument('--json', action='store_true', help='one line of JSON for each message')
-    parser.add_argument('--bag', metavar='FILE', help='from a recorded bag')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> None:
     if options.bag:
         with bags.opened(options.bag) as bag:
             topic, field = bags.split_topic(bag, options.topic)
-            _echo(bags.messages(bag, [topic]), field, options)
+            directory = Directory()
+            bags.take_names(bag, directory)
+            _echo(bags.messages(bag, [topic]), field, directory, options)
         return
-    topic, _, field = split_topic(find_master(), options.topic)
+    master = find_master()
+    topic, type_, field = split_topic(master, options.topic)
     with Inbox([topic]) as inbox:
         try:
-            _echo(iter(inbox.next, None), field, options)
+            _echo(_heard(master, inbox, topic, type_), field, Directory(), options)
         except KeyboardInterrupt:
             # without a count this is how it ends
             if options.count:
                 raise
 
 
-def _echo(messages, field, options):
-    directory = Directory()
-    values.describe_sources_with(directory.short_file)
+def _heard(master: rosgraph.Master, inbox: Inbox, topic: str, type_: str) -> Iterator[Received]:
+    """The messages of a topic; where none comes, a line on standard error says why."""
+    first = inbox.next_before(time.monotonic() + SILENCE)
+    if first is not None:
+        yield first
+    else:
+        why = why_silent(master, topic, type_)
+        print(f'rosslt echo: no message on {topic} within {SILENCE:g} s: {why}', file=sys.stderr, flush=True)
+    yield from iter(inbox.next, None)
+
+
+def _echo(messages: Iterable[Received], field: str, directory: Directory, options: argparse.Namespace) -> None:
+    values.describe_sources_with(directory.describe)
     for number, received in enumerate(messages, 1):
         part = field_of(received.message, field)
         directory.learn(values.sources(part))

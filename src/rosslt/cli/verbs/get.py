@@ -1,21 +1,26 @@
 """`rosslt get`: the value of a location."""
 
+import argparse
+
 from rosslt import node
+from rosslt.cli.completers import locations
 from rosslt.cli.directory import Directory, find
 from rosslt.cli.master import find_master
+from rosslt.cli.verb import LOOK, Argument
 
+GROUP = LOOK
+SUMMARY = 'the value of a location'
 DESCRIPTION = 'Print the current value of a location, as `rosslt set` takes it.'
 EXAMPLE = """\
 example:
   rosslt get /talker/radius
 """
+ARGUMENTS = [
+    Argument('location', completer=locations, metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID'),
+]
 
 
-def parse(parser):
-    parser.add_argument('location', metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> None:
     place = find(find_master(), Directory(), options.location)
     # a text is printed as it is, so that a shell can use it
     print(place.value if isinstance(place.value, str) else node.to_json(place.value))

@@ -1,14 +1,22 @@
 """`rosslt graph`: the flow of provenance."""
 
+import argparse
+from typing import Iterable
+
+from rosslt import values
+from rosslt.cli.completers import topics
 from rosslt.cli.directory import Directory
 from rosslt.cli.drawing import dot, svg
 from rosslt.cli.failure import Failure
-from rosslt.cli.flow import Flow
+from rosslt.cli.flow import Flow, Step
 from rosslt.cli.master import find_master, full_name
 from rosslt.cli.output import is_terminal, write_row
 from rosslt.cli.provenance_map import ProvenanceMap, brief
 from rosslt.cli.reading import Inbox
+from rosslt.cli.verb import LOOK, Argument
 
+GROUP = LOOK
+SUMMARY = 'which location reaches which field of which topic, through which nodes'
 DESCRIPTION = """Listen to all topics for a while, and print which location reaches which field of which topic, through
 which nodes."""
 EXAMPLE = """\
@@ -18,17 +26,15 @@ examples:
 
 In a pipe each location and topic is a line of columns between tabs: NODE/LOCATION, topic, fields, nodes on the way.
 """
+ARGUMENTS = [
+    Argument('topics', completer=topics, nargs='*', metavar='TOPIC', help='listen to these alone'),
+    Argument('--time', type=float, default=2.0, metavar='S', help='how long to listen (default: 2)'),
+    Argument('--dot', action='store_true', help='print it for graphviz', exclusive=True),
+    Argument('--svg', action='store_true', help='print it drawn by graphviz', exclusive=True),
+]
 
 
-def parse(parser):
-    parser.add_argument('topics', nargs='*', metavar='TOPIC', help='listen to these alone')
-    parser.add_argument('--time', type=float, default=2.0, metavar='S', help='how long to listen (default: 2)')
-    form = parser.add_mutually_exclusive_group()
-    form.add_argument('--dot', action='store_true', help='print it for graphviz')
-    form.add_argument('--svg', action='store_true', help='print it drawn by graphviz')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> None:
     master = find_master()
     published = [topic for topic, _ in master.getPublishedTopics('/')]
     topics = list(map(full_name, options.topics)) or published
@@ -55,14 +61,14 @@ def run(options):
                 write_row(directory.name(source), topic, ','.join(fields), ','.join(nodes))
 
 
-def _show(flow, sources, directory):
+def _show(flow: Flow, sources: Iterable[values.Source], directory: Directory) -> None:
     for source in sources:
         place = directory.of(source)
         print(directory.name(source) + (f'  [{place.short_file}]' if place else ''))
         _show_steps(flow.steps(source), '  ')
 
 
-def _show_steps(steps, indent):
+def _show_steps(steps: Iterable[Step], indent: str) -> None:
     for step in steps:
         print(
             '{}{} -> {}: {}{}'.format(
@@ -70,7 +76,7 @@ def _show_steps(steps, indent):
                 step.publisher,
                 step.topic,
                 brief(step.fields),
-                '' if step.is_known else '  (it is not seen how it came here)',
+                '' if step.is_known else '  (path unknown)',
             )
         )
         _show_steps(step.next, indent + '  ')

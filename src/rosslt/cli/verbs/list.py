@@ -1,64 +1,71 @@
 """`rosslt list`: nodes and their locations."""
 
+import argparse
 import sys
+from typing import List
 
-from rosslt.cli.directory import Directory, tracked_node
+from rosslt.cli.completers import nodes
+from rosslt.cli.directory import Directory, Place, tracked_node
 from rosslt.cli.master import find_master, tracked_nodes
-from rosslt.cli.output import is_terminal, shortened, table, width, write_row
+from rosslt.cli.output import is_terminal, limits, shortened, table, width, write_row
+from rosslt.cli.unreachable import why_unreachable
+from rosslt.cli.verb import LOOK, Argument
 
-DESCRIPTION = 'Print the nodes that have locations, and for each location its name, type, value, bounds and file.'
+GROUP = LOOK
+SUMMARY = 'nodes and their locations'
+DESCRIPTION = """Print the nodes that have locations, and for each location its name, type, value, bounds and file,
+and what the code says where the value is one of an earlier run."""
 EXAMPLE = """\
 example:
   rosslt list /talker
 
 In a pipe each location is a line of columns between tabs: NODE/LOCATION, type, value, minimum, maximum, read-only (or
-empty), file:line:column.
+empty), file:line:column, what the code says (empty where that is the value).
 """
+ARGUMENTS = [
+    Argument('node', completer=nodes, nargs='?', metavar='NODE', help='this node alone'),
+]
 
 #: The most that a value takes of a line.
 LONGEST_VALUE = 30
 
 
-def parse(parser):
-    parser.add_argument('node', nargs='?', metavar='NODE', help='this node alone')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> int:
     master = find_master()
     nodes = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
+    if not nodes:
+        print('rosslt list: no node has locations: none is tracked', file=sys.stderr)
     places, silent = Directory().ask(nodes)
     show = _show if is_terminal() else _write
     for node in nodes:
         if node in places:
             show(node, places[node])
     for node, why in sorted(silent.items()):
-        print(f'rosslt list: cannot reach {node}: {why}', file=sys.stderr)
+        print(f'rosslt list: cannot reach {node}: {why_unreachable(master, node, why)}', file=sys.stderr)
     return 1 if silent else 0
 
 
-def _show(node, places):
+def _show(node: str, places: List[Place]) -> None:
     print(node)
     rows = [
-        (place.local_name, place.location.type, shortened(place.location.value, LONGEST_VALUE), _limits(place.location))
+        (
+            place.local_name,
+            place.location.type,
+            shortened(place.location.value, LONGEST_VALUE),
+            limits(place),
+        )
         for place in places
     ]
+    notes = [f'the code says {place.location.literal}' if place.location.remembered else '' for place in places]
     lines = [
-        table([(*row, file) for row, file in zip(rows, files)], indent='  ')
+        table([(*row, file, note) for row, file, note in zip(rows, files, notes)], indent='  ')
         for files in ([place.file for place in places], [place.short_file for place in places])
     ]
     for line in lines[0] if all(len(line) <= width() for line in lines[0]) else lines[1]:
         print(line)
 
 
-def _limits(location):
-    if location.read_only:
-        return 'read-only'
-    if location.minimum or location.maximum:
-        return '{} .. {}'.format(location.minimum, location.maximum).strip()
-    return ''
-
-
-def _write(_node, places):
+def _write(_node: str, places: List[Place]) -> None:
     for place in places:
         location = place.location
         write_row(
@@ -69,4 +76,5 @@ def _write(_node, places):
             location.maximum,
             'read-only' if location.read_only else '',
             place.file,
+            location.literal if location.remembered else '',
         )

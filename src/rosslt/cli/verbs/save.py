@@ -1,33 +1,39 @@
 """`rosslt save`: a node's current values as YAML that rosparam load takes."""
 
+import argparse
 import contextlib
 import sys
+from typing import Any, Dict, List, Sequence, Union
 
 import yaml
 
+from rosslt.cli.completers import nodes
 from rosslt.cli.directory import Directory, locations_of, tracked_node
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
+from rosslt.cli.verb import CHANGE, Argument
 
+GROUP = CHANGE
+SUMMARY = "a node's current values as YAML that rosparam load takes"
 DESCRIPTION = """Write the current values of a node's locations as YAML. `rosparam load FILE` puts them in force again,
 and so does <rosparam file="FILE"/> in a launch file, before the node starts."""
 EXAMPLE = """\
 example:
   rosslt save /talker talker.yaml && rosparam load talker.yaml
 """
+ARGUMENTS = [
+    Argument('node', completer=nodes, metavar='NODE'),
+    Argument('file', metavar='FILE', help='- for standard output'),
+]
 
 
-def parse(parser):
-    parser.add_argument('node', metavar='NODE')
-    parser.add_argument('file', metavar='FILE', help='- for standard output')
-
-
-def run(options):
+def run(options: argparse.Namespace) -> None:
     master = find_master()
     name = tracked_node(master, options.node)
     parameters = master.getParam('/')
-    saved, left_out = {}, []
-    for place in locations_of(Directory(), name):
+    saved: Dict[str, Any] = {}
+    left_out: List[str] = []
+    for place in locations_of(master, Directory(), name):
         # a literal's location is the parameter below the node's name
         location = place.location.name
         path = (location if location.startswith('/') else f'{name}/rosslt/{location}').strip('/').split('/')
@@ -45,7 +51,7 @@ def run(options):
         print('rosslt save: not saved, as no parameter stands behind them: ' + ', '.join(left_out), file=sys.stderr)
 
 
-def _put(parameters, saved, path, value):
+def _put(parameters: Any, saved: Any, path: Sequence[str], value: Any) -> bool:
     """Take one value into what is saved: in the place that it has among the parameters.
 
     Args:
@@ -56,9 +62,10 @@ def _put(parameters, saved, path, value):
     Returns:
         Whether there is such a parameter.
     """
-    step, rest = path[0], path[1:]
+    step: Union[str, int, None] = path[0]
+    rest = path[1:]
     if isinstance(parameters, list):
-        step = int(step) if step.isdigit() and int(step) < len(parameters) else None
+        step = int(path[0]) if path[0].isdigit() and int(path[0]) < len(parameters) else None
     elif not isinstance(parameters, dict) or step not in parameters:
         step = None
     if step is None:

@@ -1,36 +1,38 @@
 """`rosslt set`: change a location."""
 
+import argparse
+
 from rosslt import node, srv
-from rosslt.cli.directory import TIMEOUT, Directory, find
+from rosslt.cli.completers import locations
+from rosslt.cli.directory import Directory, call, find
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
 from rosslt.cli.output import write_change
 from rosslt.cli.scalars import scalar
+from rosslt.cli.verb import CHANGE, Argument
 
+GROUP = CHANGE
+SUMMARY = 'change a location'
 DESCRIPTION = "Give a location a new value; its node takes it or says why it doesn't."
 EXAMPLE = """\
 example:
   rosslt set /talker/radius 2.5
 """
+ARGUMENTS = [
+    Argument('location', completer=locations, metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID'),
+    Argument('value', metavar='VALUE', help='a number, true or false, or a text; -- in front of one with -'),
+]
 
 
-def parse(parser):
-    parser.add_argument('location', metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID')
-    parser.add_argument('value', metavar='VALUE', help='a number, true or false, or a text; -- in front of one with -')
-
-
-def run(options):
-    directory = Directory()
-    place = find(find_master(), directory, options.location)
+def run(options: argparse.Namespace) -> None:
+    master, directory = find_master(), Directory()
+    place = find(master, directory, options.location)
     try:
         value = scalar(options.value, place.location.type)
     except ValueError as error:
         raise Failure(f'{place.name}: {error}') from None
     request = srv.ChangeSourcesRequest([place.location.id], [node.to_json(value)], 'rosslt set')
-    answers, silent = node.ask_all('change_sources', srv.ChangeSources, {place.node: request}, TIMEOUT)
-    if silent:
-        raise Failure('cannot reach {}: {}'.format(place.node, silent[place.node]))
-    answer = answers[place.node]
+    answer = call(master, place.node, 'change_sources', srv.ChangeSources, request)
     if not answer.applied:
         raise Failure('{} refuses: {}'.format(place.node, '; '.join(answer.reasons)))
     write_change(directory, place.source, answer.old_values[0], answer.new_values[0])

@@ -1,28 +1,74 @@
-"""`rosslt undo`: take a node's last change back."""
+"""`rosslt undo`: take the last change back."""
 
-from std_srvs.srv import Trigger, TriggerRequest
+import argparse
+import sys
+from typing import Any, Dict, List, Optional
 
-from rosslt import node
-from rosslt.cli.directory import TIMEOUT, tracked_node
+import rosgraph
+
+from rosslt import node, srv
+from rosslt.cli.completers import nodes
+from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
-from rosslt.cli.master import find_master
+from rosslt.cli.master import find_master, tracked_nodes
+from rosslt.cli.output import write_applied
+from rosslt.cli.unreachable import has_ended, why_unreachable
+from rosslt.cli.verb import CHANGE, Argument
 
-DESCRIPTION = "Take the last change of a node's locations back, and print the values that are in force again."
+GROUP = CHANGE
+SUMMARY = 'take the last change back, in all nodes that it changed'
+DESCRIPTION = """Take the last change back: all of it, in every node that it changed. A drag is one change. With a NODE
+it is the last one that changed this node; without, the last one of all."""
 EXAMPLE = """\
-example:
+examples:
+  rosslt undo
   rosslt undo /talker
+
+In a pipe each location is a line of columns between tabs: NODE/LOCATION, value until now, value that it has again,
+file:line:column.
 """
+ARGUMENTS = [
+    Argument('node', nargs='?', completer=nodes, metavar='NODE', help='the last change of this node'),
+]
 
 
-def parse(parser):
-    parser.add_argument('node', metavar='NODE')
+def run(options: argparse.Namespace) -> int:
+    master = find_master()
+    asked = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
+    histories = _histories(master, asked, '', options.node and asked[0])
+    last = max(
+        (recorded for changes in histories.values() for recorded in changes if not recorded.undone),
+        key=lambda recorded: recorded.change.stamp,
+        default=None,
+    )
+    if last is None:
+        raise Failure(
+            f'{asked[0]}: there is no change to take back' if options.node else 'there is no change to take back'
+        )
+    taking_part = _histories(master, tracked_nodes(master), last.request_id, None)
+    undone = node.undo_request(last.request_id, taking_part, 'rosslt undo', TIMEOUT)
+    directory = Directory()
+    directory.ask(sorted(undone.changes))
+    for name, changes in sorted(undone.changes.items()):
+        for change in changes:
+            write_applied(directory, name, change)
+    for name, reason in sorted(undone.reasons.items()):
+        print(f'rosslt undo: {name}: {why_unreachable(master, name, reason)}', file=sys.stderr)
+    return 1 if undone.reasons else 0
 
 
-def run(options):
-    name = tracked_node(find_master(), options.node)
-    answers, silent = node.ask_all('undo', Trigger, {name: TriggerRequest()}, TIMEOUT)
-    if silent:
-        raise Failure(f'cannot reach {name}: {silent[name]}')
-    if not answers[name].success:
-        raise Failure(f'{name}: {answers[name].message}')
-    print(answers[name].message)
+def _histories(
+    master: rosgraph.Master, nodes: List[str], request_id: str, asked: Optional[str]
+) -> Dict[str, List[Any]]:
+    """{node: its rosslt/RecordedChange} of nodes that have any, of one request or of all ('').
+
+    Raises:
+        Failure: a node does not answer that is still there: what it has changed is not known, and would not be taken
+            back. A node that has ended has nothing to take back, but for the one that was asked for.
+    """
+    request = srv.GetHistoryRequest(request_id=request_id)
+    answers, silent = node.ask_all('get_history', srv.GetHistory, dict.fromkeys(nodes, request), TIMEOUT)
+    for name, reason in silent.items():
+        if name == asked or not has_ended(master, name):
+            raise cannot_reach(master, name, reason)
+    return {name: list(answer.changes) for name, answer in answers.items() if answer.changes}

@@ -1,19 +1,31 @@
-"""What a row of the table of operations holds, and in which forms a record uses it."""
+"""The forms of record: how a tracked value was made, and what follows from it.
 
-from typing import Any, Callable, Dict, List, Optional, Tuple
+Evaluating, differentiating, solving, explaining and encoding ask the form of each record, so a new form is one class.
+"""
+
+from fractions import Fraction
+from typing import Any, Callable, Optional, Sequence, Tuple
+
+from ..sources import describe_source
+from .inverses import refuse
+from .notation import FUNCTION, LEAF, Text, applied, literal, sum_of_terms
+
+SOURCE_INSTRUCTION, CONSTANT_INSTRUCTION, AFFINE_INSTRUCTION = 'source', 'constant', 'affine'
+"""How instructions that are no operation begin."""
 
 
 class Form:
-    """One way in which a record applies an operation: which operands are tracked.
+    """What a record `(form, first, second)` means. A new form of record is a subclass with these methods.
 
-    A record is the tuple `(form, first, second)`. With one tracked operand (`single_operand`), that one comes first,
-    the constant second, and `forward(first, second)`, `inverse(y, first, second)` and `slope(first, second)`
-    are in that order. With two, `inverse` and `slope` are pairs.
+    What walks expressions asks the form, with two short cuts for speed: a record with `single_operand` is an operation
+    on one tracked value `first` and a constant `second`, with `forward(first, second)`, `inverse(y, first, second)`
+    and `slope(first, second)` in that order; a record whose `operation` is not None and that has no `single_operand`
+    is one on two tracked values, and its `inverse` and `slope` are pairs.
 
     Attributes:
-        operation: the row, None for the records that are no operation (a source, a folded part).
-        position: the place of the tracked operand, None for both.
-        single_operand: whether exactly one operand is tracked.
+        operation: the row of the table, None where the form is not a row's.
+        position: the place of the tracked operand, None where there is not exactly one.
+        single_operand: whether the record is a row's with exactly one tracked operand.
         affine: whether the result is affine in the tracked operands together.
     """
 
@@ -21,7 +33,7 @@ class Form:
 
     def __init__(
         self,
-        operation: Any,
+        operation: Any = None,
         position: Optional[int] = None,
         single_operand: bool = False,
         affine: bool = False,
@@ -40,163 +52,204 @@ class Form:
     def __repr__(self) -> str:
         return '<form of %s at %s>' % (self.operation and self.operation.name, self.position)
 
+    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+        """The tracked operands of a record, in their order."""
+        raise NotImplementedError
 
-class Operation:
-    """A row of the table.
+    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple['Form', Any, Any]:
+        """The record with other tracked operands in the places of its own."""
+        raise NotImplementedError
 
-    Attributes:
-        code: the operation's number on the wire, which never changes.
-        name: what the table and `rosslt.math` call it.
-        shown_as: what `explain` and error messages call it.
-        symbol: its infix (or prefix) symbol, None where it is written as a function.
-        numpy: the names of the NumPy functions that do the same.
-        precedence: how strongly the symbol binds, as in Python; functions and names have the highest.
-        arity: 1 or 2.
-        image: the interval of the results, None for all numbers.
-        commutes: whether the operands may be swapped.
-        stepped: whether the results are whole numbers.
-        on_text: whether it takes texts; no other row does, though Python's own operators might.
-        left, right, both: the forms with the first, the second, or both operands tracked (`left` of a unary).
-    """
+    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+        """The value that a record gives.
 
-    __slots__ = (
-        'code',
-        'name',
-        'shown_as',
-        'symbol',
-        'precedence',
-        'numpy',
-        'arity',
-        'image',
-        'commutes',
-        'stepped',
-        'on_text',
-        'forward',
-        'left',
-        'right',
-        'both',
-    )
+        Args:
+            present: the plain value of the record's node.
+            values: the plain values of the operands.
+        """
+        raise NotImplementedError
 
-    def __init__(
-        self,
-        code: int,
-        name: str,
-        shown_as: str,
-        symbol: Optional[str],
-        precedence: int,
-        numpy: List[str],
-        forward: Any,
-        inverse: Any,
-        slope: Any,
-        affine: Tuple[str, ...],
-        commutes: bool,
-        image: Optional[Tuple[float, float]],
-        stepped: bool,
-        on_text: bool,
-    ) -> None:
-        self.code = code
-        self.name = name
-        self.shown_as = shown_as
-        self.symbol = symbol
-        self.precedence = precedence
-        self.numpy = numpy
-        self.arity = len(inverse)
-        self.image = image
-        self.commutes = commutes
-        self.stepped = stepped
-        self.on_text = on_text
-        self.forward = forward
-        if self.arity == 1:
-            back, rise = inverse[0], slope[0]
-            self.left = Form(
-                self, 0, True, bool(affine), lambda a, _: forward(a), lambda y, a, _: back(y, a), lambda a, _: rise(a)
-            )
-            self.right = self.both = None
-            return
-        self.left = Form(self, 0, True, 'a' in affine, forward, inverse[0], slope[0])
-        if commutes:
-            self.right = Form(self, 1, True, 'b' in affine, forward, inverse[0], slope[0])
-        else:
-            back, rise = inverse[1], slope[1]
-            self.right = Form(
-                self,
-                1,
-                True,
-                'b' in affine,
-                lambda b, a: forward(a, b),
-                lambda y, b, a: back(y, a, b),
-                lambda b, a: rise(a, b),
-            )
-        self.both = Form(self, None, False, 'ab' in affine, forward, inverse, slope)
+    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+        """The derivative for each operand, at such values of the operands.
 
-    def __repr__(self) -> str:
-        return '<operation %s>' % self.name
+        Raises:
+            ArithmeticError, ValueError, TypeError: there is none.
+        """
+        raise NotImplementedError
 
-    def __reduce__(self) -> Any:
-        return named, (self.name,)
+    def is_affine(self, first: Any, second: Any, depends: Sequence[bool]) -> bool:
+        """Whether the value is affine in those operands together that `depends` says."""
+        return self.affine
+
+    def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+        """What one operand must become, the others being as they are; NotImplemented where only a search can tell.
+
+        Args:
+            place: which operand.
+            wanted: the value to be given.
+            present: the value that `values` give.
+            values: the plain values of the operands.
+
+        Raises:
+            NoPreimage, ArithmeticError, ValueError: no operand gives that.
+        """
+        return NotImplemented
+
+    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+        """The record as a person reads it, made of the texts of its operands."""
+        raise NotImplementedError
+
+    def instruction(
+        self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
+    ) -> Optional[tuple]:
+        """The instruction that makes the value (see `instructions.py`), None where only its linearization travels.
+
+        Args:
+            places: the indices of the operands' instructions.
+            constant: gives the index of the instruction for a plain value.
+        """
+        return None
 
 
-SOURCE = Form(None)
+class SingleOperand(Form):
+    """A row of the table, with one tracked operand `first` and a constant `second` (None for a unary operation)."""
+
+    __slots__ = ()
+
+    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+        return (first,)
+
+    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
+        return self, operands[0], second
+
+    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+        return self.forward(values[0], second)
+
+    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+        return (self.slope(values[0], second),)
+
+    def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+        return self.inverse(wanted, values[0], second)
+
+    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+        operands = list(texts)
+        if self.operation.arity == 2:
+            operands.insert(1 - self.position, literal(second))  # type: ignore[operator]
+        return applied(self.operation, operands)
+
+    def instruction(
+        self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
+    ) -> Optional[tuple]:
+        if self.operation.arity == 1:
+            return self.operation, places[0]
+        if self.position == 0:
+            return self.operation, places[0], constant(second)
+        return self.operation, constant(second), places[0]
+
+
+class BothOperands(Form):
+    """A row of the table, with two tracked operands."""
+
+    __slots__ = ()
+
+    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+        return first, second
+
+    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
+        return self, operands[0], operands[1]
+
+    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+        return self.forward(*values)
+
+    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+        return self.slope[0](*values), self.slope[1](*values)
+
+    def is_affine(self, first: Any, second: Any, depends: Sequence[bool]) -> bool:
+        if all(depends):
+            return self.affine
+        return bool((self.operation.left if depends[0] else self.operation.right).affine)
+
+    def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+        return self.inverse[place](wanted, *values)
+
+    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+        return applied(self.operation, texts)
+
+    def instruction(
+        self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
+    ) -> Optional[tuple]:
+        return (self.operation, *places)
+
+
+class SourceForm(Form):
+    """`(SOURCE, Source, None)`: the value is that source's."""
+
+    __slots__ = ()
+
+    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+        return ()
+
+    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
+        return self, first, second
+
+    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+        return present
+
+    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+        return ()
+
+    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+        return '%s [%s]' % (literal(present)[0], describe_source(first)), LEAF
+
+    def instruction(
+        self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
+    ) -> Optional[tuple]:
+        return SOURCE_INSTRUCTION, first, present
+
+
+class AffineForm(Form):
+    """`(AFFINE, ((leaf, slope), ...), is_exact)`: the value plus each slope times its leaf's change."""
+
+    __slots__ = ()
+
+    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+        return [leaf for leaf, _ in first]
+
+    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
+        return self, tuple([(leaf, slope) for leaf, (_, slope) in zip(operands, first)]), second
+
+    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+        for value, (leaf, slope) in zip(values, first):
+            if value != leaf._plain:
+                present = present + slope * (value - leaf._plain)
+        return present
+
+    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+        return [slope for _, slope in first]
+
+    def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+        slope = first[place][1]
+        if not slope:
+            refuse('its slope is 0')
+        missing = Fraction(wanted) - present if isinstance(wanted, int) else wanted - present
+        return values[place] + missing / slope
+
+    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+        terms = [(text, leaf._plain, slope) for (text, _), (leaf, slope) in zip(texts, first)]
+        text = sum_of_terms(present, terms)
+        return text if second else ('linearized(%s)' % text[0], FUNCTION)
+
+    def instruction(
+        self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
+    ) -> Optional[tuple]:
+        return AFFINE_INSTRUCTION, present, tuple([(at, slope) for at, (_, slope) in zip(places, first)]), second
+
+
+SOURCE = SourceForm()
 """`(SOURCE, Source, None)`: the value is that source's."""
 
-AFFINE = Form(None)
+AFFINE = AffineForm(affine=True)
 """`(AFFINE, ((leaf, slope), ...), is_exact)`: the value plus each slope times its leaf's change."""
 
-LAZY = Form(None)
+LAZY = Form()
 """`(LAZY, load, None)`: `load(value)` makes the record."""
-
-BY_NAME: Dict[str, Operation] = {}
-BY_CODE: Dict[int, Operation] = {}
-
-FUNCTION = 20
-"""The precedence of what needs no brackets: numbers, names, calls."""
-
-
-def named(name: str) -> Operation:
-    """The operation of that name; KeyError if there is none."""
-    return BY_NAME[name]
-
-
-def operation(
-    code: int,
-    name: str,
-    forward: Callable[..., Any],
-    *,
-    inverse: Tuple[Callable[..., Any], ...],
-    slope: Tuple[Callable[..., Any], ...],
-    symbol: Optional[str] = None,
-    precedence: int = FUNCTION,
-    affine: Tuple[str, ...] = (),
-    commutes: bool = False,
-    image: Optional[Tuple[float, float]] = None,
-    numpy: str = '',
-    shown_as: str = '',
-    stepped: bool = False,
-    on_text: bool = False,
-) -> Operation:
-    """Add a row to the table.
-
-    Args:
-        affine: in which operands the operation is affine: 'a' or 'b' while the other is constant,
-            'ab' in both together.
-    """
-    row = Operation(
-        code,
-        name,
-        shown_as or symbol or name,
-        symbol,
-        precedence,
-        numpy.split(),
-        forward,
-        inverse,
-        slope,
-        affine,
-        commutes,
-        image,
-        stepped,
-        on_text,
-    )
-    if code in BY_CODE or name in BY_NAME:
-        raise ValueError('operation %s (%d) is there already' % (name, code))
-    BY_CODE[code] = BY_NAME[name] = row
-    return row

@@ -14,7 +14,6 @@ from math import inf
 from typing import Any, NoReturn
 
 from ..closeness import is_near
-from .form import operation
 from .inverses import (
     TURN,
     angle_adjacent,
@@ -37,6 +36,7 @@ from .inverses import (
     without,
     without_beginning,
 )
+from .row import operation
 
 
 def _no_slope(*operands: Any) -> NoReturn:

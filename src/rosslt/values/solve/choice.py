@@ -16,7 +16,7 @@ from ..operations import SOURCE
 from ..operations.inverses import refuse
 from ..operations.table import ADD, DIVIDE, MULTIPLY, SUBTRACT
 from ..sources import Source, describe_source
-from ..tracked import TRACKED, TrackedFloat, scalar
+from ..tracked import TRACKED, TrackedFloat, plain_scalar
 from ..tree import paired
 from .budget import UNDEFINED, Budget
 from .equations import Goal, size_of
@@ -190,7 +190,7 @@ def target_of(value: Any, target: Any) -> Any:
     Raises:
         NotInvertible: a text for a number, a number for a text, or no finite number.
     """
-    wanted = scalar(target)
+    wanted = plain_scalar(target)
     if wanted is None or isinstance(wanted, str) != isinstance(value, str):
         raise NotInvertible(
             'cannot make %s become %r: it is a %s'
@@ -416,8 +416,7 @@ def _apart(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]
         if form.single_operand:
             parents[place] = parents[index[id(first)]]
             continue
-        operands = [leaf for leaf, _ in first] if form.operation is None else [first, second]
-        for operand in operands:
+        for operand in form.operands(first, second):
             other = index[id(operand)]
             if depends[other]:
                 parents[group_of(place)] = group_of(other)

@@ -12,7 +12,7 @@ from typing import Any, Callable, List, Optional, Tuple
 
 from ..closeness import almost_meets, is_at, is_near, meets
 from ..graph import Graph
-from ..operations import AFFINE, SOURCE, Form
+from ..operations import SOURCE, Form
 from ..operations.inverses import NoPreimage, refuse
 from ..operations.table import DIVIDE
 from ..sources import Source
@@ -206,8 +206,17 @@ class Attempt:
             form, first, second = graph.records[place]
             if form is SOURCE:
                 return wanted
-            if form is AFFINE:
-                wanted, place = self._through_terms(place, wanted, values)
+            if form.operation is None:
+                operands = [index[id(operand)] for operand in form.operands(first, second)]
+                changing = [at for at, operand in enumerate(operands) if depends[operand]]
+                found = NotImplemented
+                if len(changing) == 1:
+                    found = self._through_form(
+                        place, changing[0], wanted, [values[at] for at in operands], values[place]
+                    )
+                if found is NotImplemented:
+                    return self._several(place, wanted, values)
+                wanted, place = found, operands[changing[0]]
                 continue
             a = index[id(first)]
             if form.single_operand:
@@ -221,16 +230,18 @@ class Attempt:
             wanted = undone(form, form.inverse[side], wanted, values[a], values[b])
             place = b if side else a
 
-    def _through_terms(self, place: int, wanted: Any, values: List[Any]) -> Tuple[Any, int]:
-        """What the leaf of a folded value must become, and its place."""
-        _, terms, _ = self._graph.records[place]
-        for leaf, slope in terms:
-            at = self._graph.index[id(leaf)]
-            if self._depends[at]:
-                if not slope:
-                    refuse('its slope is 0')
-                return values[at] + quotient(difference(wanted, values[place]), slope), at
-        raise AssertionError('a folded value that depends on a source has a term for it')
+    def _through_form(self, place: int, operand: int, wanted: Any, values: List[Any], present: Any) -> Any:
+        """What an operand of a record that is no row's must become; NotImplemented where only a search can tell."""
+        form, first, second = self._graph.records[place]
+        try:
+            found = form.undo(operand, wanted, present, first, second, values)
+        except NoPreimage:
+            raise
+        except (ArithmeticError, ValueError, TypeError):
+            return refuse('{source} would be beyond what a float holds')
+        if isinstance(found, float) and not math.isfinite(found):
+            refuse('{source} would be beyond what a float holds')
+        return found
 
     def _several(self, place: int, wanted: Any, values: List[Any]) -> Any:
         """The source's value where it appears more than once below a node."""

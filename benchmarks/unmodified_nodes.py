@@ -1,0 +1,212 @@
+#!/usr/bin/env python3
+"""Runs rospy nodes as they are and with `rosslt run`, and prints what that gives and what it costs.
+
+    ./run exec benchmarks/unmodified_nodes.py DIRECTORY [--nodes NODE...] [--seconds 10] [--arguments NODE 'ARGUMENT...']
+
+Of each node: the rates of its topics and the CPU time that it takes, plain and tracked, with one subscriber; how many
+numeric leaves its messages have (without stamps, sequence numbers and untracked zeros), and how many are tracked; and
+how many of those that stand still could be forced to another value. It starts a ROS master of its own, and an
+action server of `move_base` that succeeds after a second.
+"""
+
+import argparse
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import actionlib
+import rosgraph
+import roslib.message
+import rospy
+
+import rosslt
+from rosslt import node, values
+
+PORT = 11999
+TICKS = os.sysconf('SC_CLK_TCK')
+WARM_UP = 2.0
+MOST_FORCED = 12
+OURS = ('/rosout', '/rosout_agg', '/clock')
+
+
+class Trial:
+    """One node running, and what it sends.
+
+    Args:
+        command: that starts it.
+        seconds: how long it is measured.
+    """
+
+    def __init__(self, command, seconds):
+        self.before = set(_topics())
+        self.subscribers = {}
+        self.last, self.previous, self.counts = {}, {}, {}
+        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        _wait_until(lambda: self._subscribe() or self.process.poll() is not None, 15)
+        time.sleep(WARM_UP)
+        self._subscribe()
+        start, cpu = time.monotonic(), _cpu(self.process.pid)
+        self.counts = dict.fromkeys(self.counts, 0)
+        end = start + seconds
+        while time.monotonic() < end:
+            time.sleep(0.2)
+            self._subscribe()
+        took = time.monotonic() - start
+        self.cpu = (_cpu(self.process.pid) - cpu) * seconds / took
+        self.rates = [count / took for _, count in sorted(self.counts.items())]
+        self.ended = self.process.poll()
+
+    def _subscribe(self):
+        for topic, kind in _topics().items():
+            if topic not in self.before and topic not in self.subscribers and '/rosslt/' not in topic:
+                message_class = roslib.message.get_message_class(kind)
+                if message_class:
+                    self.counts[topic] = 0
+                    self.subscribers[topic] = rosslt.Subscriber(topic, message_class, self._take, topic)
+        return self.subscribers
+
+    def _take(self, message, topic):
+        self.previous[topic], self.last[topic] = self.last.get(topic), message
+        self.counts[topic] += 1
+
+    def leaves(self):
+        """The numeric leaves of the last messages: [(topic, path, value, stands still), ...]."""
+        found = []
+        for topic, message in sorted(self.last.items()):
+            before = dict(values.leaves(self.previous.get(topic) or message))
+            for path, value in values.leaves(message):
+                is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+                is_data = is_number and not path.endswith(('.secs', '.nsecs', '.seq'))
+                if is_data and (value != 0 or values.is_tracked(value)):
+                    found.append((topic, path, value, before.get(path) == value))
+        return found
+
+    def force(self, leaves):
+        """Force leaves that stand still; returns (how many came, how many were tried)."""
+        still = [leaf for leaf in leaves if values.is_tracked(leaf[2]) and leaf[3]]
+        step = max(1, len(still) // MOST_FORCED)
+        came = tried = 0
+        for topic, path, value, _ in still[::step][:MOST_FORCED]:
+            tried += 1
+            target = values.untracked(value) + (1 if isinstance(value, int) else 0.25)
+            try:
+                changed = node.force_value(value, target)
+            except rosslt.Error as error:
+                print(f'    {topic} {path}: {error}', file=sys.stderr)
+                continue
+            if _wait_until(lambda: abs(self._now(topic, path) - target) < 1e-5 * max(1, abs(target)), 3):  # noqa: B023
+                came += 1
+            else:
+                print(f'    {topic} {path}: {target} did not come, but {self._now(topic, path)}', file=sys.stderr)
+            for source, change in changed.items():
+                _put_back(source, change)
+        return came, tried
+
+    def _now(self, topic, path):
+        return dict(values.leaves(self.last[topic])).get(path, float('nan'))
+
+    def stop(self):
+        for subscriber in self.subscribers.values():
+            subscriber.unregister()
+        self.process.send_signal(signal.SIGINT)
+        try:
+            _, errors = self.process.communicate(timeout=10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            _, errors = self.process.communicate()
+        return errors.decode('utf-8', 'replace')
+
+
+def _put_back(source, change):
+    present = values.track(change.new, source)
+    node.force_value(present, change.old)
+
+
+def _topics():
+    try:
+        return {name: kind for name, kind in rosgraph.Master('/trial').getPublishedTopics('') if name not in OURS}
+    except OSError:
+        return {}
+
+
+def _cpu(pid):
+    try:
+        fields = Path(f'/proc/{pid}/stat').read_text(encoding='ascii').rsplit(')', 1)[1].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / TICKS
+
+
+def _wait_until(holds, timeout):
+    end = time.monotonic() + timeout
+    while not holds():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def _serve_move_base():
+    from move_base_msgs.msg import MoveBaseAction, MoveBaseResult
+
+    def execute(_):
+        time.sleep(1.0)
+        server.set_succeeded(MoveBaseResult())
+
+    server = actionlib.SimpleActionServer('move_base', MoveBaseAction, execute, auto_start=False)
+    server.start()
+    return server
+
+
+def _figure(numbers):
+    return ', '.join(f'{number:.1f}' for number in numbers) or '-'
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('directory', type=Path)
+    parser.add_argument('--nodes', nargs='+', default=[], help='files in it; by default all that end in .py')
+    parser.add_argument('--seconds', type=float, default=10.0)
+    parser.add_argument('--arguments', nargs=2, action='append', default=[], metavar=('NODE', 'ARGUMENTS'))
+    options = parser.parse_args()
+    arguments = dict(options.arguments)
+    os.environ['ROS_MASTER_URI'] = f'http://localhost:{PORT}'
+    os.environ['ROS_HOSTNAME'] = 'localhost'
+    master = subprocess.Popen(
+        ['rosmaster', '--core', '-p', str(PORT)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    try:
+        _wait_until(lambda: rosgraph.is_master_online(os.environ['ROS_MASTER_URI']), 15)
+        rosslt.init_node('trial', argv=[], disable_signals=True)
+        rospy.on_shutdown(master.kill)
+        server = _serve_move_base()
+        print('| node | rate plain | rate tracked | CPU plain | CPU tracked | leaves | tracked | forced |')
+        print('|---|---|---|---|---|---|---|---|', flush=True)
+        for name in options.nodes or sorted(path.name for path in options.directory.glob('*.py')):
+            given = shlex.split(arguments.get(name, ''))
+            file = str(options.directory / name)
+            plain = Trial([sys.executable, file, *given], options.seconds)
+            plain.stop()
+            tracked = Trial(['rosslt', 'run', file, *given], options.seconds)
+            leaves = tracked.leaves()
+            came, tried = tracked.force(leaves)
+            count = sum(values.is_tracked(value) for _, _, value, _ in leaves)
+            errors = tracked.stop()
+            print(
+                f'| {name} | {_figure(plain.rates)} | {_figure(tracked.rates)} | {plain.cpu:.2f} | {tracked.cpu:.2f} '
+                f'| {len(leaves)} | {count} | {came} of {tried} |',
+                flush=True,
+            )
+            if 'Traceback' in errors or 'rosslt:' in errors:
+                print(errors, file=sys.stderr)
+        del server
+    finally:
+        master.kill()
+
+
+if __name__ == '__main__':
+    main()

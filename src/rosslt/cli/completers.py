@@ -1,0 +1,77 @@
+"""What may be typed for an argument of a verb: nodes, locations, topics and their fields."""
+
+import re
+from typing import Iterable, List, Sequence, Tuple
+
+import genpy.message
+
+from rosslt import messages
+from rosslt.cli.directory import Directory
+from rosslt.cli.master import find_master, full_name, tracked_nodes
+
+#: How long to wait for a master or a node, in seconds: nobody likes a terminal that hangs.
+_TIMEOUT = 0.7
+
+
+def nodes(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
+    """Nodes that have locations."""
+    return [name + ' ' for name in _as_typed(tracked_nodes(find_master(_TIMEOUT)), word)]
+
+
+def locations(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
+    """NODE/LOCATION: nodes first, then the locations of the one that was chosen."""
+    nodes = tracked_nodes(find_master(_TIMEOUT))
+    path = word if word.startswith('/') else _namespace() + word
+    begun = [name for name in nodes if path.startswith(name + '/')]
+    places, _ = Directory().ask(begun, _TIMEOUT)
+    names = [place.name + ' ' for name in begun for place in places.get(name, ())]
+    return _as_typed([*names, *(name + '/' for name in nodes if name not in begun)], word)
+
+
+def nodes_and_locations(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
+    """NODE or NODE/LOCATION."""
+    return [*nodes(word), *locations(word)]
+
+
+def topics(word: str, _before: Sequence[str] = (), end: str = ' ') -> Iterable[str]:
+    """TOPIC[/FIELD]: published topics, and the fields of the one that was chosen."""
+    types = dict(find_master(_TIMEOUT).getPublishedTopics('/'))
+    path = word if word.startswith('/') else _namespace() + word
+    topic = max((name for name in types if path.startswith(name + '/')), key=len, default=None)
+    names = [name + end for name in types]
+    if topic is not None:
+        begun = path[len(topic) :].rpartition('/')[0]
+        names += [f'{topic}{begun}/{field}' for field in _fields(types[topic], begun)]
+    return _as_typed(names, word)
+
+
+def fields(word: str, before: Sequence[str] = ()) -> Iterable[str]:
+    """TOPIC/FIELD: as `topics`, but that a topic alone is not complete."""
+    return topics(word, before, end='/')
+
+
+def _fields(type_: str, path: str) -> List[str]:
+    """The names of the fields of a message type at a path, each with what may follow it."""
+    for name in re.findall(r'/(\w+)', path):
+        type_ = dict(_slots(type_)).get(name, '').partition('[')[0]
+    return [name + ('[' if '[' in slot else '/' if '/' in slot else ' ') for name, slot in _slots(type_)]
+
+
+def _slots(type_: str) -> List[Tuple[str, str]]:
+    found = genpy.message.get_message_class(type_) if '/' in type_ else None
+    if found is None:
+        return []
+    if messages.is_tracked_type(found):
+        found = messages.plain_type(found)
+    return list(zip(found.__slots__, found._slot_types))
+
+
+def _as_typed(names: List[str], word: str) -> List[str]:
+    """Full names, or those in the own namespace where the word that is begun is none."""
+    if not word or word.startswith('/'):
+        return names
+    return [name[len(_namespace()) :] for name in names if name.startswith(_namespace())]
+
+
+def _namespace() -> str:
+    return full_name('x')[:-1]

@@ -1,0 +1,70 @@
+"""What may stand at the end of a line of the command, for bash; cmake/50.rosslt.bash asks for it."""
+
+import contextlib
+from typing import Iterable, List, Optional, Sequence, Tuple
+
+from rosslt.cli import verb
+from rosslt.cli.failure import Failure
+
+
+def write_completions(line: str, seen: str) -> None:
+    """Print the completions.
+
+    Args:
+        line: the line up to the cursor.
+        seen: what bash takes for its last word: the end of it, where the word has a colon.
+    """
+    words = line.split()[1:]
+    word = words.pop() if words and not line[-1:].isspace() else ''
+    with contextlib.suppress(Failure):
+        for candidate in _candidates(words, word):
+            if candidate.startswith(word) and candidate != word:
+                print(candidate[len(word) - len(seen) :])
+
+
+def _candidates(words: Sequence[str], word: str) -> Iterable[str]:
+    """Whole words that may stand there. One that is complete ends with a space."""
+    known = verb.names()
+    if not words:
+        return [name + ' ' for name in known]
+    if words[0] not in known:
+        return []
+    arguments = verb.load(words[0]).ARGUMENTS
+    waiting, positional, is_for_another = _parsed(arguments, words[1:])
+    if waiting is None and word.startswith('-') and not is_for_another:
+        return [name + ' ' for argument in arguments if argument.is_option for name in argument.names]
+    argument = waiting or _at(arguments, len(positional))
+    return argument.completer(word, positional) if argument and argument.completer else []
+
+
+def _parsed(
+    arguments: Sequence[verb.Argument], words: Sequence[str]
+) -> Tuple[Optional[verb.Argument], List[str], bool]:
+    """What complete words of a line mean.
+
+    Returns:
+        (the option that waits for its word, the positional words, whether all further words are another program's).
+    """
+    options = {name: argument for argument in arguments if argument.is_option for name in argument.names}
+    waiting: Optional[verb.Argument] = None
+    positional: List[str] = []
+    is_for_another = False
+    for word in words:
+        if waiting:
+            waiting = None
+        elif word.startswith('-') and not is_for_another:
+            option = options.get(word)
+            waiting = option if option and option.takes_word else None
+        else:
+            positional.append(word)
+            reached = _at(arguments, len(positional))
+            is_for_another = reached is not None and reached.is_rest
+    return waiting, positional, is_for_another
+
+
+def _at(arguments: Sequence[verb.Argument], position: int) -> Optional[verb.Argument]:
+    """The positional argument at a position, None where there are not so many."""
+    positional = [argument for argument in arguments if not argument.is_option]
+    if position < len(positional):
+        return positional[position]
+    return positional[-1] if positional and positional[-1].is_repeated else None

@@ -1,0 +1,212 @@
+"""Why something on a topic cannot be dragged or forced: what is looked at, and what is wrong there.
+
+A change needs publishers that send provenance, owners that take it, a message afterwards that shows it, and, for a drag
+in RViz, a node that makes interactive markers and a display that shows them. Each of these is looked at in turn.
+"""
+
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set
+
+import rosgraph
+
+from rosslt import values
+from rosslt.cli.directory import Directory
+from rosslt.cli.master import SystemState, default_timeout
+from rosslt.cli.reading import Received
+from rosslt.cli.unreachable import problem_of
+
+#: What kinds of findings there are: all is well; it may hinder; it prevents a change.
+FINE, NOTE, FAULT = 'ok', 'note', 'fault'
+
+#: What a node that makes interactive markers publishes.
+_UPDATE_TYPE = 'visualization_msgs/InteractiveMarkerUpdate'
+
+#: How long the master may take to answer, in seconds.
+_TIMEOUT = 2.0
+
+
+class Finding(NamedTuple):
+    """Something that was looked at."""
+
+    kind: str
+    """FINE, NOTE or FAULT."""
+    text: str
+
+
+class Traffic:
+    """What came on topics while the command listened.
+
+    Args:
+        received: the messages.
+        seconds: for how long it listened.
+    """
+
+    def __init__(self, received: Iterable[Received], seconds: float) -> None:
+        self.seconds = seconds
+        self._count: Dict[Any, int] = {}
+        self._tracked: Dict[Any, int] = {}
+        self._sources: Dict[Any, Dict[values.Source, None]] = {}
+        self._is_latched: Dict[Any, bool] = {}
+        for message in received:
+            key = message.topic, message.publisher
+            sources = values.sources(message.message)
+            self._count[key] = self._count.get(key, 0) + 1
+            self._tracked[key] = self._tracked.get(key, 0) + bool(sources)
+            self._sources.setdefault(key, {}).update(dict.fromkeys(sources))
+            self._is_latched[key] = message.is_latched
+
+    def count(self, topic: str, publisher: str) -> int:
+        """How many messages a node sent on a topic."""
+        return self._count.get((topic, publisher), 0)
+
+    def tracked(self, topic: str, publisher: str) -> int:
+        """How many of them have provenance."""
+        return self._tracked.get((topic, publisher), 0)
+
+    def sources(self, topic: str, publisher: str) -> List[values.Source]:
+        """The sources in them, in order of appearance."""
+        return list(self._sources.get((topic, publisher), ()))
+
+    def is_latched(self, topic: str, publisher: str) -> bool:
+        """Whether the publisher is a latched one."""
+        return self._is_latched.get((topic, publisher), False)
+
+    def all_sources(self) -> Set[values.Source]:
+        """The sources in all messages."""
+        return {source for sources in self._sources.values() for source in sources}
+
+    def is_tracked(self, topic: str) -> bool:
+        """Whether any message of a topic has provenance."""
+        return any(count for (name, _), count in self._tracked.items() if name == topic)
+
+
+class Examination:
+    """Looks at topics.
+
+    Args:
+        master: the ROS master.
+        state: what it knows of nodes.
+        traffic: what came on the topics, and on those that their publishers listen to.
+        directory: has learned the sources in it.
+    """
+
+    def __init__(self, master: rosgraph.Master, state: SystemState, traffic: Traffic, directory: Directory) -> None:
+        self._master, self._state, self._traffic, self._directory = master, state, traffic, directory
+        self._types: Dict[str, str] = dict(master.getTopicTypes())
+
+    def findings(self, topic: str) -> Iterator[Finding]:
+        """All that is found about one topic."""
+        publishers = sorted(self._state.publishers.get(topic, ()))
+        if not publishers:
+            kept = f'; the master keeps it as {self._types[topic]}' if topic in self._types else ''
+            yield Finding(FAULT, f'nobody publishes it{kept}')
+            return
+        for publisher in publishers:
+            yield from self._of_publisher(topic, publisher)
+        sources = list(
+            dict.fromkeys(source for publisher in publishers for source in self._traffic.sources(topic, publisher))
+        )
+        yield from self._of_sources(sources)
+        if sources:
+            yield from self._of_display(topic)
+
+    def _of_publisher(self, topic: str, publisher: str) -> Iterator[Finding]:
+        count, tracked = self._traffic.count(topic, publisher), self._traffic.tracked(topic, publisher)
+        if not count:
+            why = problem_of(self._master, publisher)
+            silent = f'{publisher} sends nothing within {self._traffic.seconds:g} s: '
+            once = 'a message that was published once, without latch=True, reaches nobody who comes later'
+            yield Finding(FAULT, f'{publisher}: {why}' if why else silent + once)
+        elif not tracked:
+            yield Finding(FAULT, self._why_plain(topic, publisher))
+        else:
+            yield Finding(FINE, f'{publisher} sends provenance in {tracked} of {count} messages')
+            if count == 1 and not self._traffic.is_latched(topic, publisher):
+                yield Finding(
+                    NOTE,
+                    f'{publisher} sent one message within {self._traffic.seconds:g} s: a change is seen in the next '
+                    'one; give its Publisher latch=True, or publish again when a location changes',
+                )
+
+    def _why_plain(self, topic: str, publisher: str) -> str:
+        heard = sorted(name for name, nodes in self._state.subscribers.items() if publisher in nodes)
+        entering = [name for name in heard if name != topic and self._traffic.is_tracked(name)]
+        if publisher not in self._state.tracked_nodes:
+            how = (
+                f'{publisher} uses rospy as it is: start it with `rosslt run`, or have its code use init_node, '
+                'Publisher and Subscriber of rosslt'
+            )
+        elif entering:
+            how = (
+                f"{publisher} loses it: it uses rospy's Publisher or Subscriber in place of rosslt's, or turns the "
+                'numbers into something else, with the functions of `math` for one'
+            )
+        else:
+            how = (
+                f"{publisher} has locations, but none reaches this topic: its Publisher is rospy's, or the numbers "
+                'are no locations'
+            )
+        if entering:
+            return 'provenance enters {} on {} and does not leave it: {}'.format(publisher, ' and '.join(entering), how)
+        return f'{topic} is plain: {how}'
+
+    def _of_sources(self, sources: List[values.Source]) -> Iterator[Finding]:
+        can_change = []
+        for node in dict.fromkeys(source.node for source in sources):
+            why = (
+                None
+                if node in self._state.tracked_nodes
+                else 'it has ended, and nobody takes a change of its locations'
+            )
+            why = why or problem_of(self._master, node) or self._why_locked(node)
+            if why:
+                yield Finding(FAULT, f'{node}: {why}')
+                continue
+            for source in (source for source in sources if source.node == node):
+                place = self._directory.of(source)
+                if place is None:
+                    yield Finding(FAULT, f'{node} does not know the location {source}: it was started with other code')
+                elif place.location.read_only:
+                    yield Finding(NOTE, f'{place.name} is read-only')
+                else:
+                    can_change.append(place.name)
+        if can_change:
+            yield Finding(FINE, 'it comes from ' + ', '.join(can_change))
+        elif sources:
+            yield Finding(FAULT, 'none of the locations that it comes from takes a change')
+
+    def _why_locked(self, node: str) -> str:
+        name = f'{node}/rosslt/accept_changes'
+        try:
+            with default_timeout(_TIMEOUT):
+                accepts = self._master.getParam(name)
+        except (OSError, rosgraph.MasterException):
+            return ''
+        return '' if accepts is True else f'it takes no changes now: {name} is {str(accepts).lower()}'
+
+    def _of_display(self, topic: str) -> Iterator[Finding]:
+        """Whether it can be dragged in RViz: who makes handles for it, and who shows these."""
+        updates = {
+            name: set(nodes) for name, nodes in self._state.publishers.items() if self._types.get(name) == _UPDATE_TYPE
+        }
+        if not updates:
+            yield Finding(NOTE, 'no node makes handles to drag it with: rosrun rosslt slt_visualization does')
+            return
+        listening = set(self._state.subscribers.get(topic, ()))
+        serving = {name for name, nodes in updates.items() if nodes & listening}
+        if not serving:
+            makers = ', '.join(sorted({node for nodes in updates.values() for node in nodes}))
+            yield Finding(
+                NOTE,
+                f'{makers} makes no handles for it: {self._types.get(topic)} is drawn by no marker, or not watched',
+            )
+            return
+        shown = {name for name in updates if set(self._state.subscribers.get(name, ())) - updates[name]}
+        if serving & shown:
+            yield Finding(FINE, 'its handles are shown, by way of ' + ', '.join(sorted(serving & shown)))
+            return
+        elsewhere = f'; RViz shows {", ".join(sorted(shown))}' if shown else ''
+        yield Finding(
+            FAULT,
+            f'nobody shows its handles{elsewhere}: in RViz, add a display InteractiveMarkers with the Update Topic '
+            + ' or '.join(sorted(serving)),
+        )

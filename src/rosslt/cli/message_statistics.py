@@ -1,0 +1,123 @@
+"""How much provenance costs on a topic: rates and sizes, like the paper's node slt_message_statistics (section VI).
+
+Messages are taken as they come from the wire, of any type and without reading their fields: what follows an ordinary
+message, or stands in the header of a tracked one, is its provenance.
+"""
+
+import shutil
+import sys
+import threading
+import time
+from typing import Any, List, Mapping, Optional, Sequence, Tuple
+
+import genpy.dynamic
+import genpy.message
+import rospy
+
+from rosslt import messages
+
+_COLUMNS = ('topic', 'type', 'rate', 'plain', 'provenance', 'ratio')
+
+#: Of a topic: its name and type, the rate, the sizes of a message and of its provenance, the ratio; None: not known.
+Row = Tuple[str, str, float, Optional[float], Optional[float], Optional[float]]
+
+
+class Topic:
+    """What arrives on one topic.
+
+    Args:
+        name: the topic.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.type = '?'
+        self._class: Any = None
+        self._count = self._plain = self._provenance = 0
+        self._lock = threading.Lock()
+        self._since = time.monotonic()
+        self._subscriber = rospy.Subscriber(name, rospy.AnyMsg, self._take)
+
+    def _take(self, message: rospy.AnyMsg) -> None:
+        data, header = message._buff, message._connection_header
+        if header['type'] != self.type:
+            self.type, self._class = header['type'], class_of(header)
+        size = messages.provenance_size(data, self._class)
+        with self._lock:
+            self._count += 1
+            self._plain += len(data) - size
+            self._provenance += size
+
+    def report(self) -> Row:
+        """The row of the time since the last report: None for what is not known."""
+        with self._lock:
+            now = time.monotonic()
+            count, plain, provenance = self._count, self._plain, self._provenance
+            seconds, self._since = now - self._since, now
+            self._count = self._plain = self._provenance = 0
+        if not count:
+            return (self.name, self.type, 0.0, None, None, None)
+        return (
+            self.name,
+            self.type,
+            count / seconds,
+            plain / count,
+            provenance / count,
+            (plain + provenance) / plain if plain else None,
+        )
+
+
+def class_of(header: Mapping[str, str]) -> type:
+    """The class of the messages of a connection, from its definition where the type is not installed."""
+    found = genpy.message.get_message_class(header['type'])
+    if found is None or found._md5sum != header['md5sum']:
+        found = genpy.dynamic.generate_dynamic(header['type'], header['message_definition'])[header['type']]
+    return found
+
+
+def formatted(row: Row) -> Tuple[str, ...]:
+    """A row as texts."""
+    name, type_, rate, plain, provenance, ratio = row
+    return (
+        name,
+        type_,
+        '%.1f Hz' % rate,
+        *('-' if size is None else '%.0f B' % size for size in (plain, provenance)),
+        '-' if ratio is None else '%.2f' % ratio,
+    )
+
+
+def table(rows: Sequence[Row]) -> List[str]:
+    """The rows below the names of the columns, each as wide as it needs; numbers are aligned to the right."""
+    lines = [_COLUMNS, *map(formatted, rows)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(_COLUMNS))]
+    return [
+        '  '.join(
+            cell.ljust(width) if column < 2 else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(line, widths))
+        ).rstrip()
+        for line in lines
+    ]
+
+
+class Screen:
+    """Prints tables, each in the place of the one before."""
+
+    def __init__(self) -> None:
+        self._height = 0
+
+    def show(self, rows: Sequence[Row]) -> None:
+        # A line that wraps would take two, and the next table begin too low.
+        width = shutil.get_terminal_size().columns
+        lines = [line[:width] for line in table(rows)]
+        sys.stdout.write('\x1b[%dF' % self._height * bool(self._height) + ''.join(line + '\x1b[K\n' for line in lines))
+        sys.stdout.flush()
+        self._height = len(lines)
+
+
+class Pipe:
+    """Prints lines that other programs can read."""
+
+    def show(self, rows: Sequence[Row]) -> None:
+        for row in rows:
+            print('  '.join('%s %s' % (column, text) for column, text in zip(_COLUMNS, formatted(row))), flush=True)

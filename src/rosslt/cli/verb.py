@@ -1,0 +1,112 @@
+"""What a verb of the command is. Its help, its parser and its tab completion all derive from this one description.
+
+A verb is a module in `verbs` with the names of `Verb`, and nothing else knows of it: adding one is adding a file.
+"""
+
+import argparse
+import importlib
+import pkgutil
+from typing import Any, Callable, Iterable, List, Optional, Protocol, Sequence, cast
+
+from rosslt.cli import verbs
+
+#: Offers words for the one that is begun: a function of that word and of the positional arguments before it. A word
+#: that is complete ends with a space.
+Completer = Callable[[str, Sequence[str]], Iterable[str]]
+
+LOOK = 'Look'
+CHANGE = 'Change'
+RUN = 'Run'
+BUILD = 'Build'
+
+#: The groups of verbs in the order in which `rosslt -h` prints them.
+GROUPS = (LOOK, CHANGE, RUN, BUILD)
+
+
+class Argument:
+    """An argument of a verb.
+
+    Args:
+        names: those of an option, or the one of a positional argument.
+        completer: offers words for it, by default none.
+        exclusive: whether at most one of the verb's exclusive arguments may be given.
+        options: what else `argparse.ArgumentParser.add_argument` takes.
+    """
+
+    def __init__(
+        self, *names: str, completer: Optional[Completer] = None, exclusive: bool = False, **options: Any
+    ) -> None:
+        self.names = names
+        self.completer = completer
+        self.exclusive = exclusive
+        self.options = options
+
+    @property
+    def is_option(self) -> bool:
+        """Whether it is an option such as `--json`, not a positional argument."""
+        return self.names[0].startswith('-')
+
+    @property
+    def takes_word(self) -> bool:
+        """Whether a word follows an option: not after a flag such as `--json`."""
+        return self.options.get('action', 'store') in ('store', 'append')
+
+    @property
+    def is_repeated(self) -> bool:
+        """Whether a positional argument may be given several times."""
+        return self.options.get('nargs') in ('*', '+', argparse.REMAINDER)
+
+    @property
+    def is_rest(self) -> bool:
+        """Whether it takes all words that follow as they are, for another program."""
+        return self.options.get('nargs') == argparse.REMAINDER
+
+
+class Verb(Protocol):
+    """The names that a module in `verbs` has."""
+
+    GROUP: str
+    """One of GROUPS."""
+    SUMMARY: str
+    """What it does, for the list of verbs."""
+    DESCRIPTION: str
+    """What it does, in full."""
+    EXAMPLE: str
+    """One example or several, and what it prints into a pipe."""
+    ARGUMENTS: List[Argument]
+
+    @staticmethod
+    def run(options: argparse.Namespace) -> Optional[int]:
+        """Do it; returns the exit code, or None for 0."""
+
+
+def names() -> List[str]:
+    """The verbs that exist, sorted."""
+    return sorted(module.name for module in pkgutil.iter_modules(verbs.__path__))
+
+
+def load(name: str) -> Verb:
+    """The verb of a name. Only verbs that are asked for are loaded: tab completion must be quick."""
+    return cast(Verb, importlib.import_module('rosslt.cli.verbs.' + name))
+
+
+def parser(name: str, program: Optional[str] = None) -> argparse.ArgumentParser:
+    """The parser of a verb's arguments.
+
+    Args:
+        name: the verb's.
+        program: what the help calls the command, by default `rosslt VERB`.
+    """
+    verb = load(name)
+    made = argparse.ArgumentParser(
+        prog=program or f'rosslt {name}',
+        description=verb.DESCRIPTION,
+        epilog=verb.EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    exclusive = None  # argparse takes no empty group
+    for argument in verb.ARGUMENTS:
+        if argument.exclusive and exclusive is None:
+            exclusive = made.add_mutually_exclusive_group()
+        (exclusive if exclusive and argument.exclusive else made).add_argument(*argument.names, **argument.options)
+    return made

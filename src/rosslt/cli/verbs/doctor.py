@@ -1,0 +1,80 @@
+"""`rosslt doctor`: why something cannot be dragged."""
+
+import argparse
+from typing import List
+
+from rosslt.cli.completers import topics
+from rosslt.cli.diagnosis import FAULT, Examination, Traffic
+from rosslt.cli.directory import Directory
+from rosslt.cli.failure import Failure
+from rosslt.cli.master import SystemState, find_master, full_name, system_state
+from rosslt.cli.output import is_terminal, write_row
+from rosslt.cli.reading import Inbox
+from rosslt.cli.suggestions import did_you_mean
+from rosslt.cli.verb import LOOK, Argument
+
+GROUP = LOOK
+SUMMARY = 'why something on a topic cannot be dragged or forced'
+DESCRIPTION = """Look at all that a change needs, and say what is missing: publishers that send provenance, nodes that
+take the change, messages that show it, handles in RViz. Without a TOPIC it looks at those that RViz draws and at those
+with provenance. The exit code is 1 where a fault was found."""
+EXAMPLE = """\
+examples:
+  rosslt doctor
+  rosslt doctor /target
+
+In a pipe each finding is a line of columns between tabs: topic, type, ok or note or fault, text.
+"""
+ARGUMENTS = [
+    Argument('topic', nargs='?', completer=topics, metavar='TOPIC', help='look at this topic alone'),
+    Argument('--time', type=float, default=3.0, metavar='S', help='how long to listen (default: 3)'),
+]
+
+#: The packages whose messages RViz draws.
+_DRAWN = ('visualization_msgs/', 'geometry_msgs/', 'nav_msgs/Path', 'rosslt/')
+
+#: The ends of topics that are about interactive markers and locations, and show nothing of a robot themselves.
+_OWN = ('/update', '/update_full', '/feedback', '/rosslt/changes', '/rosslt/source_change', '/rosslt/locations')
+
+
+def run(options: argparse.Namespace) -> int:
+    master = find_master()
+    state = system_state(master)
+    types = dict(master.getTopicTypes())
+    if options.topic:
+        wanted = [full_name(options.topic)]
+        if wanted[0] not in types:
+            raise Failure(f'there is no topic {wanted[0]}{did_you_mean(wanted[0], types)}')
+    else:
+        wanted = sorted(topic for topic in state.publishers if not topic.startswith('/rosout') and topic != '/clock')
+        wanted = [topic for topic in wanted if not topic.endswith(_OWN)]
+    with Inbox(_listened(state, wanted)) as inbox:
+        traffic = Traffic(inbox.during(options.time), options.time)
+    directory = Directory()
+    directory.learn(traffic.all_sources())
+    examination = Examination(master, state, traffic, directory)
+    has_fault = False
+    for topic in wanted:
+        type_ = types.get(topic, '')
+        if not (options.topic or traffic.is_tracked(topic) or type_.startswith(_DRAWN)):
+            continue
+        if is_terminal():
+            print(f'{topic}  {type_}')
+        for finding in examination.findings(topic):
+            has_fault = has_fault or finding.kind == FAULT
+            if is_terminal():
+                print(f'  {finding.kind:<7}{finding.text}')
+            else:
+                write_row(topic, type_, finding.kind, finding.text)
+    return 1 if has_fault else 0
+
+
+def _listened(state: SystemState, topics: List[str]) -> List[str]:
+    """The topics, and all that their publishers listen to: provenance may be lost in them."""
+    publishers = {node for topic in topics for node in state.publishers.get(topic, ())}
+    entering = [
+        topic
+        for topic, nodes in state.subscribers.items()
+        if topic in state.publishers and publishers.intersection(nodes)
+    ]
+    return list(dict.fromkeys([*topics, *entering]))

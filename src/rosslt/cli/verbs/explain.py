@@ -1,0 +1,97 @@
+"""`rosslt explain`: where a field of a topic comes from."""
+
+import argparse
+from typing import Any, List, Tuple
+
+from rosslt import values
+from rosslt.cli import bags
+from rosslt.cli.completers import fields, nodes
+from rosslt.cli.directory import Directory
+from rosslt.cli.failure import Failure
+from rosslt.cli.fields import field_of, joined, source_values
+from rosslt.cli.hearing import heard_publishers
+from rosslt.cli.master import find_master, split_topic
+from rosslt.cli.output import is_terminal, limits, table, write_row
+from rosslt.cli.reading import Inbox, Received
+from rosslt.cli.rendering import text_of
+from rosslt.cli.verb import LOOK, Argument
+
+GROUP = LOOK
+SUMMARY = 'where a field of a topic comes from: the expression, and each location in it'
+DESCRIPTION = """Print where a field of the next message of a topic comes from: the expression that made it, and each
+location in that with its value, its bounds and its file. Of several nodes that publish the topic, each is explained."""
+EXAMPLE = """\
+examples:
+  rosslt explain /target/pose/position/x
+  rosslt explain --bag run.bag /target/pose/position
+
+In a pipe each location of each field is a line of columns between tabs: field, value, expression, NODE/LOCATION, its
+value, file:line:column (or empty).
+"""
+ARGUMENTS = [
+    Argument('field', completer=fields, metavar='TOPIC/FIELD', help='as /target/pose/position/x or /path/points[3]'),
+    Argument('--node', completer=nodes, metavar='NODE', help='in the messages of this node'),
+    Argument('--timeout', type=float, default=5.0, metavar='S', help='seconds to wait for a message (default: 5)'),
+    Argument('--bag', metavar='FILE', help='in the first message of a recorded bag'),
+]
+
+
+def run(options: argparse.Namespace) -> None:
+    directory = Directory()
+    received, field = _recorded(options, directory) if options.bag else _heard(options)
+    values.describe_sources_with(directory.describe)
+    directory.learn({source for each in received for source in values.sources(field_of(each.message, field))})
+    found = False
+    for each in received:
+        leaves = [
+            (joined(field, path), leaf)
+            for path, leaf in values.leaves(field_of(each.message, field))
+            if values.is_tracked(leaf)
+        ]
+        found = found or bool(leaves)
+        for path, leaf in leaves:
+            (_show if is_terminal() else _write)(each, path, leaf, directory)
+    if not found:
+        names = ' and '.join(each.publisher or each.topic for each in received)
+        topic = received[0].topic
+        raise Failure(f'nothing in it has a source, as {names} sends it; `rosslt doctor {topic}` says why')
+
+
+def _heard(options: argparse.Namespace) -> Tuple[List[Received], str]:
+    master = find_master()
+    topic, _, field = split_topic(master, options.field)
+    with Inbox([topic]) as inbox:
+        return heard_publishers(master, inbox, topic, options.timeout, options.node), field
+
+
+def _recorded(options: argparse.Namespace, directory: Directory) -> Tuple[List[Received], str]:
+    with bags.opened(options.bag) as bag:
+        topic, field = bags.split_topic(bag, options.field)
+        bags.take_names(bag, directory)
+        return [next(bags.messages(bag, [topic]))], field
+
+
+def _show(received: Received, path: str, leaf: Any, directory: Directory) -> None:
+    by = f', published by {received.publisher}' if received.publisher else ''
+    print(f'{received.topic} {path} = {text_of(leaf)}{by}')
+    print('  = ' + values.explain(leaf))
+    rows = []
+    for source, value in source_values(leaf).items():
+        place = directory.of(source)
+        rows.append(
+            (directory.name(source), text_of(value), limits(place) if place else '', place.file if place else '')
+        )
+    print('\n'.join(table(rows, indent='  ')))
+
+
+def _write(received: Received, path: str, leaf: Any, directory: Directory) -> None:
+    for source, value in source_values(leaf).items():
+        place = directory.of(source)
+        write_row(
+            path,
+            text_of(leaf),
+            values.explain(leaf),
+            directory.name(source),
+            text_of(value),
+            place.file if place else '',
+        )

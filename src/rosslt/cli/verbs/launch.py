@@ -1,0 +1,41 @@
+"""`rosslt launch`: a launch file, every Python node in it with provenance."""
+
+import argparse
+
+from rosslt.cli.failure import Failure, Misused
+from rosslt.cli.verb import RUN, Argument
+
+GROUP = RUN
+SUMMARY = 'a launch file, every Python node in it with provenance'
+DESCRIPTION = """\
+Start a launch file as roslaunch does, with every Python node in it run by `rosslt run`, others as they are, and
+slt_visualization beside them, whose interactive markers change what they show.
+"""
+EXAMPLE = """\
+example:
+  rosslt launch --except /joy diff_drive_demo mock_robot.launch rviz:=true
+"""
+ARGUMENTS = [
+    Argument('--no-markers', action='store_true', help='without slt_visualization'),
+    Argument('--only', action='append', default=[], metavar='NODE', help='run no other node tracked'),
+    Argument('--except', action='append', default=[], dest='others', metavar='NODE', help='run this node as it is'),
+    Argument('--screen', action='store_true', help='show the output of all nodes'),
+    Argument('file', nargs=argparse.REMAINDER, metavar='[PACKAGE] FILE', help='and its arguments, NAME:=VALUE'),
+]
+
+
+def run(options: argparse.Namespace) -> None:
+    from rosslt import instrument
+
+    if not options.file:
+        raise Misused('which launch file?')
+    try:
+        instrument.launch(
+            options.file,
+            markers=not options.no_markers,
+            only=options.only,
+            others=options.others,
+            screen=options.screen,
+        )
+    except instrument.NotLaunched as error:
+        raise Failure(str(error)) from None

@@ -1,0 +1,101 @@
+"""`rosslt log`: who changed what, when, and from what."""
+
+import argparse
+import sys
+from datetime import datetime
+from typing import Any, List, NamedTuple
+
+from rosslt import node, srv, values
+from rosslt.cli.completers import nodes
+from rosslt.cli.directory import TIMEOUT, Directory, tracked_node
+from rosslt.cli.master import find_master, tracked_nodes
+from rosslt.cli.output import is_terminal, table, write_row
+from rosslt.cli.unreachable import why_unreachable
+from rosslt.cli.verb import LOOK, Argument
+
+GROUP = LOOK
+SUMMARY = 'who changed which location, when, and from what'
+DESCRIPTION = """Print what was changed in running nodes, the oldest change first: when, who asked, which location, its
+value before and after. What one drag or one command changed is one request, in however many nodes."""
+EXAMPLE = """\
+examples:
+  rosslt log
+  rosslt log /talker -n 10
+
+In a pipe each change is a line of columns between tabs: time in seconds, who asked, NODE/LOCATION, old value, new
+value, the request, `undone` where it has been taken back (or empty).
+"""
+ARGUMENTS = [
+    Argument('node', nargs='?', completer=nodes, metavar='NODE', help='of this node alone'),
+    Argument('-n', dest='count', type=int, default=0, metavar='N', help='the last N changes (default: all)'),
+]
+
+#: Stamps before this are of simulated time, which begins at 0; in seconds since 1970.
+_EARLIEST_DATE = 1e8
+
+
+class Recorded(NamedTuple):
+    """A change in the history of a node."""
+
+    node: str
+    recorded: Any
+    """rosslt/RecordedChange."""
+
+
+def run(options: argparse.Namespace) -> int:
+    master = find_master()
+    asked = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
+    request = srv.GetHistoryRequest(limit=max(0, options.count))
+    answers, silent = node.ask_all('get_history', srv.GetHistory, dict.fromkeys(asked, request), TIMEOUT)
+    found = [Recorded(name, recorded) for name, answer in answers.items() for recorded in answer.changes]
+    found.sort(key=lambda each: each.recorded.change.stamp)
+    found = found[-options.count :] if options.count else found
+    directory = Directory()
+    directory.ask(sorted({each.node for each in found}))
+    (_show if is_terminal() else _write)(found, directory)
+    for name, why in sorted(silent.items()):
+        print(f'rosslt log: cannot reach {name}: {why_unreachable(master, name, why)}', file=sys.stderr)
+    return 1 if silent else 0
+
+
+def _show(found: List[Recorded], directory: Directory) -> None:
+    if not found:
+        print('nothing has been changed')
+    rows = [
+        (
+            _time(each.recorded.change.stamp.to_sec()),
+            each.recorded.change.requester,
+            _name(directory, each),
+            f'{each.recorded.change.old_value} -> {each.recorded.change.new_value}',
+            'taken back' if each.recorded.undone else '',
+        )
+        for each in found
+    ]
+    for line in table(rows):
+        print(line)
+
+
+def _write(found: List[Recorded], directory: Directory) -> None:
+    for each in found:
+        change = each.recorded.change
+        write_row(
+            change.stamp.to_sec(),
+            change.requester,
+            _name(directory, each),
+            change.old_value,
+            change.new_value,
+            each.recorded.request_id,
+            'undone' if each.recorded.undone else '',
+        )
+
+
+def _name(directory: Directory, each: Recorded) -> str:
+    """NODE/LOCATION, also of a location that is gone."""
+    place = directory.of(values.Source(each.node, each.recorded.change.location_id))
+    return place.name if place else f'{each.node}/{each.recorded.change.name}'
+
+
+def _time(seconds: float) -> str:
+    if seconds < _EARLIEST_DATE:
+        return f'{seconds:.3f} s'
+    return datetime.fromtimestamp(seconds).strftime('%Y-%m-%d %H:%M:%S')

@@ -1,0 +1,56 @@
+"""`rosslt run`: a node that was not written for this, with provenance."""
+
+import argparse
+import os
+import sys
+
+from rosslt.cli.verb import RUN, Argument
+
+GROUP = RUN
+SUMMARY = 'a node that was not written for this, with provenance'
+DESCRIPTION = """\
+Run a rospy node as it is, with its number literals as locations and its parameters as sources. It behaves as when it
+is run by itself. What cannot be tracked runs untracked, with a line that says why.
+"""
+EXAMPLE = """\
+example:
+  rosslt run turtle_tf2 dynamic_tf2_broadcaster.py
+  rosslt run ./patrol.py _speed:=0.3
+  <node pkg="turtle_tf2" type="dynamic_tf2_broadcaster.py" name="frame" launch-prefix="rosslt run"/>
+"""
+ARGUMENTS = [
+    Argument(
+        '--include',
+        action='append',
+        default=[],
+        metavar='MODULE',
+        help='track this module too, and those below it; by default those beside the script and those of catkin '
+        'workspaces are',
+    ),
+    Argument('node', nargs=argparse.REMAINDER, metavar='PACKAGE NODE | FILE', help='and the arguments of the node'),
+]
+
+#: It becomes the node: what that raises, and how it exits, is its own.
+TAKES_OVER = True
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run a node in this process; its exceptions and its exit go through."""
+    from rosslt import instrument
+
+    rest = list(options.node)
+    if not rest:
+        print('rosslt run: which node? See rosslt run -h', file=sys.stderr)
+        return 2
+    first = rest.pop(0)
+    is_file = os.path.isfile(first) and (os.sep in first or first.endswith('.py') or not rest)
+    try:
+        if not is_file:
+            if not rest or ':=' in rest[0]:
+                raise instrument.NoNode(f'there is no file {first}')
+            first = instrument.find_node(first, rest.pop(0))
+    except instrument.NoNode as error:
+        print(f'rosslt run: {error}', file=sys.stderr)
+        return 1
+    instrument.run_file(first, rest, options.include)
+    return 0

@@ -1,0 +1,355 @@
+"""NumPy's functions for arrays that keep provenance, and the `numpy` that a node's own code gets."""
+
+import functools
+from typing import Any, Callable, Dict, List, Tuple
+
+import numpy
+
+from rosslt import values
+from rosslt.instrument.arrays import (
+    LARGEST,
+    TrackedArray,
+    any_tracked,
+    compute,
+    each,
+    filled,
+    only_tracked,
+    provenance_of,
+    with_provenance,
+)
+
+_sqrt = values.MATH['sqrt']
+
+
+def plain(x: Any) -> Any:
+    """An argument without provenance, at any depth of lists."""
+    if isinstance(x, TrackedArray):
+        return x.view(numpy.ndarray)
+    if isinstance(x, (list, tuple)) and not hasattr(x, '_fields') and type(x) in (list, tuple):
+        return type(x)([plain(part) for part in x])
+    if isinstance(x, dict):
+        return {key: plain(part) for key, part in x.items()}
+    return values.untracked(x) if type(x) in _TRACKED else x
+
+
+_TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int, bool, str))
+
+
+def _objects(x: Any) -> Any:
+    """An argument with the tracked values in arrays of objects."""
+    if isinstance(x, numpy.ndarray) or type(x) in _TRACKED or (type(x) in (list, tuple) and any_tracked(x)):
+        return filled(plain(x), provenance_of(x))
+    return x
+
+
+def _besides(x: Any) -> Any:
+    """An argument with its provenance alone, in an array of objects with None elsewhere."""
+    if isinstance(x, numpy.ndarray):
+        beside = provenance_of(x)
+        return beside if beside is not None else numpy.empty(x.shape, dtype=object)
+    if type(x) in (list, tuple):
+        if any(isinstance(part, numpy.ndarray) for part in x):
+            return [_besides(part) for part in x]
+        beside = provenance_of(x)
+        return beside if beside is not None else numpy.empty(numpy.shape(x), dtype=object)
+    return provenance_of(x)
+
+
+def _moved(function: Any, arguments: Any, options: Any) -> Any:
+    """Of a function that only puts elements elsewhere."""
+    first = _besides(arguments[0])
+    return function(first, *plain(list(arguments[1:])), **plain(options))
+
+
+def _all_moved(function: Any, arguments: Any, options: Any) -> Any:
+    """Of a function that puts the elements of several arrays elsewhere."""
+    return function(*[_besides(one) if _is_array_like(one) else plain(one) for one in arguments], **plain(options))
+
+
+def _is_array_like(x: Any) -> bool:
+    return isinstance(x, (numpy.ndarray, list, tuple))
+
+
+def _added(function: Any, arguments: Any, options: Any) -> Any:
+    """Of a function that adds and multiplies, which does so with objects too."""
+    options = {key: value for key, value in options.items() if key not in ('dtype', 'out')}
+    return only_tracked(function(*map(_objects, arguments), **plain(options)))
+
+
+def _norm(function: Any, arguments: Any, options: Any) -> Any:
+    axis = options.get('axis')
+    if (len(arguments) > 1 and arguments[1] is not None) or options.get('ord') is not None:
+        return None
+    objects = _objects(arguments[0])
+    if axis is None:
+        return only_tracked(_sqrt(sum(part * part for part in objects.reshape(-1))))
+    squares = numpy.add.reduce(objects * objects, axis=axis, keepdims=bool(options.get('keepdims')))
+    return only_tracked(numpy.frompyfunc(_sqrt, 1, 1)(squares))
+
+
+def _cross(function: Any, arguments: Any, options: Any) -> Any:
+    if options or len(arguments) != 2:
+        return None
+    a, b = map(_objects, map(_as_array, arguments))
+    if a.shape[-1:] != (3,) or b.shape[-1:] != (3,):
+        return None
+    a, b = numpy.broadcast_arrays(a, b)
+    made = numpy.empty(a.shape, dtype=object)
+    for place in range(3):
+        one, other = (place + 1) % 3, (place + 2) % 3
+        made[..., place] = a[..., one] * b[..., other] - a[..., other] * b[..., one]
+    return only_tracked(made)
+
+
+def _as_array(x: Any) -> Any:
+    return x if isinstance(x, numpy.ndarray) or any_tracked(x) else numpy.asarray(x)
+
+
+def _inverse(function: Any, arguments: Any, options: Any) -> Any:
+    rows = _objects(arguments[0])
+    if rows.ndim != 2 or rows.shape[0] > 6:
+        return None
+    size = rows.shape[0]
+    return only_tracked(_solved(rows.tolist(), numpy.identity(size).tolist()))
+
+
+def _solution(function: Any, arguments: Any, options: Any) -> Any:
+    rows, right = (
+        _objects(arguments[0]),
+        _objects(numpy.asarray(arguments[1]) if isinstance(arguments[1], list) else arguments[1]),
+    )
+    if rows.ndim != 2 or rows.shape[0] > 6 or right.ndim > 2:
+        return None
+    columns = right.reshape(right.shape[0], -1).tolist()
+    return only_tracked(_solved(rows.tolist(), columns)).reshape(right.shape)
+
+
+def _solved(rows: List[List[Any]], right: List[List[Any]]) -> numpy.ndarray:
+    """The solution of linear equations by elimination, the largest pivot first."""
+    size = len(rows)
+    table = [list(row) + list(other) for row, other in zip(rows, right)]
+    for place in range(size):
+        pivot = max(range(place, size), key=lambda row: abs(float(table[row][place])))
+        table[place], table[pivot] = table[pivot], table[place]
+        head = table[place][place]
+        table[place] = [part / head for part in table[place]]
+        for row in range(size):
+            factor = table[row][place]
+            if row != place and not (type(factor) not in _TRACKED and factor == 0):
+                table[row] = [part - factor * other for part, other in zip(table[row], table[place])]
+    made = numpy.empty((size, len(right[0])), dtype=object)
+    for place, row in enumerate(table):
+        made[place, :] = row[size:]
+    return made
+
+
+def _determinant(function: Any, arguments: Any, options: Any) -> Any:
+    rows = _objects(arguments[0])
+    if rows.ndim != 2 or rows.shape[0] > 4:
+        return None
+
+    def minor(matrix: Any) -> Any:
+        if len(matrix) == 1:
+            return matrix[0][0]
+        return sum(
+            (-1) ** column * head * minor([row[:column] + row[column + 1 :] for row in matrix[1:]])
+            for column, head in enumerate(matrix[0])
+        )
+
+    return only_tracked(minor(rows.tolist()))
+
+
+def _clipped(function: Any, arguments: Any, options: Any) -> Any:
+    x, low, high = (list(arguments) + [None, None])[:3]
+    low, high = options.get('a_min', low), options.get('a_max', high)
+
+    def clip(value: Any, least: Any, most: Any) -> Any:
+        if least is not None and value < least:
+            value = least
+        return most if most is not None and value > most else value
+
+    return each(clip, [plain(x), plain(low), plain(high)], [provenance_of(x), provenance_of(low), provenance_of(high)])
+
+
+def _chosen(function: Any, arguments: Any, options: Any) -> Any:
+    if len(arguments) != 3:
+        return None
+    condition, one, other = arguments
+    return numpy.where(plain(condition), _besides(one), _besides(other))
+
+
+def _rounded(function: Any, arguments: Any, options: Any) -> Any:
+    decimals = plain(options.get('decimals', arguments[1] if len(arguments) > 1 else 0))
+    return each(lambda x: round(x, decimals), [plain(arguments[0])], [provenance_of(arguments[0])])
+
+
+_RULES: Dict[Any, Callable[..., Any]] = {}
+for _rule, _names in {
+    _moved: 'array_split atleast_1d atleast_2d atleast_3d broadcast_to copy delete diag diagflat diagonal expand_dims flip '
+    'fliplr flipud moveaxis ravel repeat reshape resize roll rollaxis rot90 split squeeze swapaxes take tile transpose '
+    'tril triu vsplit hsplit trim_zeros',
+    _all_moved: 'append column_stack concatenate dstack hstack insert stack vstack block',
+    _cross: 'cross',
+    _added: 'cumprod cumsum diff dot inner kron mean nansum outer prod sum trace vdot average einsum_ ediff1d',
+    _clipped: 'clip',
+    _chosen: 'where',
+    _rounded: 'round around round_',
+}.items():
+    _RULES.update((getattr(numpy, name), _rule) for name in _names.split() if hasattr(numpy, name))
+_RULES[numpy.linalg.norm] = _norm
+_RULES[numpy.linalg.inv] = _inverse
+_RULES[numpy.linalg.solve] = _solution
+_RULES[numpy.linalg.det] = _determinant
+
+
+def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
+    """What a function of NumPy gives: NumPy's own numbers, and their provenance beside them where it is known."""
+    result = function(*[plain(one) for one in arguments], **plain(options))
+    rule = _RULES.get(function)
+    out = options.get('out')
+    if isinstance(out, TrackedArray):
+        out.write_beside(None)
+    if rule is None or getattr(result, 'size', 1) > LARGEST:
+        return result
+    try:
+        beside = rule(function, arguments, options)
+    except (ArithmeticError, ValueError, TypeError, IndexError, numpy.linalg.LinAlgError):
+        return result
+    if isinstance(result, (list, tuple)):
+        return type(result)([with_provenance(one, part) for one, part in zip(result, beside)])
+    if beside is None:
+        return result
+    if isinstance(out, TrackedArray):
+        out.write_beside(beside)
+        return out
+    return with_provenance(result, beside)
+
+
+def _noticing(function: Any) -> Any:
+    """A function of NumPy that also looks for tracked numbers in lists, and among its arguments themselves."""
+
+    @functools.wraps(function, updated=())
+    def noticing(*arguments: Any, **options: Any) -> Any:
+        for one in arguments:
+            kind = type(one)
+            if kind in _TRACKED or (kind in (list, tuple) and any_tracked(one)):
+                return call(function, arguments, options)
+        return function(*arguments, **options)
+
+    return noticing
+
+
+def _made_array(original: Any) -> Any:
+    """`numpy.array` and its like."""
+
+    @functools.wraps(original, updated=())
+    def array(thing: Any, *arguments: Any, **options: Any) -> Any:
+        kind = type(thing)
+        if kind is TrackedArray:
+            beside = thing._beside
+            made = original(thing.view(numpy.ndarray), *arguments, **options)
+            if made.base is not thing and not numpy.shares_memory(made, thing) and beside is not None:
+                beside = beside.copy()
+            if beside is not None and beside.shape != made.shape:
+                beside = beside.reshape(made.shape)
+            return with_provenance(made, beside)
+        if kind in _TRACKED or (kind in (list, tuple) and any_tracked(thing)):
+            made = original(plain(thing), *arguments, **options)
+            beside = provenance_of(thing)
+            if kind in _TRACKED:
+                box = numpy.empty(made.shape, dtype=object)
+                box[...] = beside
+                beside = box
+            elif beside is not None and beside.shape != made.shape and beside.size == made.size:
+                beside = beside.reshape(made.shape)
+            return with_provenance(made, beside)
+        return original(thing, *arguments, **options)
+
+    return array
+
+
+def _made_empty(original: Any) -> Any:
+    """`numpy.zeros` and its like: what they make is there to be written to."""
+
+    @functools.wraps(original, updated=())
+    def empty(*arguments: Any, **options: Any) -> Any:
+        made = original(*[plain(one) for one in arguments], **plain(options))
+        if made.dtype.char == 'd' and made.size <= LARGEST:
+            return made.view(TrackedArray)
+        return made
+
+    return empty
+
+
+def _full(original: Any) -> Any:
+    @functools.wraps(original, updated=())
+    def full(shape: Any, value: Any, *arguments: Any, **options: Any) -> Any:
+        made = original(plain(shape), plain(value), *arguments, **options)
+        beside = provenance_of(value)
+        if beside is None:
+            return made
+        box = numpy.empty(made.shape, dtype=object)
+        box[...] = beside
+        return with_provenance(made, box)
+
+    return full
+
+
+def _linspace(start: Any, stop: Any, num: Any = 50, *arguments: Any, **options: Any) -> Any:
+    made = numpy.linspace(plain(start), plain(stop), plain(num), *arguments, **options)
+    if not (type(start) in _TRACKED or type(stop) in _TRACKED) or not isinstance(made, numpy.ndarray) or made.ndim != 1:
+        return made
+    steps = len(made) - 1 if options.get('endpoint', True) else len(made)
+    return _between(made, lambda index: start + index * (stop - start) / steps if steps else start)
+
+
+def _arange(*arguments: Any, **options: Any) -> Any:
+    made = numpy.arange(*[plain(one) for one in arguments], **plain(options))
+    start, step = (0, 1) if len(arguments) == 1 else (arguments[0], arguments[2] if len(arguments) > 2 else 1)
+    if not (type(start) in _TRACKED or type(step) in _TRACKED):
+        return made
+    return _between(made, lambda index: start + index * step)
+
+
+def _between(made: numpy.ndarray, value_at: Callable[[int], Any]) -> Any:
+    if made.size > LARGEST:
+        return made
+    beside = numpy.empty(made.shape, dtype=object)
+    for index in range(len(made)):
+        beside[index] = value_at(index)
+    return with_provenance(made, only_tracked(beside))
+
+
+def numpy_functions() -> Dict[str, Any]:
+    """What a node's own code gets in place of functions of `numpy`, by name."""
+    found: Dict[str, Any] = {
+        function.__name__: _noticing(function)
+        for function in _RULES
+        if getattr(numpy, function.__name__, None) is function
+    }
+    for name in ('array', 'asarray', 'asanyarray', 'asfarray', 'ascontiguousarray'):
+        if hasattr(numpy, name):
+            found[name] = _made_array(getattr(numpy, name))
+    for name in ('zeros', 'ones', 'empty', 'identity', 'eye', 'zeros_like', 'ones_like', 'empty_like'):
+        found[name] = _made_empty(getattr(numpy, name))
+    for name in ('full', 'full_like'):
+        found[name] = _full(getattr(numpy, name))
+    found['linspace'] = functools.wraps(numpy.linspace, updated=())(_linspace)
+    found['arange'] = _named('arange', _arange)
+    return found
+
+
+def linalg_functions() -> Dict[str, Any]:
+    """The same of `numpy.linalg`."""
+    return {name: _noticing(getattr(numpy.linalg, name)) for name in ('norm', 'inv', 'solve', 'det')}
+
+
+def _named(name: str, function: Any) -> Any:
+    function.__name__ = name
+    function.__doc__ = getattr(numpy, name).__doc__
+    return function
+
+
+def keep_provenance_in_numpy() -> None:
+    """Have tracked numbers and plain arrays make arrays of floats, as NumPy does, not of objects."""
+    values.compute_ufuncs_with(compute)

@@ -1,0 +1,412 @@
+"""NumPy arrays whose elements keep provenance.
+
+A `TrackedArray` is an ordinary array of floats or ints: all that computes with it gets the numbers that it would get
+without provenance, to the last bit. Beside them stands an array of objects of the same shape, the tracked values, None
+where an element has no provenance. Views share it as they share the numbers. An element is read as its tracked value
+if that still has the number which stands in the array; where something has written to the numbers past this class, it
+has lost its provenance, and nothing else.
+"""
+
+import operator
+from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
+
+import numpy
+
+from rosslt import values
+
+_TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int))
+
+#: Larger arrays are data, of which no single number is tracked.
+LARGEST = 1024
+
+#: How far a number computed by NumPy may be from the same one computed by `math`, against its size.
+_ROUNDING = 1e-9
+
+_OPERATORS: Dict[str, Callable[..., Any]] = {
+    'add': operator.add,
+    'subtract': operator.sub,
+    'multiply': operator.mul,
+    'divide': operator.truediv,
+    'true_divide': operator.truediv,
+    'floor_divide': operator.floordiv,
+    'remainder': operator.mod,
+    'power': operator.pow,
+    'float_power': operator.pow,
+    'negative': operator.neg,
+    'positive': operator.pos,
+    'absolute': abs,
+    'square': lambda x: x * x,
+    'reciprocal': lambda x: 1 / x,
+    'maximum': lambda a, b: a if a >= b else b,
+    'minimum': lambda a, b: a if a <= b else b,
+    'fmax': lambda a, b: a if a >= b else b,
+    'fmin': lambda a, b: a if a <= b else b,
+    'deg2rad': values.MATH['radians'],
+    'rad2deg': values.MATH['degrees'],
+    'arcsin': values.MATH['asin'],
+    'arccos': values.MATH['acos'],
+    'arctan': values.MATH['atan'],
+    'arctan2': values.MATH['atan2'],
+    'arcsinh': values.MATH['asinh'],
+    'arccosh': values.MATH['acosh'],
+    'arctanh': values.MATH['atanh'],
+}
+_SAME_NAMES = (
+    'sin',
+    'cos',
+    'tan',
+    'sinh',
+    'cosh',
+    'tanh',
+    'exp',
+    'expm1',
+    'log',
+    'log2',
+    'log10',
+    'log1p',
+    'sqrt',
+    'hypot',
+    'degrees',
+    'radians',
+    'fabs',
+    'copysign',
+    'fmod',
+    'floor',
+    'ceil',
+    'trunc',
+)
+_OPERATORS.update((name, values.MATH[name]) for name in _SAME_NAMES if name in values.MATH)
+
+_SUMMED = {'add', 'multiply', 'maximum', 'minimum'}
+_IN_LINE = {'matmul'}
+
+
+class TrackedArray(numpy.ndarray):
+    """An array of floats or ints with the provenance of its elements. Made by `with_provenance` and by arithmetic."""
+
+    _beside: Optional[numpy.ndarray] = None
+
+    def __array_finalize__(self, original: Any) -> None:
+        self._beside = None
+
+    @property
+    def has_provenance(self) -> bool:
+        """Whether any element may have provenance."""
+        return self._beside is not None
+
+    def _made_beside(self) -> numpy.ndarray:
+        if self._beside is None:
+            self._beside = numpy.empty(self.shape, dtype=object)
+        return self._beside
+
+    def write_beside(self, beside: Any) -> None:
+        """Give the elements other provenance, in all views of them."""
+        if isinstance(beside, numpy.ndarray) and beside.shape == self.shape:
+            self._made_beside()[...] = beside
+        elif self._beside is not None:
+            self._beside[...] = None
+
+    def __getitem__(self, key: Any) -> Any:
+        found = super().__getitem__(key)
+        beside = self._beside
+        if isinstance(found, TrackedArray):
+            if beside is None:
+                # What is written to a view must be seen here as well.
+                beside = self._made_beside()
+            part = beside[_plain_key(key)]
+            found._beside = part if part.shape == found.shape else None
+            return found
+        if beside is None:
+            return found
+        return _element(found, beside[_plain_key(key)])
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        super().__setitem__(key, _plain(value))
+        beside = provenance_of(value)
+        if beside is not None:
+            self._made_beside()[_plain_key(key)] = beside
+        elif self._beside is not None:
+            self._beside[_plain_key(key)] = None
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        return compute(ufunc, method, inputs, options)
+
+    def __array_function__(self, function: Any, types: Any, arguments: Any, options: Any) -> Any:
+        from rosslt.instrument.array_functions import call
+
+        return call(function, arguments, options)
+
+    def __copy__(self) -> 'TrackedArray':
+        return self.copy()
+
+    def __deepcopy__(self, _: Any) -> 'TrackedArray':
+        return self.copy()
+
+    def __reduce__(self) -> Any:
+        return self.view(numpy.ndarray).__reduce__()
+
+    def copy(self, order: Any = 'C') -> Any:
+        """As of `numpy.ndarray`."""
+        return with_provenance(
+            self.view(numpy.ndarray).copy(order), None if self._beside is None else self._beside.copy()
+        )
+
+    def __repr__(self) -> str:
+        return repr(self.view(numpy.ndarray))
+
+    def tolist(self) -> Any:
+        """As of `numpy.ndarray`; the tracked elements are tracked numbers."""
+        if self._beside is None:
+            return super().tolist()
+        if not self.ndim:
+            return _element(super().tolist(), self._beside[()])
+        return [part.tolist() if isinstance(part, TrackedArray) else _python(part) for part in self]
+
+    def item(self, *place: Any) -> Any:
+        """As of `numpy.ndarray`."""
+        found = super().item(*place)
+        return found if self._beside is None else _element(found, self._beside.item(*place))
+
+    def astype(self, dtype: Any, *arguments: Any, **options: Any) -> Any:
+        """As of `numpy.ndarray`."""
+        made = self.view(numpy.ndarray).astype(dtype, *arguments, **options)
+        return with_provenance(made, self._beside) if made.dtype.char in 'dlq' else made
+
+    def fill(self, value: Any) -> None:
+        """As of `numpy.ndarray`."""
+        self[...] = value
+
+    def _called(self, name: str, *arguments: Any, **options: Any) -> Any:
+        return getattr(numpy, name)(self, *arguments, **options)
+
+    @property
+    def T(self) -> Any:  # noqa: N802 (NumPy's name)
+        """As of `numpy.ndarray`."""
+        return numpy.transpose(self)
+
+    def reshape(self, *shape: Any, **options: Any) -> Any:
+        """As of `numpy.ndarray`."""
+        return numpy.reshape(self, shape[0] if len(shape) == 1 else shape, **options)
+
+    def transpose(self, *axes: Any) -> Any:
+        """As of `numpy.ndarray`."""
+        return numpy.transpose(self, *([axes] if len(axes) > 1 else axes))
+
+    def flatten(self, order: Any = 'C') -> Any:
+        """As of `numpy.ndarray`."""
+        return numpy.ravel(self, order).copy()
+
+
+def _method(name: str) -> Callable[..., Any]:
+    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
+        return self._called(name, *arguments, **options)
+
+    method.__name__ = name
+    return method
+
+
+_METHODS = (
+    'clip',
+    'cumsum',
+    'cumprod',
+    'diagonal',
+    'dot',
+    'ravel',
+    'repeat',
+    'squeeze',
+    'swapaxes',
+    'take',
+    'trace',
+    'mean',
+    'round',
+)
+for _name in _METHODS:
+    setattr(TrackedArray, _name, _method(_name))
+
+
+def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
+    """An array with its provenance beside it; as it is where it can have none.
+
+    Args:
+        array: a plain array, or a scalar.
+        beside: the tracked values, of the same shape, None where there is none.
+    """
+    if not isinstance(array, numpy.ndarray):
+        return _element(array, beside[()] if isinstance(beside, numpy.ndarray) else beside)
+    if array.dtype.char not in 'dlq' or array.size > LARGEST:
+        return array
+    made = array.view(TrackedArray)
+    if beside is not None and beside.shape == array.shape:
+        made._beside = beside
+    return made
+
+
+def provenance_of(value: Any) -> Any:
+    """The tracked values in what an array may be made from: one, an array of them with None in between, or None."""
+    kind = type(value)
+    if kind in _TRACKED:
+        return value
+    if kind is TrackedArray:
+        return value._beside
+    if kind in (list, tuple) and any_tracked(value):
+        elements = list(_flat(value))
+        shape = numpy.shape(_plain(value))
+        beside = numpy.empty(len(elements), dtype=object)
+        for index, element in enumerate(elements):
+            if type(element) in _TRACKED:
+                beside[index] = element
+        return beside.reshape(shape) if beside.size == int(numpy.prod(shape)) else None
+    return None
+
+
+def any_tracked(value: Any) -> bool:
+    """Whether a list, or what is in it, has provenance."""
+    for part in value:
+        kind = type(part)
+        if kind in _TRACKED or (kind in (list, tuple) and any_tracked(part)):
+            return True
+        if kind is TrackedArray and part._beside is not None:
+            return True
+    return False
+
+
+def _flat(value: Any) -> Iterable[Any]:
+    for part in value:
+        if isinstance(part, (list, tuple)):
+            yield from _flat(part)
+        elif isinstance(part, TrackedArray):
+            whole = part.tolist()
+            yield from _flat(whole) if isinstance(whole, list) else [whole]
+        elif isinstance(part, numpy.ndarray):
+            yield from part.ravel()
+        else:
+            yield part
+
+
+def _plain(value: Any) -> Any:
+    """What an array is made from, without provenance."""
+    if type(value) in _TRACKED:
+        return value._plain
+    if type(value) is TrackedArray:
+        return value.view(numpy.ndarray)
+    if type(value) in (list, tuple):
+        return [_plain(part) for part in value]
+    return value
+
+
+def _plain_key(key: Any) -> Any:
+    if type(key) is tuple:
+        return tuple(_plain_key(part) for part in key)
+    return key.view(numpy.ndarray) if type(key) is TrackedArray else key
+
+
+def _python(number: Any) -> Any:
+    return number.item() if hasattr(number, 'item') else number
+
+
+def _element(number: Any, tracked: Any) -> Any:
+    """The number that stands in an array as a tracked one, where it still is that."""
+    if tracked is None or type(tracked) not in _TRACKED:
+        return number
+    made = tracked._plain
+    if made == number:
+        return tracked
+    if abs(made - number) <= _ROUNDING * max(abs(made), abs(number)):
+        (rounded,) = values.lazy([_python(number)], [lambda _: tracked])
+        return rounded
+    return number
+
+
+def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
+    """What a ufunc gives for arrays and tracked numbers: NumPy's own numbers, and their provenance beside them."""
+    plain = [_plain(one) for one in inputs]
+    out = options.get('out')
+    if out is not None:
+        options = dict(options, out=tuple([_plain(one) for one in out]))
+    # First, since what is computed in place is no operand any more when it is done.
+    besides = [provenance_of(one) for one in inputs]
+    beside = None
+    if any(one is not None for one in besides) and method != 'at' and _size(plain) <= LARGEST:
+        beside = _computed(ufunc, method, plain, besides, options)
+    result = getattr(ufunc, method)(*plain, **options)
+    if out is not None:
+        for one in out:
+            if isinstance(one, TrackedArray):
+                one.write_beside(beside if len(out) == 1 else None)
+        return out[0] if len(out) == 1 else result
+    return result if beside is None or isinstance(result, tuple) else with_provenance(result, beside)
+
+
+def _size(operands: List[Any]) -> int:
+    """How many elements come of operands that are broadcast together."""
+    sizes = [one.size for one in operands if isinstance(one, numpy.ndarray)]
+    if sum(size > 1 for size in sizes) > 1:
+        try:
+            return int(numpy.broadcast(*operands).size)
+        except ValueError:
+            pass  # those of a product of matrices
+    return max(sizes, default=1)
+
+
+def _computed(ufunc: Any, method: str, plain: List[Any], besides: List[Any], options: Dict[str, Any]) -> Any:
+    name = ufunc.__name__
+    kept = {key: value for key, value in options.items() if key != 'out'}
+    try:
+        if method == '__call__' and not kept and name in _OPERATORS:
+            return each(_OPERATORS[name], plain, besides)
+        if method == 'reduce' and name in _SUMMED and not set(kept) - {'axis', 'keepdims', 'dtype', 'initial', 'where'}:
+            objects = filled(plain[0], besides[0])
+            kept = {key: value for key, value in kept.items() if key in ('axis', 'keepdims')}
+            return only_tracked(numpy.frompyfunc(_OPERATORS[name], 2, 1).reduce(objects, **kept))
+        if method == '__call__' and not kept and name in _IN_LINE:
+            return only_tracked(numpy.dot(filled(plain[0], besides[0]), filled(plain[1], besides[1])))
+    except (ArithmeticError, ValueError, TypeError):
+        pass
+    return None
+
+
+def each(function: Callable[..., Any], plain: List[Any], besides: List[Any]) -> Any:
+    """A function of numbers on each element: what it gives where one of them is tracked, None elsewhere."""
+    if all(beside is None or type(beside) in _TRACKED for beside in besides) and not any(
+        isinstance(one, (numpy.ndarray, list, tuple)) for one in plain
+    ):
+        operands = [_python(one) if beside is None else beside for one, beside in zip(plain, besides)]
+        return _only_tracked(function(*operands))
+
+    def of(*operands: Any) -> Any:
+        for operand in operands:
+            if type(operand) in _TRACKED:
+                try:
+                    return _only_tracked(function(*operands))
+                except (ArithmeticError, ValueError, TypeError):
+                    return None
+        return None
+
+    return numpy.frompyfunc(of, len(plain), 1)(*[filled(one, beside) for one, beside in zip(plain, besides)])
+
+
+def filled(plain: Any, beside: Any) -> numpy.ndarray:
+    """An array of objects: the tracked values, and the plain ones where there is none."""
+    if type(beside) in _TRACKED:
+        box = numpy.empty((), dtype=object)
+        box[()] = beside
+        return box
+    objects = numpy.asarray(plain).astype(object)
+    if beside is not None:
+        flat, tracked = objects.reshape(-1), beside.reshape(-1)
+        for index in range(flat.size):
+            if tracked[index] is not None:
+                flat[index] = tracked[index]
+        objects = flat.reshape(objects.shape)
+    return objects
+
+
+def _only_tracked(value: Any) -> Any:
+    return value if type(value) in _TRACKED else None
+
+
+def only_tracked(objects: Any) -> Any:
+    """An array of objects with None in the place of what is not tracked."""
+    if not isinstance(objects, numpy.ndarray):
+        return _only_tracked(objects)
+    return numpy.frompyfunc(_only_tracked, 1, 1)(objects)

@@ -1,0 +1,191 @@
+"""The present values of a file's number literals, which its rewritten code reads, and the locations behind them.
+
+A cell holds a tracked number from the start, long before there is a node. What it comes from is looked up when somebody
+wants to know it for the first time: when it is in a message that is sent. Only then its location is made known, so that
+literals that reach nothing cost nothing.
+"""
+
+import linecache
+import os
+import re
+import threading
+from typing import Any, Dict, List, Optional, Tuple
+
+import rospy
+
+from rosslt import node, values
+from rosslt.instrument.literals import Literal
+from rosslt.instrument.verdicts import NUMBER
+
+_files: Dict[str, 'Cells'] = {}
+_by_source: Dict[values.Source, 'CellLocation'] = {}
+_lock = threading.RLock()
+
+
+def plain(value: Any) -> Any:
+    """A value without its provenance, to carry a state on."""
+    return value._plain if type(value) in values.TRACKED_CLASSES else value
+
+
+def cells_of(path: str, literals: List[Literal], digest: str) -> 'Cells':
+    """The cells of a file: the same ones, however often the file is loaded.
+
+    Args:
+        path: the real path of the file.
+        literals: its literals, in the order of their cells.
+        digest: the hash of the content that was read.
+    """
+    with _lock:
+        known = _files.get(path)
+        if known is None or known.digest != digest:
+            known = _files[path] = Cells(path, literals, digest)
+        return known
+
+
+def loaded_files() -> List['Cells']:
+    """The cells of all files that run rewritten in this process."""
+    with _lock:
+        return list(_files.values())
+
+
+def node_started() -> None:
+    """Have what was asked for before there was a node be asked for again."""
+    for cells in loaded_files():
+        cells.renew()
+
+
+class Cells(list):
+    """The numbers of a file, each in its cell.
+
+    Args:
+        path, literals, digest: as of `cells_of`.
+
+    Attributes:
+        path, literals, digest: the same.
+        locations: {number of the cell: its CellLocation}, of those that are known.
+    """
+
+    def __init__(self, path: str, literals: List[Literal], digest: str) -> None:
+        super().__init__()
+        self.path = path
+        self.literals = literals
+        self.digest = digest
+        self.locations: Dict[int, CellLocation] = {}
+        self._too_early = False
+        self.extend(self._reading(number) for number in range(len(literals)))
+
+    def renew(self) -> None:
+        """Make the readings anew that were looked into before there was a node."""
+        with _lock:
+            if self._too_early:
+                self._too_early = False
+                for number in range(len(self)):
+                    if number not in self.locations:
+                        self[number] = self._reading(number)
+
+    def _reading(self, number: int) -> Any:
+        (reading,) = values.lazy([self.literals[number].value], [lambda value: self._origin(number, value)])
+        return reading
+
+    def _origin(self, number: int, value: Any) -> Any:
+        """Where the number in a cell comes from, as `values.lazy` wants it."""
+        location = self.location(number)
+        if location is None:
+            return ()
+        source = values.track(float(value) if location.type is float else value, location.source)
+        if location.is_shape:
+            # It is known by its name from here on. What is computed with it from now on does without its provenance,
+            # which makes affine again what moves, and so costs a fraction.
+            self[number] = location.value
+        # An int that may become a float: what is said of it must hold for floats.
+        return source if type(values.untracked(source)) is type(value) else source + 0
+
+    def location(self, number: int) -> 'Optional[CellLocation]':
+        """The location of a cell, made known if it is not; None where there is no node."""
+        with _lock:
+            found = self.locations.get(number)
+            if found is None:
+                if not node.is_started():
+                    if not node.is_initialized():
+                        self._too_early = True
+                        return None
+                    node.start()
+                found = self.locations[number] = CellLocation(self, number)
+                found.make_known()
+                _by_source[found.source] = found
+            return found
+
+
+def location_of(source: values.Source) -> 'Optional[CellLocation]':
+    """The location of a literal of this node that is known by that source."""
+    return _by_source.get(source)
+
+
+def read_step(cells: Cells, number: int) -> Any:
+    """The plain number in a cell that carries a state on; it is known by name from now on, where there is a node."""
+    if number not in cells.locations and node.is_started():
+        cells.location(number)
+    return plain(cells[number])
+
+
+class CellLocation(node.LiteralLocation):
+    """The location of a literal in the code of a node that was not written for this.
+
+    Attributes:
+        cells, number: where its value is read.
+        is_shape: whether it gives a formula its shape, and is read without provenance once it is known.
+        rank: how willingly it is changed.
+    """
+
+    __slots__ = ('cells', 'is_shape', 'number', 'rank')
+
+    def __init__(self, cells: Cells, number: int) -> None:
+        literal = cells.literals[number]
+        self.cells, self.number, self.rank = cells, number, literal.rank  # type: ignore[misc]
+        self.is_shape = literal.is_shape
+        site = node.CallSite(literal.file, literal.line, literal.column, linecache.getline(literal.file, literal.line))
+        super().__init__(
+            literal.identity,
+            '_'.join(_words(literal)),
+            site,
+            literal.value,
+            minimum=literal.minimum,
+            maximum=literal.maximum,
+            is_named=literal.name is not None,
+        )
+        if literal.verdict == NUMBER:
+            self.type = float
+
+    def make_known(self) -> None:
+        """Have it listed and changed; its name is another one where that is taken."""
+        try:
+            node.add_literal(self)
+        except ValueError:
+            literal = self.cells.literals[self.number]
+            self.name = '_'.join((*_words(literal), str(literal.line), str(literal.column)))
+            try:
+                node.add_literal(self)
+            except ValueError as error:
+                rospy.logwarn_once('%s', error)
+
+    def put(self, value: Any) -> None:
+        if self._tracked is None:
+            self._value, self._tracked = value, self.cells[self.number]
+            return
+        super().put(value)
+        self.cells[self.number] = self.value if self.is_shape else self.tracked
+
+    def keep_whole(self) -> None:
+        """Take whole numbers only from now on: it reaches a field that takes no other."""
+        if type(self.literal) is int:
+            self.type = int
+
+
+def _words(literal: Literal) -> Tuple[str, ...]:
+    """What names a literal: the name that it is the value of, else its place."""
+    stem = re.sub(r'\W', '_', os.path.splitext(os.path.basename(literal.file))[0], flags=re.ASCII)
+    if literal.name:
+        words = [word for word in re.split(r'\W', literal.name, flags=re.ASCII) if word and word != 'self']
+        if words and words[0][0].isalpha():
+            return tuple(words)
+    return (stem if stem[:1].isalpha() else 'l_' + stem, str(literal.line), str(literal.column))

@@ -1,0 +1,98 @@
+"""Starts a launch file with its Python nodes run by `rosslt run`."""
+
+import os
+import re
+import shutil
+from typing import Any, Collection, List
+
+import roslaunch
+import roslaunch.core
+import roslaunch.parent
+import roslaunch.rlutil
+import rospkg
+
+from rosslt.instrument.runner import NoNode, find_node, is_python_node
+
+MARKERS = 'slt_visualization'
+
+
+class NotLaunched(Exception):
+    """A launch file cannot be started; the text says why."""
+
+
+def launch(
+    arguments: List[str],
+    markers: bool = True,
+    only: Collection[str] = (),
+    others: Collection[str] = (),
+    screen: bool = False,
+) -> None:
+    """Start a launch file, and wait until it ends.
+
+    Args:
+        arguments: package and file, or the file; then `arg:=value`.
+        markers: whether to start slt_visualization beside it.
+        only: names of the nodes to track, all where there is none.
+        others: names of nodes to run as they are.
+        screen: show the output of all nodes.
+
+    Raises:
+        NotLaunched: the file is not there, or roslaunch does not take it.
+    """
+    files = [argument for argument in arguments if ':=' not in argument]
+    given = [argument for argument in arguments if ':=' in argument]
+    try:
+        (file,) = roslaunch.rlutil.resolve_launch_arguments(files)
+        uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
+        roslaunch.configure_logging(uuid)
+        parent = _Parent(uuid, file, given, markers, only, others, screen)
+        parent.start()
+    except (roslaunch.core.RLException, rospkg.ResourceNotFound, ValueError) as error:
+        raise NotLaunched(str(error)) from None
+    parent.spin()
+
+
+class _Parent(roslaunch.parent.ROSLaunchParent):
+    """roslaunch, with other prefixes."""
+
+    def __init__(
+        self,
+        uuid: str,
+        file: str,
+        given: List[str],
+        markers: bool,
+        only: Collection[str],
+        others: Collection[str],
+        screen: bool,
+    ) -> None:
+        super().__init__(uuid, [(file, given)], force_screen=screen)
+        self._markers, self._only, self._others = markers, only, others
+
+    def _load_config(self) -> None:
+        super()._load_config()
+        command = shutil.which('rosslt') or 'rosslt'
+        for one in self.config.nodes:
+            if self._is_wanted(one) and _is_trackable(one):
+                one.launch_prefix = prefix_of(one.launch_prefix, command)
+        if self._markers and not any(one.type == MARKERS for one in self.config.nodes):
+            self.config.add_node(roslaunch.core.Node('rosslt', MARKERS, name=MARKERS), verbose=False)
+
+    def _is_wanted(self, one: Any) -> bool:
+        names = {one.name, one.namespace + one.name, one.type}
+        return (not self._only or not names.isdisjoint(self._only)) and names.isdisjoint(self._others)
+
+
+def prefix_of(present: Any, command: str) -> str:
+    """The launch-prefix that runs a node tracked, behind the one that it has: `xterm -e`, say."""
+    kept = re.sub(r'(^|\s)(\S*/)?(env\s+)?python[\d.]*\s*$', ' ', present or '').strip()
+    return f'{kept} {command} run'.strip()
+
+
+def _is_trackable(one: Any) -> bool:
+    """Whether a node is one of rospy: a Python file on this machine that is not of this package."""
+    if one.package == 'rosslt' or (one.launch_prefix or '').endswith('rosslt run'):
+        return False
+    try:
+        return is_python_node(os.path.abspath(find_node(one.package, one.type)))
+    except (NoNode, OSError):
+        return False

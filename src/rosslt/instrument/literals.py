@@ -1,0 +1,208 @@
+"""The number literals of a source file: where each stands, what it says, and what makes it itself after a restart."""
+
+import ast
+import hashlib
+import io
+import os
+import re
+import tokenize
+from collections import Counter
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+
+from rosslt.instrument.states import States
+from rosslt.instrument.verdicts import FORM, NUMBER, PLAIN, RULES, judge
+
+#: How willingly a drag changes a literal, by the rule that speaks for it; 0 is most willingly, as for parameters.
+RANKS = {'named': 0, 'value': 1, 'term': 2}
+_RANK_OF_VERDICT = {NUMBER: 2, FORM: 3}
+LAST_RANK = 4
+
+_DIRECTIVE = re.compile(r'#\s*rosslt:\s*(?:(skip)|([-+.\deE]+)?\s*\.\.\s*([-+.\deE]+)?)\s*(?:#.*)?$')
+
+
+class Literal(NamedTuple):
+    """One number in a source file.
+
+    Attributes:
+        file: the real path of the file.
+        line, column, end_line, end_column: the range of its text, with the sign in front of it; lines and columns
+            are counted from 1, in characters, and the end is the place behind the last one.
+        text: as it is written, `-2.50`.
+        value: the number.
+        verdict, rule: as of `verdicts.RULES`.
+        function: the qualified name of the function or class around it, '' in the module.
+        place: its number among those with the same text in that function, from 0.
+        name: what it is the value of (`speed`), None where it is part of something else.
+        minimum, maximum: bounds from a comment, or None.
+    """
+
+    file: str
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+    text: str
+    value: float
+    verdict: str
+    rule: str
+    function: str
+    place: int
+    name: Optional[str]
+    minimum: Optional[float]
+    maximum: Optional[float]
+
+    @property
+    def rank(self) -> int:
+        """How willingly a drag changes it: 0 most, `LAST_RANK` least."""
+        return RANKS.get(self.rule, _RANK_OF_VERDICT.get(self.verdict, LAST_RANK))
+
+    @property
+    def is_shape(self) -> bool:
+        """Whether it gives a formula its shape rather than its value: it can be set, and is not what a drag changes."""
+        return self.verdict == FORM or self.rule == 'used as a count'
+
+    @property
+    def identity(self) -> str:
+        """What makes it itself: the same after a restart, and after edits elsewhere in the file."""
+        return f'{self.file}\n{self.function}\n{self.text}\n{self.place}'
+
+
+class SourceText:
+    """The text of a source file.
+
+    Attributes:
+        path: its real path.
+        digest: the hash of its content, by which it is known whether the file was edited since.
+        text: its content.
+    """
+
+    def __init__(self, path: str, content: bytes) -> None:
+        self.path = os.path.realpath(path)
+        self.digest = digest_of(content)
+        encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
+        self.text = io.TextIOWrapper(io.BytesIO(content), encoding, newline=None).read()
+        # As the parser counts: a form feed ends no line.
+        self._lines = self.text.split('\n')
+
+    def line(self, number: int) -> str:
+        """A line, counted from 1."""
+        return self._lines[number - 1]
+
+    def column(self, line: int, offset: int) -> int:
+        """The column, in characters from 1, of an offset in UTF-8 as the syntax tree gives it."""
+        return len(self.line(line).encode('utf-8')[:offset].decode('utf-8', 'replace')) + 1
+
+    def text_of(self, node: Any) -> str:
+        """What stands there, of a node on one line or several."""
+        start, end = self.column(node.lineno, node.col_offset), self.column(node.end_lineno, node.end_col_offset)
+        lines = self._lines[node.lineno - 1 : node.end_lineno]
+        lines[-1] = lines[-1][: end - 1]
+        lines[0] = lines[0][start - 1 :]
+        return '\n'.join(lines)
+
+
+def digest_of(content: bytes) -> str:
+    """The hash of a file's content."""
+    return hashlib.blake2b(content, digest_size=16).hexdigest()
+
+
+def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[Tuple[ast.expr, Literal]]:
+    """The literals of a file that are locations, each with its expression in the tree."""
+    directives = _directives(tree, source)
+    functions = _functions(tree)
+    counted: Counter = Counter()
+    found = []
+    for judgement in sorted(
+        judge(tree, source.text_of, states), key=lambda one: (one.node.lineno, one.node.col_offset)
+    ):
+        node = judgement.node
+        text = source.text_of(node)
+        function = functions.get(id(node), '')
+        place = counted[function, text]
+        counted[function, text] += 1
+        rule = judgement.rule
+        limits = directives.get(node.lineno)
+        if limits == 'skip':
+            rule = RULES['skip']
+        if rule.verdict == PLAIN:
+            continue
+        minimum, maximum = limits if isinstance(limits, tuple) else (None, None)
+        found.append(
+            (
+                node,
+                Literal(
+                    source.path,
+                    node.lineno,
+                    source.column(node.lineno, node.col_offset),
+                    node.end_lineno or node.lineno,
+                    source.column(node.end_lineno or node.lineno, node.end_col_offset or 0),
+                    text,
+                    judgement.value,
+                    rule.verdict,
+                    rule.name,
+                    function,
+                    place,
+                    judgement.name,
+                    minimum,
+                    maximum,
+                ),
+            )
+        )
+    return found
+
+
+def _functions(tree: ast.Module) -> Dict[int, str]:
+    """For each node, the qualified name of the function or class that it is in."""
+    names: Dict[int, str] = {}
+    waiting: List[Tuple[ast.AST, str]] = [(tree, '')]
+    while waiting:
+        node, name = waiting.pop()
+        names[id(node)] = name
+        inner = f'{name}.{node.name}'.lstrip('.') if hasattr(node, 'name') and isinstance(node, ast.stmt) else name  # type: ignore
+        waiting.extend((child, inner) for child in ast.iter_child_nodes(node))
+    return names
+
+
+def _directives(tree: ast.Module, source: SourceText) -> Dict[int, Any]:
+    """What comments say of the literals on each line: 'skip', or bounds.
+
+    A comment on the first line of a statement holds for all of it; one on a line of its own for the statement below.
+    """
+    if 'rosslt:' not in source.text:
+        return {}
+    lines: Dict[int, Any] = {}
+    at_line: Dict[int, Any] = {}
+    for token in tokenize.generate_tokens(io.StringIO(source.text).readline):
+        match = _DIRECTIVE.match(token.string) if token.type == tokenize.COMMENT else None
+        if match:
+            skip, low, high = match.groups()
+            says = 'skip' if skip else (_bound(low), _bound(high))
+            is_alone = source.line(token.start[0]).lstrip().startswith('#')
+            at_line[token.start[0]] = says, is_alone
+    statements = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
+    for number, (says, is_alone) in sorted(at_line.items()):
+        concerned = [
+            statement
+            for statement in statements
+            if (_first_line(statement) > number if is_alone else _first_line(statement) == number)
+        ]
+        last = number
+        if concerned:
+            first = min(map(_first_line, concerned))
+            ends = [statement.end_lineno or first for statement in concerned if _first_line(statement) == first]
+            number, last = first, max(ends)
+        lines.update(dict.fromkeys(range(number, last + 1), says))
+    return lines
+
+
+def _first_line(statement: ast.stmt) -> int:
+    return min([statement.lineno, *(decorator.lineno for decorator in getattr(statement, 'decorator_list', ()))])
+
+
+def _bound(text: Optional[str]) -> Optional[float]:
+    if text is None:
+        return None
+    try:
+        return int(text)
+    except ValueError:
+        return float(text)

@@ -1,0 +1,171 @@
+"""Rewrites the syntax tree of a node: a number literal becomes the reading of a location, what is imported becomes what
+keeps provenance, and a state is cut off from its past. Lines and columns stay those of the file.
+"""
+
+import ast
+import copy
+from typing import Any, List, NamedTuple, Set
+
+from rosslt.instrument.literals import Literal, SourceText, find_literals
+from rosslt.instrument.states import find_states
+
+#: The names that rewritten code finds in its module, beside its own.
+CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN = (
+    '__rosslt_cells__',
+    '__rosslt_step__',
+    '__rosslt_route__',
+    '__rosslt_route_all__',
+    '__rosslt_plain__',
+)
+#: Conversions of which the argument may be tracked.
+CONVERSIONS = {'float': '__rosslt_float__', 'int': '__rosslt_int__'}
+
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+class Rewritten(NamedTuple):
+    """A rewritten file.
+
+    Attributes:
+        code: its code object.
+        literals: its locations, in the order of their cells.
+        digest: the hash of the content of the file that was read.
+    """
+
+    code: Any
+    literals: List[Literal]
+    digest: str
+
+
+def rewrite(content: bytes, path: str, named: str) -> Rewritten:
+    """Rewrite a source file.
+
+    Args:
+        content: of the file.
+        path: where it is.
+        named: what its code object calls the file, as in tracebacks.
+
+    Raises:
+        SyntaxError: as of `compile`.
+    """
+    source = SourceText(path, content)
+    tree = ast.parse(content, named)
+    states = find_states(tree)
+    found = find_literals(tree, source, states)
+    literals = [literal for _, literal in found]
+    cells = {id(node): (number, literal) for number, (node, literal) in enumerate(found)}
+    rewriter = _Rewriter(cells, states.steps, _bound_names(tree))
+    tree = ast.fix_missing_locations(rewriter.visit(tree))
+    return Rewritten(compile(tree, named, 'exec', dont_inherit=True), literals, source.digest)
+
+
+def _bound_names(tree: ast.AST) -> Set[str]:
+    """The names that the program itself gives a meaning, anywhere."""
+    names = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
+            names.add(node.id)
+        elif isinstance(node, (*_FUNCTIONS, ast.ClassDef)):
+            names.add(node.name)
+        elif isinstance(node, ast.arg):
+            names.add(node.arg)
+        elif isinstance(node, ast.alias):
+            names.add((node.asname or node.name).split('.')[0])
+    return names
+
+
+class _Rewriter(ast.NodeTransformer):
+    def __init__(self, cells: Any, steps: Set[ast.AST], bound: Set[str]) -> None:
+        self._cells = cells
+        self._steps = steps
+        self._bound = bound
+
+    def visit(self, node: ast.AST) -> Any:
+        cell = self._cells.get(id(node))
+        if cell is not None:
+            return self._reading(node, *cell)
+        return super().visit(node)
+
+    def _reading(self, node: Any, number: int, literal: Literal) -> ast.AST:
+        where = ast.Constant(value=number)
+        if literal.rule == 'step':
+            reading: ast.expr = ast.Call(func=_name(STEP, node), args=[where], keywords=[])
+            where = ast.Constant(value=number)
+            reading.args = [ast.copy_location(_name(CELLS, node), node), ast.copy_location(where, node)]  # type: ignore
+        else:
+            ast.copy_location(where, node)
+            index: Any = where if _HAS_PLAIN_INDEX else ast.copy_location(ast.Index(value=where), node)  # type: ignore
+            reading = ast.Subscript(value=_name(CELLS, node), slice=index, ctx=ast.Load())
+        return ast.copy_location(reading, node)
+
+    def visit_JoinedStr(self, node: ast.JoinedStr) -> Any:
+        return node
+
+    def visit_Call(self, node: ast.Call) -> Any:
+        self.generic_visit(node)
+        conversion = CONVERSIONS.get(getattr(node.func, 'id', ''))
+        is_simple = len(node.args) == 1 and not node.keywords and not isinstance(node.args[0], ast.Starred)
+        if conversion and is_simple and getattr(node.func, 'id', '') not in self._bound:
+            node.func = _name(conversion, node.func)
+        return node
+
+    def visit_Import(self, node: ast.Import) -> Any:
+        names = [alias.asname or alias.name.split('.')[0] for alias in node.names]
+        return [node, *(_routed(name, node) for name in names)]
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> Any:
+        if node.module == '__future__':
+            return node
+        if any(alias.name == '*' for alias in node.names):
+            call = ast.Call(
+                func=_name(ROUTE_ALL, node),
+                args=[ast.copy_location(ast.Call(func=_name('globals', node), args=[], keywords=[]), node)],
+                keywords=[],
+            )
+            return [node, ast.copy_location(ast.Expr(value=ast.copy_location(call, node)), node)]
+        return [node, *(_routed(alias.asname or alias.name, node) for alias in node.names)]
+
+    def visit_Assign(self, node: ast.Assign) -> Any:
+        is_step = node in self._steps
+        self.generic_visit(node)
+        if is_step:
+            node.value = _call(PLAIN, [node.value], node.value)
+        return node
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> Any:
+        is_step = node in self._steps and node.value is not None
+        self.generic_visit(node)
+        if is_step and node.value is not None:
+            node.value = _call(PLAIN, [node.value], node.value)
+        return node
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> Any:
+        is_step = node in self._steps
+        self.generic_visit(node)
+        if not is_step:
+            return node
+        node.value = _call(PLAIN, [node.value], node.value)
+        if not isinstance(node.target, ast.Name):
+            return node
+        read = ast.copy_location(ast.Name(id=node.target.id, ctx=ast.Load()), node.target)
+        again = ast.Assign(targets=[copy.copy(node.target)], value=_call(PLAIN, [read], node))
+        return [node, ast.copy_location(again, node)]
+
+
+_HAS_PLAIN_INDEX = not hasattr(ast, 'Index') or not isinstance(
+    ast.parse('a[0]').body[0].value.slice,  # type: ignore[attr-defined]
+    getattr(ast, 'Index', ()),
+)
+
+
+def _name(name: str, where: ast.AST) -> ast.Name:
+    return ast.copy_location(ast.Name(id=name, ctx=ast.Load()), where)
+
+
+def _call(function: str, arguments: List[ast.expr], where: ast.AST) -> ast.Call:
+    return ast.copy_location(ast.Call(func=_name(function, where), args=arguments, keywords=[]), where)
+
+
+def _routed(name: str, where: ast.stmt) -> ast.stmt:
+    target = ast.copy_location(ast.Name(id=name, ctx=ast.Store()), where)
+    return ast.copy_location(ast.Assign(targets=[target], value=_call(ROUTE, [_name(name, where)], where)), where)

@@ -1,0 +1,203 @@
+"""What a node imports, and what it gets in its place: the same names, keeping provenance.
+
+Only rewritten code is given other things: after each of its imports, what came is looked up here by what it is, not by how
+it is called, so that `import rospy`, `from rospy import *` and names handed on by other modules are all the same. Other
+packages go on with their own, but for those that publish for the node (`LIBRARIES`), which are told of another rospy.
+"""
+
+import importlib
+import math
+import sys
+import types
+from typing import Any, Callable, Dict, Optional
+
+import rospy
+
+from rosslt import node
+from rosslt.instrument.cells import node_started
+from rosslt.instrument.functions import MATH
+from rosslt.instrument.publishing import Publisher
+
+#: Modules of ROS that publish, subscribe and call services in the name of the node.
+LIBRARIES = (
+    'actionlib.action_client',
+    'actionlib.action_server',
+    'interactive_markers.interactive_marker_server',
+    'message_filters',
+    'tf2_ros.static_transform_broadcaster',
+    'tf2_ros.transform_broadcaster',
+)
+
+#: What makes the counterparts of modules that are only loaded where a node uses them: {name: function of the module}.
+_LATE: Dict[str, Callable[[types.ModuleType], Any]] = {}
+_counterparts: Dict[int, Any] = {}
+_kept = []  # what is known by its id must not go away
+_told = set()
+
+
+class Counterpart(types.ModuleType):
+    """A module with some other things in it; all else is the original's.
+
+    Args:
+        original: the module.
+        others: {name: what is there instead}.
+    """
+
+    def __init__(self, original: types.ModuleType, others: Dict[str, Any]) -> None:
+        super().__init__(original.__name__, original.__doc__)
+        names = vars(self)
+        names.update({name: thing for name, thing in vars(original).items() if name != '__dict__'})
+        names.update(others)
+        names['__original__'] = original
+
+    def __getattr__(self, name: str) -> Any:
+        return route(getattr(self.__original__, name))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        setattr(self.__original__, name, value)
+        super().__setattr__(name, value)
+
+    def __dir__(self) -> Any:
+        return dir(self.__original__)
+
+
+def route(thing: Any) -> Any:
+    """What rewritten code gets in place of something that it imported: itself mostly."""
+    if type(thing) is types.ModuleType:
+        _tell_libraries()
+        make = _LATE.get(thing.__name__)
+        if make is not None and id(thing) not in _counterparts:
+            replace(thing, make(thing))
+    return _counterparts.get(id(thing), thing)
+
+
+def route_all(names: Dict[str, Any]) -> None:
+    """`route` for all that a module has, after `from ... import *`."""
+    for name, thing in list(names.items()):
+        routed = route(thing)
+        if routed is not thing:
+            names[name] = routed
+
+
+def replace(original: Any, counterpart: Any) -> None:
+    """Have rewritten code get a counterpart in place of an original."""
+    _counterparts[id(original)] = counterpart
+    _kept.append(original)
+
+
+def replace_module(name: str) -> Callable[[Any], Any]:
+    """A decorator: the function makes the counterpart of the module of that name, once it is imported."""
+
+    def added(make: Callable[[types.ModuleType], Any]) -> Callable[[types.ModuleType], Any]:
+        _LATE[name] = make
+        return make
+
+    return added
+
+
+def _tell_libraries() -> None:
+    for name in LIBRARIES:
+        module = sys.modules.get(name)
+        if module is not None and name not in _told and getattr(module, 'rospy', None) is rospy:
+            _told.add(name)
+            module.rospy = ROSPY  # type: ignore[attr-defined]
+
+
+def init_node(*args: Any, **kwds: Any) -> None:
+    """`rospy.init_node`, and what makes this node's locations known."""
+    rospy.init_node(*args, **kwds)
+    node.start()
+    node_started()
+
+
+_UNSET = object()
+
+
+def get_param(param_name: str, default: Any = _UNSET) -> Any:
+    """`rospy.get_param`, with the parameter itself as the source of numbers and texts.
+
+    Truth values stay plain, as a node may ask for them by `is`; so does all, before there is a node.
+    """
+    defaults = () if default is _UNSET else (default,)
+    if not node.is_started() or not isinstance(param_name, str):
+        return rospy.get_param(param_name, *defaults)
+    found = node.read_parameter(sys._getframe(1), param_name, *defaults)
+    return _with_plain_truths(found)
+
+
+def _with_plain_truths(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _with_plain_truths(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_with_plain_truths(part) for part in value]
+    return value._plain if type(getattr(value, '_plain', None)) is bool else value
+
+
+def wait_for_message(topic: str, topic_type: Any, timeout: Optional[float] = None) -> Any:
+    """`rospy.wait_for_message`, with provenance."""
+    return node.wait_for_message(topic, topic_type, timeout)
+
+
+def _rospy() -> Counterpart:
+    others = {
+        'Publisher': Publisher,
+        'Subscriber': node.Subscriber,
+        'Service': node.Service,
+        'ServiceProxy': node.ServiceProxy,
+        'get_param': get_param,
+        'get_param_cached': get_param,
+        'init_node': init_node,
+        'wait_for_message': wait_for_message,
+    }
+    for name, thing in others.items():
+        replace(getattr(rospy, name), thing)
+    return Counterpart(rospy, others)
+
+
+def _math() -> Counterpart:
+    for name, function in MATH.items():
+        replace(getattr(math, name), function)
+    return Counterpart(math, MATH)
+
+
+ROSPY = _rospy()
+replace(rospy, ROSPY)
+replace(math, _math())
+
+
+@replace_module('numpy')
+def _numpy(original: types.ModuleType) -> Any:
+    from rosslt.instrument import array_functions
+
+    array_functions.keep_provenance_in_numpy()
+    linalg = {name: function for name, function in array_functions.linalg_functions().items()}
+    functions = array_functions.numpy_functions()
+    for module, others in ((original.linalg, linalg), (original, functions)):
+        for name, function in others.items():
+            replace(getattr(module, name), function)
+    replace(original.linalg, Counterpart(original.linalg, linalg))
+    return Counterpart(original, {**functions, 'linalg': route(original.linalg)})
+
+
+@replace_module('tf2_ros')
+def _tf2_ros(original: types.ModuleType) -> Any:
+    # Broadcasters are tf2's own, which publish by this rospy.
+    classes = {name: one for name, one in node.tf_counterparts().items() if name in ('Buffer', 'TransformListener')}
+    for name, one in classes.items():
+        replace(getattr(original, name), one)
+    return Counterpart(original, classes)
+
+
+@replace_module('tf')
+def _tf(original: types.ModuleType) -> Any:
+    return Counterpart(original, {'transformations': route(importlib.import_module('tf.transformations'))})
+
+
+@replace_module('tf.transformations')
+def _transformations(original: types.ModuleType) -> Any:
+    from rosslt.instrument import transformations
+
+    functions = transformations.tracked_functions(original, route(importlib.import_module('numpy')), route(math))
+    for name, function in functions.items():
+        replace(getattr(original, name), function)
+    return Counterpart(original, functions)

@@ -1,0 +1,196 @@
+"""Runs a node as Python itself would, rewritten: as `__main__`, with its own arguments, paths, tracebacks and exit code."""
+
+import builtins
+import importlib.machinery
+import linecache
+import os
+import re
+import shutil
+import subprocess
+import sys
+import types
+from typing import Any, Collection, List, NoReturn, Optional, Tuple
+
+from rosslt.instrument.loader import OwnModules, prepare, rewritten
+
+_RELAY = re.compile(r"^python_script = '(.*)'$", re.MULTILINE)
+_HERE = os.path.dirname(os.path.abspath(__file__))
+#: The folders of what runs a node, which is no part of its tracebacks; a workspace may link to them.
+_OURS = tuple(
+    os.path.join(find(os.path.dirname(_HERE)), room) + os.sep
+    for find in (os.path.abspath, os.path.realpath)
+    for room in ('instrument', 'cli', 'values')
+)
+
+
+class NoNode(Exception):
+    """There is no such node; the text says what was looked for."""
+
+
+def find_node(package: str, name: str) -> str:
+    """The executable of a package, as rosrun finds it.
+
+    Raises:
+        NoNode: there is no such package, or no such executable in it.
+    """
+    import roslib.packages
+    import rospkg
+
+    try:
+        found = roslib.packages.find_node(package, name)
+    except (rospkg.ResourceNotFound, roslib.packages.ROSPkgException) as error:
+        raise NoNode(f'there is no package {package} ({type(error).__name__})') from None
+    if not found:
+        raise NoNode(f'there is no executable {name} in the package {package}')
+    return found[0] if isinstance(found, list) else found
+
+
+def is_python_node(path: str) -> bool:
+    """Whether an executable is a Python file."""
+    return _script(path)[1] is not None
+
+
+def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> None:
+    """Run a node in this process, which becomes its own; what it raises goes through.
+
+    Args:
+        path: of the file. What is no Python of this version takes the place of this process, untracked.
+        arguments: of the node.
+        include: names of modules to track beside the user's own.
+    """
+    script, content = _script(path)
+    if content is None:
+        _replace_process(path, arguments, 'it is no Python file')
+    assert content is not None
+    made = None
+    try:
+        made = rewritten(script, content, script)
+    except SyntaxError as error:
+        why = _python_2(content, error)
+        if why:
+            _run_python_2(script, content, arguments, why)
+    except (ValueError, RecursionError, KeyError, IndexError, AttributeError) as error:
+        _say(f'{path} runs untracked: {type(error).__name__}: {error}')
+    main = _main_module(script)
+    sys.argv = [script if script != path else path, *arguments]
+    sys.path[0] = os.path.dirname(os.path.realpath(script))
+    sys.modules['__main__'] = main
+    sys.excepthook = _without_ours
+    if made is None:
+        code = compile(content, script, 'exec', dont_inherit=True)
+    else:
+        _set_up()
+        code = made.code
+        prepare(main.__dict__, made, script)
+        sys.meta_path.insert(0, OwnModules(sys.path[0], include))  # type: ignore[arg-type]
+    exec(code, main.__dict__)
+
+
+def _set_up() -> None:
+    from rosslt import node
+    from rosslt.instrument import numbers_as_text
+
+    node.marshal_tracked_values()
+    numbers_as_text.represent_in_yaml()
+
+
+def _script(path: str) -> Tuple[str, Optional[bytes]]:
+    """The Python file that a path stands for, and its content: a catkin workspace has relays to scripts elsewhere.
+
+    The content is None where it is no Python.
+    """
+    path = os.path.abspath(path) if sys.version_info >= (3, 9) else path
+    with open(path, 'rb') as file:
+        content = file.read()
+    if b'\0' in content or not _is_python(path, content):
+        return path, None
+    if b'# creates a relay to a python script source file' in content[:400]:
+        match = _RELAY.search(content.decode('utf-8', 'replace'))
+        if match and os.path.isfile(match.group(1)):
+            return _script(match.group(1))
+    return path, content
+
+
+def _is_python(path: str, content: bytes) -> bool:
+    first = content.split(b'\n', 1)[0]
+    if first.startswith(b'#!'):
+        return b'python' in first
+    return path.endswith('.py') or not content.startswith(b'\x7f')
+
+
+def _main_module(script: str) -> types.ModuleType:
+    main = types.ModuleType('__main__')
+    main.__file__ = script
+    main.__builtins__ = builtins  # type: ignore[attr-defined]
+    main.__loader__ = importlib.machinery.SourceFileLoader('__main__', script)
+    main.__package__ = None
+    main.__spec__ = None
+    main.__dict__['__cached__'] = None
+    main.__dict__['__annotations__'] = {}
+    linecache.checkcache(script)
+    return main
+
+
+def _python_2(content: bytes, error: SyntaxError) -> Optional[str]:
+    """Why a file is taken for Python 2; None where it is not."""
+    first = content.split(b'\n', 1)[0]
+    if first.startswith(b'#!') and re.search(rb'python2', first):
+        return 'its first line asks for python2'
+    lines = content.decode('latin-1').split('\n')
+    line = lines[error.lineno - 1] if error.lineno and error.lineno <= len(lines) else ''
+    signs = r'^\s*print\s+[^(=\s]|^\s*exec\s+[^(=]|except\s+[\w.]+\s*,\s*\w+\s*:|\braise\s+[\w.]+\s*,|<>|\b0[0-7]+\b|`|\bur?[\'"]'
+    return f'line {error.lineno}: {line.strip()}' if re.search(signs, line) or 'print' in str(error.msg) else None
+
+
+def _run_python_2(script: str, content: bytes, arguments: List[str], why: str) -> None:
+    python = shutil.which('python2') if b'python3' not in content.split(b'\n', 1)[0] else None
+    if python and subprocess.run([python, '-c', ''], stderr=subprocess.DEVNULL, check=False).returncode == 0:
+        _replace_process(python, [script, *arguments], f'{script} is Python 2 ({why})', subject='')
+    _say(f'{script} is Python 2 ({why}); convert it, with 2to3 say')
+
+
+def _replace_process(path: str, arguments: List[str], why: str, subject: Optional[str] = None) -> NoReturn:
+    subject = path + ' ' if subject is None else subject
+    _say(f'{subject}runs untracked: {why}' if subject else f'{why}: it runs untracked')
+    sys.stdout.flush()
+    os.execv(path if os.path.isabs(path) or os.sep in path else './' + path, [path, *arguments])
+
+
+def _say(line: str) -> None:
+    print('rosslt: ' + line, file=sys.stderr)
+
+
+def _without_ours(kind: Any, error: BaseException, traceback: Any) -> None:
+    """Report what a node raised as Python does, without the frames of what runs it."""
+    seen = set()
+    waiting: List[Any] = [error]
+    while waiting:
+        one = waiting.pop()
+        if one is not None and id(one) not in seen:
+            seen.add(id(one))
+            one.__traceback__ = _trimmed(one.__traceback__)
+            waiting += [one.__cause__, one.__context__]
+    sys.__excepthook__(kind, error, error.__traceback__)
+
+
+def _trimmed(traceback: Any) -> Any:
+    kept = []
+    while traceback is not None:
+        frame = traceback.tb_frame
+        file = frame.f_code.co_filename
+        is_operator = file == '<string>' and frame.f_globals.get('TrackedFloat') is not None
+        if not (file.startswith(_OURS) or _is_command(file) or is_operator):
+            kept.append(traceback)
+        traceback = traceback.tb_next
+    result = None
+    for part in reversed(kept):
+        result = types.TracebackType(result, part.tb_frame, part.tb_lasti, part.tb_lineno)
+    return result
+
+
+def _is_command(file: str) -> bool:
+    return os.path.basename(file) == 'rosslt' and os.path.basename(os.path.dirname(file)) in (
+        'scripts',
+        'rosslt',
+        'bin',
+    )

@@ -1,0 +1,184 @@
+"""Which variables of a program are states: counters, clocks and accumulators that are carried round an endless loop, or
+from one callback to the next.
+
+A state is the sum of all that ever happened. Moving a literal that went into it would have to move the past, so its
+present value keeps no provenance: what is published from it follows its steps from now on, never backwards.
+"""
+
+import ast
+from typing import Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
+
+FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
+_BLOCKS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Module)
+
+#: A loop that calls one of these waits for the world: it goes round for as long as the node runs.
+_WAITING = {'sleep', 'publish', 'spin', 'spin_once', 'sendTransform', 'wait_for_message', 'recv', 'read', 'is_shutdown'}
+
+#: Methods that fill an object for the first time.
+_FILLING = {'__init__', '__new__', '__post_init__', 'setup', 'reset'}
+
+
+class States(NamedTuple):
+    """What of a program is a state.
+
+    Attributes:
+        steps: the statements that carry a state on; what they assign is to be cut off from its provenance.
+        starts: the statements that assign a state its first value.
+    """
+
+    steps: Set[ast.AST]
+    starts: Set[ast.AST]
+
+
+class _Change(NamedTuple):
+    target: str
+    statement: ast.AST
+    blocks: Tuple[ast.AST, ...]  # the compound statements around it, the scope first
+    refers_to_itself: bool
+
+
+def dotted(node: Optional[ast.AST]) -> Optional[str]:
+    """`a.b.c` of a name or a chain of attributes; None for anything else."""
+    parts: List[str] = []
+    while isinstance(node, ast.Attribute):
+        parts.append(node.attr)
+        node = node.value
+    if not isinstance(node, ast.Name):
+        return None
+    parts.append(node.id)
+    return '.'.join(reversed(parts))
+
+
+def find_states(tree: ast.Module) -> States:
+    """The states of a program."""
+    steps: Set[ast.AST] = set()
+    starts: Set[ast.AST] = set()
+    module_states: Set[str] = set()
+    globals_used: Set[str] = set()
+    by_scope: List[Tuple[ast.AST, List[_Change], Set[str]]] = []
+    for scope in ast.walk(tree):
+        if isinstance(scope, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Module)):
+            changes = list(_changes(scope, scope.body, (scope,)))
+            declared = {
+                name for node in _within(scope) if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names
+            }
+            globals_used |= declared
+            by_scope.append((scope, changes, declared))
+    owners = _classes_of(tree)
+    attributes: Dict[Optional[ast.AST], Set[str]] = {}
+    for scope, changes, declared in by_scope:
+        states = _carried(scope, changes, declared)
+        for change in changes:
+            if change.target in states and change.refers_to_itself:
+                steps.add(change.statement)
+        local = {target for target in states if not target.startswith('self.') and target.split('.')[0] not in declared}
+        starts.update(change.statement for change in changes if change.target in local and not change.refers_to_itself)
+        module_states |= {target for target in states if target.split('.')[0] in declared}
+        attributes.setdefault(owners.get(scope), set()).update(
+            target for target in states if target.startswith('self.')
+        )
+    for scope, changes, declared in by_scope:
+        own = attributes.get(owners.get(scope), set())
+        for change in changes:
+            if change.refers_to_itself:
+                continue
+            is_global = isinstance(scope, ast.Module) or change.target.split('.')[0] in declared
+            if change.target in own or (is_global and change.target in module_states):
+                starts.add(change.statement)
+    return States(steps, starts)
+
+
+def _within(scope: ast.AST) -> Iterator[ast.AST]:
+    """The nodes of a scope, without those of the functions and classes in it."""
+    waiting = list(ast.iter_child_nodes(scope))
+    while waiting:
+        node = waiting.pop()
+        yield node
+        if not isinstance(node, (*FUNCTIONS, ast.ClassDef)):
+            waiting.extend(ast.iter_child_nodes(node))
+
+
+def _classes_of(tree: ast.Module) -> Dict[ast.AST, ast.AST]:
+    """The class that each method is in."""
+    return {
+        method: owner
+        for owner in ast.walk(tree)
+        if isinstance(owner, ast.ClassDef)
+        for method in owner.body
+        if isinstance(method, (ast.FunctionDef, ast.AsyncFunctionDef))
+    }
+
+
+def _changes(scope: ast.AST, body: List[ast.stmt], blocks: Tuple[ast.AST, ...]) -> Iterator[_Change]:
+    for statement in body:
+        if isinstance(statement, ast.AugAssign):
+            target = dotted(statement.target)
+            if target:
+                yield _Change(target, statement, blocks, True)
+        elif isinstance(statement, (ast.Assign, ast.AnnAssign)) and statement.value is not None:
+            targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+            read = {dotted(node) for node in ast.walk(statement.value) if isinstance(node, (ast.Name, ast.Attribute))}
+            for target_node in targets:
+                parts = target_node.elts if isinstance(target_node, (ast.Tuple, ast.List)) else [target_node]
+                for part in parts:
+                    target = dotted(part)
+                    if target:
+                        yield _Change(target, statement, blocks, target in read)
+        if not isinstance(statement, _BLOCKS):
+            for name in ('body', 'orelse', 'finalbody', 'handlers'):
+                for part in getattr(statement, name, ()):
+                    if isinstance(part, ast.ExceptHandler):
+                        yield from _changes(scope, part.body, (*blocks, statement))
+                    elif isinstance(part, ast.stmt):
+                        yield from _changes(scope, [part], (*blocks, statement))
+
+
+def _carried(scope: ast.AST, changes: List[_Change], declared: Set[str]) -> Set[str]:
+    """The targets in a scope that are states."""
+    found = set()
+    for change in changes:
+        if not change.refers_to_itself or change.target in found:
+            continue
+        if _is_count(change) and any(isinstance(block, (ast.For, ast.While)) for block in change.blocks):
+            found.add(change.target)
+            continue
+        loops = [block for block in change.blocks if isinstance(block, ast.While) and _is_endless(block)]
+        root = change.target.split('.')[0]
+        if loops:
+            around = change.blocks[change.blocks.index(loops[0]) :]
+        elif (root == 'self' or root in declared) and getattr(scope, 'name', '') not in _FILLING:
+            around = change.blocks
+        else:
+            continue
+        if not any(_makes_anew(other, change, around) for other in changes):
+            found.add(change.target)
+    return found
+
+
+def _is_count(change: _Change) -> bool:
+    statement = change.statement
+    return (
+        isinstance(statement, ast.AugAssign)
+        and isinstance(statement.op, (ast.Add, ast.Sub))
+        and isinstance(statement.value, ast.Constant)
+        and type(statement.value.value) is int
+    )
+
+
+def _makes_anew(other: _Change, change: _Change, around: Tuple[ast.AST, ...]) -> bool:
+    """Whether another assignment gives the target, or the object that it is in, a new value in every round."""
+    if other.refers_to_itself or not (change.target + '.').startswith(other.target + '.'):
+        return False
+    # In a block that is not entered every time, it may or may not; then the value can be one of an earlier round.
+    return other.blocks[-1] in around and other.statement.lineno <= change.statement.lineno  # type: ignore[attr-defined]
+
+
+def _is_endless(loop: ast.While) -> bool:
+    if isinstance(loop.test, ast.Constant):
+        return bool(loop.test.value)
+    called = {
+        node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, 'id', '')
+        for node in ast.walk(loop)
+        if isinstance(node, ast.Call)
+    }
+    return bool(called & _WAITING)

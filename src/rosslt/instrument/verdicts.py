@@ -1,0 +1,383 @@
+"""Which number literals of a program are locations: a judgement of the text alone, by the rules in `RULES`.
+
+A literal gets the verdict of the first rule that speaks for the place where it stands, from the literal outwards. The
+verdict says two things: whether the number is a location at all, and how willingly a drag changes it.
+"""
+
+import ast
+from typing import Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
+
+from rosslt.instrument.callees import (
+    CLOCKS,
+    COUNT_ATTRIBUTES,
+    ENUMERATIONS,
+    MODULES_OF_NUMBERS,
+    PLAIN_CALLS,
+    PLAIN_KEYWORDS,
+    PLAIN_MODULES,
+    SHAPE_CALLS,
+    STRICT_DECORATORS,
+    TURNS,
+    UNITS,
+    WAVES,
+)
+from rosslt.instrument.states import FUNCTIONS, States, dotted, find_states
+
+NUMBER, WHOLE, FORM, PLAIN = 'number', 'whole', 'form', 'plain'
+
+
+class Rule(NamedTuple):
+    """A row of the table.
+
+    Attributes:
+        name: what the other parts call it.
+        verdict: what it says of a literal.
+        reason: why.
+        example: a line of code in which the literal `7` (or `7.0`) is judged by it.
+    """
+
+    name: str
+    verdict: str
+    reason: str
+    example: str
+
+
+RULES = {
+    rule.name: rule
+    for rule in (
+        Rule('named', NUMBER, 'the value of a name: what a person would change first', 'speed = 7.0'),
+        Rule('value', NUMBER, 'a value of its own', 'send(7.0)'),
+        Rule('term', NUMBER, 'a term or a factor of a formula', 'x = 7.0 * y'),
+        Rule('counting name', WHOLE, 'an int that names, selects or counts: it stays an int', 'marker.id = 7'),
+        Rule('enumeration', WHOLE, 'one of several names for whole numbers', 'class Mode:\n    MANUAL = 7'),
+        Rule('used as a count', WHOLE, 'its name is used as a count or a size', 'n = 7\nfor i in range(n): pass'),
+        Rule('divisor', FORM, 'what is divided by is a unit or a count', 'x = y / 7.0'),
+        Rule('turn', FORM, 'a part of a turn', 'x = 7 * math.pi * y'),
+        Rule('phase', FORM, 'how a wave depends on its time', 'x = math.cos(t * 7.0)'),
+        Rule('unit', FORM, 'a conversion of units', 'x = y * 1000'),
+        Rule('sign', FORM, 'a change of the sign', 'x = -1 * y'),
+        Rule('clock', FORM, 'how a clock runs', 'x = rospy.get_time() * 7.0'),
+        Rule('neighbour', FORM, 'the next or the last one of those counted', 'for i in range(n):\n    x = i + 7'),
+        Rule('step', FORM, 'the step of a state', 'while True:\n    t += 7.0\n    rate.sleep()'),
+        Rule(
+            'state',
+            PLAIN,
+            'where a state starts',
+            'class A:\n    def f(self):\n        self.n = 7\n    def g(self):\n        self.n = self.n * 2',
+        ),
+        Rule('count', PLAIN, 'a count, a rate, a time or a size', 'for i in range(7): pass'),
+        Rule('option', PLAIN, 'an option of a call', "rospy.Publisher('a', A, queue_size=7)"),
+        Rule('system', PLAIN, 'for the system or a device, not for a message', 'os.nice(7)'),
+        Rule('index', PLAIN, 'an index or a slice', 'x = y[7]'),
+        Rule('used as an index', PLAIN, 'its name is used as an index', 'k = 7\nx = y[k]'),
+        Rule('comparison', PLAIN, 'what is compared gives no number', 'x = y < 7'),
+        Rule('condition', PLAIN, 'a condition gives no number', 'while 7: break'),
+        Rule('bits', PLAIN, 'a pattern of bits', 'x = y & 7'),
+        Rule('bit notation', PLAIN, 'written as bits', 'x = 0x7'),
+        Rule('exponent', PLAIN, 'an exponent makes another formula', 'x = y ** 7'),
+        Rule('modulus', PLAIN, 'the modulus of whole numbers', 'x = y % 7'),
+        Rule('repetition', PLAIN, 'how often something is repeated', 'x = [y] * 7'),
+        Rule('text', PLAIN, 'what is formatted becomes a text', "x = f'{7}'"),
+        Rule('decorator', PLAIN, 'belongs to the definition', '@retry(7)\ndef f(): pass'),
+        Rule('default', PLAIN, 'a default is made once, with the function', 'def f(x=7.0): pass'),
+        Rule('annotation', PLAIN, 'belongs to the definition', 'def f(x: limited(7)): pass'),
+        Rule('pattern', PLAIN, 'a pattern must stay a constant', 'match x:\n    case 7: pass'),
+        Rule('key', PLAIN, 'the key of a dictionary', 'x = {7: y}'),
+        Rule('statement', PLAIN, 'nothing is done with it', '7'),
+        Rule(
+            'strict', PLAIN, 'code that is compiled, or that asks for the exact type', '@njit\ndef f():\n    return 7.0'
+        ),
+        Rule('not finite', PLAIN, 'no location holds what is not finite', 'x = 7e999'),
+        Rule('skip', PLAIN, '`# rosslt: skip` stands there', 'x = 7.0  # rosslt: skip'),
+    )
+}
+
+_BITS = (ast.LShift, ast.RShift, ast.BitAnd, ast.BitOr, ast.BitXor)
+_MATCH_CASE = getattr(ast, 'match_case', ())
+_Literal = Tuple[ast.expr, ast.Constant]
+
+
+class Judgement(NamedTuple):
+    """What is decided of one literal.
+
+    Attributes:
+        node: the expression, with a sign in front of the number.
+        value: its number.
+        rule: the row of the table that speaks for it.
+        name: what it is the value of (`speed`, `pose.x`), None where it is part of something else.
+    """
+
+    node: ast.expr
+    value: float
+    rule: Rule
+    name: Optional[str]
+
+
+def judge(tree: ast.Module, text_of, states: Optional[States] = None) -> Iterator[Judgement]:
+    """Judge all number literals of a program, in their order in the tree.
+
+    Args:
+        tree: of the program.
+        text_of: the text of a node, as it is written.
+        states: those of the program, where they are known already.
+    """
+    judge_one = _Judge(tree, states or find_states(tree), text_of)
+    for node, constant in _number_literals(tree):
+        yield judge_one(node, constant)
+
+
+def _number_literals(tree: ast.AST) -> Iterator[_Literal]:
+    """The numbers, each with the sign in front of it."""
+    signed = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)) and _is_number(node.operand):
+            signed[id(node.operand)] = node
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and _is_number(node):
+            yield signed.get(id(node), node), node
+
+
+def _is_number(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and type(node.value) in (int, float)
+
+
+class _Judge:
+    def __init__(self, tree: ast.Module, states: States, text_of) -> None:
+        self._parents: Dict[int, Tuple[ast.AST, str]] = {}
+        for parent in ast.walk(tree):
+            for field, value in ast.iter_fields(parent):
+                for child in value if isinstance(value, list) else [value]:
+                    if isinstance(child, ast.AST):
+                        self._parents[id(child)] = parent, field
+        self._states = states
+        self._text_of = text_of
+        self._counts, self._indices = _uses(tree)
+        self._strict = {id(node) for part in ast.walk(tree) if _is_strict(part) for node in ast.walk(part)}
+
+    def __call__(self, node: ast.expr, constant: ast.Constant) -> Judgement:
+        value = constant.value
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+            value = -value
+        name, rule = self._name_and_rule(node, constant, value)
+        return Judgement(node, value, RULES[rule], name)
+
+    def _name_and_rule(self, node: ast.expr, constant: ast.Constant, value: float) -> Tuple[Optional[str], str]:
+        if isinstance(value, float) and value - value != 0:
+            return None, 'not finite'
+        is_whole = type(constant.value) is int
+        if is_whole and self._text_of(constant)[:2].lower() in ('0x', '0o', '0b'):
+            return None, 'bit notation'
+        if id(node) in self._strict:
+            return None, 'strict'
+        found, in_formula, name = None, False, None
+        formula: Optional[ast.AST] = None
+        in_container = False  # what a list is extended by is no number that is carried on
+        child: ast.AST = node
+        while id(child) in self._parents:
+            parent, field = self._parents[id(child)]
+            rule = self._outright(parent, field, child, node, is_whole)
+            if rule and not (rule == 'step' and in_container):
+                return None, rule
+            in_container = in_container or isinstance(parent, (ast.List, ast.Tuple, ast.Dict, ast.Set))
+            if isinstance(parent, ast.BinOp):
+                formula = parent
+                if found is None:
+                    found = self._in_formula(parent, field, child is node, value)
+                in_formula = True
+            elif isinstance(parent, ast.Call) and in_formula and found is None and _last(parent.func) in WAVES:
+                found = 'phase'
+            elif isinstance(parent, ast.stmt):
+                if child is node:
+                    name = _assigned(parent)
+                if found or in_formula:
+                    return None, found if found and not _is_constant(formula) else 'term'
+                return name, self._of_value(parent, child is node, name, is_whole)
+            elif isinstance(parent, ast.keyword) and is_whole and parent.arg in COUNT_ATTRIBUTES and not in_formula:
+                return parent.arg, 'counting name'
+            child = parent
+        return None, found or 'value'
+
+    def _outright(self, parent: ast.AST, field: str, child: ast.AST, node: ast.AST, is_whole: bool) -> Optional[str]:
+        """The rule that speaks for all below a field of a node, whatever else they are."""
+        if field == 'slice' or isinstance(parent, ast.Slice):
+            return 'index'
+        if isinstance(parent, (ast.JoinedStr, ast.FormattedValue)):
+            return 'text'
+        if field == 'decorator_list':
+            return 'decorator'
+        if field in ('defaults', 'kw_defaults'):
+            return 'default'
+        if field in ('annotation', 'returns'):
+            return 'annotation'
+        if isinstance(parent, _MATCH_CASE) and field == 'pattern':
+            return 'pattern'
+        if isinstance(parent, ast.Dict) and field == 'keys':
+            return 'key'
+        if isinstance(parent, ast.Compare):
+            return 'comparison'
+        if field == 'test' or isinstance(parent, (ast.Assert, ast.Raise)):
+            return 'condition'
+        if isinstance(parent, ast.Expr) and child is node:
+            return 'statement'
+        if isinstance(parent, ast.Call):
+            return self._of_argument(parent, child, field)
+        if isinstance(parent, ast.keyword) and parent.arg in PLAIN_KEYWORDS:
+            return 'option'
+        if isinstance(parent, ast.BinOp) or (isinstance(parent, ast.AugAssign) and field == 'value'):
+            rule = _of_operator(parent, field, child, is_whole and child is node)
+            if rule:
+                return rule
+        if isinstance(parent, ast.UnaryOp) and isinstance(parent.op, ast.Invert):
+            return 'bits'
+        if parent in self._states.steps:
+            return 'step'
+        if parent in self._states.starts and child is node:
+            return 'state'
+        return None
+
+    def _of_argument(self, call: ast.Call, child: ast.AST, field: str) -> Optional[str]:
+        if field == 'func':
+            return None
+        callee = dotted(call.func) or getattr(call.func, 'attr', '')
+        first, last = callee.split('.')[0], callee.split('.')[-1]
+        if first in PLAIN_MODULES and '.' in callee:
+            return 'system'
+        if last in PLAIN_CALLS:
+            return 'count'
+        if last in SHAPE_CALLS and field == 'args' and call.args.index(child) >= SHAPE_CALLS[last]:  # type: ignore
+            return 'count'
+        if last == 'format' and isinstance(call.func, ast.Attribute):
+            return 'text'
+        return None
+
+    def _in_formula(self, parent: ast.BinOp, field: str, is_operand: bool, value: float) -> Optional[str]:
+        other = parent.right if field == 'left' else parent.left
+        if isinstance(parent.op, (ast.Div, ast.FloorDiv)) and field == 'right':
+            return 'divisor'
+        if is_operand and _last(other) in CLOCKS and isinstance(other, ast.Call):
+            return 'clock'
+        if isinstance(parent.op, (ast.Mult, ast.Div)) and is_operand:
+            if abs(value) == 1:
+                return 'sign'
+            if abs(value) in UNITS:
+                return 'unit'
+            if _last(other) in TURNS or (isinstance(other, ast.BinOp) and _last(other.left) in TURNS):
+                return 'turn' if type(value) is int or (value.is_integer() and abs(value) <= 4) else None
+        if isinstance(parent.op, (ast.Add, ast.Sub)) and is_operand and type(value) is int:
+            if dotted(other) in self._counts | self._indices:
+                return 'neighbour'
+        return None
+
+    def _of_value(self, statement: ast.AST, is_all: bool, name: Optional[str], is_whole: bool) -> str:
+        targets = _targets(statement)
+        if is_all and isinstance(statement, ast.AugAssign):
+            return 'term'
+        if is_whole and is_all:
+            if targets & self._indices:
+                return 'used as an index'
+            if targets & self._counts:
+                return 'used as a count'
+            if any(target.split('.')[-1].lower() in COUNT_ATTRIBUTES for target in targets):
+                return 'counting name'
+            owner = self._parents.get(id(statement), (None, ''))[0]
+            if isinstance(owner, ast.ClassDef) and targets and all(target.isupper() for target in targets):
+                return 'enumeration'
+        return 'named' if is_all and name else 'value'
+
+
+def _is_strict(node: ast.AST) -> bool:
+    """Whether a definition is read by another compiler, or asks for the exact types of its numbers."""
+    if isinstance(node, ast.ClassDef):
+        return any(_last(base) in ENUMERATIONS for base in node.bases)
+    return isinstance(node, FUNCTIONS) and any(
+        _last(decorator) in STRICT_DECORATORS for decorator in getattr(node, 'decorator_list', ())
+    )
+
+
+def _of_operator(parent: ast.AST, field: str, child: ast.AST, is_whole: bool) -> Optional[str]:
+    """The rule of an operator that gives no number to move, or no number at all."""
+    operator = parent.op  # type: ignore[attr-defined]
+    left, right = (parent.left, parent.right) if isinstance(parent, ast.BinOp) else (None, parent.value)  # type: ignore
+    if isinstance(operator, _BITS):
+        return 'bits'
+    if isinstance(operator, ast.Pow) and child is right:
+        return 'exponent'
+    if isinstance(operator, ast.Mod):
+        if _is_text(left):
+            return 'text'
+        if child is right and is_whole:
+            return 'modulus'
+    if isinstance(operator, ast.Mult) and is_whole:
+        other = left if child is right else right
+        if _is_text(other) or isinstance(other, (ast.List, ast.Tuple, ast.ListComp)):
+            return 'repetition'
+    return None
+
+
+def _is_constant(formula: Optional[ast.AST]) -> bool:
+    """Whether a formula is a number that was written in parts, `3 * math.pi / 2`: then they are its value."""
+    called = {id(node.func) for node in ast.walk(formula) if isinstance(node, ast.Call)} if formula else set()
+    return formula is not None and all(
+        isinstance(node, ast.Constant) or id(node) in called or _last(node) in TURNS
+        for node in ast.walk(formula)
+        if isinstance(node, (ast.Constant, ast.Attribute, ast.Subscript))
+        or (isinstance(node, ast.Name) and node.id not in MODULES_OF_NUMBERS)
+    )
+
+
+def _is_text(node: Optional[ast.AST]) -> bool:
+    return isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, (str, bytes)))
+
+
+def _last(node: ast.AST) -> str:
+    """The last part of what is called or named: `cos` of `math.cos`."""
+    if isinstance(node, ast.Call):
+        node = node.func
+    return node.attr if isinstance(node, ast.Attribute) else getattr(node, 'id', '')
+
+
+def _targets(statement: ast.AST) -> Set[str]:
+    nodes: List[ast.AST] = []
+    if isinstance(statement, ast.Assign):
+        nodes = list(statement.targets)
+    elif isinstance(statement, (ast.AnnAssign, ast.AugAssign)):
+        nodes = [statement.target]
+    return {target for target in map(dotted, nodes) if target}
+
+
+def _assigned(statement: ast.AST) -> Optional[str]:
+    return None if isinstance(statement, ast.AugAssign) else next(iter(sorted(_targets(statement))), None)
+
+
+def _uses(tree: ast.AST) -> Tuple[Set[str], Set[str]]:
+    """The names that are used as counts, and those that are used as indices."""
+    counts: Set[str] = set()
+    indices: Set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Subscript):
+            indices |= set(filter(None, map(dotted, _operands(node.slice))))
+        elif isinstance(node, ast.Call):
+            last = _last(node.func)
+            if last in ('range', 'xrange') or last in SHAPE_CALLS or last in ('Rate', 'randint'):
+                counts |= {name for argument in node.args for name in map(dotted, _operands(argument)) if name}
+        elif isinstance(node, ast.For) and _last(node.iter) in ('range', 'xrange', 'enumerate'):
+            target = node.target.elts[0] if isinstance(node.target, ast.Tuple) and node.target.elts else node.target
+            counts |= {name for name in [dotted(target)] if name}
+        elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult):
+            for one, other in ((node.left, node.right), (node.right, node.left)):
+                if _is_text(one) or isinstance(one, (ast.List, ast.Tuple)):
+                    counts |= {name for name in [dotted(other)] if name}
+    return counts, indices
+
+
+def _operands(node: ast.AST) -> Iterator[ast.AST]:
+    """The names in an index or a count: `i` and `n` in `(i + 1) % n`, but nothing in brackets of a call."""
+    waiting = [node]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, (ast.Name, ast.Attribute)):
+            yield part
+        elif isinstance(part, (ast.BinOp, ast.UnaryOp, ast.Slice, ast.Tuple)) or (
+            hasattr(ast, 'Index') and isinstance(part, ast.Index)
+        ):
+            waiting.extend(ast.iter_child_nodes(part))

@@ -1,0 +1,78 @@
+"""What sources are called and where they are, for people; and whether a hand may move them."""
+
+import os
+from typing import Any, Callable, Collection, Dict, List, Tuple
+
+from rosslt import node, values
+
+#: After how many seconds a node is asked again: its files may have been edited, and it started anew.
+STALE_AFTER = 30.0
+
+
+class Descriptions:
+    """What this node knows of sources, in words.
+
+    Args:
+        found: called without arguments when something new has become known.
+    """
+
+    def __init__(self, found: Callable[[], None]) -> None:
+        self._directory = node.directory()
+        self._directory.when_found(found)
+
+    def look_up(self, sources: Collection[Any]) -> None:
+        """Ask for what is not known of sources, or has not been asked for long; it is known some time later."""
+        self._directory.look_up(sources, STALE_AFTER)
+
+    def name(self, source: Any) -> str:
+        """What a source is called: its name, else where it is."""
+        place = self._directory.of(source)
+        if place is None:
+            return '{} of {}'.format(source.location_id, source.node)
+        return place.local_name if place.location.is_named else place.short_file
+
+    def one(self, source: Any, present: Dict[Any, Any]) -> str:
+        """`shoulder = 0.4 (arm.py:48)`, and the node where more than one has such a location.
+
+        Args:
+            source: what to describe.
+            present: {Source: its value}.
+        """
+        place = self._directory.of(source)
+        value = _brief(present.get(source))
+        if place is None:
+            return '{} = {}'.format(self.name(source), value)
+        where = '{}:{}'.format(os.path.basename(place.location.file), place.location.line)
+        if not place.location.is_named:
+            where += ':{}'.format(place.location.column)
+        if self._directory.has_twin(place):
+            where += ' of ' + source.node
+        if place.location.is_named:
+            return '{} = {} ({})'.format(place.local_name, value, where)
+        return '{} ({})'.format(value, where)
+
+    def several(self, sources: List[Any], present: Dict[Any, Any]) -> str:
+        """Several sources as one text."""
+        return ', '.join(self.one(source, present) for source in sources)
+
+    def in_full(self, source: Any) -> str:
+        """Where a source is, with the whole path: `/home/me/arm.py:48:24, shoulder of /arm`."""
+        place = self._directory.of(source)
+        if place is None:
+            return self.name(source)
+        return '{}, {} of {}'.format(place.file, place.local_name, source.node)
+
+    def read_only(self, sources: Collection[Any]) -> Tuple[Any, ...]:
+        """Those of the sources that are known to take no change."""
+        places = [(source, self._directory.of(source)) for source in sources]
+        return tuple([source for source, place in places if place is not None and place.read_only])
+
+    def can_change(self, value: Any) -> bool:
+        """Whether a value has a source that takes changes, as far as known."""
+        sources = values.sources(value)
+        self.look_up(sources)
+        return len(self.read_only(sources)) < len(sources)
+
+
+def _brief(value: Any) -> str:
+    return '%.4g' % value if isinstance(value, float) else repr(value)

@@ -1,0 +1,6 @@
+"""Drags: what hands on handles ask of the sources, and what comes of it.
+
+Like `scene`, nothing here knows of RViz: a view reports what a hand does (`Drags.move`, `Drags.release`). `drag` is one
+drag, `changes` turns a wanted pose into changes of sources, `guard` holds back answers that leap, and `wording` says in
+plain words what was refused.
+"""

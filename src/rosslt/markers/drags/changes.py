@@ -1,0 +1,137 @@
+"""From where a hand wants a thing to what its sources must become, and on to their owners."""
+
+import math
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+
+from rosslt import node, values
+
+#: A little change, against the size of what is changed.
+NUDGE = 1e-3
+
+
+class Plan(NamedTuple):
+    """What sources are to become.
+
+    Attributes:
+        before: {Source: present value}.
+        after: {Source: new value}.
+        gap: the distance from the target that remains.
+        stops: {Source: a bound that it has come to, such as 'maximum 4.5'}.
+    """
+
+    before: Dict[Any, Any]
+    after: Dict[Any, Any]
+    gap: float = 0.0
+    stops: Optional[Dict[Any, str]] = None
+
+
+def plan(tracked: Sequence[Any], targets: Sequence[float], source: Any = None, timeout: float = 1.0) -> Plan:
+    """What the sources of tracked values must become so that these become their targets, or come as near as they can.
+
+    Args:
+        tracked, targets: tracked values and as many numbers.
+        source: change this Source alone where a value depends on it.
+        timeout: how long to wait for what the owners say of their bounds, in seconds.
+
+    Raises:
+        values.NotInvertible: the sources cannot bring the values any nearer.
+    """
+    present = values.source_values(tracked)
+    limits = node.limits(list(present), timeout)
+    if source is not None:
+        limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
+    try:
+        return Plan(present, values.solve(list(tracked), list(targets), **limits))
+    except values.NotInvertible:
+        after, gap = _nearest(tracked, targets, present, limits)
+        stops = _stops({**present, **after}, limits['bounds'])
+        if not after and not stops:
+            raise
+        return Plan(present, after, gap, stops)
+
+
+def default_sources(tracked: Sequence[Any], read_only: Collection[Any] = ()) -> List[Any]:
+    """The sources that a drag changes where none has been chosen, in order of appearance.
+
+    Found by asking for a little change of each of the tracked values.
+    """
+    numbers = [value for value in tracked if not isinstance(value, str)]
+    found: Set[Any] = set()
+    for index in range(len(numbers)):
+        targets = list(map(float, numbers))
+        targets[index] += NUDGE * max(1.0, abs(targets[index]))
+        try:
+            found.update(values.solve(numbers, targets, read_only=read_only))
+        except values.NotInvertible:
+            found.update(values.nearest(numbers, targets, read_only=read_only)[0])
+    return [source for source in values.sources(tracked) if source in found]
+
+
+def to_request(found: Plan, applied: Dict[Any, Any]) -> Dict[Any, Tuple[Any, Any]]:
+    """What has to be asked of the owners for a plan, {Source: (value that it has, new value)}.
+
+    Args:
+        found: made from a message.
+        applied: {Source: value} that the owners have taken on in this drag; the message may be older. A hand that has
+            gone back to where it began wants them back, although the message says that they are there.
+    """
+    present = {**found.before, **{source: value for source, value in applied.items() if source in found.before}}
+    wanted = {**found.before, **found.after}
+    return {source: (value, wanted[source]) for source, value in present.items() if wanted[source] != value}
+
+
+def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float, request_id: str) -> Dict[Any, Any]:
+    """Have sources become what is wanted of them.
+
+    Args:
+        wanted: {Source: (present value, new value)}.
+        timeout: how long to wait for the owners' answers, in seconds.
+        request_id: that of the drag, all of whose changes are one in the owners' histories.
+
+    Returns:
+        {Source: Change(old, new)} as the owners say.
+
+    Raises:
+        node.ChangeRejected, node.SourceUnreachable: as of `node.force_value`.
+    """
+    return node.force_value(
+        [values.track(present, source) for source, (present, _) in wanted.items()],
+        [new for _, new in wanted.values()],
+        timeout=timeout,
+        request_id=request_id,
+    )
+
+
+def held_for(source: Any, tracked: Sequence[Any]) -> List[Any]:
+    """The sources that stay where a drag changes one alone: all others of the values that depend on that one."""
+    concerned = [sources for sources in map(values.sources, tracked) if source in sources]
+    return [other for sources in concerned for other in sources if other != source]
+
+
+def _nearest(
+    tracked: Sequence[Any], targets: Sequence[float], present: Dict[Any, Any], limits: Dict[str, Any]
+) -> Tuple[Dict[Any, Any], float]:
+    """As `values.nearest`, by the sources of the lowest rank that come any nearer: counters and times stay."""
+    ranks = limits.get('rank', {})
+    found: Dict[Any, Any] = {}
+    gap = math.inf
+    for rank in sorted({ranks.get(source, 0) for source in present}):
+        found, gap = values.nearest(
+            tracked,
+            targets,
+            bounds=limits['bounds'],
+            read_only=limits['read_only'],
+            sources=[source for source in present if ranks.get(source, 0) <= rank],
+        )
+        if found:
+            break
+    return found, gap
+
+
+def _stops(found: Dict[Any, Any], bounds: Dict[Any, Tuple[Any, Any]]) -> Dict[Any, str]:
+    stops = {}
+    for source, (minimum, maximum) in bounds.items():
+        for word, bound in (('minimum', minimum), ('maximum', maximum)):
+            if bound is not None and source in found and found[source] == bound:
+                stops[source] = '{} {!r}'.format(word, bound)
+    return stops

@@ -1,0 +1,73 @@
+"""One hand on one handle, from the press of the button to its release."""
+
+import math
+import time
+from typing import Any, Dict, Optional
+
+from rosslt.markers.drags.guard import Guard
+from rosslt.markers.geometry import PoseTuple, are_same_rotation, normalized, turn_without_noise, without_noise
+from rosslt.markers.scene.handle import Handle
+
+#: What numbers in 32 bits may be off, against their size or 1.
+NOISE = 1e-6
+
+
+class Drag:
+    """What a hand has done so far.
+
+    Args:
+        handle: what it holds.
+        leap_limit: as of a Guard.
+        request_id: an id that goes with all changes of this drag, so that they are one in the owners' history.
+
+    Attributes:
+        pose: where the hand has it now.
+        asked: the last pose that the sources have been asked for.
+        applied_at: the last one where they followed, None before the first.
+        is_withheld: whether the answer for that pose leaps, and was held back.
+        due: before when they are not asked again.
+        heard: when the hand last did something.
+        answered: when the owners last answered.
+        fault: what is wrong with what the hand reports, or None.
+        refusal: the error of the last request, or None.
+        before, after: {Source: value} of what it has changed.
+    """
+
+    def __init__(self, handle: Handle, leap_limit: float, request_id: str) -> None:
+        self.handle, self.request_id = handle, request_id
+        self.pose: PoseTuple = handle.pose
+        self.asked: PoseTuple = handle.pose
+        self.start: PoseTuple = handle.pose
+        self.guard = Guard(leap_limit, handle.size)
+        self.is_moved = self.is_turned = self.is_over = False
+        self.is_withheld = False
+        self.applied_at: Optional[PoseTuple] = None
+        self.heard = time.monotonic()
+        self.due = self.answered = 0.0
+        self.fault: Optional[str] = None
+        self.refusal: Optional[Exception] = None
+        self.before: Dict[Any, Any] = {}
+        self.after: Dict[Any, Any] = {}
+
+    def move(self, frame: str, pose: PoseTuple) -> None:
+        """The hand is at a pose now."""
+        if frame.lstrip('/') != self.handle.frame.lstrip('/'):
+            self.fault = 'its pose is reported in the frame {} instead of {}'.format(frame, self.handle.frame)
+            return
+        if not all(map(math.isfinite, pose)):
+            self.fault = 'its pose is not finite'
+            return
+        # What the hand left as it was stays exactly that: RViz reports all of it, in 32 bits.
+        x, y, z = without_noise(self.start[:3], pose[:3], NOISE)
+        start = (self.start[3], self.start[4], self.start[5], self.start[6])
+        rotation = turn_without_noise(start, normalized(*pose[3:]), NOISE)
+        self.pose = (x, y, z, *rotation)
+        # Only what the hand has changed is asked for, and that even where it goes back to where it was.
+        self.is_moved = self.is_moved or (x, y, z) != self.start[:3]
+        self.is_turned = self.is_turned or not are_same_rotation(rotation, start, NOISE**2)
+
+    def remember(self, changes: Dict[Any, Any]) -> None:
+        """Keep what it has changed, {Source: Change}, to be undone."""
+        for source, change in changes.items():
+            self.before.setdefault(source, change.old)
+            self.after[source] = change.new

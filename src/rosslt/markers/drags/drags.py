@@ -1,0 +1,237 @@
+"""All drags of a scene: what is asked of the sources while a hand moves, and what is said of it.
+
+What hands do is only noted as it is reported. One thread of its own asks the owners, the newest
+position first and as often as the rate allows, and waits for their answers.
+"""
+
+import collections
+import threading
+import time
+import traceback
+from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+
+import rospy
+
+from rosslt import node, values
+from rosslt.markers.drags import changes, wording
+from rosslt.markers.drags.drag import Drag
+from rosslt.markers.geometry import PoseTuple
+from rosslt.markers.scene.handle import Handle
+from rosslt.markers.scene.scene import Scene
+
+#: A view reports several times a second while a button is down; a hand that is silent for so many is gone.
+HAND_TIMEOUT = 3.0
+
+#: How far off its target, in the unit of the thing, a drag may end without a word.
+NOTICEABLE = 1e-3
+
+#: How many drags of one handle can be undone.
+UNDO_LIMIT = 50
+
+
+class Rules(NamedTuple):
+    """How sources follow hands.
+
+    Attributes:
+        is_live: whether they follow while the mouse moves, or when the button is released.
+        rate: how often they follow while it moves, in Hz.
+        timeout: how long an owner may take to answer, in seconds.
+        leap_limit: as of a Guard.
+    """
+
+    is_live: bool = True
+    rate: float = 20.0
+    timeout: float = 1.0
+    leap_limit: float = 10.0
+
+
+class Drags:
+    """All hands on the handles of a scene.
+
+    Args:
+        scene: has the handles.
+        rules: how sources follow.
+        name_of: what a source is called, for people.
+
+    Attributes:
+        chosen: {name of a handle: the Source that its drags change}.
+    """
+
+    def __init__(self, scene: Scene, rules: Rules, name_of: Callable[[Any], str]) -> None:
+        self._scene, self._rules, self._name_of = scene, rules, name_of
+        self._held: Dict[str, Drag] = {}
+        self._over: Deque[Drag] = collections.deque()
+        self._wake = threading.Condition()
+        self.chosen: Dict[str, Any] = {}
+        self._past: Dict[str, Deque[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
+        threading.Thread(target=self._work, name='drags', daemon=True).start()
+
+    def hold(self, name: str) -> None:
+        """A hand takes hold of a handle."""
+        with self._wake:
+            self._drag_of(name)
+
+    def move(self, name: str, frame: str, pose: PoseTuple) -> None:
+        """A hand has moved a handle.
+
+        Args:
+            frame: the frame that the pose is in.
+            pose: where it stands now.
+        """
+        with self._wake:
+            drag = self._drag_of(name)
+            if drag is not None:
+                drag.move(frame, pose)
+                self._wake.notify()
+
+    def keep(self, name: str) -> None:
+        """A hand still holds a handle."""
+        with self._wake:
+            if name in self._held:
+                self._held[name].heard = time.monotonic()
+
+    def release(self, name: str, frame: str, pose: PoseTuple) -> None:
+        """A hand has let go of a handle."""
+        with self._wake:
+            drag = self._held.pop(name, None)
+            if drag is not None:
+                drag.heard = time.monotonic()
+                drag.move(frame, pose)
+                self._over.append(drag)
+                self._wake.notify()
+
+    def undo(self, name: str) -> None:
+        """Have the sources of a handle become what they were before its last drag."""
+        handle, past = self._scene.handle(name), self._past.get(name)
+        if handle is None:
+            return
+        if not past:
+            self._scene.say(handle, 'nothing to undo')
+            return
+        request_id, nodes = past[-1]
+        undone = node.undo_request(request_id, nodes, rospy.get_name(), self._rules.timeout)
+        if undone.reasons:
+            reason = '; '.join(dict.fromkeys(undone.reasons.values()))
+            rospy.logwarn('%s: cannot undo: %s', name, reason)
+            self._scene.say(handle, 'cannot undo: ' + reason)
+        if undone.changes or not undone.reasons:
+            past.pop()
+
+    def _drag_of(self, name: str) -> Optional[Drag]:
+        drag = self._held.get(name)
+        if drag is None:
+            handle = self._scene.handle(name)
+            if handle is None:
+                return None
+            drag = self._held[name] = Drag(handle, self._rules.leap_limit, node.new_request_id())
+            self._scene.hold(name)
+        drag.heard = time.monotonic()
+        return drag
+
+    def _work(self) -> None:
+        while not rospy.is_shutdown():
+            with self._wake:
+                drag = self._next()
+            if drag is None:
+                self._scene.say_what_is_not_shown()
+                continue
+            try:
+                self._follow(drag)
+            except rospy.ROSInterruptException:
+                return
+            except Exception:  # one drag that goes wrong must not end all others
+                rospy.logerr('%s: the drag failed\n%s', drag.handle.name, traceback.format_exc())
+                self._scene.let_go(drag.handle.name)
+
+    def _next(self) -> Optional[Drag]:
+        """The next drag to follow; after a wait, None where there is none yet."""
+        now = time.monotonic()
+        for name in [name for name, drag in self._held.items() if now - drag.heard > HAND_TIMEOUT]:
+            drag = self._held.pop(name)
+            drag.fault = 'RViz reports no more of the drag'
+            self._over.append(drag)
+        if self._over:
+            drag = self._over.popleft()
+            drag.is_over = True
+            return drag
+        wait = 0.5
+        for drag in self._held.values():
+            if self._rules.is_live and drag.asked != drag.pose:
+                wait = min(wait, drag.due - now)
+                if wait <= 0.0:
+                    drag.due = now + 1.0 / self._rules.rate
+                    return drag
+        self._wake.wait(wait)
+        return None
+
+    def _follow(self, drag: Drag) -> None:
+        """Have the sources follow a drag to where it is."""
+        pose, is_last = drag.pose, drag.is_over
+        # An owner that was silent until after the release is not asked again: it has been waited for.
+        is_silent = isinstance(drag.refusal, node.SourceUnreachable) and drag.answered > drag.heard
+        is_new = pose != drag.asked or (is_last and drag.is_withheld)
+        if drag.fault is None and is_new and not (is_last and is_silent):
+            drag.refusal = self._force(drag, pose)
+            drag.asked, drag.answered = pose, time.monotonic()
+        refusal = drag.fault
+        if refusal is None and drag.refusal is not None:
+            refusal = wording.refusal(drag.refusal)
+        if is_last:
+            self._end(drag, refusal)
+        if refusal:
+            self._scene.say(drag.handle, refusal)
+
+    def _end(self, drag: Drag, refusal: Optional[str]) -> None:
+        name = drag.handle.name
+        if drag.before:
+            past = self._past.setdefault(name, collections.deque(maxlen=UNDO_LIMIT))
+            past.append((drag.request_id, {source.node for source in drag.before}))
+        if name not in self._held:  # no hand has taken it again meanwhile
+            self._scene.let_go(name, drag.after if not refusal and not drag.is_withheld else None)
+        if refusal:
+            rospy.logwarn('%s snaps back: %s', name, refusal)
+
+    def _force(self, drag: Drag, pose: PoseTuple) -> Optional[Exception]:
+        """Ask the owners for what a drag wants; the refusal, or None."""
+        handle = self._scene.handle(drag.handle.name) or drag.handle
+        tracked, targets = handle.wanted(pose, drag.is_moved, drag.is_turned)
+        if not tracked:
+            return None
+        timeout = self._rules.timeout
+        try:
+            plan = changes.plan(tracked, targets, self.chosen.get(handle.name), timeout / 2)
+            if plan.after and self._is_leap(drag, handle, pose, plan, tracked):
+                return None
+            wanted = changes.to_request(plan, drag.after)
+            if wanted:
+                drag.remember(changes.request(wanted, timeout, drag.request_id))
+                drag.applied_at = pose
+        except values.Error as error:
+            # Of several owners, some may have changed what others have refused.
+            drag.remember(getattr(error, 'changed', {}))
+            return error
+        self._say_how_far(handle, plan)
+        return None
+
+    def _is_leap(self, drag: Drag, handle: Handle, pose: PoseTuple, plan: changes.Plan, tracked: Sequence[Any]) -> bool:
+        """Whether an answer is held back, as a source would move by far more than the hand."""
+        # What has been applied already may not be in the last message yet.
+        before = {**plan.before, **{source: value for source, value in drag.after.items() if source in plan.before}}
+        source = drag.guard.leap(drag.applied_at or drag.start, pose, before, plan.after, tracked)
+        # Whoever lets go there has been told what will become of it, or has not seen the sources follow at all.
+        if source is None or (drag.is_over and (drag.is_withheld or drag.applied_at is None)):
+            drag.is_withheld = False
+            return False
+        drag.is_withheld = True
+        text = '{} would leap from {:.4g} to {:.4g}'.format(
+            self._name_of(source), plan.before[source], plan.after[source]
+        )
+        self._scene.say(handle, text if drag.is_over else text + ': let go here to have it so')
+        return True
+
+    def _say_how_far(self, handle: Handle, plan: changes.Plan) -> None:
+        # A whole number always stays a little off; that is no limit that anybody has to be told of.
+        is_whole = any(isinstance(value, int) for value in plan.after.values())
+        if plan.gap > NOTICEABLE and not is_whole:
+            reasons: List[str] = [wording.limit(plan.stops, self._name_of)] if plan.stops else []
+            self._scene.say(handle, '; '.join(reasons) or 'as far as it goes')

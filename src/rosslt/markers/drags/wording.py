@@ -1,0 +1,32 @@
+"""What hands are told, in few words, with what matters first."""
+
+import re
+from typing import Any, Dict
+
+from rosslt import node
+
+#: What is cut to a few digits: nobody reads sixteen of them beside a marker.
+LONG_NUMBER = re.compile(r'-?\d+\.\d{4,}(e[-+]?\d+)?')
+
+#: What a node says before the reason of a setter that refuses, and the name of the error that it raised.
+REFUSING_SETTER = re.compile(r'^(the setter of \S+ refuses .*?: )?([A-Z]\w+: )?')
+
+
+def refusal(error: Exception) -> str:
+    """Why a change was refused: each reason once, without the names of who passed it on."""
+    if not isinstance(error, node.ChangeRejected):
+        return short_numbers(str(error))
+    reasons: Dict[str, None] = {}
+    for reason in error.reasons.values():
+        reasons[REFUSING_SETTER.sub('', reason)] = None
+    return short_numbers('; '.join(reasons) or str(error))
+
+
+def short_numbers(text: str) -> str:
+    """A text with long numbers cut to four digits."""
+    return LONG_NUMBER.sub(lambda number: '%.4g' % float(number.group()), text)
+
+
+def limit(stops: Dict[Any, str], name_of: Any) -> str:
+    """That sources have come to their bounds: `distance is at its minimum 0.5`."""
+    return ', '.join('{} is at its {}'.format(name_of(source), stop) for source, stop in stops.items())

@@ -1,0 +1,109 @@
+"""What a hand takes hold of in RViz: controls of interactive markers, by what can move.
+
+A control acts along, or around, the x axis of its own orientation. A *fixed* one keeps to the axes of the
+marker's frame however the marker itself is turned.
+"""
+
+from typing import Any, List, Sequence
+
+from geometry_msgs.msg import Point, Pose, Quaternion
+from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl
+
+from rosslt.markers.geometry import IDENTITY, ONTO_AXIS, PoseTuple, Rotation, Vector, inverse, onto, product
+from rosslt.markers.scene.handle import Axes, CanChange, Handle
+
+AXIS_NAMES = 'xyz'
+
+#: How large the controls are against the thing: RViz has arrows begin at half of that, outside the thing.
+ARROW_SCALE = 1.5
+
+
+def handle_marker(handle: Handle, can_change: CanChange, is_free: bool) -> Any:
+    """The interactive marker of a handle, without a menu.
+
+    Args:
+        can_change: tells of a tracked value whether it has a source that takes changes.
+        is_free: whether a body that can move every way does so in the plane of the screen, rather than in x and y.
+    """
+    motions = handle.motions(can_change)
+    parts = [arrow(axis) for axis in range(3) if motions.arrows[axis]]
+    parts.extend(ring(name, direction) for name, direction in motions.rings)
+    rotation = handle.pose[3:] if motions.is_in_frame else IDENTITY
+    parts.append(body(motions.axes, handle.shapes(), rotation, bool(handle.tracked), is_free))
+    return interactive_marker(handle.name, handle.frame, handle.pose, ARROW_SCALE * handle.size, parts)
+
+
+def interactive_marker(name: str, frame: str, pose: PoseTuple, size: float, controls: List[Any]) -> Any:
+    """An interactive marker that stands in a frame and moves along with it.
+
+    Args:
+        size: of its controls, in metres.
+    """
+    marker = InteractiveMarker(name=name, scale=size, pose=pose_message(pose), controls=controls)
+    # The stamp stays zero: RViz then keeps to the frame as it moves, and reports drags in that very frame.
+    marker.header.frame_id = frame
+    return marker
+
+
+def pose_message(pose: PoseTuple) -> Any:
+    """A Pose of (x, y, z, qx, qy, qz, qw)."""
+    return Pose(Point(*pose[:3]), Quaternion(*pose[3:]))
+
+
+def arrow(axis: int) -> Any:
+    """Arrows on both sides along an axis of the frame: 0, 1 or 2 for x, y or z."""
+    return _control('move_' + AXIS_NAMES[axis], InteractiveMarkerControl.MOVE_AXIS, ONTO_AXIS[axis], is_fixed=True)
+
+
+def ring(name: str, direction: Vector) -> Any:
+    """A ring around a direction of the frame, a vector of length 1."""
+    return _control('rotate_' + name, InteractiveMarkerControl.ROTATE_AXIS, onto(direction), is_fixed=True)
+
+
+def body(
+    movable: Axes,
+    shapes: List[Any],
+    turned: Sequence[float] = IDENTITY,
+    has_menu: bool = True,
+    is_free: bool = False,
+) -> Any:
+    """Shapes to grab, which move the way that the movable axes allow: all three in the plane of x and y.
+
+    Args:
+        movable: for x, y and z.
+        shapes: Markers whose poses are relative to the interactive marker.
+        turned: the rotation of the interactive marker against the frame that the axes belong to.
+        has_menu: whether a right click opens the menu even where no axis is movable.
+        is_free: whether what is movable every way moves in the plane of the screen.
+    """
+    axes = [axis for axis in range(3) if movable[axis]]
+    if len(axes) == 3 and not is_free:
+        axes = [0, 1]
+    mode = InteractiveMarkerControl.MENU if has_menu else InteractiveMarkerControl.NONE
+    rotation: Rotation = IDENTITY
+    if len(axes) == 1:
+        mode, rotation = InteractiveMarkerControl.MOVE_AXIS, product(inverse(turned), ONTO_AXIS[axes[0]])
+    elif len(axes) == 2:
+        (normal,) = {0, 1, 2}.difference(axes)
+        mode, rotation = InteractiveMarkerControl.MOVE_PLANE, product(inverse(turned), ONTO_AXIS[normal])
+    elif len(axes) == 3:
+        mode = InteractiveMarkerControl.MOVE_3D
+    control = _control('body', mode, rotation, is_fixed=False)
+    control.always_visible = True
+    control.markers = shapes
+    return control
+
+
+def facing(shapes: List[Any]) -> Any:
+    """Shapes that face the eye, and cannot be grabbed; their x axis points away from it, and their z axis up."""
+    control = _control('text', InteractiveMarkerControl.NONE, IDENTITY, is_fixed=False)
+    control.orientation_mode = InteractiveMarkerControl.VIEW_FACING
+    control.always_visible = True
+    control.markers = shapes
+    return control
+
+
+def _control(name: str, mode: int, rotation: Sequence[float], is_fixed: bool) -> Any:
+    control = InteractiveMarkerControl(name=name, interaction_mode=mode, orientation=Quaternion(*rotation))
+    control.orientation_mode = InteractiveMarkerControl.FIXED if is_fixed else InteractiveMarkerControl.INHERIT
+    return control

@@ -1,0 +1,173 @@
+"""The menu behind a right click on a handle: which source its drags change, where that is, and undo."""
+
+import functools
+import time
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+
+import rospy
+from interactive_markers.menu_handler import MenuHandler
+
+from rosslt import values
+from rosslt.markers.describing import Descriptions
+from rosslt.markers.drags import changes
+from rosslt.markers.drags.drags import Drags
+from rosslt.markers.rviz.display import Display
+from rosslt.markers.scene.handle import Handle
+from rosslt.markers.scene.scene import Scene
+
+#: For how long values have to stay before a menu is drawn anew with them, in seconds: RViz closes one that is open.
+SETTLED = 2.0
+
+#: Slopes below this count as none.
+NO_EFFECT = 1e-6
+
+HEADING = 'A drag changes'
+FREE = 'Move the body freely (with Shift: towards you and away)'
+UNDO = 'Undo the last drag'
+SOURCES = 'Sources'
+
+
+class Choice(NamedTuple):
+    """One line to choose from.
+
+    Attributes:
+        source: what is chosen, None for the default.
+        changed: the sources that a drag changes then.
+    """
+
+    source: Any
+    changed: List[Any]
+
+
+class Drawn(NamedTuple):
+    """What a menu has been drawn from."""
+
+    sources: Tuple[Any, ...]
+    read_only: Tuple[Any, ...]
+    choices: List[Choice]
+    present: Dict[Any, Any]
+
+
+class Menus:
+    """The menus of all handles.
+
+    Args:
+        scene: has the handles.
+        display: shows them.
+        drags: changes what is chosen, and undoes.
+        descriptions: says what sources are called and where they are.
+    """
+
+    def __init__(self, scene: Scene, display: Display, drags: Drags, descriptions: Descriptions) -> None:
+        self._scene, self._display, self._drags, self._descriptions = scene, display, drags, descriptions
+        self._drawn: Dict[str, Drawn] = {}
+        self._latest: Dict[str, Tuple[Dict[Any, Any], float]] = {}  # name -> (values that a menu lacks, since when)
+        self._unchecked: List[str] = []
+
+    def add(self, server: Any, handle: Handle) -> None:
+        """Add the menu to a handle that has just been inserted."""
+        name = handle.name
+        if not handle.tracked:
+            return
+        drawn = self._drawn[name] = self._draw(handle)
+        chosen = self._drags.chosen.get(name)
+        if chosen not in [choice.source for choice in drawn.choices]:
+            chosen = None
+        menu = MenuHandler()
+        menu.insert(HEADING + (':' if len(drawn.choices) == 1 else ' (choose one):'))
+        for choice in drawn.choices:
+            title = self._descriptions.several(choice.changed, drawn.present)
+            entry = menu.insert(
+                title if choice.source else title + ' (default)',
+                callback=functools.partial(self._choose, name, choice.source),
+            )
+            menu.setCheckState(entry, MenuHandler.CHECKED if choice.source == chosen else MenuHandler.UNCHECKED)
+        if all(handle.motions(self._descriptions.can_change).axes):
+            entry = menu.insert(FREE, callback=functools.partial(self._free, name))
+            menu.setCheckState(entry, MenuHandler.CHECKED if name in self._display.free else MenuHandler.UNCHECKED)
+        menu.insert(UNDO, callback=functools.partial(self._undo, name))
+        where = menu.insert(SOURCES)
+        for source in drawn.sources:
+            menu.insert(
+                self._descriptions.one(source, drawn.present),
+                parent=where,
+                callback=functools.partial(self._tell, name, source),
+            )
+        menu.apply(server, name)
+
+    def check(self, count: int) -> None:
+        """Look at some handles, in turns: whether their menus say what is so."""
+        if not self._unchecked:
+            self._unchecked = self._display.names()
+        for name in self._unchecked[-count:]:
+            handle, drawn = self._scene.handle(name), self._drawn.get(name)
+            if handle is None:
+                self._drawn.pop(name, None)
+                self._latest.pop(name, None)
+            elif drawn is not None and not self._scene.is_held(name):
+                self._descriptions.look_up(drawn.sources)
+                if drawn.sources != tuple(values.sources(handle.tracked)) or self._has_settled(name, handle, drawn):
+                    self._display.redraw(name)
+        del self._unchecked[-count:]
+
+    def redraw(self) -> None:
+        """Have all menus drawn anew."""
+        for name in list(self._drawn):
+            self._display.redraw(name)
+
+    def _has_settled(self, name: str, handle: Handle, drawn: Drawn) -> bool:
+        """Whether a menu lacks values that have not changed for a while."""
+        present, now = values.source_values(handle.tracked), time.monotonic()
+        if present == drawn.present:
+            self._latest.pop(name, None)
+            return False
+        latest, since = self._latest.get(name, (None, now))
+        if latest != present:
+            self._latest[name] = (present, now)
+            return False
+        return now - since > SETTLED
+
+    def _draw(self, handle: Handle) -> Drawn:
+        sources = tuple(values.sources(handle.tracked))
+        read_only = self._descriptions.read_only(sources)
+        known = self._drawn.get(handle.name)
+        if known is not None and (known.sources, known.read_only) == (sources, read_only):
+            choices = known.choices
+        else:
+            choices = choices_of(handle.tracked, read_only)
+        return Drawn(sources, read_only, choices, values.source_values(handle.tracked))
+
+    def _choose(self, name: str, source: Optional[Any], _feedback: Any) -> None:
+        self._drags.chosen[name] = source
+        self._display.redraw(name)
+
+    def _free(self, name: str, _feedback: Any) -> None:
+        self._display.free ^= {name}
+        self._display.redraw(name)
+
+    def _undo(self, name: str, _feedback: Any) -> None:
+        self._drags.undo(name)
+
+    def _tell(self, name: str, source: Any, _feedback: Any) -> None:
+        text = self._descriptions.in_full(source)
+        rospy.loginfo('%s', text)
+        handle = self._scene.handle(name)
+        if handle is not None:
+            self._scene.say(handle, text)
+
+
+def choices_of(tracked: List[Any], read_only: Tuple[Any, ...]) -> List[Choice]:
+    """What there is to choose from where a drag changes tracked values, the default first."""
+    can = [
+        source
+        for source, slopes in values.slopes(tracked).items()
+        if source not in read_only and max(map(abs, slopes)) > NO_EFFECT
+    ]
+    default = changes.default_sources(tracked, read_only) or can
+    # To choose a source makes a difference only where a value has another one, too.
+    others = [
+        source
+        for source in can
+        if [source] != default and any(len(both) > 1 and source in both for both in map(values.sources, tracked))
+    ]
+    return [Choice(None, default)] + [Choice(source, [source]) for source in others]

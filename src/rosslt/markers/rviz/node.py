@@ -1,0 +1,83 @@
+"""`slt_visualization`: a scene of all tracked topics, shown in RViz, as private parameters say."""
+
+from typing import List
+
+import rospy
+from rosgraph_msgs.msg import Log
+
+from rosslt.markers.describing import Descriptions
+from rosslt.markers.drags.drags import Drags, Rules
+from rosslt.markers.rviz.display import Display
+from rosslt.markers.rviz.menus import Menus
+from rosslt.markers.rviz.notes import Notes
+from rosslt.markers.rviz.server import Server
+from rosslt.markers.scene.handle import Settings
+from rosslt.markers.scene.scene import Scene
+from rosslt.markers.scene.topics import Watch
+
+#: How often markers follow messages, in Hz: as often as RViz draws.
+FRAME_RATE = 30.0
+
+#: In how many menus, each time, to look for sources that are new.
+MENUS_CHECKED = 10
+
+
+def run() -> None:
+    """Show interactive markers until this node is shut down, as its private parameters say.
+
+    Raises:
+        ValueError: a parameter has a value that it cannot have.
+    """
+    update = _one_of('~update', 'live', 'release')
+    settings = Settings(is_planar=_one_of('~mode', '3d', '2d') == '2d', ball_size=_positive('~ball_size', 0.2))
+    rules = Rules(
+        is_live=update == 'live',
+        rate=_positive('~rate', Rules().rate),
+        timeout=_positive('~timeout', Rules().timeout),
+        leap_limit=_positive('~leap_limit', Rules().leap_limit),
+    )
+    notes = Notes(_positive('~text_height', 0.2))
+    topics = _names('~topics')
+
+    scene = Scene(settings)
+    descriptions = Descriptions(lambda: menus.redraw())
+    drags = Drags(scene, rules, descriptions.name)
+    display = Display(Server(rospy.get_name()), scene, descriptions.can_change, notes)
+    menus = Menus(scene, display, drags, descriptions)
+    display.connect(drags, menus.add)
+    scene.add_view(display)
+    Watch(scene, topics)
+    rospy.Subscriber('/rosout_agg', Log, _show_errors, scene, queue_size=10)
+    rospy.on_shutdown(display.clear)
+    while not rospy.is_shutdown():
+        scene.expire()
+        menus.check(MENUS_CHECKED)
+        display.apply()
+        rospy.rostime.wallsleep(1.0 / FRAME_RATE)
+
+
+def _show_errors(entry: Log, scene: Scene) -> None:
+    """Show what a node that owns numbers reports as an error: roslaunch hides it in a log file."""
+    if entry.level >= Log.ERROR:
+        scene.say_of_node(entry.name, entry.msg)
+
+
+def _one_of(name: str, default: str, other: str) -> str:
+    value = rospy.get_param(name, default)
+    if value not in (default, other):
+        raise ValueError('the parameter {} is {!r} instead of {!r} or {!r}'.format(name, value, default, other))
+    return str(value)
+
+
+def _positive(name: str, default: float) -> float:
+    value = rospy.get_param(name, default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0.0:
+        raise ValueError('the parameter {} is {!r} instead of a number above 0'.format(name, value))
+    return float(value)
+
+
+def _names(name: str) -> List[str]:
+    value = rospy.get_param(name, [])
+    if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
+        raise ValueError('the parameter {} is {!r} instead of a list of names'.format(name, value))
+    return value

@@ -1,0 +1,74 @@
+"""Notes: what a hand ought to be told, as text in front of the handle for a few seconds."""
+
+import textwrap
+import time
+from typing import Any, Dict, Tuple
+
+from visualization_msgs.msg import Marker
+
+from rosslt.markers.drags.wording import short_numbers
+from rosslt.markers.geometry import IDENTITY
+from rosslt.markers.rviz import controls
+from rosslt.markers.scene.handle import Handle
+from rosslt.markers.scene.shapes import paint
+
+#: For how long a note stays, in seconds.
+DURATION = 5.0
+
+#: How many characters a line of a note takes, and how many lines a note has at most.
+WIDTH, LINES = 36, 4
+
+#: How large the letters are against the thing, and how small they may be, in metres.
+LETTERS_TO_SIZE, SMALLEST_LETTERS = 0.5, 0.05
+
+COLOR = (1.0, 0.85, 0.3)
+SUFFIX = ':note'
+
+
+class Notes:
+    """The notes in RViz.
+
+    Args:
+        text_height: of a capital letter at most, in metres.
+    """
+
+    def __init__(self, text_height: float) -> None:
+        self._text_height = text_height
+        self._notes: Dict[str, Tuple[float, Any]] = {}  # name -> (when it ends, its interactive marker, or None)
+        self._news: Dict[str, Any] = {}
+
+    def put(self, handle: Handle, text: str) -> None:
+        """Put a note in front of a handle, in place of an earlier one there."""
+        name = handle.name + SUFFIX
+        self._news[name] = self._drawn(name, handle, text)
+        self._notes[name] = (time.monotonic() + DURATION, None)
+
+    def update(self, server: Any) -> bool:
+        """Insert new notes, and take away those that have been there long enough; True if there are any."""
+        now = time.monotonic()
+        ended = [name for name, (end, _) in self._notes.items() if end <= now]
+        for name in ended:
+            del self._notes[name]
+            self._news.pop(name, None)
+            server.erase(name)
+        for marker in self._news.values():
+            server.insert(marker, None)
+        has_changed = bool(ended or self._news)
+        self._news = {}
+        return has_changed
+
+    def _drawn(self, name: str, handle: Handle, text: str) -> Any:
+        lines = textwrap.wrap(short_numbers(text), WIDTH, break_long_words=False)
+        if len(lines) > LINES:
+            lines = lines[:LINES]
+            lines[-1] += ' ...'
+        height = min(self._text_height, max(LETTERS_TO_SIZE * handle.size, SMALLEST_LETTERS))
+        letters = Marker(type=Marker.TEXT_VIEW_FACING, text='\n'.join(lines))
+        letters.scale.z = height
+        letters.pose.orientation.w = 1.0
+        # Towards the eye, so that nothing of the thing stands before it, and just above it on the screen.
+        letters.pose.position.x = -handle.size
+        letters.pose.position.z = 0.6 * handle.size + 0.6 * height * len(lines)
+        paint(letters, COLOR)
+        pose = (*handle.pose[:3], *IDENTITY)
+        return controls.interactive_marker(name, handle.frame, pose, 1.0, [controls.facing([letters])])

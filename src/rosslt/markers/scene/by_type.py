@@ -1,0 +1,149 @@
+"""Handles on messages that are no Markers but stand in RViz all the same: one row of a table for each type.
+
+RViz draws most of them without a size, or with one that is set in RViz itself; the handles on them are balls.
+"""
+
+import math
+from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Tuple
+
+import roslib.message
+from geometry_msgs.msg import Pose
+
+from rosslt.markers.geometry import IDENTITY, PoseTuple
+from rosslt.markers.scene.handle import Handle, Settings, has_source
+from rosslt.markers.scene.handles import PointHandle, PoseHandle
+from rosslt.markers.scene.joints import joint_state
+from rosslt.markers.scene.marker import COLOR
+from rosslt.markers.scene.shapes import pose_tuple, sphere
+
+#: How large the arrows and rings are against the ball that they stand around.
+ARROWS_TO_BALL = 2.5
+
+#: How large a ball is on one of many poses, against one on a pose that stands alone.
+ONE_OF_MANY = 0.5
+
+#: How large the ball on a PointStamped is: RViz draws a sphere there, 0.4 m across, which hides what is smaller.
+OVER_POINT = 2.1
+
+#: How opaque a ball is on a pose, which has axes or an arrow of its own.
+SEE_THROUGH = 0.6
+
+#: Handles that give way to a marker at the same place.
+RANK = 2
+
+ORIGIN: PoseTuple = (0.0, 0.0, 0.0, *IDENTITY)
+
+#: (name, the handle of that name, or None where it has none)
+Named = Tuple[str, Optional[Handle]]
+
+
+class MessageKind(NamedTuple):
+    """How a type of message is shown.
+
+    Attributes:
+        handles: gives (name, its Handle or None) for each thing in a message of a topic.
+        is_partial: whether a message speaks of some of the things only, and the others stay.
+    """
+
+    handles: Callable[[str, Any, Settings], Iterator[Named]]
+    is_partial: bool = False
+
+
+def pose_stamped(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+    """A PoseStamped: one handle, with arrows."""
+    yield topic, _on_pose(topic, message.header.frame_id, message.pose, settings, has_arrows=True)
+
+
+def point_stamped(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+    """A PointStamped: one handle."""
+    yield topic, _on_point(topic, message.header.frame_id, message.point, settings, OVER_POINT)
+
+
+def pose_array(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+    """A PoseArray: a handle for each tracked pose."""
+    for index, pose in enumerate(message.poses):
+        name = '{}:poses[{}]'.format(topic, index)
+        yield name, _on_pose(name, message.header.frame_id, pose, settings, ONE_OF_MANY)
+
+
+def path(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+    """A Path: a handle for each tracked pose, in the frame of the path."""
+    for index, stamped in enumerate(message.poses):
+        name = '{}:poses[{}]'.format(topic, index)
+        yield name, _on_pose(name, message.header.frame_id, stamped.pose, settings, ONE_OF_MANY)
+
+
+def polygon_stamped(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+    """A PolygonStamped: a handle for each tracked corner."""
+    for index, point in enumerate(message.polygon.points):
+        name = '{}:points[{}]'.format(topic, index)
+        yield name, _on_point(name, message.header.frame_id, point, settings)
+
+
+def frames(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+    """A TFMessage: a handle for each tracked frame, in its parent frame. Each broadcaster sends its own frames."""
+    for transform in message.transforms:
+        name = '{}:{}'.format(topic, transform.child_frame_id)
+        pose = Pose(transform.transform.translation, transform.transform.rotation)
+        yield name, _on_pose(name, transform.header.frame_id, pose, settings, has_arrows=True)
+
+
+def action_goal(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+    """The goal of an action, MoveBaseActionGoal for one: a handle on each tracked PoseStamped that it holds."""
+    goal = message.goal
+    for field, kind in zip(goal.__slots__, goal._slot_types):
+        if kind == 'geometry_msgs/PoseStamped':
+            name, stamped = '{}:{}'.format(topic, field), getattr(goal, field)
+            yield name, _on_pose(name, stamped.header.frame_id, stamped.pose, settings, has_arrows=True)
+
+
+#: The row for each type of message.
+KINDS: Dict[str, MessageKind] = {
+    'geometry_msgs/PointStamped': MessageKind(point_stamped),
+    'geometry_msgs/PolygonStamped': MessageKind(polygon_stamped),
+    'geometry_msgs/PoseArray': MessageKind(pose_array),
+    'geometry_msgs/PoseStamped': MessageKind(pose_stamped),
+    'nav_msgs/Path': MessageKind(path),
+    'sensor_msgs/JointState': MessageKind(joint_state, is_partial=True),
+    'tf2_msgs/TFMessage': MessageKind(frames, is_partial=True),
+}
+
+ACTION_GOAL = MessageKind(action_goal)
+
+
+def kind_of(message_class: Any) -> Optional[MessageKind]:
+    """The row for a class of messages, None where it is nothing to be seen."""
+    row = KINDS.get(message_class._type)
+    if row is None and message_class._type.endswith('ActionGoal'):
+        fields = dict(zip(message_class.__slots__, message_class._slot_types))
+        goal_class = roslib.message.get_message_class(fields.get('goal', ''))
+        if goal_class is not None and 'geometry_msgs/PoseStamped' in goal_class._slot_types:
+            return ACTION_GOAL
+    return row
+
+
+def _on_pose(
+    name: str, frame: str, pose: Any, settings: Settings, part: float = 1.0, has_arrows: bool = False
+) -> Optional[PoseHandle]:
+    numbers = pose_tuple(pose)
+    if not any(map(has_source, numbers)) or not all(map(math.isfinite, numbers)):
+        return None
+    ball = part * settings.ball_size
+    return PoseHandle(
+        name,
+        frame,
+        pose,
+        ARROWS_TO_BALL * ball,
+        ball,
+        lambda: [sphere(ball, COLOR, SEE_THROUGH)],
+        has_arrows,
+        settings.is_planar,
+        RANK,
+    )
+
+
+def _on_point(name: str, frame: str, point: Any, settings: Settings, part: float = 1.0) -> Optional[PointHandle]:
+    numbers = (point.x, point.y, point.z)
+    if not any(map(has_source, numbers)) or not all(map(math.isfinite, numbers)):
+        return None
+    return PointHandle(name, frame, ORIGIN, point, part * settings.ball_size, COLOR, settings.is_planar, RANK)

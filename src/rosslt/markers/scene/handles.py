@@ -1,0 +1,289 @@
+"""The kinds of handles: on a thing with a pose, on a point of a thing, and on a size of a thing."""
+
+import math
+from typing import Any, Callable, Hashable, Iterable, List, Optional, Sequence, Tuple
+
+from rosslt.markers.geometry import (
+    AXES,
+    IDENTITY,
+    PoseTuple,
+    Rotation,
+    Vector,
+    inverse,
+    normalized,
+    rotate_vector,
+)
+from rosslt.markers.scene.handle import Axes, CanChange, Motions, has_source
+from rosslt.markers.scene.rotations import turnable_directions
+from rosslt.markers.scene.shapes import AXIS_COLORS, cube, pose_tuple, sphere
+
+#: The smallest size of a scaled thing that a drag can ask for, in metres: RViz draws nothing of size zero.
+SMALLEST_SCALE = 1e-3
+
+#: What a computation with floats may be off.
+ROUNDING = 1e-12
+
+
+def movable_axes(coordinates: Iterable[Any], can_change: CanChange) -> Axes:
+    """For x, y and z: whether it is tracked, and has a source that takes changes."""
+    x, y, z = (has_source(value) and can_change(value) for value in coordinates)
+    return x, y, z
+
+
+class PoseHandle:
+    """A thing with a position and an orientation, either of which may be tracked in part.
+
+    Args:
+        name: unique, and the same for the same thing in the next message.
+        frame: the frame that the pose is in.
+        pose: a geometry_msgs/Pose.
+        size: how large the thing is, in metres.
+        shape_key: what its shapes depend on.
+        make_shapes: makes the Markers to grab, posed relative to the thing.
+        has_arrows: False where the shapes alone are to be grabbed, as there are many of their kind.
+        is_planar: whether it moves in x and y and turns around z only.
+        rank: as of a Handle.
+    """
+
+    __slots__ = (
+        '_has_arrows',
+        '_is_planar',
+        '_make_shapes',
+        '_orientation',
+        '_position',
+        'draw_key',
+        'frame',
+        'name',
+        'pose',
+        'rank',
+        'size',
+    )
+
+    def __init__(
+        self,
+        name: str,
+        frame: str,
+        pose: Any,
+        size: float,
+        shape_key: Hashable,
+        make_shapes: Callable[[], List[Any]],
+        has_arrows: bool = True,
+        is_planar: bool = False,
+        rank: int = 0,
+    ) -> None:
+        numbers = pose_tuple(pose)
+        self.name, self.frame, self.size, self.rank = name, frame, size, rank
+        self._position, self._orientation = numbers[:3], numbers[3:]
+        rotation = normalized(*map(float, self._orientation))
+        x, y, z = map(float, self._position)
+        self.pose: PoseTuple = (x, y, z, *rotation)
+        self._make_shapes, self._has_arrows, self._is_planar = make_shapes, has_arrows, is_planar
+        x_moves, y_moves, z_moves = map(has_source, self._position)
+        movable = (x_moves, y_moves, z_moves)
+        self.draw_key: Hashable = (
+            movable,
+            tuple(map(has_source, self._orientation)),
+            _body_direction(movable, rotation),
+            frame,
+            size,
+            shape_key,
+        )
+
+    @property
+    def tracked(self) -> List[Any]:
+        """The tracked values that a drag can change."""
+        return [value for value in (*self._position, *self._orientation) if has_source(value)]
+
+    @property
+    def position(self) -> Optional[Tuple[Any, ...]]:
+        """The tracked or plain x, y and z where it stands."""
+        return self._position
+
+    def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
+        """What a drag to a pose asks for, as of a Handle."""
+        pairs: List[Tuple[Any, float]] = []
+        if moved:
+            pairs.extend(zip(self._position, pose[: 2 if self._is_planar else 3]))
+        if turned:
+            present = tuple(map(float, self._orientation))
+            # A quaternion and its negative are the same rotation: ask for the one that is nearer.
+            factor = sum(a * b for a, b in zip(present, pose[3:]))
+            length = sum(a * a for a in present) ** 0.5 or 1.0
+            factor = -length if factor < 0.0 else length
+            pairs.extend(zip(self._orientation, (factor * part for part in pose[3:])))
+        return _tracked_targets(pairs)
+
+    def motions(self, can_change: CanChange) -> Motions:
+        """The ways in which it can be moved."""
+        movable = movable_axes(self._position, can_change)
+        turnable = [part if has_source(part) and can_change(part) else float(part) for part in self._orientation]
+        rings = turnable_directions(turnable)
+        if self._is_planar:
+            movable = (movable[0], movable[1], False)
+            rings = [(name, direction) for name, direction in rings if math.isclose(abs(direction[2]), 1.0)]
+        arrows = movable if self._has_arrows or sum(movable) == 1 else (False, False, False)
+        return Motions(movable, True, arrows, rings)
+
+    def shapes(self) -> List[Any]:
+        """The Markers to grab."""
+        return self._make_shapes()
+
+
+class PointHandle:
+    """A point in the coordinates of a thing, such as a corner of a line strip; drawn as a sphere.
+
+    Args:
+        name, frame: as of a PoseHandle.
+        pose: of the thing that has the point.
+        point: has the coordinates `x`, `y` and `z`.
+        size: the diameter of the sphere, in metres.
+        color: (red, green, blue) of the sphere.
+        is_planar, rank: as of a PoseHandle.
+    """
+
+    __slots__ = ('_base', '_color', '_is_planar', '_point', 'draw_key', 'frame', 'name', 'pose', 'rank', 'size')
+
+    def __init__(
+        self,
+        name: str,
+        frame: str,
+        pose: PoseTuple,
+        point: Any,
+        size: float,
+        color: Vector,
+        is_planar: bool = False,
+        rank: int = 1,
+    ) -> None:
+        self.name, self.frame, self.size, self.rank = name, frame, size, rank
+        self._base, self._color, self._is_planar = pose, color, is_planar
+        self._point = (point.x, point.y, point.z)
+        x, y, z = rotate_vector(pose[3:], tuple(map(float, self._point)))
+        self.pose: PoseTuple = (pose[0] + x, pose[1] + y, pose[2] + z, *pose[3:])
+        self.draw_key: Hashable = (tuple(map(has_source, self._point)), frame, size, color)
+
+    @property
+    def tracked(self) -> List[Any]:
+        """The tracked values that a drag can change."""
+        return [value for value in self._point if has_source(value)]
+
+    @property
+    def position(self) -> Optional[Tuple[Any, ...]]:
+        """The tracked or plain x, y and z where it stands, if they are coordinates of its frame."""
+        return self._point if self._base == (0.0, 0.0, 0.0, *IDENTITY) else None
+
+    def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
+        """What a drag to a pose asks for; a point has nothing but its position."""
+        del moved, turned
+        offset = tuple(a - b for a, b in zip(pose[:3], self._base))
+        local = rotate_vector(inverse(self._base[3:]), offset)
+        return _tracked_targets(zip(self._point, local[: 2 if self._is_planar else 3]))
+
+    def motions(self, can_change: CanChange) -> Motions:
+        """The ways in which it can be moved: along the axes of the thing."""
+        x, y, z = movable_axes(self._point, can_change)
+        return Motions((x, y, z and not self._is_planar))
+
+    def shapes(self) -> List[Any]:
+        """The sphere to grab."""
+        return [sphere(self.size, self._color)]
+
+
+class ScaleHandle:
+    """One of the three sizes of a thing: a small cube on its side.
+
+    Args:
+        name, frame: as of a PoseHandle.
+        pose: of the thing.
+        start: where the size is measured from, in the coordinates of the thing.
+        axis: 0, 1 or 2 for x, y or z of the thing, along which the handle moves.
+        reach: how far out the handle stands for each metre of the size: 0.5 where the thing grows both ways.
+        scale: the size itself.
+        size: of the cube, in metres.
+    """
+
+    __slots__ = (
+        '_axis',
+        '_direction',
+        '_reach',
+        '_scale',
+        '_start',
+        'draw_key',
+        'frame',
+        'name',
+        'pose',
+        'rank',
+        'size',
+    )
+
+    def __init__(
+        self,
+        name: str,
+        frame: str,
+        pose: PoseTuple,
+        start: Sequence[float],
+        axis: int,
+        reach: float,
+        scale: Any,
+        size: float,
+    ) -> None:
+        self.name, self.frame, self.size, self.rank = name, frame, size, 0
+        rotation = pose[3:]
+        self._start = tuple(a + b for a, b in zip(pose, rotate_vector(rotation, start)))
+        self._direction = rotate_vector(rotation, tuple(float(index == axis) for index in range(3)))
+        self._axis, self._reach, self._scale = axis, reach, scale
+        out = reach * float(scale)
+        x, y, z = (a + out * b for a, b in zip(self._start, self._direction))
+        self.pose: PoseTuple = (x, y, z, *rotation)
+        self.draw_key: Hashable = (axis, frame, size)
+
+    @property
+    def tracked(self) -> List[Any]:
+        """The tracked value that a drag can change."""
+        return [self._scale]
+
+    @property
+    def position(self) -> Optional[Tuple[Any, ...]]:
+        """None: a size is no position."""
+        return None
+
+    def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
+        """What a drag to a pose asks for; a size moves along its axis, and no other way."""
+        del moved, turned
+        out = sum((a - b) * c for a, b, c in zip(pose, self._start, self._direction))
+        return [self._scale], [max(out / self._reach, SMALLEST_SCALE)]
+
+    def motions(self, can_change: CanChange) -> Motions:
+        """The ways in which it can be moved: along its axis of the thing."""
+        is_free = can_change(self._scale)
+        return Motions((is_free and self._axis == 0, is_free and self._axis == 1, is_free and self._axis == 2))
+
+    def shapes(self) -> List[Any]:
+        """The cube to grab."""
+        return [cube(self.size, AXIS_COLORS[self._axis])]
+
+
+def _body_direction(movable: Axes, rotation: Rotation) -> Optional[Vector]:
+    """The line that a body moves along, or the normal of its plane, in its own, turned coordinates.
+
+    It is all of a rotation that the drawing of a body depends on: a thing that turns about z stays as it is drawn.
+    """
+    axes = [axis for axis in range(3) if movable[axis]]
+    if not axes:
+        return None
+    (axis,) = axes if len(axes) == 1 else {0, 1, 2}.difference(axes) or {2}
+    if rotation == IDENTITY:
+        return AXES[axis]
+    x, y, z = rotate_vector(inverse(rotation), AXES[axis])
+    return round(x, 9) + 0.0, round(y, 9) + 0.0, round(z, 9) + 0.0
+
+
+def _tracked_targets(pairs: Iterable[Tuple[Any, float]]) -> Tuple[List[Any], List[float]]:
+    """Of pairs of a value and its target: the tracked values, and their targets."""
+    tracked, targets = [], []
+    for value, target in pairs:
+        if has_source(value):
+            tracked.append(value)
+            # To turn a target into the coordinates of a thing and back costs a few digits: what stays, stays exactly.
+            is_same = math.isclose(value, target, rel_tol=ROUNDING, abs_tol=ROUNDING)
+            targets.append(float(value) if is_same else target)
+    return tracked, targets

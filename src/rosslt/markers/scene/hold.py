@@ -1,0 +1,62 @@
+"""Why a handle is left alone: a hand holds it, or has dropped it at a place that no message shows yet."""
+
+import math
+import time
+from typing import Any, Dict, Optional
+
+from rosslt import values
+from rosslt.markers.scene.handle import Handle
+
+#: For how long messages that do not show a change may still be older than it, in seconds.
+OLDER_MESSAGES = 2.0
+
+#: After how long without any message a change is said not to be shown yet, in seconds.
+SILENCE = 1.0
+
+
+class Hold:
+    """One hand on one handle, and the wait for a message once it has let go."""
+
+    def __init__(self) -> None:
+        self._changed: Optional[Dict[Any, Any]] = None
+        self._dropped_at = self._seen_at = 0.0
+        self._is_over = self._is_told = False
+
+    def drop(self, changed: Dict[Any, Any]) -> None:
+        """The hand has let go after sources have changed, {Source: new value}, which a message will show soon."""
+        self._changed = changed
+        self._dropped_at = self._seen_at = time.monotonic()
+
+    def see(self, handle: Handle) -> None:
+        """A message says where the handle is.
+
+        It is believed if the values in it have been computed from the changed sources. What comes from the old ones was
+        under way; where nothing else comes for long, the change has not moved this thing, or was changed again.
+        """
+        if self._changed is None:
+            return
+        self._seen_at = time.monotonic()
+        if self._shows_the_change(handle) or self._seen_at - self._dropped_at > OLDER_MESSAGES:
+            self._is_over = True
+
+    def is_over(self) -> bool:
+        """Whether the handle is to be shown where messages have it."""
+        return self._is_over
+
+    def is_left_alone(self) -> bool:
+        """Whether no message has come since the drop, for long enough to say so; True only once."""
+        if self._changed is None or self._is_told or self._is_over:
+            return False
+        self._is_told = time.monotonic() - self._seen_at > SILENCE
+        return self._is_told
+
+    def _shows_the_change(self, handle: Handle) -> bool:
+        present = values.source_values(handle.tracked)
+        known = [source for source in self._changed or () if source in present]
+        return bool(known) and all(_are_equal(present[source], (self._changed or {})[source]) for source in known)
+
+
+def _are_equal(first: Any, second: Any) -> bool:
+    if isinstance(first, str) or isinstance(second, str):
+        return bool(first == second)
+    return math.isclose(first, second, rel_tol=1e-9, abs_tol=1e-12)

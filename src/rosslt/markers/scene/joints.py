@@ -1,0 +1,186 @@
+"""Handles on the joints of a robot: a ring for each that turns, a ball that slides for each that slides.
+
+A JointState says how far each joint has turned; where the joints are, `robot_description` says (URDF).
+"""
+
+import math
+import threading
+import time
+from typing import Any, Dict, Hashable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from xml.etree import ElementTree
+
+import rospy
+
+from rosslt.markers.geometry import (
+    IDENTITY,
+    PoseTuple,
+    Rotation,
+    Vector,
+    inverse,
+    normalized,
+    onto,
+    product,
+    rotate_vector,
+)
+from rosslt.markers.scene.handle import CanChange, Handle, Motions, Settings, has_source
+from rosslt.markers.scene.marker import COLOR
+from rosslt.markers.scene.shapes import sphere
+
+TURNING = ('revolute', 'continuous')
+SLIDING = ('prismatic',)
+
+#: How often to look for a robot_description that is not there yet, in seconds.
+RETRY_AFTER = 2.0
+
+
+class Joint(NamedTuple):
+    """A joint of a robot.
+
+    Attributes:
+        parent: the link, and frame, that it is fixed to.
+        place: where it is in that frame, for position 0.
+        axis: around or along which it moves, in its own coordinates; of length 1.
+        is_turning: whether it turns or slides.
+    """
+
+    parent: str
+    place: PoseTuple
+    axis: Vector
+    is_turning: bool
+
+
+class JointHandle:
+    """One joint.
+
+    Args:
+        name: as of a Handle.
+        joint: where it is.
+        value: how far it has turned, in radians, or slid, in metres; tracked.
+        size: of its ball, in metres.
+    """
+
+    def __init__(self, name: str, joint: Joint, value: Any, size: float) -> None:
+        self.name, self.frame, self.size, self.rank = name, joint.parent, 2.5 * size, 2
+        self._joint, self._value, self._ball = joint, value, size
+        x, y, z = joint.place[:3]
+        self._start = joint.place[3:]
+        self._axis = rotate_vector(self._start, joint.axis)
+        if joint.is_turning:
+            rotation = product(self._start, _around(joint.axis, float(value)))
+        else:
+            # Its x axis, along which the ball moves, lies along that of the joint.
+            rotation = product(self._start, onto(joint.axis))
+            x, y, z = (a + float(value) * b for a, b in zip((x, y, z), self._axis))
+        self.pose: PoseTuple = (x, y, z, *normalized(*rotation))
+        self.draw_key: Hashable = (joint, size)
+
+    @property
+    def tracked(self) -> List[Any]:
+        """How far the joint has moved."""
+        return [self._value]
+
+    @property
+    def position(self) -> Optional[Tuple[Any, ...]]:
+        """None: it is no position."""
+        return None
+
+    def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
+        """What a drag to a pose asks for, as of a Handle."""
+        if not (turned if self._joint.is_turning else moved):
+            return [], []
+        if self._joint.is_turning:
+            x, y, z, w = product(inverse(self._start), pose[3:])
+            angle = 2.0 * math.atan2(sum(a * b for a, b in zip((x, y, z), self._joint.axis)), w)
+            # The turn nearest the present one: joints turn further than once around.
+            present = float(self._value)
+            return [self._value], [present + math.remainder(angle - present, 2.0 * math.pi)]
+        way = sum((a - b) * c for a, b, c in zip(pose[:3], self._joint.place[:3], self._axis))
+        return [self._value], [way]
+
+    def motions(self, can_change: CanChange) -> Motions:
+        """A ring around its axis, or a way along it."""
+        is_free = can_change(self._value)
+        if self._joint.is_turning:
+            return Motions((False, False, False), rings=[('joint', self._axis)] if is_free else [])
+        return Motions((is_free, False, False))
+
+    def shapes(self) -> List[Any]:
+        """The ball to grab."""
+        return [sphere(self._ball, COLOR)]
+
+
+class Robot:
+    """The joints that `robot_description` speaks of, read when they are first needed."""
+
+    def __init__(self) -> None:
+        self._joints: Dict[str, Joint] = {}
+        self._looked_at = -math.inf
+        self._lock = threading.Lock()
+
+    def joints(self) -> Dict[str, Joint]:
+        """{name: Joint}, empty where there is no robot_description."""
+        with self._lock:
+            now = time.monotonic()
+            if not self._joints and now - self._looked_at > RETRY_AFTER:
+                self._looked_at = now
+                text = rospy.get_param('robot_description', '')
+                if text:
+                    try:
+                        self._joints = read_joints(text)
+                    except (ElementTree.ParseError, ValueError) as error:
+                        rospy.logerr_throttle(60, 'robot_description cannot be read: %s', error)
+            return self._joints
+
+
+def read_joints(urdf: str) -> Dict[str, Joint]:
+    """The joints of a URDF that turn or slide, by name.
+
+    Raises:
+        ElementTree.ParseError, ValueError: it is no URDF.
+    """
+    found = {}
+    for element in ElementTree.fromstring(urdf).iter('joint'):
+        kind, parent = element.get('type'), element.find('parent')
+        if parent is None or kind not in TURNING + SLIDING:
+            continue
+        origin, axis = element.find('origin'), element.find('axis')
+        x, y, z = _numbers(origin, 'xyz', (0.0, 0.0, 0.0))
+        rotation = _roll_pitch_yaw(*_numbers(origin, 'rpy', (0.0, 0.0, 0.0)))
+        direction = _numbers(axis, 'xyz', (1.0, 0.0, 0.0))
+        length = math.sqrt(sum(part * part for part in direction))
+        if length == 0.0:
+            raise ValueError('the axis of the joint {} has no direction'.format(element.get('name')))
+        a, b, c = (part / length for part in direction)
+        found[element.get('name', '')] = Joint(parent.get('link', ''), (x, y, z, *rotation), (a, b, c), kind in TURNING)
+    return found
+
+
+ROBOT = Robot()
+
+
+def joint_state(topic: str, message: Any, settings: Settings) -> Iterator[Tuple[str, Optional[Handle]]]:
+    """A JointState: a handle for each joint whose position is tracked."""
+    tracked = [(name, value) for name, value in zip(message.name, message.position) if has_source(value)]
+    joints = ROBOT.joints() if tracked else {}
+    for name, value in tracked:
+        key = '{}:{}'.format(topic, name)
+        is_there = name in joints and math.isfinite(value)
+        yield key, JointHandle(key, joints[name], value, 0.5 * settings.ball_size) if is_there else None
+
+
+def _numbers(element: Any, attribute: str, default: Sequence[float]) -> Sequence[float]:
+    text = None if element is None else element.get(attribute)
+    return default if text is None else [float(part) for part in text.split()]
+
+
+def _around(axis: Vector, angle: float) -> Rotation:
+    x, y, z = (part * math.sin(angle / 2) for part in axis)
+    return x, y, z, math.cos(angle / 2)
+
+
+def _roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Rotation:
+    turns = zip(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (roll, pitch, yaw))
+    result = IDENTITY
+    for axis, angle in turns:
+        result = product(_around(axis, angle), result)
+    return result

@@ -1,0 +1,205 @@
+"""Which handles follow from Markers.
+
+RViz shows ordinary messages by itself. Tracked types (`MarkerTracked`) it does not know, so that the handles
+draw the thing as well; over what RViz shows they lay a ghost of the thing to grab.
+"""
+
+from typing import Any, Hashable, Iterator, List, Sequence
+
+from visualization_msgs.msg import Marker
+
+from rosslt import values
+from rosslt.markers.geometry import PoseTuple, Vector, distance
+from rosslt.markers.scene.handle import Handle, Settings, has_source
+from rosslt.markers.scene.handles import PointHandle, PoseHandle, ScaleHandle
+from rosslt.markers.scene.shapes import plain_pose, pose_tuple
+
+#: How large the handles are of what has no size of its own, in metres.
+SIZE = 0.5
+
+#: The color of handles of what has no color of its own: (red, green, blue).
+COLOR: Vector = (1.0, 0.6, 0.1)
+
+#: How much larger a shape to grab is than the same shape, shown by RViz itself, that it covers; and by how many
+#: metres at least. RViz takes hold of what is in front, and an orthographic view tells depths from 6 mm on.
+OVERLAP, LEAST_OVERLAP = 1.03, 0.014
+
+#: How opaque that shape is, against the one it covers: over it, it is not noticed; dragged away, it is seen.
+GHOST = 0.3
+
+SHAPES = frozenset([Marker.CUBE, Marker.SPHERE, Marker.CYLINDER])
+LINES = frozenset([Marker.LINE_STRIP, Marker.LINE_LIST])
+BODIES_AT_POINTS = frozenset([Marker.CUBE_LIST, Marker.SPHERE_LIST])
+LISTS = LINES | BODIES_AT_POINTS | {Marker.POINTS, Marker.TRIANGLE_LIST}
+KINDS = SHAPES | LISTS | {Marker.ARROW, Marker.TEXT_VIEW_FACING, Marker.MESH_RESOURCE}
+
+
+def marker_handles(topic: str, marker: Any, is_shown: bool, settings: Settings) -> List[Handle]:
+    """The handles of a Marker that is there to be shown.
+
+    Args:
+        topic: where it was published.
+        marker: a visualization_msgs/Marker.
+        is_shown: whether RViz shows it by itself.
+        settings: what the user has chosen for all handles.
+    """
+    scale = marker.scale
+    can_be_moved = any(map(has_source, pose_tuple(marker.pose)))
+    can_be_scaled = any(map(has_source, (scale.x, scale.y, scale.z)))
+    has_points = marker.type in LISTS or (marker.type == Marker.ARROW and len(marker.points) > 1)
+    points = (
+        [
+            (index, point)
+            for index, point in enumerate(marker.points)
+            if has_source(point.x) or has_source(point.y) or has_source(point.z)
+        ]
+        if has_points
+        else []
+    )
+    handles: List[Handle] = []
+    if is_shown and not (can_be_moved or can_be_scaled or points):
+        return handles
+    name = '{}:{}:{}'.format(topic, marker.ns, marker.id)
+    frame, place, size = marker.header.frame_id, plain_pose(marker.pose), marker_size(marker, has_points)
+    if can_be_moved or not is_shown:
+        handles.append(
+            PoseHandle(
+                name,
+                frame,
+                marker.pose,
+                size,
+                marker_shape_key(marker),
+                lambda: [marker_shape(marker, is_shown)],
+                is_planar=settings.is_planar,
+            )
+        )
+    if points:
+        color, diameter = handle_color(marker), point_size(marker)
+        handles.extend(
+            PointHandle('{}:points[{}]'.format(name, index), frame, place, point, diameter, color, settings.is_planar)
+            for index, point in points
+        )
+    if can_be_scaled:
+        handles.extend(scale_handles(name, frame, place, marker, has_points, size))
+    return handles
+
+
+def scale_handles(
+    name: str, frame: str, place: PoseTuple, marker: Any, has_points: bool, size: float
+) -> Iterator[ScaleHandle]:
+    """A handle for each tracked size of a marker that RViz heeds."""
+    scale = marker.scale
+    for axis, (field, value) in enumerate((('x', scale.x), ('y', scale.y), ('z', scale.z))):
+        if has_source(value):
+            out = scale_reach(marker, has_points, axis)
+            if out:
+                start = (0.0, 0.0, 0.0)
+                if has_points and marker.points and marker.type != Marker.TRIANGLE_LIST:
+                    first = marker.points[0]
+                    start = (float(first.x), float(first.y), float(first.z))
+                yield ScaleHandle('{}:scale.{}'.format(name, field), frame, place, start, axis, out, value, 0.15 * size)
+
+
+def scale_reach(marker: Any, has_points: bool, axis: int) -> float:
+    """How far out the edge stands for each metre of one of the sizes; 0 where RViz ignores that size."""
+    kind = marker.type
+    if kind in SHAPES or kind in BODIES_AT_POINTS:
+        return 0.5
+    if kind in LINES:
+        return 0.5 if axis == 0 else 0.0
+    if kind == Marker.POINTS:
+        return 0.5 if axis < 2 else 0.0
+    if kind == Marker.TEXT_VIEW_FACING:
+        return 1.0 if axis == 2 else 0.0
+    if kind == Marker.ARROW:
+        # Between two points, the sizes are the diameters of shaft and head, and the length of the head.
+        return 0.5 if has_points or axis > 0 else 1.0
+    return 1.0
+
+
+def marker_size(marker: Any, has_points: bool) -> float:
+    """How large a marker is, in metres: its longest side."""
+    scale = marker.scale
+    longest = max(float(scale.x), float(scale.y), float(scale.z))
+    if marker.type == Marker.TEXT_VIEW_FACING:
+        return 2.0 * float(scale.z)
+    if has_points and marker.points:
+        # To two digits, so that the handle does not change with every point that moves a little.
+        return float('%.2g' % max(0.4 * extent(marker.points), longest))
+    return longest or SIZE
+
+
+def point_size(marker: Any) -> float:
+    """The diameter of the handles of a marker's points."""
+    scale = marker.scale
+    if marker.type in BODIES_AT_POINTS:
+        longest = max(float(scale.x), float(scale.y), float(scale.z))
+        return max(1.1 * longest, longest + LEAST_OVERLAP)
+    if marker.type == Marker.TRIANGLE_LIST:
+        return float('%.2g' % (0.06 * extent(marker.points))) or 0.1 * SIZE
+    if marker.type == Marker.ARROW:
+        return 1.2 * max(float(scale.x), float(scale.y))
+    if marker.type == Marker.POINTS:
+        return 1.5 * max(float(scale.x), float(scale.y))
+    return 3.0 * float(scale.x)
+
+
+def extent(points: Sequence[Any]) -> float:
+    """The diagonal of the box around points."""
+    sides = [[float(getattr(point, axis)) for point in points] for axis in 'xyz']
+    return distance([min(side) for side in sides], [max(side) for side in sides])
+
+
+def handle_color(marker: Any) -> Vector:
+    """The color of a marker's handles: its own, where it has one."""
+    color = marker.color
+    found = (float(color.r), float(color.g), float(color.b))
+    return found if any(found) else COLOR
+
+
+def marker_shape_key(marker: Any) -> Hashable:
+    """What the shape to grab depends on."""
+    scale, color = marker.scale, marker.color
+    points: Any = ()
+    colors: Any = ()
+    if marker.points:
+        points = tuple([(float(point.x), float(point.y), float(point.z)) for point in marker.points])
+    if marker.colors:
+        colors = tuple([(float(one.r), float(one.g), float(one.b), float(one.a)) for one in marker.colors])
+    return (
+        marker.type,
+        float(scale.x),
+        float(scale.y),
+        float(scale.z),
+        float(color.r),
+        float(color.g),
+        float(color.b),
+        float(color.a),
+        str(marker.text),
+        str(marker.mesh_resource),
+        marker.mesh_use_embedded_materials,
+        points,
+        colors,
+    )
+
+
+def marker_shape(marker: Any, is_shown: bool) -> Any:
+    """The Marker to grab: the marker itself, relative to its own pose."""
+    shape = values.untracked(marker)
+    shape.header.frame_id = ''
+    shape.header.stamp = type(shape.header.stamp)()
+    shape.lifetime = type(shape.lifetime)()
+    shape.frame_locked = False
+    shape.action = Marker.ADD
+    place = type(shape.pose)()
+    place.orientation.w = 1.0
+    shape.pose = place
+    if is_shown:
+        # The scale of these two is a factor, and no size.
+        least = 0.0 if marker.type in (Marker.MESH_RESOURCE, Marker.TRIANGLE_LIST) else LEAST_OVERLAP
+        for axis in 'xyz':
+            size = getattr(shape.scale, axis)
+            setattr(shape.scale, axis, max(OVERLAP * size, size + least))
+        for color in (shape.color, *shape.colors):
+            color.a *= GHOST
+    return shape

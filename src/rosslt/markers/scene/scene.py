@@ -1,0 +1,291 @@
+"""The scene: what the watched topics show at present, by the rules that RViz itself goes by.
+
+Adding, deleting, deleting all, lifetimes and namespaces mean here what they mean in RViz. In addition, what a
+publisher has shown goes when the publisher goes.
+"""
+
+import math
+import threading
+import time
+from typing import Any, Callable, Collection, Dict, Iterable, List, Optional, Sequence, Tuple
+
+import rospy
+from visualization_msgs.msg import Marker, MarkerArray
+
+from rosslt import values
+from rosslt.markers.scene import marker as markers
+from rosslt.markers.scene.by_type import kind_of
+from rosslt.markers.scene.handle import Handle, Settings, View
+from rosslt.markers.scene.hold import Hold
+from rosslt.markers.scene.places import Places
+
+#: How long a warning stands before it is given again, in seconds.
+WARN_PERIOD = 30.0
+
+#: The types whose messages add and delete things one by one.
+MARKER_TYPES = (Marker._type, MarkerArray._type)
+
+#: (namespace, id) of a marker, the name of a frame, or () where a message is one thing.
+Key = Tuple[Any, ...]
+
+
+class Scene:
+    """What can be dragged, thing by thing, and who shows it.
+
+    Args:
+        settings: what the user has chosen for all handles.
+        warn: called with a text where something in a message is wrong.
+
+    Attributes:
+        lock: held while anything here changes, and while views are told.
+    """
+
+    def __init__(self, settings: Settings, warn: Callable[[str], None] = rospy.logwarn) -> None:
+        self.lock = threading.RLock()
+        self._settings, self._warn_with = settings, warn
+        self._views: List[View] = []
+        self._handles: Dict[str, Handle] = {}
+        self._places = Places()
+        self._holds: Dict[str, Hold] = {}
+        self._things: Dict[str, Dict[Key, Tuple[List[str], str]]] = {}  # topic -> {key: (its handles, publisher)}
+        self._mortal: Dict[Tuple[str, Key], Any] = {}  # (topic, key) -> when it expires, a rospy.Time
+        self._warned: Dict[str, float] = {}  # what has been warned of -> when
+
+    # What views and drags ask.
+
+    def add_view(self, view: View) -> None:
+        """Show everything to a view, now and from now on."""
+        with self.lock:
+            self._views.append(view)
+            for name in self.names():
+                view.put(self._handles[name])
+
+    def handle(self, name: str) -> Optional[Handle]:
+        """The handle of that name, or None."""
+        return self._handles.get(name)
+
+    def names(self) -> List[str]:
+        """The names of all handles that are shown."""
+        with self.lock:
+            return [name for name in self._handles if self._places.is_shown(name)]
+
+    def topics(self) -> Dict[str, str]:
+        """{topic: the frame of one of its things} for each topic that shows something to drag."""
+        with self.lock:
+            found = {}
+            for topic, things in self._things.items():
+                names = [name for handles, _ in things.values() for name in handles]
+                if names:
+                    found[topic] = self._handles[names[0]].frame
+            return found
+
+    def say(self, handle: Handle, text: str) -> None:
+        """Tell whoever looks something about a handle."""
+        with self.lock:
+            for view in self._views:
+                view.say(handle, text)
+
+    def say_of_node(self, node: str, text: str) -> None:
+        """Tell something of a node: at the first handle whose numbers come from there, if there is one.
+
+        While a hand drags, what comes of the drag itself is told at its own handle.
+        """
+        with self.lock:
+            if self._holds:
+                return
+            for name in self.names():
+                handle = self._handles[name]
+                if any(source.node == node for source in values.sources(handle.tracked)):
+                    self.say(handle, '{}: {}'.format(node, text))
+                    return
+
+    # What hands do.
+
+    def hold(self, name: str) -> None:
+        """A hand has taken hold of a handle: leave it alone."""
+        with self.lock:
+            self._holds[name] = Hold()
+
+    def let_go(self, name: str, changed: Optional[Dict[Any, Any]] = None) -> None:
+        """The hand has let go of a handle.
+
+        Args:
+            changed: {Source: new value} where sources have followed: the handle stays where it was dropped until a
+                message says so too. By default it goes back to where the last message has it.
+        """
+        with self.lock:
+            hold = self._holds.pop(name, None)
+            if changed and hold is not None:
+                hold.drop(changed)
+                self._holds[name] = hold
+            for view in self._views:
+                view.let_go(name)
+
+    def is_held(self, name: str) -> bool:
+        """Whether a handle is to be left alone."""
+        hold = self._holds.get(name)
+        if hold is not None and hold.is_over():
+            del self._holds[name]
+            return False
+        return hold is not None
+
+    def say_what_is_not_shown(self) -> None:
+        """Tell of handles that stay where they were dropped although no message says so."""
+        with self.lock:
+            for name, hold in self._holds.items():
+                handle = self._handles.get(name)
+                if handle is not None and hold.is_left_alone():
+                    self.say(handle, 'changed, but not shown yet: nothing has been sent again')
+
+    # What messages do.
+
+    def take(self, topic: str, message: Any, is_shown: bool) -> None:
+        """Follow a message of any type that is watched.
+
+        Args:
+            topic: its name.
+            message: an ordinary message, with tracked values in it.
+            is_shown: whether RViz shows it by itself.
+        """
+        publisher = (message._connection_header or {}).get('callerid', '')
+        with self.lock:
+            things = self._things.setdefault(topic, {})
+            if message._type == MarkerArray._type:
+                for marker in message.markers:
+                    self._take_marker(topic, things, marker, publisher, is_shown)
+            elif message._type == Marker._type:
+                self._take_marker(topic, things, message, publisher, is_shown)
+            else:
+                self._take_other(topic, things, message, publisher)
+
+    def expire(self) -> None:
+        """Drop the markers whose lifetime is over."""
+        with self.lock:
+            if self._mortal:
+                now = rospy.Time.now()
+                for topic, key in [whose for whose, end in self._mortal.items() if end <= now]:
+                    self._delete(topic, self._things[topic], key)
+
+    def keep_publishers(self, topic: str, publishers: Collection[str]) -> None:
+        """Drop what publishers other than these have shown on a topic."""
+        with self.lock:
+            things = self._things.get(topic, {})
+            for key in [key for key, (_, publisher) in things.items() if publisher not in publishers]:
+                self._delete(topic, things, key)
+
+    def _take_other(self, topic: str, things: Dict[Key, Any], message: Any, publisher: str) -> None:
+        kind = kind_of(type(message))
+        if kind is None:
+            return
+        named = list(kind.handles(topic, message, self._settings))
+        if any(handle is not None and not handle.frame for _, handle in named):
+            self._warn('{} on {}: the message has no frame_id'.format(publisher, topic))
+        elif kind.is_partial:
+            for name, handle in named:
+                self._put(topic, things, (name,), [] if handle is None else [handle], publisher)
+        else:
+            self._put(topic, things, (), [handle for _, handle in named if handle is not None], publisher)
+
+    def _take_marker(self, topic: str, things: Dict[Key, Any], marker: Any, publisher: str, is_shown: bool) -> None:
+        key = (marker.ns, marker.id)
+        if marker.action == Marker.DELETE:
+            self._delete(topic, things, key)
+        elif marker.action == Marker.DELETEALL:
+            for key in list(things):
+                self._delete(topic, things, key)
+        elif marker.action == Marker.ADD:
+            handles = markers.marker_handles(topic, marker, is_shown, self._settings)
+            fault = handles and _fault(marker)
+            if fault:
+                self._warn('{} on {}: marker {}/{} {}'.format(publisher, topic, *key, fault))
+                return
+            self._put(topic, things, key, handles, publisher)
+            if key in things and (marker.lifetime.secs or marker.lifetime.nsecs):
+                self._mortal[topic, key] = rospy.Time.now() + marker.lifetime
+            else:
+                self._mortal.pop((topic, key), None)
+        else:
+            self._warn('{} on {}: marker {}/{} has the unknown action {}'.format(publisher, topic, *key, marker.action))
+
+    def _warn(self, text: str) -> None:
+        """Say what is wrong with a message, not with each one of its kind."""
+        now = time.monotonic()
+        if now - self._warned.get(text, -WARN_PERIOD) >= WARN_PERIOD:
+            self._warned = {known: when for known, when in self._warned.items() if now - when < WARN_PERIOD}
+            self._warned[text] = now
+            self._warn_with(text)
+
+    def _put(self, topic: str, things: Dict[Key, Any], key: Key, handles: Iterable[Handle], publisher: str) -> None:
+        names = []
+        for handle in handles:
+            self._put_handle(handle)
+            names.append(handle.name)
+        before = things.get(key)
+        if before is not None and before[0] != names:
+            for name in set(before[0]).difference(names):
+                self._drop_handle(name)
+        if names:
+            things[key] = (names, publisher)
+        else:
+            things.pop(key, None)
+
+    def _delete(self, topic: str, things: Dict[Key, Any], key: Key) -> None:
+        for name in things.pop(key, ((), ''))[0]:
+            self._drop_handle(name)
+        self._mortal.pop((topic, key), None)
+
+    def _put_handle(self, handle: Handle) -> None:
+        name = handle.name
+        self._handles[name] = handle
+        if name in self._holds:
+            self._holds[name].see(handle)
+        self._show_or_drop(self._places.put(handle))
+        for view in self._views:
+            if self._places.is_shown(name):
+                view.put(handle)
+            else:
+                view.drop(name)
+
+    def _drop_handle(self, name: str) -> None:
+        if self._handles.pop(name, None) is None:
+            return
+        was_shown = self._places.is_shown(name)
+        self._show_or_drop(self._places.drop(name))
+        if was_shown:
+            for view in self._views:
+                view.drop(name)
+
+    def _show_or_drop(self, names: Sequence[str]) -> None:
+        """Take away the handles that have to give way now, and show those that need not any more."""
+        for name in names:
+            for view in self._views:
+                if self._places.is_shown(name):
+                    view.put(self._handles[name])
+                else:
+                    view.drop(name)
+
+
+def _fault(marker: Any) -> Optional[str]:
+    """What keeps a marker from being shown, or None."""
+    if not marker.header.frame_id:
+        return 'has no frame_id'
+    if marker.type not in markers.KINDS:
+        return 'has the unknown type %d' % marker.type
+    pose, scale = marker.pose, marker.scale
+    numbers = (
+        pose.position.x,
+        pose.position.y,
+        pose.position.z,
+        pose.orientation.x,
+        pose.orientation.y,
+        pose.orientation.z,
+        pose.orientation.w,
+        scale.x,
+        scale.y,
+        scale.z,
+    )
+    if not all(map(math.isfinite, numbers)) or not all(
+        math.isfinite(point.x) and math.isfinite(point.y) and math.isfinite(point.z) for point in marker.points
+    ):
+        return 'has a number that is not finite'
+    return None

@@ -1,0 +1,110 @@
+"""What is watched: topics of types that RViz shows, ordinary ones and tracked ones, as they come and go."""
+
+import threading
+import traceback
+from typing import Any, Dict, Iterable, Optional, Set, Tuple
+
+import rosgraph
+import roslib.message
+import rospy
+
+from rosslt import messages, node
+from rosslt.markers.scene.by_type import KINDS, kind_of
+from rosslt.markers.scene.scene import MARKER_TYPES, Scene
+
+#: How often topics and publishers are looked up, in seconds.
+PERIOD = 0.7
+
+
+def visible_types() -> Set[str]:
+    """The types of messages that can be seen in RViz, and may be dragged there."""
+    return {*MARKER_TYPES, *KINDS}
+
+
+class Watch:
+    """Subscriptions to everything worth watching.
+
+    Args:
+        scene: takes the messages.
+        topics: the names of the topics to watch; by default all of types that can be seen.
+    """
+
+    def __init__(self, scene: Scene, topics: Iterable[str] = ()) -> None:
+        self._scene = scene
+        self._only = frozenset(map(rospy.resolve_name, topics))
+        self._master = rosgraph.Master(rospy.get_name())
+        self._subscribers: Dict[str, Tuple[str, Any]] = {}  # topic -> (its type, the subscriber)
+        self._ignored: Set[Tuple[str, str]] = set()  # (topic, type)
+        threading.Thread(target=self._look, name='topics', daemon=True).start()
+
+    def _look(self) -> None:
+        while not rospy.is_shutdown():
+            try:
+                publishers = dict(self._master.getSystemState()[0])
+                types = dict(self._master.getTopicTypes())
+                wanted = self._only or publishers
+                self._follow({topic: types.get(topic) for topic in wanted if topic in publishers})
+            except (OSError, rosgraph.MasterException) as error:
+                rospy.logwarn_throttle(30, 'the master does not answer: %s', error)
+            except Exception:  # one odd topic must not end the watch over all others
+                rospy.logerr_throttle(30, 'while looking for topics:\n%s', traceback.format_exc())
+            rospy.rostime.wallsleep(PERIOD)
+
+    def _follow(self, present: Dict[str, Any]) -> None:
+        """Subscribe to what is present, {topic: type}, and to nothing else."""
+        for topic, (kind, subscriber) in list(self._subscribers.items()):
+            if present.get(topic) != kind:
+                del self._subscribers[topic]
+                subscriber.unregister()
+                self._scene.keep_publishers(topic, ())
+        for topic, kind in present.items():
+            if topic not in self._subscribers and (topic, kind) not in self._ignored:
+                self._subscribe(topic, kind)
+        for topic, (_, subscriber) in self._subscribers.items():
+            # A node that crashed stays in the master's list: who is connected tells who is there.
+            connected = [one for one in subscriber.impl.connections if not one.done]
+            self._scene.keep_publishers(topic, {one.callerid_pub for one in connected})
+
+    def _subscribe(self, topic: str, kind: Optional[str]) -> None:
+        if kind is None or kind == '*':
+            return
+        found = self._visible_class(topic, kind)
+        if found is None:
+            self._ignored.add((topic, kind))
+            return
+        message_class, is_shown = found
+
+        def take(message: Any) -> None:
+            self._scene.take(topic, message, is_shown)
+
+        self._subscribers[topic] = (kind, node.Subscriber(topic, message_class, take))
+        rospy.loginfo('watching %s (%s)', topic, kind)
+
+    def _visible_class(self, topic: str, kind: str) -> Optional[Tuple[Any, bool]]:
+        """(message class, whether RViz shows it by itself), or None where it is nothing to be seen."""
+        is_likely = kind in visible_types() or kind.endswith(('Tracked', 'ActionGoal'))
+        message_class = roslib.message.get_message_class(kind) if is_likely else None
+        if message_class is None:
+            if is_likely:
+                rospy.logwarn('cannot watch %s: its type %s is not built here', topic, kind)
+        elif not messages.is_tracked_type(message_class):
+            if _is_visible(message_class):
+                return message_class, True
+        elif _is_visible(messages.plain_type(message_class)):
+            return message_class, False
+        if message_class is not None or not is_likely:
+            self._refuse(topic, kind)
+        return None
+
+    def _refuse(self, topic: str, kind: str) -> None:
+        if self._only:
+            rospy.logerr(
+                '%s is of type %s, which is nothing to drag in RViz; these are: %s, and goals that hold a pose',
+                topic,
+                kind,
+                ', '.join(sorted(visible_types())),
+            )
+
+
+def _is_visible(message_class: Any) -> bool:
+    return message_class._type in MARKER_TYPES or kind_of(message_class) is not None

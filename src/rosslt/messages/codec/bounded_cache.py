@@ -1,0 +1,35 @@
+"""A cache that forgets what was put into it first."""
+
+import threading
+from typing import Dict, Generic, Hashable, Optional, TypeVar
+
+Value = TypeVar('Value')
+
+
+class BoundedCache(Generic[Value]):
+    """Remembers the values that were put into it last. Several threads may use it.
+
+    Args:
+        size: how many.
+    """
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+        self._values: Dict[Hashable, Value] = {}
+        self._lock = threading.Lock()
+
+    def get(self, key: Hashable) -> Optional[Value]:
+        """The value of a key, None where it is not remembered."""
+        return self._values.get(key)
+
+    def put(self, key: Hashable, value: Value) -> None:
+        """Remember a value, in the place of the key's earlier one."""
+        with self._lock:
+            self._values[key] = value
+            if len(self._values) > self._size:
+                del self._values[next(iter(self._values))]
+
+    def clear(self) -> None:
+        """Forget everything."""
+        with self._lock:
+            self._values.clear()

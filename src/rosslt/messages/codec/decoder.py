@@ -1,0 +1,318 @@
+"""Reads provenance that was received: checks it, and puts it onto the fields of its message.
+
+Nothing in it is believed. Its form is checked as a whole before any field is touched; what it says of a field is
+decoded when somebody first asks for that field's provenance.
+"""
+
+import functools
+import itertools
+from typing import Any, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+
+from rosslt.messages.codec.bounded_cache import BoundedCache
+from rosslt.messages.codec.encoder import fits
+from rosslt.messages.codec.expressions import read_instructions
+from rosslt.messages.codec.received_expressions import ReceivedExpressions
+from rosslt.messages.codec.table_reader import ReceivedTables, read_tables
+from rosslt.messages.codec.templates import Template
+from rosslt.messages.codec.varint import Reader
+from rosslt.messages.codec.wire_format import (
+    BYTES_LIMIT,
+    FIELD_LIMIT,
+    HAS_COEFFICIENTS,
+    HAS_INSTRUCTIONS,
+    HAS_LISTS,
+    HAS_VALUES,
+    IDENTITY,
+    VERSION,
+)
+from rosslt.messages.codegen.leaf_access import LeafWriter, Load, leaf_writer
+from rosslt.messages.codegen.walkers import END, PLAIN, walkers
+from rosslt.messages.errors import BadHeader
+from rosslt.values import Source, lazy, untracked
+
+MAX_REMEMBERED_SIZE = 1024
+"""The longest provenance that is remembered for the next message."""
+
+MAX_TEMPLATES = 4
+"""The most templates of one length that are remembered for a message class."""
+
+Located = Tuple[Any, Any, Any, str]
+"""Where a leaf is, its owner and the key in that; its value and its kind, as the walkers locate them."""
+
+
+def attach(message: Any, data: bytes) -> None:
+    """Put the provenance in `data` onto the fields of a message.
+
+    Everything is checked first, except that the result of an expression which is not affine is computed when it is
+    first asked for: if it is not the field's value, that field has no source, and rosout says so.
+
+    Args:
+        message: as received; leaves that are named in `data` become tracked, others stay as they are. Arrays of bytes
+            and tuples with tracked elements become lists and tuples, NumPy arrays become arrays of objects.
+        data: as `encode` gave it; b'' changes nothing.
+
+    Raises:
+        BadHeader: the data is not right, or does not fit the message; the message is as it was.
+    """
+    if not data:
+        return
+    data = bytes(data)
+    if len(data) <= MAX_REMEMBERED_SIZE:
+        header, writer, loads = _remembered(message.__class__, data)
+        if writer is not None and writer.write(message, loads):
+            return
+    else:
+        header = read_header(data)
+    wanted = header.wanted
+    found: List[Located] = []
+    arrays: List[Tuple[Any, str, Any, List[Any]]] = []
+    more = iter(wanted).__next__
+    walkers(message.__class__).locate(message, 0, more(), more, found.append, arrays.append)
+    if wanted[len(found)] != END:
+        raise BadHeader(
+            'bad provenance: found one of leaf %d, which the %s does not have' % (wanted[len(found)], message._type)
+        )
+    tracked = header.tracked(found)
+    for (owner, key, _, _), value in zip(found, tracked):
+        if type(owner) is list:
+            owner[key] = value
+        else:
+            setattr(owner, key, value)
+    for owner, name, array, copy in arrays:
+        setattr(owner, name, _like(array, copy))
+
+
+def _like(array: Any, items: List[Any]) -> Any:
+    """Items as an array of the same sort, where that can hold tracked values: a list otherwise."""
+    if type(array) is tuple:
+        return tuple(items)
+    if hasattr(array, 'dtype'):
+        found = array.astype(object)
+        found[:] = items
+        return found
+    return items
+
+
+@functools.lru_cache(maxsize=256)
+def _remembered(message_class: type, data: bytes) -> 'Tuple[ReceivedHeader, Optional[LeafWriter], Sequence[Load]]':
+    """The header in `data`, and what writes its fields to the leaves before the first array, with their loads, where
+    that is possible. Remembered, since publishers mostly say what they have said in the message before."""
+    header, writer = _header_and_writer(message_class, data)
+    return header, writer, header.loads(writer.kinds) if writer else ()
+
+
+class _KnownHeader(NamedTuple):
+    """A header that was checked before."""
+
+    template: Template
+    header: 'ReceivedHeader'
+    writer: Optional[LeafWriter]
+
+
+_known_headers: BoundedCache[Tuple[_KnownHeader, ...]] = BoundedCache(128)
+"""By the message class, the length of the data and its last four bytes, which are behind all floats. This only narrows
+the search: a template is used where all bytes around the floats are equal."""
+
+
+def _header_and_writer(message_class: type, data: bytes) -> 'Tuple[ReceivedHeader, Optional[LeafWriter]]':
+    """A header, from one that was checked before where it differs from that in its floats only; and its writer."""
+    key = message_class, len(data), data[-4:]
+    known = _known_headers.get(key) or ()
+    for template, header, writer in known:
+        floats = template.match(data)
+        if floats is not None:
+            return header.with_floats(*floats), writer
+    header = read_header(data)
+    writer = header.writer(message_class)
+    if header.is_affine:
+        newest = _KnownHeader(header.template(data), header, writer)
+        _known_headers.put(key, (newest, *known[: MAX_TEMPLATES - 1]))
+    return header, writer
+
+
+class _Fields(NamedTuple):
+    """What a header says of its fields, but for its numbers."""
+
+    wanted: Sequence[int]
+    """The indices of the leaves, rising, and END."""
+    origins: Sequence[int]
+    """Of each field the number of its source, list of sources or instruction."""
+    slopes: Sequence[int]
+    """Of each field the number of its coefficient or list of coefficients."""
+    is_numeric: bool
+    """Whether every source that stands with a coefficient has a number as its value."""
+
+
+class ReceivedHeader:
+    """A provenance that came from outside, its form checked (see `read_header`)."""
+
+    __slots__ = ('_expressions', '_expressions_from', '_fields', '_lists_from', '_loads', '_tables')
+
+    def __init__(self, fields: _Fields, tables: ReceivedTables, expressions: Optional[ReceivedExpressions]) -> None:
+        self._fields = fields
+        self._tables = tables
+        self._expressions = expressions
+        self._lists_from = tables.sources.size
+        self._expressions_from = self._lists_from + len(tables.source_lists)
+        self._loads: Tuple[Sequence[str], Sequence[Load]] = ((), ())
+
+    @property
+    def wanted(self) -> Sequence[int]:
+        """The indices of the leaves, rising, and END."""
+        return self._fields.wanted
+
+    @property
+    def is_affine(self) -> bool:
+        """Whether there are no instructions, which have floats of their own."""
+        return self._expressions is None
+
+    def template(self, data: bytes) -> Template:
+        """The template of the data that this was read from."""
+        return self._tables.template(data)
+
+    def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReceivedHeader':
+        """The same header with other floats, which are finite, as values and coefficients."""
+        return ReceivedHeader(self._fields, self._tables.with_floats(values, slopes), self._expressions)
+
+    def writer(self, message_class: type) -> Optional[LeafWriter]:
+        """What writes the fields to the leaves before the first array; None where that is not possible."""
+        return leaf_writer(message_class, tuple(self.wanted[:-1])) if self._fields.is_numeric else None
+
+    def loads(self, kinds: Sequence[str]) -> Sequence[Load]:
+        """Of each field what makes its provenance, as `lazy` asks for it."""
+        known, loads = self._loads
+        if kinds != known:
+            load = self._load
+            loads = [
+                functools.partial(load, origin, slope, kind)
+                for origin, slope, kind in zip(self._fields.origins, self._fields.slopes, kinds)
+            ]
+            self._loads = kinds, loads
+        return loads
+
+    def tracked(self, found: Sequence[Located]) -> List[Any]:
+        """The tracked values of the located leaves.
+
+        Raises:
+            BadHeader: one has a provenance that makes no values of its type.
+        """
+        values = [value for _, _, value, _ in found]
+        kinds = [kind for _, _, _, kind in found]
+        if not self._fields.is_numeric or set(map(type, values)) != {float} or not {'d', 'f'}.issuperset(kinds):
+            values = self._checked(found)
+        return lazy(values, self.loads(kinds))
+
+    def _checked(self, found: Sequence[Located]) -> List[Any]:
+        values = []
+        fields = self._fields
+        for origin, slope, index, (_, _, value, kind) in zip(fields.origins, fields.slopes, fields.wanted, found):
+            if type(value) in PLAIN:
+                value = untracked(value)
+            if type(value) not in (float, int, bool, str):
+                raise BadHeader(
+                    'bad provenance: found one of leaf %d, which holds a %s' % (index, type(value).__name__)
+                )
+            if slope != IDENTITY:
+                terms = self._terms(origin, slope)
+                if not (all(type(at) in (float, int) for _, at, _ in terms) and fits(kind, terms)):
+                    raise BadHeader(
+                        'bad provenance: found leaf %d, which holds %.60r, as a sum that begins with %r '
+                        'times %.60r' % (index, value, terms[0][2], terms[0][1])
+                    )
+            values.append(value)
+        return values
+
+    def _terms(self, origin: int, slope: int) -> List[Tuple[Source, Any, Any]]:
+        tables = self._tables
+        if origin < self._lists_from:
+            numbers: Sequence[int] = (origin,)
+            slopes: Sequence[int] = (slope,)
+        else:
+            numbers = tables.source_lists[origin - self._lists_from]
+            slopes = tables.slope_lists[slope - len(tables.coefficients)]
+        return [
+            (tables.sources.source(number), tables.values[number], tables.coefficients[each])
+            for number, each in zip(numbers, slopes)
+        ]
+
+    def _load(self, origin: int, slope: int, kind: str, value: Any) -> Any:
+        """The provenance of one field, when it is first asked for."""
+        if origin >= self._expressions_from:
+            assert self._expressions is not None
+            return self._expressions.value(origin - self._expressions_from, value, kind)
+        if slope == IDENTITY:
+            return ((self._tables.sources.source(origin), value, 1),)
+        return self._terms(origin, slope)
+
+
+def read_header(data: bytes) -> ReceivedHeader:
+    """Check a provenance that came from outside.
+
+    Raises:
+        BadHeader: its form is not right.
+    """
+    if len(data) > BYTES_LIMIT:
+        raise BadHeader('bad provenance: found %d bytes, the limit is %d' % (len(data), BYTES_LIMIT))
+    if data[:1] != bytes((VERSION,)):
+        raise BadHeader('bad provenance: found version %s, expected %d' % (data[0] if data else 'none', VERSION))
+    reader = Reader(data)
+    reader.at = 1
+    flags = reader.number('the flags', HAS_VALUES | HAS_COEFFICIENTS | HAS_LISTS | HAS_INSTRUCTIONS)
+    tables = read_tables(reader, flags)
+    expressions = ReceivedExpressions(read_instructions(reader, tables)) if flags & HAS_INSTRUCTIONS else None
+    count = reader.number('the number of fields', FIELD_LIMIT)
+    gaps = reader.column(count, 'leaves')
+    # The sum of a gap and 1 for each, so that no leaf comes twice.
+    wanted = [index - 1 for index in itertools.accumulate(map((1).__add__, gaps))]
+    origins = reader.column(count, 'the sources of fields')
+    slopes = reader.column(count, 'the coefficients of fields') if flags & HAS_COEFFICIENTS else bytes(count)
+    if reader.at != len(data):
+        raise reader.fail('found %d bytes more than expected', len(data) - reader.at)
+    if count and not (max(origins) < tables.sources.size and max(slopes) < len(tables.coefficients)):
+        _check_numbers(reader, tables, expressions.count if expressions else 0, wanted, origins, slopes)
+    is_numeric = not any(slopes) or _has_numbers_only(tables, origins, slopes)
+    return ReceivedHeader(_Fields((*wanted, END), origins, slopes, is_numeric), tables, expressions)
+
+
+def _check_numbers(
+    reader: Reader,
+    tables: ReceivedTables,
+    instruction_count: int,
+    wanted: Iterable[int],
+    origins: Sequence[int],
+    slopes: Sequence[int],
+) -> None:
+    """Check the numbers of each field, where some name more than single sources."""
+    singles = len(tables.coefficients)
+    lists_from = tables.sources.size
+    expressions_from = lists_from + len(tables.source_lists)
+    if (
+        len(set(map(len, itertools.chain(tables.source_lists, tables.slope_lists)))) == 1
+        and min(origins) >= lists_from
+        and max(origins) < expressions_from
+        and min(slopes) >= singles
+        and max(slopes) < singles + len(tables.slope_lists)
+    ):
+        return  # All are lists, and these of one length.
+    for index, origin, slope in zip(wanted, origins, slopes):
+        if origin < lists_from:
+            fits_table = slope < singles
+        elif origin < expressions_from:
+            place = slope - singles
+            fits_table = 0 <= place < len(tables.slope_lists) and len(tables.slope_lists[place]) == len(
+                tables.source_lists[origin - lists_from]
+            )
+        else:
+            fits_table = origin - expressions_from < instruction_count and slope == IDENTITY
+        if not fits_table:
+            raise reader.fail(
+                'found leaf %d with sources %d and coefficients %d, which there are not', index, origin, slope
+            )
+
+
+def _has_numbers_only(tables: ReceivedTables, origins: Sequence[int], slopes: Sequence[int]) -> bool:
+    """Whether every source that stands with a coefficient has a number as its value."""
+    others = {number for number, value in enumerate(tables.values) if type(value) not in (float, int)}
+    return others.isdisjoint(itertools.chain.from_iterable(tables.source_lists)) and others.isdisjoint(
+        origin for origin, slope in zip(origins, slopes) if slope != IDENTITY
+    )

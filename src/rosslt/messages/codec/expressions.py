@@ -1,0 +1,191 @@
+"""Expressions that are not affine: instructions as bytes, each naming earlier ones by their distance.
+
+A value's form of record says by which instructions it travels (`values.disassemble`), so that a new form needs nothing
+here.
+"""
+
+import struct
+from typing import Any, Container, Dict, List, Sequence, Set
+
+from rosslt.messages.codec.table_reader import ReceivedTables
+from rosslt.messages.codec.table_writer import TableWriter, Unencodable, checked
+from rosslt.messages.codec.varint import Reader, packed, packed_strings, unzigzag, zigzag
+from rosslt.messages.codec.wire_format import (
+    EXACT,
+    FALSE,
+    FLOAT,
+    FROM_SOURCE,
+    INSTRUCTION_LIMIT,
+    INT,
+    INT_LIMIT,
+    LINEAR,
+    OPERATION,
+    STRING,
+    TRUE,
+)
+from rosslt.values import AFFINE, CONSTANT, OPERATIONS, SOURCE
+
+TERM_LIMIT = 4 * INSTRUCTION_LIMIT
+"""The most terms of all affine parts of a message."""
+
+
+def packed_instructions(instructions: Sequence[tuple], tables: TableWriter, numbers: Dict[Any, int]) -> bytes:
+    """Instructions as bytes.
+
+    Args:
+        instructions: as from `values.disassemble`, made known to the tables by `register`.
+        tables: those of the message.
+        numbers: of the coefficients.
+    """
+    parts = [packed([len(instructions)])]
+    for at, (kind, *operands) in enumerate(instructions):
+        if kind == SOURCE:
+            parts.append(packed([FROM_SOURCE, tables.reading(*operands)]))
+        elif kind == CONSTANT:
+            parts.append(_packed_constant(operands[0]))
+        elif kind == AFFINE:
+            value, terms, is_exact = operands
+            if not terms:
+                parts.append(_packed_constant(value))
+                continue
+            code = (EXACT if is_exact else LINEAR) + (type(value) is int)
+            parts.append(
+                packed([code])
+                + (packed([zigzag(value)]) if type(value) is int else struct.pack('<d', value))
+                + packed([len(terms)])
+            )
+            for index, slope in terms:
+                parts.append(packed([at - index, numbers[tables.coefficient(slope)]]))
+        else:
+            parts.append(packed([OPERATION + kind.code] + [at - index for index in operands]))
+    return b''.join(parts)
+
+
+def _packed_constant(value: Any) -> bytes:
+    if type(value) is float:
+        return packed([FLOAT]) + struct.pack('<d', value)
+    if type(value) is int:
+        return packed([INT, zigzag(value)])
+    if type(value) is str:
+        return packed([STRING]) + packed_strings([value])
+    return packed([TRUE if value else FALSE])
+
+
+def register(instructions: Sequence[tuple], tables: TableWriter) -> None:
+    """Make the sources and coefficients of instructions known to the tables.
+
+    Raises:
+        Unencodable: something in them cannot be sent.
+    """
+    for kind, *operands in instructions:
+        if kind == SOURCE:
+            tables.reading(*operands)
+        elif kind == CONSTANT:
+            checked(operands[0])
+        elif kind == AFFINE:
+            value, terms, _ = operands
+            checked(value)
+            for index, slope in terms:
+                if not (type(value) in (float, int) and type(instructions[index][2]) in (float, int)):
+                    raise Unencodable('its expression was too long, and texts and bools have no slopes')
+                tables.coefficient(slope)
+
+
+def without_sources(instructions: Sequence[tuple]) -> Container[int]:
+    """The indices of the instructions whose values have no source: constants, and what is made of a value that was
+    received with a provenance that does not make it."""
+    if not any(kind == AFFINE and not rest[1] for kind, *rest in instructions):
+        return ()  # Every value that a node makes has one.
+    found: Set[int] = set()
+    for at, (kind, *operands) in enumerate(instructions):
+        if kind == AFFINE:
+            is_without = not operands[1]
+        else:
+            is_without = kind == CONSTANT or (kind != SOURCE and found.issuperset(operands))
+        if is_without:
+            found.add(at)
+    return found
+
+
+def read_instructions(reader: Reader, tables: ReceivedTables) -> List[tuple]:
+    """The instructions that come next, as `values.assemble` takes them.
+
+    Raises:
+        BadHeader: they have not the form of instructions.
+    """
+    return _InstructionReader(reader, tables).instructions()
+
+
+class _InstructionReader:
+    """Reads the instructions of one provenance."""
+
+    def __init__(self, reader: Reader, tables: ReceivedTables) -> None:
+        self._reader = reader
+        self._tables = tables
+        self._read: List[tuple] = []
+        self._terms_left = TERM_LIMIT
+
+    def instructions(self) -> List[tuple]:
+        reader = self._reader
+        for _ in range(reader.number('the number of instructions', INSTRUCTION_LIMIT)):
+            code = reader.number('the code of an instruction', 1 << 16)
+            if code == FROM_SOURCE:
+                self._read.append(self._source())
+            elif code in (FLOAT, INT, STRING, FALSE, TRUE):
+                self._read.append((CONSTANT, self._constant(code)))
+            elif code in (EXACT, EXACT + 1, LINEAR, LINEAR + 1):
+                self._read.append(self._affine(code))
+            else:
+                self._read.append(self._operation(code - OPERATION))
+        return self._read
+
+    def _source(self) -> tuple:
+        tables = self._tables
+        number = self._reader.number('the number of a source', tables.sources.size - 1)
+        if tables.values[number] is None:
+            raise self._reader.fail('found an instruction with source %d, which has no value', number)
+        return SOURCE, tables.sources.source(number), tables.values[number]
+
+    def _constant(self, code: int) -> Any:
+        if code == FLOAT:
+            return self._reader.floats(1, 'a constant')[0]
+        if code == INT:
+            value = unzigzag(self._reader.column(1, 'a constant')[0])
+            if not -INT_LIMIT < value < INT_LIMIT:
+                raise self._reader.fail('found the integer %d, of more than 64 bits', value)
+            return value
+        if code == STRING:
+            return self._reader.strings(1, 'a constant')[0]
+        return code == TRUE
+
+    def _affine(self, code: int) -> tuple:
+        reader, at = self._reader, len(self._read)
+        value = self._constant(FLOAT if code in (EXACT, LINEAR) else INT)
+        terms = []
+        sources = set()
+        size = reader.number('the number of terms', min(at, self._terms_left))
+        self._terms_left -= size
+        for _ in range(size):
+            index = at - reader.number('the distance of an operand', at)
+            # An index of `at` itself, a distance of 0, is no earlier instruction.
+            kind, *rest = self._read[index] if index < at else (None,)
+            if kind != SOURCE or type(rest[1]) not in (float, int):
+                raise reader.fail('found an affine part over instruction %d, which is no number of a source', index)
+            slope = reader.number('the number of a coefficient', len(self._tables.coefficients) - 1)
+            if not slope:
+                raise reader.fail('found an affine part without a coefficient')
+            terms.append((index, self._tables.coefficients[slope]))
+            sources.add(rest[0])
+        if len(sources) < len(terms):
+            raise reader.fail('found an affine part with two terms of one source')
+        return AFFINE, value, tuple(terms), code < LINEAR
+
+    def _operation(self, code: int) -> tuple:
+        reader, at = self._reader, len(self._read)
+        operation = OPERATIONS.get(code)
+        if operation is None:
+            raise reader.fail('found the unknown operation %d', code)
+        distances = [reader.number('the distance of an operand', at) for _ in range(operation.arity)]
+        if not all(distances):
+            raise reader.fail('found an operation on itself')
+        return (operation, *[at - distance for distance in distances])

@@ -1,0 +1,190 @@
+"""The tables in front of a provenance as they are read, each number in them checked."""
+
+import itertools
+from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+
+from rosslt.messages.codec.templates import Template
+from rosslt.messages.codec.varint import Reader, unzigzag
+from rosslt.messages.codec.wire_format import (
+    FALSE,
+    FLOAT,
+    HAS_COEFFICIENTS,
+    HAS_LISTS,
+    HAS_VALUES,
+    INT,
+    INT_LIMIT,
+    LISTED_LIMIT,
+    NO_VALUE,
+    STRING,
+    TABLE_LIMIT,
+    TRUE,
+)
+from rosslt.values import Source
+
+
+class SourceTable(NamedTuple):
+    """The sources of a provenance."""
+
+    nodes: Sequence[str]
+    source_nodes: Sequence[int]
+    """Of each source the number of its node."""
+    ids: bytes
+    """The location ids, 6 bytes each."""
+
+    @property
+    def size(self) -> int:
+        """How many sources there are."""
+        return len(self.source_nodes)
+
+    def location_id(self, number: int) -> int:
+        """The location id of a source."""
+        return int.from_bytes(self.ids[6 * number : 6 * number + 6], 'little')
+
+    def source(self, number: int) -> Source:
+        """A source by its number."""
+        return Source(self.nodes[self.source_nodes[number]], self.location_id(number))
+
+
+class FloatBlocks(NamedTuple):
+    """Where the two blocks of floats are in the data."""
+
+    values_at: int
+    value_numbers: Sequence[int]
+    """The numbers of the sources whose values are floats."""
+    slopes_at: int
+    slope_count: int
+
+
+class ReceivedTables(NamedTuple):
+    """The tables of a provenance that came from outside."""
+
+    sources: SourceTable
+    values: Sequence[Any]
+    """Of each source its value; None where there is none."""
+    coefficients: Sequence[Any]
+    """From number 1; number 0 is None."""
+    source_lists: Sequence[Tuple[int, ...]]
+    slope_lists: Sequence[Tuple[int, ...]]
+    blocks: FloatBlocks
+
+    def template(self, data: bytes) -> Template:
+        """The template of the provenance that these tables were read from."""
+        blocks = self.blocks
+        return Template.cut(data, blocks.values_at, len(blocks.value_numbers), blocks.slopes_at, blocks.slope_count)
+
+    def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReceivedTables':
+        """The same tables with those floats as values and coefficients; they must be finite."""
+        all_values: Sequence[Any] = values
+        if len(values) < self.sources.size:
+            replaced = list(self.values)
+            for number, value in zip(self.blocks.value_numbers, values):
+                replaced[number] = value
+            all_values = replaced
+        return ReceivedTables(
+            self.sources,
+            all_values,
+            (None, *slopes, *self.coefficients[1 + len(slopes) :]),
+            self.source_lists,
+            self.slope_lists,
+            self.blocks,
+        )
+
+
+def read_tables(reader: Reader, flags: int) -> ReceivedTables:
+    """The tables that come next.
+
+    Raises:
+        BadHeader: they are not right.
+    """
+    sources = _read_sources(reader)
+    values: Sequence[Any] = (None,) * sources.size
+    value_numbers: Sequence[int] = ()
+    values_at = reader.at
+    if flags & HAS_VALUES:
+        kinds = reader.column(sources.size, 'kinds of values')
+        values_at = reader.at
+        value_numbers = [number for number, kind in enumerate(kinds) if kind == FLOAT]
+        values = _read_values(reader, kinds)
+    slopes_at, slope_count = reader.at, 0
+    coefficients: List[Any] = [None]
+    if flags & HAS_COEFFICIENTS:
+        counts = [reader.number('the number of coefficients', TABLE_LIMIT) for _ in range(3)]
+        slopes_at, slope_count = reader.at, counts[0]
+        coefficients += reader.floats(counts[0], 'a coefficient')
+        coefficients += map(float, map(unzigzag, reader.column(counts[1], 'coefficients')))
+        coefficients += map(unzigzag, reader.column(counts[2], 'coefficients'))
+        if counts[1] or counts[2]:
+            _check_integers(reader, coefficients[1 + counts[0] :])
+    source_lists: List[Tuple[int, ...]] = []
+    slope_lists: List[Tuple[int, ...]] = []
+    if flags & HAS_LISTS:
+        counts = [reader.number('the number of lists', TABLE_LIMIT) for _ in range(2)]
+        source_lists = _read_lists(reader, counts[0], sources.size, 0, 'sources')
+        _check_sources_differ(reader, source_lists, sources)
+        slope_lists = _read_lists(reader, counts[1], len(coefficients), 1, 'coefficients')
+    blocks = FloatBlocks(values_at, value_numbers, slopes_at, slope_count)
+    return ReceivedTables(sources, values, coefficients, source_lists, slope_lists, blocks)
+
+
+def _read_sources(reader: Reader) -> SourceTable:
+    nodes = reader.strings(reader.number('the number of nodes', TABLE_LIMIT), 'nodes')
+    count = reader.number('the number of sources', TABLE_LIMIT)
+    source_nodes = reader.column(count, 'nodes of sources')
+    if count and max(source_nodes) >= len(nodes):
+        raise reader.fail('found a source of node %d of %d', max(source_nodes), len(nodes))
+    return SourceTable(nodes, source_nodes, reader.bytes(6 * count, 'location ids'))
+
+
+def _check_integers(reader: Reader, numbers: Sequence[Any]) -> None:
+    for number in numbers:
+        if not -INT_LIMIT < number < INT_LIMIT:
+            raise reader.fail('found the integer %d, of more than 64 bits', number)
+
+
+def _read_values(reader: Reader, kinds: Sequence[int]) -> List[Any]:
+    counts = {kind: list(kinds).count(kind) for kind in set(kinds)}
+    unknown = sorted(set(counts) - set(range(TRUE + 1)))
+    if unknown:
+        raise reader.fail('found a value of the unknown kind %d', unknown[0])
+    floats = iter(reader.floats(counts.get(FLOAT, 0), "a source's value"))
+    ints = [unzigzag(number) for number in reader.column(counts.get(INT, 0), 'values')]
+    _check_integers(reader, ints)
+    strings = iter(reader.strings(counts.get(STRING, 0), 'values'))
+    following: Dict[int, Iterator[Any]] = {
+        NO_VALUE: itertools.repeat(None),
+        FLOAT: floats,
+        INT: iter(ints),
+        STRING: strings,
+        FALSE: itertools.repeat(False),
+        TRUE: itertools.repeat(True),
+    }
+    return [next(following[kind]) for kind in kinds]
+
+
+def _read_lists(reader: Reader, count: int, end: int, start: int, what: str) -> List[Tuple[int, ...]]:
+    sizes = reader.column(count, 'lengths of lists of ' + what)
+    total = sum(sizes)
+    if total > LISTED_LIMIT or (count and min(sizes) < 2):
+        raise reader.fail('found lists of %d %s, the shortest of %d', total, what, min(sizes))
+    numbers = iter(reader.column(total, 'lists of ' + what))
+    lists = [tuple(itertools.islice(numbers, size)) for size in sizes]
+    for each in lists:
+        if not start <= min(each) <= max(each) < end:
+            raise reader.fail('found a list of %s with number %d of %d', what, max(each), end)
+    return lists
+
+
+def _check_sources_differ(reader: Reader, lists: Sequence[Tuple[int, ...]], sources: SourceTable) -> None:
+    """Check that no list names a source twice: a sum has one slope for each of its sources."""
+    if not lists:
+        return
+    named: Dict[str, int] = {}
+    names = [named.setdefault(node, number) for number, node in enumerate(sources.nodes)]
+    first: Dict[int, int] = {}
+    firsts = [
+        first.setdefault(names[node] << 48 | sources.location_id(number), number)
+        for number, node in enumerate(sources.source_nodes)
+    ]
+    for each in lists:
+        if len({firsts[number] for number in each}) < len(each):
+            raise reader.fail('found a list of sources with the same source twice')

@@ -1,0 +1,221 @@
+"""The tables in front of a provenance as they are written: nodes, sources with their values, coefficients, and lists of
+both.
+
+What several fields share stands here once, and the fields name it by its number.
+"""
+
+import math
+from typing import Any, Dict, List, Tuple
+
+from rosslt.messages.codec.templates import Parts
+from rosslt.messages.codec.varint import is_whole, packed, packed_strings, zigzag
+from rosslt.messages.codec.wire_format import (
+    FALSE,
+    FLOAT,
+    HAS_COEFFICIENTS,
+    HAS_LISTS,
+    HAS_VALUES,
+    INT,
+    INT_LIMIT,
+    LISTED_LIMIT,
+    NO_VALUE,
+    STRING,
+    TABLE_LIMIT,
+    TRUE,
+)
+from rosslt.values import Error, Source
+
+
+class Unencodable(Error):
+    """The provenance of one value cannot be sent; the error says why."""
+
+
+def checked(value: Any) -> Any:
+    """A value that can be sent, as it is.
+
+    Raises:
+        Unencodable: it is infinite, NaN, too large an integer, or no scalar.
+    """
+    kind = type(value)
+    if kind is float:
+        if not math.isfinite(value):
+            raise Unencodable('its provenance holds %r, which is not finite' % value)
+    elif kind is int:
+        if not -INT_LIMIT < value < INT_LIMIT:
+            raise Unencodable('its provenance holds an integer of %d bits' % value.bit_length())
+    elif kind is str:
+        try:
+            value.encode('utf-8')
+        except UnicodeEncodeError as error:
+            raise Unencodable('its provenance holds a text that is not Unicode') from error
+    elif kind is not bool:
+        raise Unencodable('its provenance holds a %s' % kind.__name__)
+    return value
+
+
+def _key(value: Any) -> Any:
+    """What tells a value from all others: 0.0 and -0.0 are equal, and so are 1, 1.0 and True."""
+    kind = type(value)
+    return (kind, value) if value or kind is not float else (kind, str(value))
+
+
+class TableWriter:
+    """Collects what the fields of one message need, and gives it numbers.
+
+    The numbers of coefficients are known last, since they are sorted by how they are written; until then a coefficient
+    has a key.
+    """
+
+    def __init__(self) -> None:
+        self._nodes: Dict[str, int] = {}
+        self._sources: List[Tuple[int, int]] = []
+        self._values: List[Any] = []
+        self._first: Dict[Source, int] = {}
+        self._readings: Dict[Any, int] = {}
+        self._coefficients: Dict[Any, Any] = {}
+        self._source_lists: Dict[Tuple[int, ...], int] = {}
+        self._slope_lists: Dict[Tuple[Any, ...], int] = {}
+        self._listed = 0
+
+    def _add(self, source: Source, value: Any) -> int:
+        if not isinstance(source.location_id, int):
+            raise Unencodable('its location id %r is no integer' % (source.location_id,))
+        if not 0 <= source.location_id < 1 << 48:
+            raise Unencodable('its location id %d is not of 48 bits' % source.location_id)
+        if len(self._sources) == TABLE_LIMIT:
+            raise Unencodable('the message has too many sources')
+        checked(source.node)
+        self._sources.append((self._nodes.setdefault(source.node, len(self._nodes)), source.location_id))
+        self._values.append(value)
+        return len(self._sources) - 1
+
+    def source(self, source: Source) -> int:
+        """The number of a source, for a field that is the source itself and so has its value."""
+        number = self._first.get(source)
+        if number is None:
+            number = self._first[source] = self._add(source, None)
+        return number
+
+    def reading(self, source: Source, value: Any) -> int:
+        """The number of a source with a value, as a message may hold two readings of one source."""
+        key = (source, _key(value))
+        number = self._readings.get(key)
+        if number is None:
+            checked(value)
+            number = self._first.get(source)
+            if number is None or self._values[number] is not None:
+                number = self._add(source, value)
+                self._first.setdefault(source, number)
+            else:
+                self._values[number] = value
+            self._readings[key] = number
+        return number
+
+    def coefficient(self, slope: Any) -> Any:
+        """The key of a coefficient."""
+        key = _key(slope)
+        if key not in self._coefficients:
+            if type(slope) is not float and type(slope) is not int:
+                raise Unencodable('its slope is a %s' % type(slope).__name__)
+            if len(self._coefficients) == TABLE_LIMIT:
+                raise Unencodable('the message has too many coefficients')
+            self._coefficients[key] = checked(slope)
+        return key
+
+    def lists(self, numbers: Tuple[int, ...], keys: Tuple[Any, ...]) -> Tuple[int, int]:
+        """The numbers, among the lists, of one of sources and one of the keys of their coefficients."""
+        if numbers not in self._source_lists or keys not in self._slope_lists:
+            self._listed += len(numbers)
+            if self._listed > LISTED_LIMIT:
+                raise Unencodable('the message has too many lists of sources')
+        return (
+            self._source_lists.setdefault(numbers, len(self._source_lists)),
+            self._slope_lists.setdefault(keys, len(self._slope_lists)),
+        )
+
+    def _sorted_coefficients(self) -> Tuple[List[Any], List[Any], List[Any]]:
+        """The keys of the coefficients by the way in which they are written: as floats, as whole numbers that are
+        floats, as integers."""
+        floats: List[Any] = []
+        whole: List[Any] = []
+        ints: List[Any] = []
+        for key, slope in self._coefficients.items():
+            (ints if type(slope) is int else whole if is_whole(slope) else floats).append(key)
+        return floats, whole, ints
+
+    def coefficient_numbers(self) -> Dict[Any, int]:
+        """The numbers of the coefficients, from 1, by their keys: in the order in which they are written."""
+        floats, whole, ints = self._sorted_coefficients()
+        return {key: number for number, key in enumerate(floats + whole + ints, 1)}
+
+    @property
+    def source_count(self) -> int:
+        return len(self._sources)
+
+    @property
+    def source_list_count(self) -> int:
+        return len(self._source_lists)
+
+    @property
+    def coefficient_count(self) -> int:
+        return len(self._coefficients)
+
+    def flags(self) -> int:
+        """The flags of the parts that are there."""
+        return (
+            (HAS_VALUES if any(value is not None for value in self._values) else 0)
+            | (HAS_COEFFICIENTS if self._coefficients else 0)
+            | (HAS_LISTS if self._source_lists else 0)
+        )
+
+    def readings(self) -> List[int]:
+        """The numbers of the sources with values, in order of appearance."""
+        return list(self._readings.values())
+
+    def parts(self, numbers: Dict[Any, int]) -> Parts:
+        """The tables.
+
+        Args:
+            numbers: the `coefficient_numbers`.
+        """
+        flags = self.flags()
+        slopes = self._coefficients
+        floats, whole, ints = self._sorted_coefficients()
+        head = [
+            packed([len(self._nodes)]),
+            packed_strings(list(self._nodes)),
+            packed([len(self._sources)]),
+            packed([node for node, _ in self._sources]),
+            b''.join([location.to_bytes(6, 'little') for _, location in self._sources]),
+        ]
+        middle, tail = [], []
+        if flags & HAS_VALUES:
+            head.append(packed([_kind_of_value(value) for value in self._values]))
+            middle += [
+                packed([zigzag(value) for value in self._values if type(value) is int]),
+                packed_strings([value for value in self._values if type(value) is str]),
+            ]
+        if flags & HAS_COEFFICIENTS:
+            middle.append(packed([len(floats), len(whole), len(ints)]))
+            tail += [packed([zigzag(int(slopes[key])) for key in whole]), packed([zigzag(slopes[key]) for key in ints])]
+        if flags & HAS_LISTS:
+            tail += [
+                packed([len(self._source_lists), len(self._slope_lists)]),
+                packed([len(sources) for sources in self._source_lists]),
+                packed([source for sources in self._source_lists for source in sources]),
+                packed([len(keys) for keys in self._slope_lists]),
+                packed([numbers[key] for keys in self._slope_lists for key in keys]),
+            ]
+        return Parts(
+            b''.join(head),
+            [value for value in self._values if type(value) is float],
+            b''.join(middle),
+            [slopes[key] for key in floats],
+            b''.join(tail),
+        )
+
+
+def _kind_of_value(value: Any) -> int:
+    if type(value) is bool:
+        return TRUE if value else FALSE
+    return NO_VALUE if value is None else {float: FLOAT, int: INT, str: STRING}[type(value)]

@@ -1,0 +1,34 @@
+"""The numbers that the wire format is made of, and its limits. Neither may change without a new version."""
+
+VERSION = 1
+
+BYTES_LIMIT = 1 << 20
+"""The longest provenance of a message."""
+
+FIELD_LIMIT = 1 << 16
+"""The most tracked leaves of a message."""
+
+TABLE_LIMIT = 1 << 15
+"""The most entries of any table."""
+
+LISTED_LIMIT = 1 << 16
+"""The most numbers in the lists of sources together, and in those of coefficients."""
+
+INT_LIMIT = 1 << 64
+"""Integers on the wire are smaller than that, with either sign: all that ROS has, signed or not."""
+
+INSTRUCTION_LIMIT = 10000
+"""The most instructions of a message. What has more is sent linearized."""
+
+HAS_VALUES, HAS_COEFFICIENTS, HAS_LISTS, HAS_INSTRUCTIONS = 1, 2, 4, 8
+"""The flags in the second byte: which parts follow."""
+
+NO_VALUE, FLOAT, INT, STRING, FALSE, TRUE = range(6)
+"""The kinds of a source's value, and of a constant."""
+
+IDENTITY = 0
+"""In the place of the number of a field's coefficients: the field is its source."""
+
+FROM_SOURCE, EXACT, LINEAR, OPERATION = 0, 6, 8, 16
+"""The codes of instructions beside those of constants, 1 to 5: a source, affine parts with a float (7 and 9: with an
+integer), and operations, whose own codes follow."""

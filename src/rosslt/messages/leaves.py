@@ -1,0 +1,54 @@
+"""The tracked leaves of a message: found, and replaced in a copy."""
+
+import copy
+from typing import Any, Dict, List, Tuple
+
+from rosslt.messages.codegen.walkers import END, walkers
+
+
+def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
+    """The tracked leaves of a message: of each its index, its value, and its kind as of `fields.kind_of`."""
+    found: List[Tuple[int, Any, str]] = []
+    walkers(message.__class__).collect(message, 0, found.append)
+    return found
+
+
+def tracked_leaves(message: Any) -> List[Tuple[int, Any]]:
+    """The tracked leaves of a message, as `(index, value)`: the index among the flattened fields of the type."""
+    return [(index, value) for index, value, _ in tracked_fields(message)]
+
+
+def with_leaves(message: Any, replaced: Dict[int, Any]) -> Any:
+    """A copy of a message in which some leaves are other ones. The message is not changed, nor is anything in it.
+
+    Args:
+        message: any ROS message.
+        replaced: `{index: value}`, with indices as of `tracked_leaves`; `{}` for a plain copy.
+    """
+    result = _copied(message)
+    found: List[Tuple[Any, Any, Any, str]] = []
+    arrays: List[Tuple[Any, str, Any, List[Any]]] = []
+    indices = sorted(replaced)
+    more = iter([*indices, END]).__next__
+    walkers(message.__class__).locate(result, 0, more(), more, found.append, arrays.append)
+    for index, (owner, key, _, _) in zip(indices, found):
+        if type(owner) is list:
+            owner[key] = replaced[index]
+        else:
+            setattr(owner, key, replaced[index])
+    for owner, name, _, items in arrays:
+        setattr(owner, name, items)
+    return result
+
+
+def _copied(part: Any) -> Any:
+    """A copy of a message, or of what a field of one holds, that shares nothing with it which can be changed."""
+    if hasattr(part, '_slot_types'):
+        result = copy.copy(part)
+        for name in part.__slots__:
+            setattr(result, name, _copied(getattr(part, name)))
+        return result
+    if isinstance(part, (list, tuple)) and part and hasattr(part[0], '_slot_types'):
+        return [_copied(item) for item in part]
+    # Numbers and texts come back as they are, so that tracked ones stay so; lists, arrays and times are copied.
+    return copy.copy(part)

@@ -1,0 +1,393 @@
+"""This process as a node: its start, and the calls that need it."""
+
+import contextlib
+import copy
+import functools
+import re
+import sys
+import threading
+import xmlrpc.client
+from types import FrameType
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple
+
+import rospy
+
+from rosslt import values
+from rosslt.node import client
+from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
+from rosslt.node.directory import Directory
+from rosslt.node.json_scalars import Refused
+from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, checked_limits
+from rosslt.node.rospy_internals import is_initialized
+from rosslt.node.server import SETTINGS, Owner
+
+_owner = Owner()
+_starting = threading.Lock()
+_Read = Callable[[], Any]
+
+
+def init_node(name: str, *args: Any, **rospy_options: Any) -> None:
+    """Start this node: `rospy.init_node`, and what makes its locations known and changeable.
+
+    Args:
+        name, and all others: as of `rospy.init_node`.
+
+    Raises:
+        rospy.ROSInitException, ValueError: as of `rospy.init_node`.
+    """
+    rospy.init_node(name, *args, **rospy_options)
+    start()
+
+
+def start() -> None:
+    """Make this node's locations known and changeable: what `init_node` does after `rospy.init_node`. For those who
+    have called that one.
+
+    Raises:
+        rospy.ROSException: `rospy.init_node` has not been called.
+    """
+    with _starting:
+        if not is_started():
+            if not is_initialized():
+                raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
+            marshal_tracked_values()
+            _owner.serve()
+
+
+def is_started() -> bool:
+    """Whether this process is a node whose locations are known."""
+    return bool(_owner.name)
+
+
+def location(
+    value: Any = None,
+    name: Optional[str] = None,
+    key: Any = None,
+    minimum: Optional[float] = None,
+    maximum: Optional[float] = None,
+    read_only: bool = False,
+    *,
+    getter: Optional[Callable[[], Any]] = None,
+    setter: Optional[Callable[[Any], None]] = None,
+    on_change: Optional[Callable[[Any], None]] = None,
+    weight: Optional[float] = None,
+) -> Any:
+    """A value that can be changed at runtime (the paper's `create_location`, section IV-A).
+
+    The place of the call identifies it: the same call again, in a loop or a callback, gives its current
+        value. It may be called before `init_node`, and becomes a location of the node then.
+
+    Args:
+        value: the literal: a float, int, str or bool; or a message, list or dict of them, each leaf of which
+            becomes a location (but for time stamps, sequence numbers and byte arrays).
+        name: its name below `<node>/rosslt/`, words joined by `/`; by default made of where it stands. The same name
+            with the same literal is the same location, wherever it is read.
+        key: tells the turns of a loop apart; anything with a `str()`.
+        minimum, maximum: bounds that changes must keep, in the unit of the value.
+        read_only: take no change.
+        getter, setter: in place of a literal, functions that read and write a scalar somewhere else. What the
+            setter raises is the reason of a refusal; without a setter the location is read-only.
+        on_change: called with the new value, as this call returns it, soon after a change of it is in force: in a
+            thread of its own, once for a change of several leaves, and with the latest value where changes come
+            faster.
+        weight: how hard it is to move, against 1 of others: told to those who change it together with others.
+
+    Returns:
+        The current value, tracked; for a message, list or dict a new one.
+
+    Raises:
+        ValueError: the name is no name or is taken, the literal is out of bounds, or the bounds make no sense.
+        TypeError: the literal is of a type that cannot be a location, or a bound is no number.
+    """
+    if (value is None) == (getter is None):
+        raise TypeError('location() takes either a value or a getter')
+    frame = sys._getframe(1)
+
+    def build() -> _Read:
+        site = call_site(frame)
+        with _named_place(site):
+            limits: Dict[str, Any] = {'read_only': read_only, **checked_limits(minimum, maximum, weight)}
+            base, identity = _named(name, key, site)
+            limits['is_named'] = name is not None
+            reader: List[_Read] = []
+            if on_change is not None:
+                limits['changed'] = (functools.partial(_call_with_value, on_change, reader),)
+            if getter is not None:
+                place = _owner.locations.add(ExternalLocation(identity, base, site, getter, setter, **limits))
+                reader.append(lambda: place.tracked)
+            else:
+                reader.append(_reader(value, (), functools.partial(_add_literal, site, base, identity, limits)))
+            _warn_of_int(value, limits, site)
+            return reader[0]
+
+    return _owner.locations.at_call(frame, name, key, build)
+
+
+def _call_with_value(function: Callable[[Any], None], reader: List[_Read]) -> None:
+    if reader:  # else it has changed before it was known as a whole
+        function(reader[0]())
+
+
+def _warn_of_int(value: Any, limits: Dict[str, Any], site: CallSite) -> None:
+    """Say where an int was probably meant to be a float: Python's `0.5 * n` takes its float's side, untracked."""
+    if type(values.plain_scalar(value)) is int and float in map(type, (limits['minimum'], limits['maximum'])):
+        rospy.logwarn(
+            '%s: location(%r) is an int, though its bounds are floats: it takes no fractions, and 0.5 * n is not '
+            'tracked. Write location(%r), or bounds that are ints',
+            site.place,
+            value,
+            float(value),
+        )
+
+
+def _add_literal(
+    site: CallSite, base: str, identity: str, limits: Dict[str, Any], literal: Any, path: Tuple[str, ...]
+) -> Location:
+    """The location of one leaf of what `location` was given."""
+    if isinstance(literal, (str, bool)):
+        if not path and (limits['minimum'], limits['maximum']) != (None, None):
+            raise TypeError(f'bounds are for numbers, and {literal!r} is none')
+        limits = {**limits, 'minimum': None, 'maximum': None}
+    return _owner.add_literal(
+        LiteralLocation('\n'.join([identity, *path]), '/'.join([base, *path]), site, literal, **limits)
+    )
+
+
+def add_location(
+    name: str,
+    site: CallSite,
+    getter: Callable[[], Any],
+    setter: Optional[Callable[[Any], None]] = None,
+    **limits: Any,
+) -> Location:
+    """A location at a place that is no call in this node's code: a number in a script, say. For the rooms above.
+
+    Args:
+        name: as of `location`; it is also what identifies the location.
+        site: the CallSite, which is where it stands.
+        getter, setter: as of `location`.
+        limits: `minimum`, `maximum`, `read_only`, `weight`, as of `location`; `is_named`, whether people know the name
+            (by default they do not, and are told where it is alone).
+
+    Returns:
+        The ExternalLocation; its `tracked` is the current value, tracked.
+
+    Raises:
+        ValueError: the name is no name or is taken.
+    """
+    base, identity = _named(name, None, site)
+    with _named_place(site):
+        return _owner.locations.add(
+            ExternalLocation(identity, base, site, getter, setter, **{'is_named': False, **limits})
+        )
+
+
+def add_literal(location: LiteralLocation) -> Location:
+    """Take in a location of a room above whose value this node holds: a literal of a node that was not written for
+    this.
+
+    Other than the literals of `location()`, it has no parameter until it is changed; one that a launch file has set
+    goes before it.
+
+    Returns:
+        The location that is in force: an earlier one of the same place, or `location`.
+
+    Raises:
+        ValueError: its name or its id is taken by another place.
+    """
+    return _owner.add_literal(location, is_written=False)
+
+
+def remove_location(location: Location) -> None:
+    """Forget a location that `add_location` made: a change to it is refused from now on, as of an unknown one."""
+    _owner.locations.remove(location)
+
+
+def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
+    """`rospy.get_param`, with the parameter itself as the source.
+
+    Args:
+        name: the parameter's name, resolved as in rospy.
+        default: what to return where it is not set; it is a source all the same, and a change sets the
+            parameter.
+        as_float: take each int in it for a float, for this node from now on: a file that says 1 where 1.0 is meant
+            gives a number that takes fractions, and that keeps its provenance in `0.5 * x`.
+
+    Returns:
+        The parameter's value; in lists and dicts each number, text and truth value is tracked. Asking again
+        makes no network call.
+
+    Raises:
+        KeyError: the parameter is not set, and there is no default.
+    """
+    return read_parameter(sys._getframe(1), name, *default, as_float=as_float)
+
+
+def read_parameter(frame: FrameType, name: str, *default: Any, as_float: bool = False) -> Any:
+    """`get_param` for the call that a frame is making."""
+    return _owner.parameter(rospy.resolve_name(name), frame, *default, as_float=as_float).read()
+
+
+def undo() -> Dict[values.Source, client.Change]:
+    """Take the last change of this node's locations back.
+
+    Returns:
+        {Source: Change(old, new)}, empty where there was nothing to take back.
+
+    Raises:
+        ChangeRejected: the node takes no changes now, or a setter refuses the old value.
+        rospy.ROSException: `init_node` has not been called.
+    """
+    try:
+        return {location.source: client.Change(old, new) for location, old, new in started('undo').undo()}
+    except Refused as refused:
+        raise client.ChangeRejected(str(refused), {}) from None
+
+
+def force_value(
+    x: Any, target: Any, source: Optional[values.Source] = None, timeout: float = 1.0, request_id: str = ''
+) -> Dict[values.Source, client.Change]:
+    """Have `x` become `target` in the next message: solve for its sources, and have their owners change them.
+
+    Waits for the owners' answers (the paper's `force_value`, section IV-A, acknowledged). Where several nodes
+    own sources of `x`, each of them changes all of its own or none.
+
+    Args:
+        x: a tracked scalar, or a message or sequence holding tracked leaves.
+        target: plain, of the same shape and unit.
+        source: change this Source alone; by default the first in order of appearance that can.
+        timeout: how long to wait for the owners' answers, in seconds.
+        request_id: what groups several calls, those of one drag for instance: they are one change in the owners'
+            histories, and taken back as one. By default each call is a request of its own.
+
+    Returns:
+        {Source: Change(old, new)}, with the values that the owners say they had and have now.
+
+    Raises:
+        NotTracked, NotInvertible: as of `solve`; nothing was requested.
+        ChangeRejected: an owner refuses; of its sources none has changed.
+        SourceUnreachable: an owner does not answer within the timeout.
+        rospy.ROSException: `init_node` has not been called.
+    """
+    return client.force_value(started('force_value'), x, target, source, timeout, request_id)
+
+
+def reevaluate(x: Any, timeout: float = 1.0) -> Any:
+    """`x` as it would be had its sources' current values been used (the paper's `reevaluate`, section IV-A).
+
+    Args:
+        x: a tracked scalar, or a message, list or dict holding tracked leaves; plain ones stay as they are.
+        timeout: how long to wait for the owners' answers, in seconds.
+
+    Returns:
+        The same with new values and the same provenance; containers are copied.
+
+    Raises:
+        SourceUnreachable: an owner does not answer within the timeout, or does not know the source any more.
+        rospy.ROSException: `init_node` has not been called.
+    """
+    return client.reevaluate(started('reevaluate'), x, timeout)
+
+
+def directory() -> Directory:
+    """What this node knows of sources, its own and those of other nodes: for the rooms above."""
+    return _owner.directory
+
+
+def limits(sources: Sequence[values.Source], timeout: float = 1.0) -> Dict[str, Any]:
+    """What the owners of sources take, as arguments of `values.solve`: `bounds` and `read_only`.
+
+    Args:
+        sources: Sources of any nodes.
+        timeout: how long to wait for the owners' answers, in seconds.
+    """
+    return _owner.directory.limits(sources, timeout)
+
+
+def started(call: str) -> Owner:
+    """This node as the owner of locations.
+
+    Raises:
+        rospy.ROSException: `init_node` has not been called; `call` names what needs it.
+    """
+    if not is_started():
+        raise rospy.ROSException(f'rosslt.{call} needs rosslt.init_node() to have been called')
+    return _owner
+
+
+def _named(name: Optional[str], key: Any, site: CallSite) -> Tuple[str, str]:
+    """The name of the locations that a call creates, and what identifies them."""
+    if name is None:
+        return name_of(site, key), identity_of(site, key)
+    full = name if key is None else '{}/{}'.format(name, re.sub(r'\W', '_', str(key)))
+    if not re.fullmatch(r'[A-Za-z]\w*(/\w+)*', full, flags=re.ASCII):
+        raise ValueError(f'{full!r} is not a name for a location: give words of letters, digits and _, joined by /')
+    if full.split('/')[0] in SETTINGS:
+        raise ValueError(f'a location cannot be named {full}: the parameter of that name is a setting of the node')
+    return full, full
+
+
+@contextlib.contextmanager
+def _named_place(site: CallSite) -> Iterator[None]:
+    """Have errors of the literal and its bounds say where the call is."""
+    try:
+        yield
+    except Refused as refused:
+        raise ValueError(f'the location at {site.file}:{site.line}: {refused}') from None
+
+
+def _reader(literal: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tuple[str, ...]], Location]) -> _Read:
+    """The function that reads a literal: a scalar's location, or a new container of what its parts' readers
+    give."""
+    plain = values.plain_scalar(literal)
+    if plain is not None:
+        place = leaf(plain, path)
+        return lambda: place.tracked
+    if isinstance(literal, dict):
+        branches = {key: _reader(part, (*path, str(key)), leaf) for key, part in literal.items()}
+        return lambda: {key: read() for key, read in branches.items()}
+    if isinstance(literal, (list, tuple)):
+        kind = type(literal)
+        parts = [_reader(part, (*path, str(index)), leaf) for index, part in enumerate(literal)]
+        return lambda: kind([read() for read in parts])
+    if hasattr(literal, '_slot_types'):
+        return _message_reader(literal, path, leaf)
+    raise TypeError(
+        f'a {type(literal).__name__} cannot be a location: give a float, int, str or bool, or a '
+        'message, list or dict of them'
+    )
+
+
+def _message_reader(message: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tuple[str, ...]], Location]) -> _Read:
+    pattern = copy.deepcopy(message)
+    parts: List[Tuple[str, _Read]] = []
+    for field, kind in zip(message.__slots__, message._slot_types):
+        part = getattr(message, field)
+        if kind.startswith(('time', 'duration')):
+            parts.append((field, functools.partial(copy.deepcopy, part)))
+        elif kind.startswith(('uint8[', 'char[')) or (message._type, field) == ('std_msgs/Header', 'seq'):
+            continue
+        else:
+            parts.append((field, _reader(part, (*path, field), leaf)))
+
+    def read() -> Any:
+        fresh = copy.copy(pattern)
+        for field, read_field in parts:
+            setattr(fresh, field, read_field())
+        return fresh
+
+    return read
+
+
+def marshal_tracked_values() -> None:
+    """Let `rospy.set_param` take tracked values: xmlrpc marshals exact types only."""
+    dispatch: Dict[Any, Any] = xmlrpc.client.Marshaller.dispatch
+    for plain in (float, int, bool, str):
+        tracked = type(values.track(plain(), values.Source('/', 0)))
+        dispatch.setdefault(tracked, functools.partial(_marshal, dispatch[plain], plain))
+
+
+def _marshal(
+    write_plain: Callable[..., None], plain: Callable[[Any], Any], marshaller: Any, value: Any, write: Any
+) -> None:
+    write_plain(marshaller, plain(value), write)

@@ -1,0 +1,200 @@
+"""Asking other nodes: for a change of their sources, and for the values that they have now.
+
+The paper's `force_value` and `reevaluate` (section IV-A), acknowledged: every request goes to the owning
+node's service, all nodes at once, and waits for the answer, but never longer than it was told to.
+"""
+
+import time
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Protocol, Tuple
+
+from rosslt import msg, srv, values
+from rosslt.node.directory import Directory
+from rosslt.node.history import new_request_id
+from rosslt.node.json_scalars import Refused, from_json, to_json
+from rosslt.node.service_calls import ask_all
+
+
+class Change(NamedTuple):
+    """What a request changed at a source: its value before and after."""
+
+    old: Any
+    new: Any
+
+
+class Asker(Protocol):
+    """Who asks: its name, and what it knows of sources. The services of its own locations are its methods."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def directory(self) -> Directory: ...
+
+
+class SourceUnreachable(values.Error):
+    """A node that owns a source does not answer.
+
+    Attributes:
+        nodes: the names of the nodes.
+        changed: what other nodes have changed in the same request all the same, {Source: Change}.
+    """
+
+    def __init__(self, message: str, nodes: List[str], changed: Optional[Dict[values.Source, Change]] = None) -> None:
+        super().__init__(message)
+        self.nodes = nodes
+        self.changed = changed or {}
+
+
+class ChangeRejected(values.Error):
+    """A node refuses a change of its sources.
+
+    Attributes:
+        reasons: {Source: the owner's reason}.
+        changed: what other nodes have changed in the same request all the same, {Source: Change}.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        reasons: Dict[values.Source, str],
+        changed: Optional[Dict[values.Source, Change]] = None,
+    ) -> None:
+        super().__init__(message)
+        self.reasons = reasons
+        self.changed = changed or {}
+
+
+def force_value(
+    owner: Asker,
+    x: Any,
+    target: Any,
+    source: Optional[values.Source] = None,
+    timeout: float = 1.0,
+    request_id: str = '',
+) -> Dict[values.Source, Change]:
+    """`rosslt.force_value`, for a node that owns locations itself, or for a command that owns none."""
+    deadline = time.monotonic() + timeout
+    wanted = values.solve(x, target, source, **owner.directory.limits(values.sources(x), timeout / 2))
+    by_node: Dict[str, List[Tuple[values.Source, Any]]] = {}
+    for changing, value in wanted.items():
+        by_node.setdefault(changing.node, []).append((changing, value))
+    request_id = request_id or new_request_id()
+    requests = {
+        node: srv.RequestChangesRequest(
+            request_id,
+            owner.name,
+            [changing.location_id for changing, _ in pairs],
+            [to_json(value) for _, value in pairs],
+        )
+        for node, pairs in by_node.items()
+    }
+    answers, silent = _ask(owner, 'request_changes', srv.RequestChanges, requests, deadline)
+    changed: Dict[values.Source, Change] = {}
+    reasons: Dict[values.Source, str] = {}
+    for node, answer in answers.items():
+        sources = [changing for changing, _ in by_node[node]]
+        if answer.applied:
+            changed.update(zip(sources, map(Change, answer.old_values, answer.new_values)))
+        else:
+            reasons.update((changing, reason) for changing, reason in zip(sources, answer.reasons) if reason)
+    if reasons or silent:
+        owner.directory.forget(wanted)
+    if reasons:
+        raise ChangeRejected(
+            'the change is refused: ' + '; '.join(f'{rejected.node}: {reason}' for rejected, reason in reasons.items()),
+            reasons,
+            changed,
+        )
+    if silent:
+        raise _unreachable(silent, changed)
+    return changed
+
+
+def reevaluate(owner: Asker, x: Any, timeout: float = 1.0) -> Any:
+    """`rosslt.reevaluate`, for a node that owns locations itself."""
+    by_node: Dict[str, List[values.Source]] = {}
+    for source in values.sources(x):
+        by_node.setdefault(source.node, []).append(source)
+    requests = {
+        node: srv.GetValuesRequest([source.location_id for source in wanted]) for node, wanted in by_node.items()
+    }
+    answers, silent = _ask(owner, 'get_values', srv.GetValues, requests, time.monotonic() + timeout)
+    current: Dict[values.Source, Any] = {}
+    for node, answer in answers.items():
+        for source, value, reason in zip(by_node[node], answer.values, answer.reasons):
+            if reason:
+                silent[node] = reason
+            else:
+                current[source] = value
+    if silent:
+        raise _unreachable(silent)
+    return values.reapply(x, current)
+
+
+class Undone(NamedTuple):
+    """What came of taking a request back: what changed in each node, and why others did not."""
+
+    changes: Dict[str, List[msg.AppliedChange]]
+    reasons: Dict[str, str]
+
+
+def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout: float) -> Undone:
+    """Take back what a request has changed in nodes: in all that have a part in it.
+
+    Args:
+        request_id: as their histories say.
+        nodes: their full names.
+        requester: who asks.
+        timeout: for all together, in seconds.
+
+    Returns:
+        What was taken back, and why a node that has a part in it refuses or does not answer.
+    """
+    requests = {node: srv.UndoRequestRequest(request_id, requester) for node in nodes}
+    answers, reasons = ask_all('undo_request', srv.UndoRequest, requests, timeout)
+    changes = {node: list(answer.changes) for node, answer in answers.items() if answer.success}
+    reasons.update((node, answer.message) for node, answer in answers.items() if not answer.success)
+    return Undone(changes, reasons)
+
+
+def _unreachable(silent: Dict[str, str], changed: Optional[Dict[values.Source, Change]] = None) -> SourceUnreachable:
+    return SourceUnreachable(
+        '; '.join(f'cannot reach {node}: {why}' for node, why in silent.items()), sorted(silent), changed
+    )
+
+
+def _ask(
+    owner: Asker, service: str, service_class: Any, requests: Dict[str, Any], deadline: float
+) -> Tuple[Dict[str, Any], Dict[str, str]]:
+    """Ask other nodes by their services, and this one at once.
+
+    Returns:
+        ({node: response, its values read from JSON}, {node: why there is none}).
+    """
+    others = {node: request for node, request in requests.items() if node != owner.name}
+    answers, silent = ask_all(service, service_class, others, deadline - time.monotonic())
+    if owner.name in requests:
+        answers[owner.name] = getattr(owner, service)(requests[owner.name])
+    for node in list(answers):
+        try:
+            answers[node] = _read(answers[node], len(requests[node].location_ids))
+        except Refused as refused:
+            silent[node] = f'its answer cannot be read: {refused}'
+            del answers[node]
+    return answers, silent
+
+
+def _read(answer: Any, count: int) -> Any:
+    """An answer with its lists of JSON scalars read.
+
+    Raises:
+        Refused: it has not as many of each as were asked for, or a text is no JSON scalar.
+    """
+    for field in answer.__slots__:
+        column = getattr(answer, field)
+        if isinstance(column, list):
+            if len(column) != count:
+                raise Refused(f'{len(column)} {field} for {count} locations')
+            if field != 'reasons':
+                setattr(answer, field, [from_json(text) if text else None for text in column])
+    return answer

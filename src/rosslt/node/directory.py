@@ -1,0 +1,278 @@
+"""What is known of sources, those of this node and of others: the one place that asks their owners and remembers.
+
+The owner of a source has the last word on every change. Knowing beforehand where a source is, what it is called and
+what it takes lets errors and menus name it, and lets `solve` choose another one or say which bound stands in the way.
+"""
+
+import contextlib
+import os
+import threading
+import time
+from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+
+import rospy
+
+from rosslt import msg, srv, values
+from rosslt.node.json_scalars import from_json
+from rosslt.node.service_calls import ask_all
+
+#: How long an owner's answer is good for where a change depends on it, in seconds. What a location takes rarely
+#: changes, but its node can come back with other code.
+FRESH = 10.0
+
+#: After how many seconds a node is asked again that did not answer, or did not know a source.
+RETRY_AFTER = 2.0
+
+#: How long owners may take to answer where nobody says it, in seconds.
+TIMEOUT = 2.0
+
+#: How long text for people waits for owners that have not been asked yet, in seconds.
+DESCRIBE_TIMEOUT = 0.5
+
+
+class Place(NamedTuple):
+    """What a node says of one of its locations: the node's full name, and its rosslt/Location."""
+
+    node: str
+    location: msg.Location
+
+    @property
+    def source(self) -> values.Source:
+        """It, as a Source."""
+        return values.Source(self.node, self.location.id)
+
+    @property
+    def local_name(self) -> str:
+        """Its name in its node: `radius`, `~parking/0` for a private parameter, `/height` for a parameter
+        elsewhere."""
+        name = self.location.name
+        return '~' + name[len(self.node) + 1 :] if name.startswith(self.node + '/') else name
+
+    @property
+    def name(self) -> str:
+        """NODE/LOCATION: `/talker/radius`, `/talker/~parking/0`, `/talker//height`."""
+        return f'{self.node}/{self.local_name}'
+
+    @property
+    def file(self) -> str:
+        """`/home/me/src/talker.py:12:9`."""
+        return f'{self.location.file}:{self.location.line}:{self.location.column}'
+
+    @property
+    def short_file(self) -> str:
+        """`talker.py:12:9`."""
+        return f'{os.path.basename(self.location.file)}:{self.location.line}:{self.location.column}'
+
+    @property
+    def value(self) -> Any:
+        """Its plain value when its owner was asked."""
+        return from_json(self.location.value)
+
+    @property
+    def minimum(self) -> Any:
+        """Its lower bound, or None."""
+        return from_json(self.location.minimum) if self.location.minimum else None
+
+    @property
+    def maximum(self) -> Any:
+        """Its upper bound, or None."""
+        return from_json(self.location.maximum) if self.location.maximum else None
+
+    @property
+    def read_only(self) -> bool:
+        """Whether it takes no changes."""
+        return self.location.read_only
+
+    def is_called(self, text: str) -> bool:
+        """Whether people may mean this one by `text`, which is what follows the node's name and a /."""
+        return text in (self.local_name, self.location.name.lstrip('/'), str(self.location.id))
+
+
+class Directory:
+    """Remembers what owners say of their locations.
+
+    Args:
+        own: looks up a location of this node by its id; None where this process has none of its own.
+        node: gives the full name of this node.
+    """
+
+    def __init__(
+        self,
+        own: Optional[Callable[[int], Optional[msg.Location]]] = None,
+        node: Callable[[], str] = lambda: '',
+    ) -> None:
+        self._own = own
+        self._node = node
+        self._found: List[Callable[[], None]] = []
+        self._known: Dict[values.Source, Place] = {}
+        self._asked: Dict[values.Source, float] = {}  # when
+        self._listed: Set[str] = set()  # nodes that have told all of their locations once
+        self._being_asked: Set[str] = set()
+        self._lock = threading.Lock()
+
+    def of(self, source: values.Source) -> Optional[Place]:
+        """The Place of a source as far as it is known already; None where its owner does not know it or has not
+        answered."""
+        if self._own is not None and source.node == self._node():
+            location = self._own(source.location_id)
+            return location and Place(source.node, location)
+        return self._known.get(source)
+
+    def describe(self, source: values.Source) -> Optional[str]:
+        """What explanations and errors call a source; None where nothing is known of it.
+
+        `radius, talker.py:12:9`, and `talker.py:12:9` for a location without a name; with the node's name in front
+        where another node has such a location. An owner that was not asked yet is asked, and briefly waited for.
+        """
+        with contextlib.suppress(rospy.ROSInterruptException):  # the text is made all the same
+            self.learn([source], DESCRIBE_TIMEOUT)
+        place = self.of(source)
+        if place is None:
+            return None
+        text = f'{place.local_name}, {place.short_file}' if place.location.is_named else place.short_file
+        return f'{place.node}: {text}' if self.has_twin(place) else text
+
+    def has_twin(self, place: Place) -> bool:
+        """Whether another node has the same location: one file that was started twice."""
+        if self._own is not None and place.node != self._node():
+            own = self._own(place.location.id)
+            if own is not None and own.file == place.location.file:
+                return True
+        with self._lock:
+            return any(
+                source.location_id == place.location.id
+                and source.node != place.node
+                and other.location.file == place.location.file
+                for source, other in self._known.items()
+            )
+
+    def short_file(self, source: values.Source) -> Optional[str]:
+        """Where a source stands, `talker.py:12:9`; None where that is not known."""
+        place = self.of(source)
+        return place and place.short_file
+
+    def name(self, source: values.Source) -> str:
+        """What a source is called, in any case."""
+        place = self.of(source)
+        return place.name if place else str(source)
+
+    def ordered(self, sources: Iterable[values.Source]) -> List[values.Source]:
+        """Sources by node, and in the order in which the node lists them."""
+        with self._lock:
+            order = {source: index for index, source in enumerate(self._known)}
+        return sorted(sources, key=lambda source: (source.node, order.get(source, len(order)), source.location_id))
+
+    def limits(self, sources: Sequence[values.Source], timeout: float) -> Dict[str, Any]:
+        """What `solve` has to know of sources; their owners are asked where that was long ago.
+
+        Returns:
+            The arguments `bounds` and `read_only` of `solve`, and `rank` where owners say one.
+        """
+        self.learn(sources, timeout, FRESH)
+        known = [(source, place) for source, place in ((source, self.of(source)) for source in sources) if place]
+        limits: Dict[str, Any] = {
+            'bounds': {source: (place.minimum, place.maximum) for source, place in known},
+            'read_only': [source for source, place in known if place.read_only],
+        }
+        ranks = {source: place.location.rank for source, place in known if place.location.rank}
+        return {**limits, 'rank': ranks} if ranks else limits
+
+    def learn(self, sources: Iterable[values.Source], timeout: float = TIMEOUT, age: float = float('inf')) -> None:
+        """Ask the owners of sources that are not known yet, or whose answer is older than `age` seconds."""
+        stale = self._stale(sources, age)
+        self._ask(stale, timeout)
+        self._note_asked(stale)
+
+    def look_up(self, sources: Iterable[values.Source], age: float = float('inf')) -> None:
+        """As `learn`, in the background: who called `when_found` hears when something new is known."""
+        for node, asked in self._stale(sources, age).items():
+            with self._lock:
+                if node in self._being_asked:
+                    continue
+                self._being_asked.add(node)
+            threading.Thread(
+                target=self._ask_in_background, args=({node: asked},), name='rosslt locations', daemon=True
+            ).start()
+
+    def when_found(self, function: Callable[[], None]) -> None:
+        """Have a function called without arguments, in some thread, when something new has become known."""
+        self._found.append(function)
+
+    def ask(self, nodes: Iterable[str], timeout: float = TIMEOUT) -> Tuple[Dict[str, List[Place]], Dict[str, str]]:
+        """All locations of nodes, asked now.
+
+        Returns:
+            ({node: [Place, ...]}, {node: why it does not answer}).
+        """
+        nothing: Sequence[values.Source] = ()
+        return self._ask(dict.fromkeys(nodes, nothing), timeout)
+
+    def take(self, node: str, locations: Iterable[msg.Location]) -> None:
+        """Remember what a node says of itself without being asked: on its topic `<node>/rosslt/locations`, or in a
+        bag."""
+        self._take({node: [Place(node, location) for location in locations]}, {node: []})
+
+    def forget(self, sources: Iterable[values.Source]) -> None:
+        """Ask anew the next time."""
+        with self._lock:
+            for source in sources:
+                self._asked.pop(source, None)
+
+    def _stale(self, sources: Iterable[values.Source], age: float) -> Dict[str, List[values.Source]]:
+        """The nodes that have to be asked, and for which of their sources."""
+        now, own = time.monotonic(), self._node()
+        stale: Dict[str, List[values.Source]] = {}
+        with self._lock:
+            for source in sources:
+                patience = age if source in self._known else RETRY_AFTER
+                asked = self._asked.get(source)
+                if source.node not in ('', own) and (asked is None or now - asked >= patience):
+                    stale.setdefault(source.node, []).append(source)
+        return stale
+
+    def _note_asked(self, stale: Dict[str, List[values.Source]]) -> None:
+        with self._lock:
+            for asked in stale.values():
+                self._asked.update(dict.fromkeys(asked, time.monotonic()))
+
+    def _ask(
+        self, sources_by_node: Mapping[str, Sequence[values.Source]], timeout: float
+    ) -> Tuple[Dict[str, List[Place]], Dict[str, str]]:
+        """Ask nodes for sources of theirs: for all of them where a node has not told them yet, or none is named."""
+        if not sources_by_node:
+            return {}, {}
+        ids_by_node = {
+            node: [source.location_id for source in sources] if node in self._listed else []
+            for node, sources in sources_by_node.items()
+        }
+        requests = {node: srv.ListLocationsRequest(ids) for node, ids in ids_by_node.items()}
+        answers, silent = ask_all('list_locations', srv.ListLocations, requests, timeout)
+        places = {node: [Place(node, location) for location in answer.locations] for node, answer in answers.items()}
+        self._take(places, ids_by_node)
+        return places, silent
+
+    def _take(self, places: Dict[str, List[Place]], ids_by_node: Mapping[str, Sequence[int]]) -> None:
+        now, is_new = time.monotonic(), False
+        with self._lock:
+            for node, found in places.items():
+                told = {place.source: place for place in found}
+                asked = [values.Source(node, location_id) for location_id in ids_by_node[node]]
+                if not asked:
+                    self._listed.add(node)
+                    asked = [source for source in self._known if source.node == node]
+                for source in asked:
+                    if source not in told:
+                        self._known.pop(source, None)  # it is gone
+                is_new = is_new or any(self._known.get(source) != place for source, place in told.items())
+                self._known.update(told)
+                self._asked.update(dict.fromkeys(told, now))
+        if is_new:
+            for function in self._found:
+                function()
+
+    def _ask_in_background(self, stale: Dict[str, List[values.Source]]) -> None:
+        with contextlib.suppress(rospy.ROSInterruptException):
+            self._ask(stale, TIMEOUT)
+        self._note_asked(stale)
+        with self._lock:
+            self._being_asked -= stale.keys()

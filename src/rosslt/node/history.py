@@ -1,0 +1,127 @@
+"""What has changed in this node: who changed what, when, and from what; and what taking it back means."""
+
+import uuid
+from collections import deque
+from typing import Any, Deque, Dict, Iterable, Iterator, List, Sequence, Tuple
+
+from rosslt import msg
+from rosslt.node.json_scalars import Refused, to_json
+from rosslt.node.locations import Location
+
+#: How many requests are remembered.
+LENGTH = 1000
+
+
+def new_request_id() -> str:
+    """An id for a request, which no other one in the ROS graph has."""
+    return uuid.uuid4().hex
+
+
+class Request:
+    """What one request has changed, in one or, as a drag does, in many calls.
+
+    Attributes:
+        id: the same in all nodes that it has changed.
+        requester: who asked.
+        stamp: when its last part was applied.
+        changes: {Location: (value before, value after)}.
+        undone: True once it has been taken back.
+    """
+
+    __slots__ = ('id', 'requester', 'stamp', 'changes', 'undone')
+
+    def __init__(self, request_id: str, requester: str) -> None:
+        self.id = request_id
+        self.requester = requester
+        self.stamp: Any = None
+        self.changes: Dict[Location, Tuple[Any, Any]] = {}
+        self.undone = False
+
+
+class History:
+    """The requests that have changed locations of this node, the oldest first."""
+
+    def __init__(self) -> None:
+        self._requests: Deque[Request] = deque(maxlen=LENGTH)
+
+    def record(self, request_id: str, requester: str, stamp: Any, changes: Iterable[Tuple[Location, Any, Any]]) -> None:
+        """Remember changes that have been applied.
+
+        Args:
+            request_id: that of the request before continues it; '' for one of its own.
+            stamp: when they were applied.
+            changes: (location, value before, value after).
+        """
+        last = self._requests[-1] if self._requests else None
+        if last is None or last.undone or not request_id or last.id != request_id:
+            last = Request(request_id or new_request_id(), requester)
+            self._requests.append(last)
+        last.stamp = stamp
+        for location, old, new in changes:
+            first, _ = last.changes.get(location, (old, None))
+            last.changes[location] = first, new
+
+    def to_undo(self, request_id: str, present: Dict[int, Location]) -> Tuple[List[Request], Dict[Location, Any]]:
+        """What has to be done to take a request back.
+
+        Args:
+            request_id: '' for the last request that has not been taken back.
+            present: the locations that there are, by id; what was changed in others cannot be taken back.
+
+        Returns:
+            (the requests, {Location: value that it gets again}); both empty where there is nothing to take back.
+
+        Raises:
+            Refused: another request has changed one of the locations since.
+        """
+        if not request_id:
+            request_id = next((one.id for one in self._left() if self._values(one, present)), '')
+        taken: List[Request] = []
+        others: Dict[Location, Request] = {}
+        back: Dict[Location, Any] = {}
+        for request in self._left():  # from the latest one
+            if request.id != request_id:
+                for location in request.changes:
+                    others.setdefault(location, request)
+                continue
+            taken.append(request)
+            for location, old in self._values(request, present).items():
+                if location in others:
+                    raise Refused(
+                        f'{location.name} has been changed since by {others[location].requester or "somebody"}: '
+                        'take that back first'
+                    )
+                back[location] = old
+        return (taken, back) if back else ([], {})
+
+    def messages(self, request_id: str, limit: int) -> List[msg.RecordedChange]:
+        """The changes as messages, the oldest first; the arguments are those of the service GetHistory."""
+        found = [
+            msg.RecordedChange(
+                request.id,
+                applied_change(request.stamp, location, old, new, request.requester),
+                request.undone,
+            )
+            for request in self._requests
+            if request_id in ('', request.id)
+            for location, (old, new) in request.changes.items()
+        ]
+        return found[-limit:] if limit else found
+
+    def _left(self) -> Iterator[Request]:
+        """The requests that have not been taken back, from the latest one."""
+        return (request for request in reversed(self._requests) if not request.undone)
+
+    def _values(self, request: Request, present: Dict[int, Location]) -> Dict[Location, Any]:
+        """The values before a request, of the locations that are still there."""
+        return {location: old for location, (old, _) in request.changes.items() if present.get(location.id) is location}
+
+
+def applied_change(stamp: Any, location: Location, old: Any, new: Any, requester: str) -> msg.AppliedChange:
+    """A change as a message."""
+    return msg.AppliedChange(stamp, location.id, location.name, to_json(old), to_json(new), requester)
+
+
+def differing(changes: Sequence[Tuple[Location, Any, Any]]) -> List[Tuple[Location, Any, Any]]:
+    """Those of (location, value before, value after) in which something has changed."""
+    return [(location, old, new) for location, old, new in changes if type(old) is not type(new) or old != new]

@@ -1,0 +1,91 @@
+"""Latched messages: one that was published once is published again, evaluated anew, when a source of it changes."""
+
+import threading
+import weakref
+from typing import Any, List, Optional
+
+import rospy
+
+from rosslt import messages, values
+from rosslt.node.refresh import READINGS, Refresher
+
+_latched: 'weakref.WeakKeyDictionary[Any, Latched]' = weakref.WeakKeyDictionary()
+_lock = threading.RLock()  # reentrant, as a signal's handler may publish in the middle of a publish
+_thread: Optional[threading.Thread] = None
+
+
+class Latched:
+    """The last message of a latched publisher, as it was when it was published.
+
+    Args:
+        message: a copy of it, which nobody changes.
+        sent: what was sent, which has the values that its sources had at that moment.
+        outgoing: what rospy holds in its place.
+
+    Attributes:
+        outgoing: what rospy holds in its place by now.
+    """
+
+    def __init__(self, message: Any, sent: Any, outgoing: Any) -> None:
+        self.outgoing = outgoing
+        self._message = message
+        self._shown = _plain_leaves(sent)
+
+    def changed(self, refresher: Refresher) -> Any:
+        """The message with the present values of its sources; None where it was shown with them already."""
+        message = refresher.fresh(self._message, was_sent=True)
+        shown = _plain_leaves(message)
+        if shown == self._shown:
+            return None
+        self._shown = shown
+        return message
+
+
+def latch(publisher: Any, message: Any, sent: Any, outgoing: Any) -> Optional[Latched]:
+    """Keep the message that a latched publisher has just published, if any of it is tracked.
+
+    Args:
+        publisher: a Publisher; its `publish_again` is called after changes.
+        message: the ordinary message.
+        sent: the same, or what it was evaluated anew to.
+        outgoing: what rospy got in place of that.
+
+    Returns:
+        The Latched, None where nothing is tracked.
+    """
+    global _thread
+    kept = None
+    if messages.tracked_leaves(message):
+        kept = Latched(messages.with_leaves(message, {}), sent, outgoing)
+    with _lock:
+        if kept is None:
+            _latched.pop(publisher, None)
+        else:
+            _latched[publisher] = kept
+            if _thread is None:
+                _thread = threading.Thread(target=_publish_after_changes, name='rosslt latched messages', daemon=True)
+                _thread.start()
+    if READINGS.replaced:
+        READINGS.changed.set()  # it may be outdated already
+    return kept
+
+
+def _publish_after_changes() -> None:
+    while not rospy.is_shutdown():
+        READINGS.changed.wait()
+        READINGS.changed.clear()
+        _publish_again()
+
+
+def _publish_again() -> None:
+    with _lock:
+        kept = list(_latched.items())
+    for publisher, latched in kept:
+        try:
+            publisher.publish_again(latched)
+        except Exception as error:  # of this publisher only; the others have theirs to publish
+            rospy.logerr('cannot publish the latched message of %s again: %s', publisher.resolved_name, error)
+
+
+def _plain_leaves(message: Any) -> List[Any]:
+    return [values.untracked(value) for _, value in messages.tracked_leaves(message)]

@@ -1,0 +1,175 @@
+"""Any ROS parameter as a source: what `rosslt.get_param` reads.
+
+The parameter itself is the truth here. A dict on the parameter server is a tree of parameters of their own; a
+list is one parameter, so that a change of one element writes the whole list. The type is what the parameter
+says: a number that somebody sets from 1 to 1.5 was an int and is a float.
+"""
+
+from typing import TYPE_CHECKING, Any, Callable, Dict, Optional, Tuple, Union
+
+from rosslt import values
+from rosslt.node.call_sites import CallSite
+from rosslt.node.json_scalars import Refused
+from rosslt.node.locations import ParameterLocation
+from rosslt.node.parameters import Parameter
+
+if TYPE_CHECKING:
+    from rosslt.node.server import Owner
+
+_Read = Callable[[], Any]
+
+
+class ParameterTrees:
+    """The parameters that this node reads as sources, each once, however often and from wherever it is read.
+
+    Args:
+        owner: this node as the owner of locations.
+    """
+
+    def __init__(self, owner: 'Owner') -> None:
+        self._owner = owner
+        self._by_key: Dict[str, Union[Branch, Leaf]] = {}
+
+    def at(self, key: str, site: CallSite, value: Any) -> Union['Branch', 'Leaf']:
+        """What reads the parameter of that full name.
+
+        Args:
+            site: the call that asks for it, the place of the locations in it.
+            value: what the parameter says.
+        """
+        known = self._by_key.get(key)
+        if known is None:
+            kind = Branch if isinstance(value, dict) else Leaf
+            known = self._by_key[key] = kind(self, self._owner, key, site, value)
+            self._owner.mirror.add(known)
+        return known
+
+    def get(self, key: str) -> Optional[Union['Branch', 'Leaf']]:
+        """What reads the parameter of that full name, None where nobody has asked for it yet."""
+        return self._by_key.get(key)
+
+
+class Branch(Parameter):
+    """A parameter that was a dict when it was first read; each of its parts is a parameter of its own."""
+
+    def __init__(self, trees: ParameterTrees, _owner: 'Owner', key: str, site: CallSite, value: Any) -> None:
+        super().__init__(key)
+        self.as_float = False
+        self._trees = trees
+        self._site = site
+        self._put(value)
+
+    def make_float(self) -> None:
+        """Take each int in it for a float from now on."""
+        self.as_float = True
+        for part in (self._parts or {}).values():
+            part.make_float()
+
+    def read(self) -> Any:
+        """The current value, tracked."""
+        if self._parts is None:
+            return self._other
+        return {name: part.read() for name, part in self._parts.items()}
+
+    def value(self) -> Any:
+        if self._parts is None:
+            return self._other
+        return {name: part.value() for name, part in self._parts.items()}
+
+    def take(self, value: Any) -> None:
+        # Its parts hear of their own changes themselves; here parts come and go.
+        self._put(value)
+
+    def _put(self, value: Any) -> None:
+        self._parts: Optional[Dict[str, Union[Branch, Leaf]]] = None
+        self._other: Any = None
+        if isinstance(value, dict):
+            self._parts = {
+                name: self._trees.at('{}/{}'.format(self.key, name), self._site, part) for name, part in value.items()
+            }
+            if self.as_float:
+                self.make_float()
+        else:
+            self._other = value
+
+
+class Leaf(Parameter):
+    """A parameter that is no dict: a scalar, or a list of anything. Its scalars are locations."""
+
+    def __init__(self, _trees: ParameterTrees, owner: 'Owner', key: str, site: CallSite, value: Any) -> None:
+        super().__init__(key)
+        self.as_float = False
+        self._owner = owner
+        self._site = site
+        self._read: _Read
+        self._plain: _Read
+        self._locations: Dict[str, ParameterLocation] = {}
+        self._put(value)
+
+    def read(self) -> Any:
+        """The current value, tracked."""
+        return self._read()
+
+    def value(self) -> Any:
+        return self._plain()
+
+    def make_float(self) -> None:
+        """Take each int in it for a float from now on."""
+        self.as_float = True
+        self._put(_floats(self.value()))
+
+    def take(self, value: Any) -> None:
+        if self.as_float:
+            value = _floats(value)
+        with self._owner.lock:
+            if type(value) is not type(self.value()) or value != self.value():
+                if self._owner.locked:
+                    raise Refused(self._owner.locked)
+                before = self.value()
+                try:
+                    self._put(value)
+                except ValueError as error:
+                    self._put(before)
+                    raise Refused(str(error)) from None
+
+    def _put(self, value: Any) -> None:
+        """Make `value` the one in force; locations that it has no place for any more are dropped."""
+        before, self._locations = self._locations, {}
+        for location in before.values():
+            self._owner.locations.remove(location)
+        self._read, self._plain = self._readers(self.key, value, before)
+
+    def _readers(self, name: str, value: Any, before: Dict[str, ParameterLocation]) -> Tuple[_Read, _Read]:
+        """The functions that read a part tracked and plain."""
+        if isinstance(value, list):
+            parts = [self._readers('{}/{}'.format(name, index), part, before) for index, part in enumerate(value)]
+            return (lambda: [read() for read, _ in parts]), (lambda: [plain() for _, plain in parts])
+        if isinstance(value, dict):
+            branches = {key: self._readers('{}/{}'.format(name, key), part, before) for key, part in value.items()}
+            return (lambda: {key: read() for key, (read, _) in branches.items()}), (
+                lambda: {key: plain() for key, (_, plain) in branches.items()}
+            )
+        plain = values.plain_scalar(value)
+        if plain is None:
+            return (lambda: value), (lambda: value)
+        location = before.get(name)
+        if location is None:
+            location = ParameterLocation(name, name, self._site, plain)
+            location.parameter = self
+            self._owner.locations.add(location)
+        else:
+            self._owner.locations.add(location)
+            old = location.value
+            location.retype(plain)
+            self._owner.applied([(location, old, location.value)], 'parameter server')
+        self._locations[name] = location
+        return (lambda: location.tracked), (lambda: location.value)
+
+
+def _floats(value: Any) -> Any:
+    """A parameter's value with a float in the place of each int."""
+    if isinstance(value, list):
+        return [_floats(part) for part in value]
+    if isinstance(value, dict):
+        return {name: _floats(part) for name, part in value.items()}
+    return float(value) if type(value) is int else value

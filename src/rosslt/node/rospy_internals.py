@@ -1,0 +1,34 @@
+"""What rosslt uses of rospy's inside, all of it, and why: rospy offers no public way.
+
+Nothing else in the package reaches into `rospy.impl`, `rospy.core` or `rospy.msg`. A test imports each of these
+names and says which one is gone, so that a change of rospy is seen before a robot runs with it.
+"""
+
+import rospy.core
+import rospy.impl.registration
+import rospy.impl.tcpros_service
+import rospy.msg
+
+#: Publisher and service handlers take messages as rospy takes them: as one, as fields in order, or by name.
+args_kwds_to_message = rospy.msg.args_kwds_to_message
+
+#: What a service handler may return (a tuple, a dict, a response) made a response, before its provenance is added.
+convert_return_to_response = rospy.impl.tcpros_service.convert_return_to_response
+
+#: Whether `init_node` was called, by whomever.
+is_initialized = rospy.core.is_initialized
+
+#: A master that was restarted has to be told anew what this node publishes, subscribes to and serves.
+Registration = rospy.impl.registration.Registration
+get_registration_listeners = rospy.impl.registration.get_registration_listeners
+get_service_manager = rospy.impl.registration.get_service_manager
+get_topic_manager = rospy.impl.registration.get_topic_manager
+
+#: What `topics` uses of the objects behind a publisher and a subscriber. A publisher publishes, under their lock, a
+#: message that is carried in the place of another one, clears what it has written of a message that cannot be
+#: serialized, and sends the last message of a latched topic anew. A subscriber of a topic that is already subscribed
+#: to in this process has its reader replaced.
+USED_OF_IMPLEMENTATIONS = {
+    'publisher': ('publock', 'publish', 'closed', 'buff', 'is_latch', 'latch'),
+    'subscriber': ('resolved_name', 'data_class', 'c_lock', 'connections'),
+}

@@ -1,0 +1,137 @@
+"""What rospy serializes and deserializes in place of ordinary messages, so that provenance travels behind them."""
+
+import functools
+import io
+from typing import Any, BinaryIO, Callable, Dict, Set, Tuple
+
+import genpy
+import rospy
+
+from rosslt import messages, values
+from rosslt.node.refresh import READINGS, Refresher
+
+#: The topics and services, each with a peer, of which a bad header was reported.
+_reported: Set[Tuple[str, str]] = set()
+
+
+class Sending:
+    """How this node sends provenance.
+
+    Attributes:
+        full_history: complete expressions, for explaining, instead of what they come to.
+    """
+
+    full_history = False
+
+
+def serializer(message_class: Any, refresher: Refresher) -> Callable[[Any], Any]:
+    """The function that makes of a message what rospy serializes in its place: the message, then its provenance.
+
+    Args:
+        message_class: of the messages.
+        refresher: the Refresher of the publisher, service or caller that sends them.
+    """
+    if message_class is rospy.AnyMsg:
+        return lambda message: message  # with the provenance that it was received with
+    make = functools.partial(_class_with_provenance(message_class), refresher)
+    is_plain = messages.plain_check(message_class)
+    if is_plain is None:
+        return make
+    return lambda message: message if is_plain(message) else make(message)
+
+
+@functools.lru_cache(maxsize=None)
+def _class_with_provenance(message_class: Any) -> Any:
+    class WithProvenance(genpy.Message):
+        __slots__ = ('message', 'refresher')
+        _type, _md5sum = message_class._type, message_class._md5sum
+        _has_header = message_class._has_header
+
+        def __init__(self, refresher: Refresher, message: Any) -> None:
+            self.message = message
+            self.refresher = refresher
+
+        @property
+        def header(self) -> Any:
+            return self.message.header
+
+        def serialize(self, buff: BinaryIO) -> None:
+            message = self.message
+            if READINGS.replaced:
+                message = self.refresher.fresh(message)
+            try:
+                pack(message).serialize(buff)
+            except genpy.SerializationError as error:
+                raise genpy.SerializationError(serialization_fault(message, error)) from None
+            messages.append_provenance(message, buff, Sending.full_history)
+
+    pack = messages.packed_arrays(message_class)
+    return WithProvenance
+
+
+@functools.lru_cache(maxsize=None)
+def received_class(message_class: Any, channel: str) -> Any:
+    """A class that rospy deserializes in place of a message's.
+
+    What comes out is an ordinary message, whose fields are tracked where provenance follows it. A tracked
+    type is read as it is, and unwrapped for each callback; AnyMsg keeps the provenance in its bytes.
+
+    Args:
+        message_class: of the message.
+        channel: the resolved name of the topic or service.
+    """
+    if message_class is rospy.AnyMsg or messages.is_tracked_type(message_class):
+        return message_class
+
+    def deserialize(message: Any, data: bytes) -> Any:
+        message.__class__ = message_class  # another message would take 0.8 us for a Pose, 6.6 for an Odometry
+        error = decode_into(message, data)
+        if error is not None:
+            message._connection_header = error
+            message.__class__ = untold
+        return message
+
+    def tell(message: Any, connection_header: Dict[str, str]) -> None:
+        error = genpy.Message._connection_header.__get__(message)
+        message.__class__ = message_class
+        message._connection_header = connection_header
+        report_bad_header(channel, connection_header, error)
+
+    decode_into = messages.decoder(message_class)
+    # Of a message with a bad header, until rospy says from whom it came, the next it does. Only then it can be told.
+    untold = type(
+        message_class.__name__,
+        (message_class,),
+        {'__slots__': (), '__module__': message_class.__module__, '_connection_header': property(fset=tell)},
+    )
+    # rospy asks for a class that is of type `type`, with the fields of the message.
+    return type(
+        message_class.__name__,
+        (message_class,),
+        {'__slots__': (), '__module__': message_class.__module__, 'deserialize': deserialize},
+    )
+
+
+def serialization_fault(message: Any, error: Exception) -> str:
+    """What is wrong with a message. genpy looks for the culprit by exact types, and would blame a tracked value."""
+    try:
+        values.untracked(message).serialize(io.BytesIO())
+    except genpy.SerializationError as found:
+        return str(found)
+    return str(error)
+
+
+def report_bad_header(channel: str, connection_header: Dict[str, str], error: Exception) -> None:
+    """Warn of provenance that cannot be read, once for each publisher or caller.
+
+    Args:
+        channel: the resolved name of the topic or service.
+        connection_header: of the message; says from whom it came.
+        error: the BadHeader.
+    """
+    peer = connection_header.get('callerid', 'a peer')
+    if (channel, peer) not in _reported:
+        _reported.add((channel, peer))
+        rospy.logwarn(
+            '%s sends a provenance on %s that cannot be read, its messages arrive untracked: %s', peer, channel, error
+        )

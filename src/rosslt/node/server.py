@@ -1,0 +1,408 @@
+"""This node as the owner of its locations: what it tells of them, and the changes that it takes.
+
+The paper's `apply_source_change` and the service for reevaluation (section IV-A, figure 3). Below `<node>/rosslt`: the
+services `change_sources`, `request_changes`, `get_values`, `list_locations`, `get_history`, `undo`, `undo_request` and
+`reset`, the topics `changes` and `locations`, and the parameters `accept_changes` and `history`. For all nodes: the
+topic `/rosslt/source_change`.
+"""
+
+import os
+from types import FrameType
+from typing import Any, List, Optional, Sequence, Tuple, Union
+
+import rospy
+from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
+
+from rosslt import msg, srv, values
+from rosslt.node.call_sites import call_site
+from rosslt.node.callbacks import Callbacks
+from rosslt.node.directory import Directory
+from rosslt.node.history import History, applied_change, differing
+from rosslt.node.json_scalars import Refused, from_json, to_json
+from rosslt.node.location_topic import LocationTopic
+from rosslt.node.locations import LiteralLocation, Location, Locations
+from rosslt.node.master_watch import MasterWatch
+from rosslt.node.parameter_trees import Branch, Leaf, ParameterTrees
+from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
+from rosslt.node.serialization import Sending
+
+#: How long an acknowledgement waits for the parameter server to follow, in seconds; the change holds all the
+#: same.
+FOLLOW_TIMEOUT = 1.0
+
+#: Parameters in the namespace of the locations that are settings of the node.
+SETTINGS = {'accept_changes', 'history'}
+
+NOTHING_TO_UNDO = 'there is no change to take back'
+
+#: A location, its value before and after.
+Change = Tuple[Location, Any, Any]
+
+#: How many changes may wait to be sent on `<node>/rosslt/changes`.
+CHANGES_QUEUE = 1000
+
+
+class Owner:
+    """The locations of this process: held from the start, served in the ROS graph once it is a node.
+
+    Attributes:
+        name: the full name of the node, '' until `serve`.
+        locations: its Locations.
+        mirror: the ParameterMirror behind them.
+        directory: what is known of sources, its own and others'.
+        lock: that of the locations.
+        locked: why no change is taken now; empty where changes are.
+    """
+
+    def __init__(self) -> None:
+        self.name = ''
+        self.locations = Locations()
+        self.lock = self.locations.lock
+        self.locked = ''
+        self.mirror = ParameterMirror(self._namespace_set)
+        self.directory = Directory(self._described, lambda: self.name)
+        self._trees = ParameterTrees(self)
+        self._history = History()
+        self._callbacks = Callbacks()
+        values.describe_sources_with(self.directory.describe)
+
+    def serve(self) -> None:
+        """Make this node's locations known and changeable; rospy has been told the node's name before."""
+        with self.lock:
+            self.mirror.start(rospy.get_name())
+            if ANONYMOUS.search(rospy.get_name()):
+                self.mirror.leave_nothing()
+            for setting in SETTINGS & self.mirror.left_behind.keys():
+                self._namespace_set(setting, self.mirror.left_behind[setting])
+            self._changes = rospy.Publisher('~rosslt/changes', msg.AppliedChange, queue_size=CHANGES_QUEUE)
+            self.name = rospy.get_name()
+            self.locations.name_node(self.name)
+            for location in list(self.locations.by_id.values()):
+                if isinstance(location, LiteralLocation):
+                    self._follow(location)
+            self._topic = LocationTopic(self.name, self._all_described)
+            self.locations.when_other(self._topic.update)
+            self._topic.update()
+        rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
+        rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
+        rospy.Service('~rosslt/list_locations', srv.ListLocations, self._list_locations)
+        rospy.Service('~rosslt/request_changes', srv.RequestChanges, self.request_changes)
+        rospy.Service('~rosslt/get_history', srv.GetHistory, self._get_history)
+        rospy.Service('~rosslt/undo_request', srv.UndoRequest, self._undo_request)
+        rospy.Service('~rosslt/reset', srv.ResetLocations, self._reset)
+        rospy.Service('~rosslt/undo', Trigger, self._undo)
+        rospy.Subscriber('/rosslt/source_change', msg.SourceChange, self._source_change)
+        MasterWatch(self.name, self.mirror.renew)
+
+    def add_literal(self, location: LiteralLocation, is_written: bool = True) -> Location:
+        """Take in the location of a literal, with a parameter behind it; returns the one that is in force.
+
+        Args:
+            location: the location of the literal.
+            is_written: whether the parameter shows the literal before it has been changed.
+        """
+        with self.lock:
+            in_force = self.locations.add(location)
+            if in_force is location and self.name:
+                self._follow(location, is_written)
+        return in_force
+
+    def _follow(self, location: LiteralLocation, is_written: bool = True) -> None:
+        """Put a parameter behind the location of a literal, which may have been set beforehand."""
+        location.parameter = LiteralParameter(self.name, location, self._parameter_set)
+        location.parameter.take_over(self.mirror.left_behind, self.mirror.literals)
+        self.mirror.add(location.parameter)
+        if is_written:
+            self.mirror.write(location.parameter)
+
+    def parameter(self, key: str, frame: FrameType, *default: Any, as_float: bool = False) -> Union[Branch, Leaf]:
+        """What reads the ROS parameter of that full name as a source; arguments as of `get_param`.
+
+        Raises:
+            KeyError: the parameter is not set, and there is no default.
+        """
+        known = self._trees.get(key)
+        if known is None:
+            with self.lock:
+                value, site = self.mirror.read(key, *default), call_site(frame)
+                known = self._trees.at(key, site, value)
+                if not as_float and type(value) is int and default and type(values.untracked(default[0])) is float:
+                    rospy.logwarn(
+                        '%s: the parameter %s is the int %r, though its default is a float: it takes no fractions, and '
+                        '0.5 * n is not tracked. Write %r in the parameter, or get_param(..., as_float=True)',
+                        site.place,
+                        key,
+                        value,
+                        float(value),
+                    )
+        if as_float and not known.as_float:
+            with self.lock:
+                known.make_float()
+        return known
+
+    def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse:
+        """Change several locations, all or nothing; serves `~rosslt/change_sources`."""
+        answer = self.request_changes(
+            srv.RequestChangesRequest('', request.requester, request.location_ids, request.values)
+        )
+        return srv.ChangeSourcesResponse(answer.applied, answer.reasons, answer.old_values, answer.new_values)
+
+    def request_changes(self, request: srv.RequestChangesRequest) -> srv.RequestChangesResponse:
+        """Change several locations as part of a request, all or nothing; serves `~rosslt/request_changes`."""
+        ids, texts = list(request.location_ids), list(request.values)
+        if len(ids) != len(texts):
+            raise rospy.ServiceException(f'{len(ids)} location ids with {len(texts)} values')
+        with self.lock:
+            wanted, reasons, old = [], [], []
+            for location_id, text in zip(ids, texts):
+                before = ''
+                try:
+                    location = self._known(location_id)
+                    before = to_json(location.value)
+                    wanted.append((location, self._changeable(location).checked(from_json(text))))
+                    reasons.append('')
+                except Refused as refused:
+                    reasons.append(str(refused))
+                old.append(before)
+            if not any(reasons):
+                reasons, _ = self._apply(wanted, request.requester, request.request_id)
+            if any(reasons):
+                return srv.RequestChangesResponse(False, reasons, old, old)
+            new = [to_json(location.value) for location, _ in wanted]
+            written = self.mirror.write(*self._parameters(wanted))
+        self._wait_for_parameters(written)
+        return srv.RequestChangesResponse(True, reasons, old, new)
+
+    def _wait_for_parameters(self, written: int) -> None:
+        if not self.mirror.wait(written, FOLLOW_TIMEOUT):
+            rospy.logwarn('the change is in force, but the parameter server does not follow')
+
+    def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
+        """The current values of several locations; serves `~rosslt/get_values`."""
+        texts, reasons = [], []
+        for location_id in request.location_ids:
+            try:
+                texts.append(to_json(self._known(location_id).value))
+                reasons.append('')
+            except Refused as refused:
+                texts.append('')
+                reasons.append(str(refused))
+        return srv.GetValuesResponse(texts, reasons)
+
+    def undo(self, request_id: str = '', requester: str = 'undo') -> List[Change]:
+        """Take back what a request has changed here.
+
+        Args:
+            request_id: '' for the last one that has not been taken back.
+            requester: who asks.
+
+        Returns:
+            [(location, value until now, value that it has again)], empty where there is nothing to take back.
+
+        Raises:
+            Refused: no change is taken now, a setter refuses the old value, or the location was changed since.
+        """
+        with self.lock:
+            requests, back = self._history.to_undo(request_id, self.locations.by_id)
+            wanted = [(self._changeable(location), old) for location, old in back.items()]
+            reasons, undone = self._apply(wanted, requester, record=False)
+            if any(reasons):
+                raise Refused('; '.join(filter(None, reasons)))
+            for request in requests:
+                request.undone = True
+            written = self.mirror.write(*self._parameters(wanted))
+        self._wait_for_parameters(written)
+        return undone
+
+    def reset(self, ids: Sequence[int], requester: str) -> Tuple[List[str], List[Change]]:
+        """Give locations the values again that the code says, all or none; as of the service ResetLocations.
+
+        Returns:
+            (reasons of refusals, [(location, value until now, value now)]).
+        """
+        with self.lock:
+            try:
+                found = [self._known(one) for one in ids] if ids else list(self.locations.by_id.values())
+                wanted = []
+                for location in found:
+                    if location.literal is not None and location.value != location.literal:
+                        wanted.append((self._changeable(location), location.literal))
+                    elif location.literal is None and ids:
+                        raise Refused(f'{location.name} is no literal: the code says no value that it could go back to')
+            except Refused as refused:
+                return [str(refused)], []
+            reasons, changed = self._apply(wanted, requester)
+            if any(reasons):
+                return list(filter(None, reasons)), []
+            written = self.mirror.write(*self._parameters(wanted))
+        self._wait_for_parameters(written)
+        return [], changed
+
+    def applied(self, changes: Sequence[Change], requester: str, request_id: str = '', record: bool = True) -> None:
+        """Tell of changes that have been applied, and remember them."""
+        changes = differing(changes)
+        stamp = rospy.Time.now()
+        for location, old, new in changes:
+            location.remembered = False
+            self._changes.publish(applied_change(stamp, location, old, new, requester))
+            for function in location.changed:
+                self._callbacks.call_soon(function)
+        if record and changes:
+            self._history.record(request_id, requester, stamp, changes)
+
+    def _known(self, location_id: int) -> Location:
+        location = self.locations.by_id.get(location_id)
+        if location is None:
+            raise Refused(f'{self.name} has no location {location_id}')
+        return location
+
+    def _changeable(self, location: Location) -> Location:
+        if self.locked:
+            raise Refused(self.locked)
+        if location.read_only:
+            raise Refused(f'{location.name} is read-only')
+        return location
+
+    def _apply(
+        self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
+    ) -> Tuple[List[str], List[Change]]:
+        """Put checked values in force, all or none.
+
+        Returns:
+            (the reasons of refusals, one a location, empty where there is none; what has changed).
+        """
+        before: List[Tuple[Location, Any]] = []
+        for location, value in wanted:
+            before.append((location, location.value))
+            try:
+                location.put(value)
+            except Refused as refused:
+                rospy.logerr('%s: %s', location.name, refused)
+                self._put_back(before[:-1])
+                reasons = [''] * len(wanted)
+                reasons[len(before) - 1] = str(refused)
+                return reasons, []
+        changes = [(location, old, location.value) for location, old in before]
+        self.applied(changes, requester, request_id, record)
+        return [''] * len(wanted), changes
+
+    def _put_back(self, before: Sequence[Tuple[Location, Any]]) -> None:
+        for location, old in reversed(before):
+            try:
+                location.put(old)
+            except Refused as refused:
+                rospy.logerr('%s stays changed in spite of a refusal elsewhere: %s', location.name, refused)
+
+    def _parameters(self, pairs: Sequence[Tuple[Location, Any]]) -> List[Parameter]:
+        return [location.parameter for location, _ in pairs if location.parameter is not None]
+
+    def _list_locations(self, request: srv.ListLocationsRequest) -> srv.ListLocationsResponse:
+        asked = request.location_ids or list(self.locations.by_id)
+        return srv.ListLocationsResponse([found for found in map(self._described, asked) if found is not None])
+
+    def _described(self, location_id: int) -> Optional[msg.Location]:
+        """What this node tells of a location, None where it has no such one."""
+        location = self.locations.by_id.get(location_id)
+        return location and described(location)
+
+    def _all_described(self) -> List[msg.Location]:
+        with self.lock:
+            return [described(location) for location in self.locations.by_id.values()]
+
+    def _get_history(self, request: srv.GetHistoryRequest) -> srv.GetHistoryResponse:
+        with self.lock:
+            return srv.GetHistoryResponse(self._history.messages(request.request_id, request.limit))
+
+    def _undo_request(self, request: srv.UndoRequestRequest) -> srv.UndoRequestResponse:
+        requester = _caller(request, request.requester)
+        try:
+            changes = self.undo(request.request_id, requester)
+        except Refused as refused:
+            return srv.UndoRequestResponse(False, str(refused), [])
+        told = _messages(changes, requester)
+        return srv.UndoRequestResponse(bool(told), '' if told else NOTHING_TO_UNDO, told)
+
+    def _reset(self, request: srv.ResetLocationsRequest) -> srv.ResetLocationsResponse:
+        requester = _caller(request, request.requester)
+        reasons, changes = self.reset(request.location_ids, requester)
+        return srv.ResetLocationsResponse(not reasons, reasons, _messages(changes, requester))
+
+    def _undo(self, _request: TriggerRequest) -> TriggerResponse:
+        try:
+            back = self.undo()
+        except Refused as refused:
+            return TriggerResponse(False, str(refused))
+        text = ', '.join(f'{location.name} = {to_json(value)}' for location, _, value in back)
+        return TriggerResponse(bool(back), text or NOTHING_TO_UNDO)
+
+    def _source_change(self, change: msg.SourceChange) -> None:
+        if rospy.names.canonicalize_name(change.node) != self.name:
+            return
+        requester = change.requester or change._connection_header.get('callerid', '')
+        response = self.change_sources(srv.ChangeSourcesRequest([change.location_id], [change.value], requester))
+        if not response.applied:
+            rospy.logerr('/rosslt/source_change from %s is refused: %s', requester, response.reasons[0])
+
+    def _parameter_set(self, location: LiteralLocation, value: Any) -> None:
+        """`rosparam set` of the parameter behind a literal; raises Refused."""
+        with self.lock:
+            value = location.checked(value)
+            if value != location.value:
+                reasons, _ = self._apply([(self._changeable(location), value)], 'parameter server')
+                if any(reasons):
+                    raise Refused(reasons[0])
+
+    def _namespace_set(self, name: str, value: Any) -> None:
+        """`rosparam set` of what stands in the namespace of the locations and is none."""
+        if name == 'accept_changes':
+            accepted = value is True or value == {}
+            self.locked = (
+                ''
+                if accepted
+                else (f'{self.name} takes no changes now: {self.name}/rosslt/accept_changes is {to_json(value)}')
+            )
+            rospy.loginfo('%s', self.locked or self.name + ' takes changes')
+        elif name == 'history':
+            Sending.full_history = value == 'full'
+            if value not in ('full', 'folded', {}):
+                rospy.logerr(
+                    "%s/rosslt/history is %r instead of 'full' or 'folded': taken for 'folded'", self.name, value
+                )
+        elif value == {}:
+            self.mirror.left_behind.pop(name, None)
+        else:
+            self.mirror.left_behind[name] = value  # perhaps that of a location which is created later
+
+
+def _caller(request: Any, requester: str) -> str:
+    """Who asks: as the request says, else the node that it came from."""
+    return requester or request._connection_header.get('callerid', '')
+
+
+def _messages(changes: Sequence[Change], requester: str) -> List[msg.AppliedChange]:
+    return [applied_change(rospy.Time.now(), *change, requester) for change in changes]
+
+
+def described(location: Location) -> msg.Location:
+    """What a node tells of a location of its own."""
+
+    def text(value: Any) -> str:
+        return '' if value is None else to_json(value)
+
+    return msg.Location(
+        id=location.id,
+        name=location.name,
+        is_named=location.is_named,
+        file=os.path.realpath(location.site.file),
+        line=location.site.line,
+        column=location.site.column,
+        type=location.type.__name__,
+        value=to_json(location.value),
+        literal=text(location.literal),
+        minimum=text(location.minimum),
+        maximum=text(location.maximum),
+        read_only=location.read_only,
+        remembered=location.remembered,
+        weight=location.weight or 0.0,
+        rank=location.rank,
+    )

@@ -1,0 +1,79 @@
+"""Calling a service of several nodes at once, never waiting for longer than told to: rospy's calls know no
+timeout."""
+
+import threading
+import time
+from typing import Any, Dict, Tuple
+
+import rospy
+
+#: How often a call that waits looks whether this node is being shut down, in seconds.
+SHUTDOWN_CHECK_PERIOD = 0.1
+
+
+def ask_all(
+    service: str, service_class: Any, requests: Dict[str, Any], timeout: float
+) -> Tuple[Dict[str, Any], Dict[str, str]]:
+    """Call `<node>/rosslt/<service>` of several nodes.
+
+    Args:
+        requests: {node: request}.
+        timeout: for all together, in seconds.
+
+    Returns:
+        ({node: response}, {node: why there is none}).
+
+    Raises:
+        rospy.ROSInterruptException: this node is being shut down.
+    """
+    deadline = time.monotonic() + timeout
+    calls = [_Call(node, service, service_class, request) for node, request in requests.items()]
+    answers: Dict[str, Any] = {}
+    silent: Dict[str, str] = {}
+    for call in calls:
+        try:
+            answers[call.node] = call.result(deadline)
+        except rospy.ServiceException as error:
+            silent[call.node] = str(error)
+    return answers, silent
+
+
+class _Call(threading.Thread):
+    """One call, in a thread of its own."""
+
+    def __init__(self, node: str, service: str, service_class: Any, request: Any) -> None:
+        super().__init__(name='rosslt call of ' + node, daemon=True)
+        self.node = node
+        self._request = request
+        # Persistent only so that the connection can be closed from outside where nobody answers.
+        self._proxy = rospy.ServiceProxy(f'{node}/rosslt/{service}', service_class, persistent=True)
+        self._done = threading.Event()
+        self._response: Any = None
+        self._error: Any = None
+        self.start()
+
+    def run(self) -> None:
+        try:
+            self._response = self._proxy(self._request)
+        except Exception as error:  # whatever rospy or the network throws here is for the one who waits
+            self._error = error
+        finally:
+            self._done.set()
+            self._proxy.close()
+
+    def result(self, deadline: float) -> Any:
+        """The response, once it is there.
+
+        Raises:
+            rospy.ServiceException: there is none, or none in time.
+            rospy.ROSInterruptException: this node is being shut down.
+        """
+        while not self._done.wait(min(SHUTDOWN_CHECK_PERIOD, max(0.0, deadline - time.monotonic()))):
+            if rospy.is_shutdown():
+                raise rospy.ROSInterruptException('shut down while waiting for ' + self.node)
+            if time.monotonic() >= deadline:
+                self._proxy.close()
+                raise rospy.ServiceException('no answer within the timeout')
+        if self._error is not None:
+            raise rospy.ServiceException(str(self._error))
+        return self._response

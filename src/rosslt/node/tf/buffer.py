@@ -1,0 +1,169 @@
+"""tf2_ros' buffer, whose lookups know where their numbers came from.
+
+tf2 computes in C++, where provenance is lost. What it says stands; beside it, the transforms that have provenance are
+kept here, and what was looked up is computed once more from them, over the frames that lie between. Where that agrees
+with what tf2 says, its numbers, with their provenance, take the place of tf2's.
+"""
+
+import math
+import threading
+from typing import Any, Dict, List, Optional, Set, Tuple, Union
+
+import rospy
+import tf2_ros
+
+from rosslt import messages
+from rosslt.node.tf.samples import Motion, MovingSamples, Sample, StaticSamples, matching, motion_of
+from rosslt.values import is_tracked
+
+#: How long tf2 keeps transforms where it is not told, in seconds.
+DEFAULT_CACHE_TIME = 10.0
+
+#: How far a number may be off what tf2 says, against its size, or 1 where it is smaller.
+TOLERANCE = 1e-9
+
+
+class Buffer(tf2_ros.Buffer):
+    """`tf2_ros.Buffer`, whose lookups know where their numbers came from.
+
+    Args:
+        cache_time, debug: as of `tf2_ros.Buffer`.
+    """
+
+    def __init__(self, cache_time: Optional[rospy.Duration] = None, debug: bool = True) -> None:
+        self._duration = rospy.Duration(DEFAULT_CACHE_TIME) if cache_time is None else cache_time
+        self._frames_lock = threading.Lock()
+        self._forget()
+        super().__init__(cache_time, debug)
+
+    def set_transform(self, transform: Any, authority: str) -> None:
+        """As `tf2_ros.Buffer.set_transform`; the numbers of the transform may be tracked."""
+        super().set_transform(transform, authority)
+        self._keep(transform, False)
+
+    def set_transform_static(self, transform: Any, authority: str) -> None:
+        """As `tf2_ros.Buffer.set_transform_static`; the numbers of the transform may be tracked."""
+        super().set_transform_static(transform, authority)
+        self._keep(transform, True)
+
+    def clear(self) -> None:
+        """Forget all transforms."""
+        super().clear()
+        with self._frames_lock:
+            self._forget()
+
+    def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
+        """As `tf2_ros.Buffer.lookup_transform_core`; its numbers are tracked where they come from such."""
+        found = super().lookup_transform_core(target_frame, source_frame, time)
+        if self._samples:
+            _attach(found.transform, self._motion(target_frame, source_frame, found.header.stamp))
+        return found
+
+    def lookup_transform_full_core(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> Any:
+        """As `tf2_ros.Buffer.lookup_transform_full_core`; its numbers are tracked where they come from such."""
+        found = super().lookup_transform_full_core(target_frame, target_time, source_frame, source_time, fixed_frame)
+        if self._samples:
+            first = self.lookup_transform_core(fixed_frame, source_frame, source_time)
+            second = self.lookup_transform_core(target_frame, fixed_frame, target_time)
+            _attach(found.transform, motion_of(second.transform).after(motion_of(first.transform)))
+        return found
+
+    def _forget(self) -> None:
+        self._parents: Dict[str, str] = {}
+        self._static: Set[str] = set()
+        # Of the frames with provenance only: a program whose frames have none pays next to nothing.
+        self._samples: Dict[str, Union[StaticSamples, MovingSamples]] = {}
+
+    def _keep(self, transform: Any, is_static: bool) -> None:
+        """Take note of a transform: of its frames, and of its numbers from the first time on that they are tracked."""
+        child, parent = _without_slash(transform.child_frame_id), _without_slash(transform.header.frame_id)
+        with self._frames_lock:
+            if is_static and child not in self._parents:
+                self._static.add(child)  # as in tf2, what a frame is at first it stays
+            self._parents[child] = parent
+            samples = self._samples.get(child)
+            if samples is None:
+                if not messages.tracked_leaves(transform.transform):
+                    return
+                samples = StaticSamples() if child in self._static else MovingSamples(self._duration.to_nsec())
+                self._samples[child] = samples
+            samples.add(_nanoseconds(transform.header.stamp), Sample(parent, motion_of(transform.transform)))
+
+    def _motion(self, target: str, source: str, stamp: Any) -> Optional[Motion]:
+        """What takes a point from the source frame to the target frame, with provenance.
+
+        Returns:
+            None where nothing of it is tracked, or where it is not known.
+        """
+        with self._frames_lock:
+            up, down = _to_common(self._ancestors(source), self._ancestors(target))
+            rising = [self._sample(child, parent, stamp) for child, parent in zip(up, up[1:])]
+            falling = [self._sample(child, parent, stamp) for child, parent in zip(down, down[1:])]
+        frames = up + down[-2::-1]
+        steps = rising + [motion and motion.inverse() for motion in reversed(falling)]
+        if not any(steps):
+            return None
+        motions: List[Motion] = []
+        reached = 0  # how many of the frames are passed
+        for place, step in enumerate([*steps, None]):
+            is_end = place == len(steps)
+            if step is None and not is_end:
+                continue
+            if reached < place:  # frames without provenance, of which tf2 knows all
+                try:
+                    plain = super().lookup_transform_core(frames[place], frames[reached], stamp)
+                except tf2_ros.TransformException:
+                    return None
+                motions.append(motion_of(plain.transform))
+            if step is not None:
+                motions.append(step)
+            reached = place + 1
+        result = motions[0]
+        for motion in motions[1:]:
+            result = motion.after(result)
+        return result
+
+    def _ancestors(self, frame: str) -> List[str]:
+        """A frame, its parent, and so on."""
+        frames = [frame]
+        while frames[-1] in self._parents and len(frames) <= len(self._parents):
+            frames.append(self._parents[frames[-1]])
+        return frames
+
+    def _sample(self, child: str, parent: str, stamp: Any) -> Optional[Motion]:
+        """Where a frame is in its parent; None where that is plain, or not known."""
+        samples = self._samples.get(child)
+        sample = samples.at(_nanoseconds(stamp)) if samples else None
+        return sample.motion if sample and sample.parent == parent else None
+
+
+def _to_common(up: List[str], down: List[str]) -> Tuple[List[str], List[str]]:
+    """Two lists of ancestors, up to the first that they have in common; empty where there is none."""
+    common = next((frame for frame in up if frame in down), None)
+    if common is None:
+        return [], []
+    return up[: up.index(common) + 1], down[: down.index(common) + 1]
+
+
+def _attach(transform: Any, motion: Optional[Motion]) -> None:
+    """Put tracked numbers in the place of equal plain ones; none where one of them differs."""
+    if motion is None:
+        return
+    parts = (transform.translation, transform.rotation)
+    places = [(part, name) for part in parts for name in part.__slots__]
+    for (part, name), number in zip(places, matching(motion, motion_of(transform), TOLERANCE)):
+        if is_tracked(number):
+            setattr(part, name, number)
+
+
+def _nanoseconds(time: Any) -> int:
+    """A time as tf2 has it: it gets times from Python in seconds, as a float, which holds them to 0.2 microseconds."""
+    seconds = time.to_sec()
+    whole = math.floor(seconds)
+    return whole * 10**9 + round((seconds - whole) * 1e9)
+
+
+def _without_slash(frame: str) -> str:
+    return frame[1:] if frame.startswith('/') else frame

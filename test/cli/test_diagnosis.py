@@ -1,0 +1,265 @@
+"""What the command says where something is amiss: no message, a node that has gone, a name that is misspelt; and what
+`rosslt doctor` finds."""
+
+import re
+import signal
+import subprocess
+
+import pytest
+import rosgraph
+
+from support.processes import Node, wait_until
+from support.shell import failure, lines, on_terminal, rosslt
+
+pytestmark = pytest.mark.rostest
+
+
+@pytest.fixture
+def master_of_its_own(monkeypatch):
+    """A master without a node, for a test that leaves some behind or needs to be alone."""
+    from support.processes import Master
+
+    started = Master()
+    monkeypatch.setenv('ROS_MASTER_URI', started.uri)
+    yield rosgraph.Master('/test')
+    started.kill()
+
+
+def findings(*arguments):
+    """{(kind, text)} of what the doctor finds on a topic, and its exit code."""
+    result = rosslt('doctor', *arguments)
+    assert result.stderr == ''
+    return {tuple(line.split('\t')[2:]) for line in result.stdout.splitlines()}, result.returncode
+
+
+class TestNames:
+    @pytest.mark.parametrize(
+        ('arguments', 'meant'),
+        [
+            (('get', '/talker/raduis'), '(did you mean radius?)'),
+            (('get', '/talkr/radius'), '(did you mean /talker?)'),
+            (('list', '/talkre'), '(did you mean /talker?)'),
+            (('echo', '/gaol'), '(did you mean /goal?)'),
+            (('echo', '/gaol/pose/position'), '(did you mean /goal?)'),
+            (('echo', '/goal/pose/positon'), '(did you mean position?)'),
+            (('force', '/goal/pose/position', '{xx: 1}'), '(did you mean x?)'),
+            (('force', '/goal/pose/position/x', '1', '--node', '/tlaker'), '(did you mean /talker?)'),
+            (('doctor', '/gaol'), '(did you mean /goal?)'),
+        ],
+    )
+    def test_a_misspelt_name_is_guessed(self, nodes, arguments, meant):
+        assert meant in failure(*arguments)
+
+    def test_nothing_is_guessed_where_nothing_is_alike(self, nodes):
+        assert 'did you mean' not in failure('get', '/talker/zzz')
+
+
+class TestNodesThatAreGone:
+    def test_one_that_was_killed_is_named_with_what_cleans_up(self, master_of_its_own):
+        with Node('victim', "rosslt.location(1.0, name='x')\nrospy.spin()") as victim:
+            victim.stop(signal.SIGKILL)
+            result = rosslt('list')
+            assert result.returncode == 1
+            assert re.fullmatch(
+                r'rosslt list: cannot reach /victim: nothing listens at its address localhost:\d+ any more: it has '
+                'been killed. `rosnode cleanup` has the master forget it\n',
+                result.stderr,
+            )
+            assert '`rosnode cleanup`' in failure('get', '/victim/x')
+
+    def test_an_address_that_cannot_be_reached_is_told_apart_from_one_that_hangs(self, master_of_its_own):
+        address = 'no-such-host.invalid:1234'
+        rosgraph.Master('/remote').registerService(
+            '/remote/rosslt/list_locations', f'rosrpc://{address}', f'http://{address}/'
+        )
+        line = rosslt('list').stderr
+        assert f'cannot reach /remote: it advertises the address {address}, which cannot be reached from here (' in line
+        assert line.endswith('where it runs, set ROS_IP to an address that this machine reaches\n')
+
+    def test_without_a_tracked_node_list_says_so(self, master_of_its_own):
+        result = rosslt('list')
+        assert (result.returncode, result.stdout) == (0, '')
+        assert result.stderr == 'rosslt list: no node has locations: none is tracked\n'
+
+    def test_a_node_without_locations_is_called_so(self, nodes):
+        assert failure('list', '/rosout_of_nobody').startswith('rosslt list: there is no node')
+
+
+class TestSilence:
+    def test_echo_says_who_publishes_and_sends_nothing(self, nodes):
+        with Node('mute', "publisher = rosslt.Publisher('mute', Point, queue_size=1)\nrospy.spin()"):
+            wait_until(lambda: 'no topic' not in rosslt('doctor', '/mute', '--time', '0.1').stderr, 'it publishes')
+            process = subprocess.Popen(
+                ['rosslt', 'echo', '/mute'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            )
+            assert process.stderr.readline() == (
+                'rosslt echo: no message on /mute within 3 s: /mute: publishes it as geometry_msgs/Point, but sends '
+                'nothing\n'
+            )
+            process.send_signal(signal.SIGINT)
+            process.communicate(timeout=30)
+
+    def test_what_is_only_listened_to_is_told_with_its_type(self, nodes):
+        with Node('ear', "rospy.Subscriber('unheard', Pose, print)\nrospy.spin()"):
+            wait_until(lambda: 'the master' in rosslt('echo', '/unheard').stderr, 'it subscribes')
+            assert failure('echo', '/unheard/position') == (
+                'rosslt echo: nobody publishes /unheard; the master keeps it as geometry_msgs/Pose, which /ear '
+                'subscribes to'
+            )
+
+
+class TestSimulatedTime:
+    @pytest.fixture
+    def clock(self, nodes, master):
+        with Node(
+            'clock',
+            """
+            from rosgraph_msgs.msg import Clock
+            publisher = rospy.Publisher('/clock', Clock, queue_size=1)
+            now = 0.0
+            while not rospy.is_shutdown():
+                now += 0.05
+                publisher.publish(rospy.Time.from_sec(now))
+                time.sleep(0.05)
+            """,
+        ) as node:
+            master.setParam('/use_sim_time', True)
+            yield node
+            master.deleteParam('/use_sim_time')
+
+    def test_the_clock_is_a_topic_like_others(self, clock):
+        printed = lines('echo', '--once', '/clock')
+        assert [line[0] for line in printed] == ['clock.secs', 'clock.nsecs', '---']
+
+    def test_everything_works_beside_it(self, clock):
+        flow = lines('graph')
+        assert ['/talker/radius', '/goal', 'pose.position.x,pose.position.y', '/talker'] in flow
+        assert lines('echo', '--once', '/goal/pose/position/z')[1] == ['---']
+        assert rosslt('set', '/talker/count', '3').stderr == ''
+
+
+class TestDoctor:
+    def test_finds_nothing_wrong_where_all_is_well(self, nodes):
+        found, _ = findings('/goal')
+        assert ('note', '/talker/fixed is read-only') in found
+        assert ('ok', 'it comes from /talker/frame, /talker/radius, /talker/~parking/0, /talker//height') in found
+        (sent,) = (text for kind, text in found if kind == 'ok' and text.startswith('/talker sends'))
+        assert re.fullmatch(r'/talker sends provenance in (\d+) of \1 messages', sent)
+
+    def test_shows_a_topic_with_its_findings_on_a_terminal(self, nodes):
+        printed = on_terminal('doctor', '/goal')
+        assert printed.startswith('/goal  geometry_msgs/PoseStamped\n  ok     /talker sends provenance in ')
+
+    def test_names_a_publisher_that_is_not_tracked(self, nodes):
+        plain = subprocess.Popen(['rostopic', 'pub', '-r', '20', '/plain', 'geometry_msgs/Point', '{x: 1}'])
+        try:
+            wait_until(lambda: 'no topic' not in rosslt('doctor', '/plain').stderr, 'it publishes')
+            found, code = findings('/plain')
+            ((kind, text),) = found
+            assert (kind, code) == ('fault', 1)
+            assert re.match('/plain is plain: /rostopic_.* uses rospy as it is: start it with `rosslt run`', text)
+            assert '`rosslt doctor /plain` says why' in failure('force', '/plain/x', '2')
+            assert 'as /rostopic' in failure('explain', '/plain/x')
+        finally:
+            plain.terminate()
+            plain.wait(30)
+
+    def test_finds_where_provenance_enters_and_does_not_leave(self, nodes):
+        loses = """
+            publisher = rospy.Publisher('lost', Point, queue_size=1)
+            rosslt.Subscriber('goal', PoseStamped, lambda goal: publisher.publish(goal.pose.position))
+            rospy.spin()
+            """
+        with Node('loser', loses):
+            wait_until(lambda: 'no topic' not in rosslt('doctor', '/lost').stderr, 'it publishes')
+            found, code = findings('/lost')
+            ((kind, text),) = found
+            assert (kind, code) == ('fault', 1)
+            assert text.startswith('provenance enters /loser on /goal and does not leave it: /loser loses it: ')
+
+    def test_finds_a_node_that_takes_no_changes(self, nodes, master):
+        master.setParam('/talker/rosslt/accept_changes', False)
+        try:
+            found, code = findings('/pose')
+            text = '/talker: it takes no changes now: /talker/rosslt/accept_changes is false'
+            assert (('fault', text) in found, code) == (True, 1)
+        finally:
+            master.setParam('/talker/rosslt/accept_changes', True)
+
+    def test_finds_an_owner_that_is_gone(self, nodes):
+        owner = """
+            publisher = rosslt.Publisher('passed', Point, queue_size=1)
+            while not rospy.is_shutdown():
+                publisher.publish(rosslt.location(1.0, name='x'), 0, 0)
+                time.sleep(0.05)
+            """
+        keeper = """
+            publisher = rosslt.Publisher('kept', Point, queue_size=1)
+            point = rosslt.wait_for_message('passed', Point)
+            while not rospy.is_shutdown():
+                publisher.publish(point)
+                time.sleep(0.05)
+            """
+        with Node('keeper', keeper):
+            with Node('owner', owner):
+                wait_until(lambda: '/owner' in rosslt('doctor', '/kept').stdout, 'it keeps a message')
+            found, code = findings('/kept')
+            assert ('fault', '/owner: it has ended, and nobody takes a change of its locations') in found
+            assert code == 1
+
+    def test_finds_a_message_that_is_not_sent_again(self, nodes):
+        once = """
+            publisher = rosslt.Publisher('once', Point, queue_size=1)
+            while not rospy.is_shutdown():
+                time.sleep(0.01)
+                if publisher.get_num_connections() and not sent:
+                    publisher.publish(rosslt.location(1.0, name='x'), 0, 0)
+                    sent = True
+            """
+        with Node('once', 'sent = False\n' + once.replace('\n            ', '\n')):
+            wait_until(lambda: 'no topic' not in rosslt('doctor', '/once', '--time', '0.1').stderr, 'it publishes')
+            shown = [rosslt('doctor', '/once').stdout for _ in range(2)]
+            assert any(
+                'reaches nobody who comes later' in text or 'sent one message within 3 s' in text for text in shown
+            )
+
+    def test_finds_handles_that_nobody_shows(self, nodes):
+        handles = """
+            from visualization_msgs.msg import InteractiveMarkerUpdate
+            publisher = rospy.Publisher('/handles/update', InteractiveMarkerUpdate, queue_size=1)
+            rospy.Subscriber('/goal', PoseStamped, lambda goal: None)
+            rospy.spin()
+            """
+        viewer = """
+            from visualization_msgs.msg import InteractiveMarkerUpdate
+            rospy.Subscriber('/{}/update', InteractiveMarkerUpdate, lambda update: None)
+            rospy.spin()
+            """
+        assert ('note', 'no node makes handles to drag it with: rosrun rosslt slt_visualization does') in findings(
+            '/goal'
+        )[0]
+        with Node('handles', handles):
+            wait_until(lambda: 'nobody shows its handles' in rosslt('doctor', '/goal').stdout, 'it makes handles')
+            found, code = findings('/goal')
+            assert code == 1
+            advice = 'in RViz, add a display InteractiveMarkers with the Update Topic /handles/update'
+            assert ('fault', 'nobody shows its handles: ' + advice) in found
+            assert any(
+                kind == 'note' and text.startswith('/handles makes no handles') for kind, text in findings('/pose')[0]
+            )
+            with Node('viewer', viewer.format('handles')):
+                wait_until(
+                    lambda: ('ok', 'its handles are shown, by way of /handles/update') in findings('/goal')[0], 'shown'
+                )
+
+    def test_says_so_where_nobody_publishes(self, nodes):
+        with Node('ear', "rospy.Subscriber('unheard', Pose, print)\nrospy.spin()"):
+            wait_until(lambda: 'no topic' not in rosslt('doctor', '/unheard').stderr, 'it subscribes')
+            assert findings('/unheard') == (
+                {('fault', 'nobody publishes it; the master keeps it as geometry_msgs/Pose')},
+                1,
+            )
+
+    def test_looks_at_all_that_is_drawn_or_tracked(self, nodes):
+        looked_at = {line.split('\t')[0] for line in rosslt('doctor').stdout.splitlines()}
+        assert looked_at == {'/goal', '/pose'}

@@ -1,0 +1,254 @@
+"""Arrays with provenance hold NumPy's own numbers, and tf's functions give what they gave."""
+
+import importlib
+import math
+
+import numpy
+import pytest
+
+import rosslt
+from rosslt import values
+from rosslt.instrument import routing
+
+np = routing.route(numpy)
+plain_tf = importlib.import_module('tf.transformations')
+tf = routing.route(plain_tf)
+count = iter(range(1, 1 << 30))
+
+
+def tracked(x):
+    """Numbers at any depth of lists, each with a source of its own."""
+    if isinstance(x, (list, tuple, numpy.ndarray)):
+        return [tracked(part) for part in x]
+    return rosslt.track(float(x), rosslt.Source('/node', next(count))) if isinstance(x, float) else x
+
+
+def flat(x):
+    if isinstance(x, numpy.ndarray):
+        x = x.tolist()
+    if isinstance(x, (list, tuple)):
+        return [leaf for part in x for leaf in flat(part)]
+    return [] if x is None else [x]
+
+
+def same(ours, theirs):
+    """Whether two results are made of the same numbers, to the last bit."""
+    return len(ours) == len(theirs) and all(
+        a == b or (a != a and b != b) for a, b in zip(map(values.untracked, ours), theirs)
+    )
+
+
+VECTOR, OTHER = [0.3, -1.5, 2.0], [1.0, 0.25, -0.5]
+MATRIX = [[2.0, 0.5, 0.0], [0.25, 3.0, 1.0], [1.0, -1.0, 4.0]]
+OPERATIONS = {
+    'scaled': lambda n, v, w, m: v * 2 + 1,
+    'both': lambda n, v, w, m: v * w - v / w,
+    'left': lambda n, v, w, m: 2.5 - v,
+    'powers': lambda n, v, w, m: v**2 + abs(v) ** 0.5,
+    'sines': lambda n, v, w, m: n.sin(v) + n.cos(w) * n.exp(v),
+    'angles': lambda n, v, w, m: n.arctan2(v, w) + n.deg2rad(v) + n.hypot(v, w),
+    'sums': lambda n, v, w, m: [v.sum(), n.sum(m), m.mean(), n.mean(v), v.max(), v.min(), n.prod(v)],
+    'by axis': lambda n, v, w, m: n.sum(m, axis=0),
+    'norm': lambda n, v, w, m: [n.linalg.norm(v), n.linalg.norm(m)],
+    'norms': lambda n, v, w, m: n.linalg.norm(m, axis=1),
+    'dot': lambda n, v, w, m: [n.dot(v, w), v.dot(w), n.inner(v, w)],
+    'matrices': lambda n, v, w, m: n.dot(m, v) + m @ w + m.dot(v),
+    'cross': lambda n, v, w, m: n.cross(v, w),
+    'outer': lambda n, v, w, m: n.outer(v, w),
+    'inverse': lambda n, v, w, m: n.linalg.inv(m),
+    'solve': lambda n, v, w, m: n.linalg.solve(m, v),
+    'determinant': lambda n, v, w, m: n.linalg.det(m),
+    'transposed': lambda n, v, w, m: m.T @ v + n.transpose(m)[0],
+    'reshaped': lambda n, v, w, m: m.reshape(9)[2:5] + m.ravel()[:3] + m.flatten()[3:6],
+    'joined': lambda n, v, w, m: n.concatenate([v, w]),
+    'stacked': lambda n, v, w, m: n.vstack([v, w]) + n.array([v, w]),
+    'clipped': lambda n, v, w, m: n.clip(v, -1.0, 1.0),
+    'chosen': lambda n, v, w, m: n.where(v > 0, v, w),
+    'extremes': lambda n, v, w, m: n.maximum(v, w) - n.minimum(v, 0.0),
+    'rounded': lambda n, v, w, m: n.round(v, 1) + v.round(),
+    'copied': lambda n, v, w, m: v.copy() + n.array(w) + n.asarray(v),
+    'differences': lambda n, v, w, m: n.diff(v),
+    'running': lambda n, v, w, m: n.cumsum(v),
+    'masked': lambda n, v, w, m: v[v > 0],
+    'fancy': lambda n, v, w, m: v[[2, 0]],
+}
+
+
+@pytest.mark.parametrize('operation', OPERATIONS.values(), ids=OPERATIONS)
+def test_what_arrays_give_is_what_numpy_gives_and_tracked(operation):
+    ours = operation(np, *(np.array(tracked(x)) for x in (VECTOR, OTHER, MATRIX)))
+    theirs = operation(numpy, *(numpy.array(x) for x in (VECTOR, OTHER, MATRIX)))
+    assert same(flat(ours), flat(theirs))
+    assert all(map(values.is_tracked, flat(ours))) or operation is OPERATIONS['clipped']  # bounds are plain
+    assert repr(ours) == repr(theirs)
+
+
+@pytest.mark.parametrize('operation', OPERATIONS.values(), ids=OPERATIONS)
+def test_without_provenance_it_is_numpy_itself(operation):
+    ours = operation(np, *(np.array(x) for x in (VECTOR, OTHER, MATRIX)))
+    assert not values.is_tracked(flat(ours))
+
+
+def test_what_is_written_to_an_array_keeps_its_provenance():
+    a, b, c = np.zeros(3), np.eye(3), np.empty((2, 2))
+    x = tracked(2.5)
+    a[1] = x
+    b[0:2, 1] = [x, x]
+    c[0][1] = x
+    assert a[1] is x
+    assert b[1, 1] is x
+    assert c[0, 1] is x
+    a[1] = 3.0
+    assert not values.is_tracked(a[1])
+
+
+def test_what_is_computed_in_place_is_seen_by_all_views():
+    a = np.array(tracked([1.0, 2.0, 3.0]))
+    view = a[1:]
+    view *= 2
+    assert a.tolist() == [1.0, 4.0, 6.0]
+    assert rosslt.evaluate(a[2], {rosslt.sources(a[2])[0]: 5.0}) == 10.0
+
+
+def test_what_is_written_past_the_array_has_no_provenance():
+    a = np.array(tracked([1.0, 2.0]))
+    numpy.asarray(a).view(numpy.ndarray)[0] = 7.0
+    assert a[0] == 7.0
+    assert not values.is_tracked(a[0])
+    assert values.is_tracked(a[1])
+
+
+def test_arrays_stay_arrays_of_floats():
+    a = np.array(tracked(VECTOR))
+    x = tracked(2.0)
+    assert {
+        one.dtype.name for one in (a, a * x, x * a, x * numpy.array(VECTOR), numpy.array(VECTOR) - x, np.sin(a))
+    } == {'float64'}
+    assert isinstance(a, numpy.ndarray)
+    assert repr(a) == repr(numpy.array(VECTOR))
+    assert numpy.linalg.eigvals(np.array(tracked(MATRIX))).shape == (3,)
+
+
+def test_a_function_of_numpy_gives_its_own_number_for_a_scalar():
+    for x in (0.1, 0.7, 1.3, 5.9):
+        assert np.sin(tracked(x)) == float(numpy.sin(x))
+        assert rosslt.solve(np.sin(tracked(x)), 0.5)
+
+
+def test_ranges_keep_their_ends():
+    ends = np.linspace(tracked(0.0), tracked(1.0), 5)
+    assert ends.tolist() == numpy.linspace(0.0, 1.0, 5).tolist()
+    assert values.is_tracked(ends[2])
+
+
+def test_large_arrays_are_data():
+    a = np.zeros(5000)
+    a[0] = tracked(1.0)
+    assert type(a) is numpy.ndarray
+
+
+generator = numpy.random.RandomState(1)
+
+
+def number():
+    return float(generator.uniform(-1.0, 1.0))
+
+
+def vector():
+    return [number() for _ in range(3)]
+
+
+def quaternion():
+    return plain_tf.random_quaternion(generator.uniform(size=3)).tolist()
+
+
+def rotation():
+    return plain_tf.random_rotation_matrix(generator.uniform(size=3))
+
+
+def shear():
+    return 0.3, [1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]
+
+
+TRANSFORMATIONS = {
+    'arcball_constrain_to_axis': lambda: (vector(), [0.0, 0.0, 1.0]),
+    'arcball_map_to_sphere': lambda: ([0.3, 0.4], [0.1, 0.1], 1.0),
+    'arcball_nearest_axis': lambda: (vector(), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+    'clip_matrix': lambda: (-0.5, 0.5, -0.2, 0.7, 0.1, 3.0),
+    'compose_matrix': lambda: ([1.0, 2.0, 3.0], vector(), vector(), vector()),
+    'concatenate_matrices': lambda: (rotation(), rotation()),
+    'decompose_matrix': lambda: (plain_tf.compose_matrix([1.0, 2.0, 3.0], vector(), vector(), vector()),),
+    'euler_from_matrix': lambda: (rotation(), 'syxz'),
+    'euler_from_quaternion': lambda: (quaternion(),),
+    'euler_matrix': lambda: (number(), number(), number(), 'rzyx'),
+    'identity_matrix': lambda: (),
+    'inverse_matrix': lambda: (rotation(),),
+    'is_same_transform': lambda: (rotation(), rotation()),
+    'orthogonalization_matrix': lambda: ([10.0, 10.0, 10.0], [90.0, 80.0, 70.0]),
+    'projection_from_matrix': lambda: (plain_tf.projection_matrix(vector(), vector()),),
+    'projection_matrix': lambda: (vector(), vector(), vector()),
+    'quaternion_about_axis': lambda: (number(), vector()),
+    'quaternion_conjugate': lambda: (quaternion(),),
+    'quaternion_from_euler': lambda: (number(), number(), number(), 'ryxz'),
+    'quaternion_from_matrix': lambda: (rotation(),),
+    'quaternion_inverse': lambda: (quaternion(),),
+    'quaternion_matrix': lambda: (quaternion(),),
+    'quaternion_multiply': lambda: (quaternion(), quaternion()),
+    'quaternion_slerp': lambda: (quaternion(), quaternion(), 0.3),
+    'reflection_from_matrix': lambda: (plain_tf.reflection_matrix(vector(), vector()),),
+    'reflection_matrix': lambda: (vector(), vector()),
+    'rotation_from_matrix': lambda: (plain_tf.rotation_matrix(number(), vector(), vector()),),
+    'rotation_matrix': lambda: (number(), vector(), vector()),
+    'scale_from_matrix': lambda: (plain_tf.scale_matrix(-0.3, vector()),),
+    'scale_matrix': lambda: (number(), vector(), vector()),
+    'shear_from_matrix': lambda: (plain_tf.shear_matrix(*shear()),),
+    'shear_matrix': shear,
+    'superimposition_matrix': lambda: (generator.uniform(size=(3, 5)), generator.uniform(size=(3, 5))),
+    'translation_from_matrix': lambda: (plain_tf.translation_matrix(vector()),),
+    'translation_matrix': lambda: (vector(),),
+    'unit_vector': lambda: (vector(),),
+    'vector_norm': lambda: (vector(),),
+}
+
+#: Made of eigenvectors and singular values, or of truth values: they give the plain numbers.
+UNTRACKED = {
+    'decompose_matrix',
+    'identity_matrix',
+    'is_same_transform',
+    'projection_from_matrix',
+    'reflection_from_matrix',
+}
+
+
+def test_every_function_of_tf_is_compared():
+    functions = {name for name, thing in vars(plain_tf).items() if callable(thing) and not name.startswith('_')}
+    assert {
+        name for name in functions if not isinstance(getattr(plain_tf, name), type) and 'random' not in name
+    } == set(TRANSFORMATIONS)
+
+
+@pytest.mark.parametrize('name', TRANSFORMATIONS)
+def test_a_function_of_tf_gives_what_it_gave(name):
+    for _ in range(20):
+        arguments = TRANSFORMATIONS[name]()
+        theirs = flat(getattr(plain_tf, name)(*arguments))
+        ours = flat(
+            getattr(tf, name)(
+                *(np.array(tracked(x)) if isinstance(x, numpy.ndarray) else tracked(x) for x in arguments)
+            )
+        )
+        assert same(ours, theirs)
+        assert not ours or any(map(values.is_tracked, ours)) == (name not in UNTRACKED)
+
+
+def test_a_quaternion_is_solved_for_its_angles():
+    roll, pitch, yaw = tracked([0.1, 0.2, 0.3])
+    x, y, z, w = tf.quaternion_from_euler(roll, pitch, yaw)
+    wanted = plain_tf.quaternion_from_euler(0.5, -0.4, 1.0)
+    changes = rosslt.solve([x, y, z, w], list(wanted))
+    assert [changes[rosslt.sources(angle)[0]] for angle in (roll, pitch, yaw)] == pytest.approx([0.5, -0.4, 1.0])
+
+
+def test_plain_numbers_take_the_original():
+    assert math.isclose(tf.quaternion_from_euler(0.1, 0.0, 0.0)[0], math.sin(0.05))
+    assert type(tf.quaternion_from_euler(0.1, 0.0, 0.0)) is numpy.ndarray

@@ -1,0 +1,414 @@
+"""Nodes in the manner of those that people have written: what they publish knows where it comes from, and follows."""
+
+import os
+import subprocess
+import threading
+
+import pytest
+import rospy
+from geometry_msgs.msg import PointStamped, PoseStamped
+from nav_msgs.msg import Path
+from nav_msgs.srv import GetPlan
+from std_msgs.msg import Float32, Float64, Int32
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import InteractiveMarkerInit, MarkerArray
+
+import rosslt
+from rosslt import node, values
+from support.processes import wait_until
+from support.shell import rosslt as command
+from support.unmodified import Unmodified
+
+MODULE_LOOP = """
+import math
+import rospy
+from geometry_msgs.msg import PointStamped
+
+publisher = rospy.Publisher('loop', PointStamped, queue_size=1)
+radius = 2.0
+t = 0
+rospy.init_node('module_loop')
+while not rospy.is_shutdown():
+    p = PointStamped()
+    p.point.x = radius * math.cos(t * 0.5) + 1
+    p.point.y = radius * 3
+    p.point.z = 4
+    publisher.publish(p)
+    t += 0.1
+    rospy.sleep(0.03)
+"""
+
+FILLED_ONCE = """
+import rospy
+from geometry_msgs.msg import PoseStamped
+import tf
+
+if __name__ == '__main__':
+    rospy.init_node('filled_once')
+    msg = PoseStamped()
+    msg.pose.position.x = rospy.get_param('~x', 1.5)
+    msg.pose.position.y = 2.5
+    q = tf.transformations.quaternion_from_euler(0, 0, 0.5)
+    msg.pose.orientation.x, msg.pose.orientation.y = q[0], q[1]
+    msg.pose.orientation.z, msg.pose.orientation.w = q[2], q[3]
+    pub = rospy.Publisher('once', PoseStamped, queue_size=1)
+    while not rospy.is_shutdown():
+        msg.header.seq += 1
+        pub.publish(msg)
+        rospy.sleep(0.03)
+"""
+
+LATCHED = """
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node('latched')
+pub = rospy.Publisher('latched', Float64, latch=True, queue_size=1)
+pub.publish(2.5)
+rospy.spin()
+"""
+
+CLASS_AND_TIMER = """
+from math import *
+import rospy
+from std_msgs.msg import Float32, Int32
+
+class Controller(object):
+    LIMIT = 3.0
+
+    def __init__(self, gain=2.0):
+        self.gain = 0.5
+        self.count = 0
+        self.offsets = [0.25, 0.75]
+        self.pub = rospy.Publisher('~output', Float32, queue_size=10)
+        self.ids = rospy.Publisher('~id', Int32, queue_size=10)
+        rospy.Timer(rospy.Duration(0.03), self.tick)
+
+    def tick(self, event):
+        self.count += 1
+        self.pub.publish(self.gain * sqrt(4.0) + self.offsets[self.count % 2])
+        self.ids.publish(7)
+
+rospy.init_node('controller')
+Controller()
+rospy.spin()
+"""
+
+PATH = """
+import numpy as np
+import rospy
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from nav_msgs.srv import GetPlan
+
+def corners(size):
+    points = np.zeros((3, 2))
+    points[1, 0] = size
+    points[2] = [size, size]
+    return points + np.array([0.5, 0.0])
+
+rospy.init_node('path')
+pub = rospy.Publisher('path', Path, queue_size=1)
+size = 2.0
+path = Path()
+path.header.frame_id = 'map'
+for x, y in corners(size):
+    pose = PoseStamped()
+    pose.pose.position.x = x
+    pose.pose.position.y = y
+    path.poses.append(pose)
+rate = rospy.Rate(30)
+while not rospy.is_shutdown():
+    pub.publish(path)
+    rate.sleep()
+"""
+
+FRAMES = """
+import rospy, tf2_ros, tf
+from geometry_msgs.msg import TransformStamped
+rospy.init_node('frames')
+br = tf2_ros.TransformBroadcaster()
+old = tf.TransformBroadcaster()
+t = TransformStamped()
+t.header.frame_id = 'map'
+t.child_frame_id = 'new'
+t.transform.rotation.w = 1.0
+while not rospy.is_shutdown():
+    t.header.stamp = rospy.Time.now()
+    t.transform.translation.x = 1.25
+    br.sendTransform(t)
+    old.sendTransform((0.5, 0.0, 2.0), tf.transformations.quaternion_from_euler(0, 0, 0.3), rospy.Time.now(), 'old', 'map')
+    rospy.sleep(0.03)
+"""
+
+MARKERS = """
+from interactive_markers.interactive_marker_server import *
+from visualization_msgs.msg import *
+rospy.init_node('boxes')
+server = InteractiveMarkerServer('boxes')
+marker = InteractiveMarker()
+marker.header.frame_id = 'map'
+marker.name = 'box'
+marker.pose.position.x = 1.75
+server.insert(marker, lambda feedback: None)
+server.applyChanges()
+rospy.spin()
+"""
+
+GROWING = """
+import rospy
+from visualization_msgs.msg import Marker, MarkerArray
+pub = rospy.Publisher('growing', MarkerArray, queue_size=1)
+rospy.init_node('growing')
+array = MarkerArray()
+while not rospy.is_shutdown():
+    m = Marker()
+    m.scale.x = 0.25
+    m.pose.position.x = len(array.markers) * 0.5
+    m.pose.orientation.w = 1.0
+    array.markers.append(m)
+    if len(array.markers) > 5:
+        array.markers.pop(0)
+    i = 0
+    for m in array.markers:
+        m.id = i
+        i += 1
+    pub.publish(array)
+    rospy.sleep(0.03)
+"""
+
+SERVICE = """
+import rospy
+from nav_msgs.srv import GetPlan, GetPlanResponse
+from geometry_msgs.msg import PoseStamped
+height = 1.5
+def answer(request):
+    response = GetPlanResponse()
+    pose = PoseStamped()
+    pose.pose.position.x = request.start.pose.position.x + 1.0
+    pose.pose.position.z = height
+    response.plan.poses.append(pose)
+    return response
+rospy.init_node('planner')
+rospy.Service('make_plan', GetPlan, answer)
+rospy.spin()
+"""
+
+THREADED = """
+import threading
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node('threaded')
+pub = rospy.Publisher('threaded', Float64, queue_size=1)
+def work():
+    speed = 1.5
+    while not rospy.is_shutdown():
+        pub.publish(data=speed)
+        rospy.sleep(0.03)
+threading.Thread(target=work).start()
+"""
+
+
+class Listener:
+    """The last message of a topic."""
+
+    def __init__(self, topic, kind):
+        self.last = None
+        self.arrived = threading.Event()
+        self._subscriber = rosslt.Subscriber(topic, kind, self._take)
+
+    def _take(self, message):
+        self.last = message
+        self.arrived.set()
+
+    def next(self):
+        self.arrived.clear()
+        assert self.arrived.wait(20)
+        return self.last
+
+    def comes(self, holds):
+        """Wait for a message for which that holds."""
+        wait_until(lambda: self.last is not None and holds(self.last), 'such a message comes', 20)
+        return self.last
+
+    def __enter__(self):
+        self.comes(lambda _: True)
+        return self
+
+    def __exit__(self, *_):
+        self._subscriber.unregister()
+
+
+@pytest.fixture
+def run(master, tmp_path):
+    """`run(code, name)`: the node, running."""
+    return lambda code, name, *arguments, **options: Unmodified(tmp_path, name, code.lstrip(), *arguments, **options)
+
+
+def names_of(name):
+    return {
+        line.split('\t')[0].split('/')[-1]: line.split('\t') for line in command('list', '/' + name).stdout.splitlines()
+    }
+
+
+def test_a_module_level_loop_with_a_publisher_before_its_node(run):
+    with run(MODULE_LOOP, 'module_loop') as talker, Listener('loop', PointStamped) as heard:
+        message = heard.next()
+        assert all(map(values.is_tracked, (message.point.x, message.point.y, message.point.z)))
+        node.force_value(message.point.y, 7.5)
+        heard.comes(lambda message: message.point.y == 7.5)
+        node.force_value(heard.next().point.z, 4.5)
+        heard.comes(lambda message: message.point.z == 4.5)
+        assert names_of('module_loop')['radius'][2] == '2.5'
+        assert talker.stop()[0] == 0
+
+
+def test_a_drag_changes_named_constants_before_parts_of_formulas(run):
+    with run(MODULE_LOOP, 'module_loop'), Listener('loop', PointStamped) as heard:
+        changed = node.force_value(heard.next().point.y, 9.0)
+        (source,) = changed
+        (one,) = node.ask_all(
+            'list_locations',
+            rosslt.srv.ListLocations,
+            {'/module_loop': rosslt.srv.ListLocationsRequest([source.location_id])},
+            5,
+        )[0]['/module_loop'].locations
+        assert (one.name, one.rank) == ('radius', 0)
+
+
+def test_no_parameter_is_written_for_a_literal_before_it_is_changed(run, master):
+    with run(MODULE_LOOP, 'loop_2', '__name:=loop_2'), Listener('loop', PointStamped) as heard:
+        assert not [name for name in rospy.get_param_names() if name.startswith('/loop_2/rosslt')]
+        assert command('set', '/loop_2/radius', '3.5').returncode == 0
+        heard.comes(lambda message: message.point.y == 10.5)
+        assert rospy.get_param('/loop_2/rosslt/radius') == 3.5
+        rospy.set_param('/loop_2/rosslt/radius', 4.0)
+        heard.comes(lambda message: message.point.y == 12.0)
+
+
+def test_literals_have_the_same_identity_after_a_restart(run):
+    seen = []
+    for _ in range(2):
+        with run(MODULE_LOOP, 'module_loop'), Listener('loop', PointStamped) as heard:
+            seen.append(values.sources(heard.next()))
+    assert seen[0]
+    assert set(seen[0]) == set(seen[1])
+
+
+def test_a_message_that_was_filled_once_follows_its_sources(run):
+    with run(FILLED_ONCE, 'filled_once'), Listener('once', PoseStamped) as heard:
+        message = heard.next()
+        node.force_value(message.pose.position.x, -3.5)
+        node.force_value(message.pose.position.y, 4.5)
+        turned = heard.comes(lambda m: (m.pose.position.x, m.pose.position.y) == (-3.5, 4.5)).pose.orientation
+        node.force_value([turned.z, turned.w], [0.8, 0.6])
+        heard.comes(lambda m: abs(m.pose.orientation.z - 0.8) < 1e-9 and abs(m.pose.orientation.w - 0.6) < 1e-9)
+
+
+def test_a_latched_message_is_sent_again(run):
+    with run(LATCHED, 'latched'), Listener('latched', Float64) as heard:
+        node.force_value(heard.last.data, 6.5)
+        heard.comes(lambda message: message.data == 6.5)
+
+
+def test_a_class_with_a_timer_and_the_names_of_math(run):
+    with run(CLASS_AND_TIMER, 'controller'), Listener('/controller/output', Float32) as heard:
+        with Listener('/controller/id', Int32) as ids:
+            node.force_value(heard.next().data, 9.0)
+            heard.comes(lambda message: message.data == 9.0)
+            node.force_value(ids.next().data, 8)
+            ids.comes(lambda message: message.data == 8)
+            with pytest.raises(rosslt.Error):
+                node.force_value(ids.next().data, 8.5)
+            (identifier,) = [name for name, columns in names_of('controller').items() if columns[2] == '8']
+            assert command('set', '/controller/' + identifier, '8.5').returncode == 1
+            assert ids.next().data == 8
+
+
+def test_points_from_numpy_arrays_follow(run):
+    with run(PATH, 'path'), Listener('path', Path) as heard:
+        pose = heard.next().poses[2].pose
+        assert values.is_tracked(pose.position.x)
+        node.force_value([pose.position.x, pose.position.y], [4.0, 3.0])
+        moved = heard.comes(lambda m: m.poses[2].pose.position.x == pytest.approx(4.0))
+        assert moved.poses[2].pose.position.y == pytest.approx(3.0)
+        assert moved.poses[1].pose.position.x == pytest.approx(4.0)
+
+
+def test_frames_of_both_broadcasters_follow(run):
+    seen = {}
+
+    def take(message):
+        seen.update((transform.child_frame_id, transform.transform) for transform in message.transforms)
+
+    subscriber = rosslt.Subscriber('/tf', TFMessage, take)
+    with run(FRAMES, 'frames'):
+        wait_until(lambda: {'old', 'new'} <= set(seen), 'both frames come', 30)
+        node.force_value(seen['new'].translation.x, 2.0)
+        node.force_value(seen['old'].translation.z, 3.0)
+        wait_until(lambda: seen['new'].translation.x == 2.0 and seen['old'].translation.z == 3.0, 'they follow', 20)
+        assert values.is_tracked(seen['old'].rotation.z)
+    subscriber.unregister()
+
+
+def test_an_interactive_marker_server_keeps_provenance(run):
+    with run(MARKERS, 'boxes'), Listener('/boxes/update_full', InteractiveMarkerInit) as heard:
+        position = heard.last.markers[0].pose.position
+        assert position.x == 1.75
+        assert values.is_tracked(position.x)
+
+
+def test_an_array_that_grows_stays_small_in_its_provenance(run):
+    with run(GROWING, 'growing'), Listener('growing', MarkerArray) as heard:
+        message = heard.comes(lambda m: len(m.markers) == 5)
+        assert [marker.id for marker in message.markers] == [0, 1, 2, 3, 4]
+        assert len(values.sources(message)) <= 6
+        node.force_value(message.markers[2].scale.x, 0.75)
+        heard.comes(lambda m: [marker.scale.x for marker in m.markers] == [0.75] * 5)
+
+
+def test_a_service_answers_with_present_values(run):
+    with run(SERVICE, 'planner'):
+        rospy.wait_for_service('make_plan', 30)
+        ask = rosslt.ServiceProxy('make_plan', GetPlan)
+        start = PoseStamped()
+        start.pose.position.x = 2.0
+        place = ask(start, PoseStamped(), 0.0).plan.poses[0].pose.position
+        assert (place.x, place.z) == (3.0, 1.5)
+        node.force_value(place.z, 2.5)
+        assert ask(start, PoseStamped(), 0.0).plan.poses[0].pose.position.z == 2.5
+
+
+def test_a_thread_publishes_by_keywords(run):
+    with run(THREADED, 'threaded'), Listener('threaded', Float64) as heard:
+        node.force_value(heard.next().data, 2.5)
+        heard.comes(lambda message: message.data == 2.5)
+
+
+def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path):
+    (tmp_path / 'talker.py').write_text(
+        '#!/usr/bin/env python3' + LATCHED.replace("'latched', Float64", "'launched', Float64")
+    )
+    file = tmp_path / 'all.launch'
+    script = tmp_path / 'talker.py'
+    script.chmod(0o755)
+    package = tmp_path / 'package.xml'
+    package.write_text(
+        '<package><name>launched_nodes</name><version>0.0.0</version><description>x</description><maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
+    )
+    file.write_text(
+        '<launch><arg name="name"/><node pkg="launched_nodes" type="talker.py" name="$(arg name)"/>'
+        '<node pkg="launched_nodes" type="talker.py" name="other"/></launch>'
+    )
+    environment = dict(os.environ, ROS_PACKAGE_PATH=f'{tmp_path}:{os.environ.get("ROS_PACKAGE_PATH", "")}')
+    process = subprocess.Popen(
+        ['rosslt', 'launch', '--no-markers', '--except', 'other', str(file), 'name:=one'],
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        wait_until(lambda: names_of('one'), 'the node is tracked', 60)
+        assert command('list', '/other').returncode != 0
+    finally:
+        process.terminate()
+        process.wait(30)

@@ -1,0 +1,112 @@
+"""A rewritten program does what it did before, and its numbers know where they come from."""
+
+import traceback
+
+import pytest
+
+from rosslt import values
+from rosslt.instrument.rewriting import rewrite
+from support.programs import run_rewritten
+
+PROGRAMS = {
+    'arithmetic': 'x = 1 + 2.5 * 3 - -4 / 2 ** 2\ny = (x, -x, +x, x // 2, x % 3, divmod(7, 2), abs(-3.5), round(2.567, 2))\n',
+    'types': 'a = [type(v).__mro__[1] is not None for v in (1, 2.0)]\nb = isinstance(1, int), isinstance(2.0, float)\n',
+    'text': "a = '%d %5.2f %s' % (3, 2.5, 1e9)\nb = f'{3.5:.1f} {7}'\nc = str(2.5) + repr(1e-7) + '{}'.format(0.1)\n",
+    'containers': 'a = {1: 2.0, "b": 3}\nb = [i * 2 for i in range(4)]\nc = sorted({3.0, 1.0, 2.0})\nd = [1, 2, 3][1]\n',
+    'conversions': 'a = float(3)\nb = int(2.7)\nc = float("1.5")\nd = int("12", 8)\ne = complex(1, 2)\nf = bool(0.0)\n',
+    'control': 'x = 0\nfor i in range(5):\n    x += i * 2\n    if x > 6: break\nelse:\n    x = -1\nwhile x > 3: x -= 1\n',
+    'functions': 'def f(a, b=2.0, *c, d=3):\n    return a + b + d\nx = f(1), f(1, 4), f(1, d=0.5)\ng = lambda v: v * 2.0\ny = g(3)\n',
+    'classes': 'class A:\n    gain = 2.0\n    def __init__(self):\n        self.n = 0\n    def step(self):\n        self.n += 1\n        return self.n * self.gain\na = A()\nx = [a.step() for _ in range(3)]\ndel a, A\n',
+    'from math import *': 'from math import *\nx = sin(0.5) + cos(pi / 3) + atan2(1, 2) + sqrt(2.0) + hypot(3, 4)\ndel pi\n',
+    'import math': 'import math\nimport math as m\nx = math.sin(0.5), m.floor(2.7), math.radians(90), math.pi * 2, math.fsum([0.1, 0.2])\ndel math, m\n',
+    'in place': 'x = [1, 2]\ny = x\nx += [3.5]\nt = 1\nt += 0.5\nt *= 2\n',
+    'global': 'n = 0\ndef f():\n    global n\n    n = n + 1\n    return n * 2.0\nx = [f(), f(), f()]\n',
+    'unpacking': 'a, (b, *c) = 1.0, (2, 3, 4.5)\nx = [*c, *(1, 2)]\n',
+    'exceptions': 'try:\n    x = 1 / 0\nexcept ZeroDivisionError as error:\n    y = str(error)\nfinally:\n    z = 2.0\n',
+    'numpy': 'import numpy as np\na = np.array([1.0, 2.0, 3])\nx = (a * 2 + np.sin(a)).tolist(), float(np.dot(a, a)), np.zeros((2, 2)).shape, a.dtype.name, repr(a)\ny = (np.linspace(0, 1.0, 5)[1:3] / 3).sum(), np.arange(0.0, 1.0, 0.25).tolist(), np.cross([1.0, 0, 0], [0, 1.0, 0]).tolist()\nz = np.eye(3)\nz[0, 1] = 2.5\nw = np.linalg.inv(z).tolist(), np.linalg.norm(z), z.max(), z.T.tolist(), (z @ a).tolist()\ndel np, a, z\n',
+}
+
+
+def plain_run(text):
+    names = {'__name__': 'program', '__file__': '/nowhere/program.py'}
+    exec(compile(text, '/nowhere/program.py', 'exec'), names)
+    return names
+
+
+def shown(names):
+    return {
+        name: repr(values.untracked(value))
+        for name, value in names.items()
+        if not name.startswith('__') and not callable(value) and 'module' not in type(value).__name__.lower()
+    }
+
+
+@pytest.mark.parametrize('text', PROGRAMS.values(), ids=PROGRAMS)
+def test_a_rewritten_program_computes_what_it_did(text):
+    assert {k: v for k, v in shown(run_rewritten(text)).items()} == {k: v for k, v in shown(plain_run(text)).items()}
+
+
+def test_numbers_keep_their_provenance_through_conversions_and_functions():
+    names = run_rewritten('import math\nx = float(2.5)\ny = math.sin(x) + int(3.0)\nz = round(x) + abs(-x)\n')
+    assert all(values.is_tracked(names[name]) for name in 'xyz')
+
+
+def test_a_state_carries_no_provenance_on():
+    names = run_rewritten(
+        't = 0.0\nv = 2.0\nwhile True:\n    t = t + v * 0.1\n    if t > 1: break\n    sleep = len\n    sleep("")\nx = t * 3.0\n'
+    )
+    assert not values.is_tracked(names['t'])
+    assert values.is_tracked(names['x'])
+
+
+def test_a_state_that_starts_with_a_tracked_value_does_not_grow():
+    names = run_rewritten('start = 2.0\nt = start\nfor i in range(50):\n    t += 1\n')
+    assert not values.is_tracked(names['t'])
+
+
+def test_lists_are_extended_in_place_where_they_are_carried_on():
+    names = run_rewritten(
+        'p = []\nq = p\nwhile True:\n    p += [1.5]\n    if len(p) > 2: break\n    spin = len\n    spin("")\n'
+    )
+    assert names['q'] is names['p']
+    assert all(map(values.is_tracked, names['p']))
+
+
+def test_a_traceback_shows_the_lines_of_the_file(tmp_path):
+    path = tmp_path / 'program.py'
+    text = 'def f(x):\n    y = 2.0 * x\n    return y / (x - 3)\n\nf(3)\n'
+    path.write_text(text)
+    with pytest.raises(ZeroDivisionError) as raised:
+        run_rewritten(text, str(path))
+    frames = [frame for frame in traceback.extract_tb(raised.value.__traceback__) if frame.filename == str(path)]
+    assert [(frame.lineno, frame.line) for frame in frames] == [(5, 'f(3)'), (3, 'return y / (x - 3)')]
+
+
+@pytest.mark.parametrize('text', ['x = = 1', 'print "hello"', 'def f(:'])
+def test_a_syntax_error_is_the_one_of_python(text):
+    with pytest.raises(SyntaxError) as ours:
+        rewrite(text.encode(), '/nowhere/program.py', '/nowhere/program.py')
+    with pytest.raises(SyntaxError) as theirs:
+        compile(text, '/nowhere/program.py', 'exec')
+    assert (ours.value.msg, ours.value.lineno, ours.value.offset) == (
+        theirs.value.msg,
+        theirs.value.lineno,
+        theirs.value.offset,
+    )
+
+
+def test_a_docstring_and_future_imports_stay_first():
+    names = run_rewritten('"""What it does."""\nfrom __future__ import annotations\nx: Nothing = 2.0\n')
+    assert names['__doc__'] == 'What it does.'
+    assert names['x'] == 2.0
+
+
+def test_names_of_the_program_go_before_conversions():
+    names = run_rewritten('def float(x):\n    return "mine"\ny = float(2.0)\n')
+    assert names['y'] == 'mine'
+
+
+def test_other_encodings_are_read():
+    made = rewrite('# -*- coding: latin-1 -*-\ns = "é"; x = 2.0\n'.encode('latin-1'), '/nowhere/a.py', '/nowhere/a.py')
+    (literal,) = made.literals
+    assert (literal.line, literal.column) == (2, 14)

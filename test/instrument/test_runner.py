@@ -1,0 +1,153 @@
+"""A program that `rosslt run` runs behaves as when Python runs it."""
+
+import os
+import signal
+import stat
+
+import pytest
+
+from support.shell import rosslt
+from support.unmodified import Unmodified
+
+PROGRAMS = {
+    'arguments and paths': """
+import os, sys
+print(sys.argv[1:], os.path.basename(sys.argv[0]), __name__, os.path.basename(__file__), sys.path[0])
+print(sys.modules['__main__'].__dict__ is globals(), __package__, __spec__, type(__loader__).__name__)
+""",
+    'its own modules': 'from beside import area\nprint(area(2.0), __name__)\n',
+    'exit code': 'import sys\nprint("before")\nsys.exit(3)\n',
+    'exit with a text': 'import sys\nsys.exit("it is over")\n',
+    'an exception': 'def f(x):\n    return 1.0 / x\n\nprint("so far")\nf(0)\n',
+    'an exception in a function of math': 'import math\nx = -1.5\nmath.sqrt(x)\n',
+    'a chain of exceptions': 'try:\n    {}[2]\nexcept KeyError as error:\n    raise RuntimeError("no") from error\n',
+    'a signal': 'import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n',
+    'an interrupt': 'raise KeyboardInterrupt\n',
+    'the end': 'import atexit\natexit.register(lambda: print("bye"))\nprint(2.5)\n',
+    'its source': 'import inspect\ndef f():\n    return 2.0 * 3  # six\nprint(inspect.getsource(f))\n',
+    'a syntax error': 'x = = 2\n',
+    'text of numbers': 'import json, yaml, pickle, copy\nv = [1, 2.5, {"a": 1e-3}]\n'
+    'print(json.dumps(v), yaml.dump(v), yaml.safe_dump(v), pickle.loads(pickle.dumps(v)), copy.deepcopy(v), v)\n',
+    'arguments of rospy': 'import rospy, sys\nprint(rospy.myargv()[1:], rospy.myargv(["a", "b:=c"]))\n',
+    'a thread': 'import threading\nt = threading.Thread(target=lambda: print(2.0 / 3))\nt.start()\nt.join()\n',
+    'an enumeration': 'from enum import Enum, IntEnum\nclass A(Enum):\n    B = 1\nclass C(IntEnum):\n    D = 2\n'
+    'print(A.B, A(1), C.D + 1, C(2))\n',
+    'a data class': 'import dataclasses\n@dataclasses.dataclass\nclass P:\n    x: float = 1.0\n    y: int = 2\nprint(P(), P(3.5))\n',
+}
+BESIDE = 'import math\n\ndef area(r):\n    return math.pi * r ** 2 * 1.0\n'
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / 'beside.py').write_text(BESIDE)
+    return tmp_path
+
+
+@pytest.mark.parametrize('code', PROGRAMS.values(), ids=PROGRAMS)
+def test_a_program_ends_as_by_itself(folder, code):
+    arguments = ('one', '--two=3', 'b:=c', '_x:=1.5', '__name:=other')
+    plain = Unmodified(folder, 'program', code.lstrip(), *arguments, tracked=False).end()
+    for _ in range(2):  # the second time from the cache
+        assert Unmodified(folder, 'program', code.lstrip(), *arguments).end() == plain
+
+
+def test_the_debugger_shows_the_lines_of_the_file(folder):
+    code = (
+        'import pdb, io, sys\nx = 2.5\ndef f(y):\n    z = y * 3.0\n    d.set_trace()\n    return z\n'
+        'd = pdb.Pdb(stdin=io.StringIO("p z\\nl\\nc\\n"), stdout=sys.stdout, nosigint=True)\nf(x)\n'
+    )
+    plain = Unmodified(folder, 'program', code, tracked=False).end()
+    status, output, _ = Unmodified(folder, 'program', code).end()
+    assert (status, output) == plain[:2]
+    assert '7.5' in output
+    assert '-> return z' in output
+
+
+def test_bytecode_is_kept_in_a_folder_of_its_own(folder):
+    assert Unmodified(folder, 'program', PROGRAMS['its own modules']).end()[0] == 0
+    kept = [path for path in (folder / 'cache').rglob('*') if path.is_file()]
+    assert len(kept) == 2
+    assert not (folder / '__pycache__').exists()
+
+
+def test_a_module_that_was_edited_is_rewritten_again(folder):
+    assert Unmodified(folder, 'program', PROGRAMS['its own modules']).end()[1].startswith('12.56')
+    (folder / 'beside.py').write_text(BESIDE.replace('1.0', '2.0'))
+    assert Unmodified(folder, 'program', PROGRAMS['its own modules']).end()[1].startswith('25.13')
+
+
+def test_a_cache_that_is_damaged_is_made_again(folder):
+    first = Unmodified(folder, 'program', PROGRAMS['its own modules']).end()
+    for path in (folder / 'cache').rglob('*'):
+        if path.is_file():
+            path.write_bytes(b'nothing of this kind')
+    assert Unmodified(folder, 'program', PROGRAMS['its own modules']).end() == first
+
+
+def test_a_python_2_file_is_named_as_such(folder):
+    status, _, errors = Unmodified(folder, 'program', 'import os\nprint "hello"\n').end()
+    assert status == 1
+    assert 'program.py is Python 2 (line 2: print "hello")' in errors
+    assert 'SyntaxError' in errors
+
+
+def test_what_is_no_python_runs_untracked(folder):
+    program = folder / 'node'
+    program.write_text('#!/bin/sh\necho "$@"\nexit 4\n')
+    program.chmod(program.stat().st_mode | stat.S_IXUSR)
+    result = rosslt('run', str(program), 'a', 'b')
+    assert (result.returncode, result.stdout) == (4, 'a b\n')
+    assert 'runs untracked: it is no Python file' in result.stderr
+
+
+def test_a_relay_of_a_catkin_workspace_is_followed(folder):
+    script = folder / 'talker.py'
+    script.write_text('import sys\nprint(__file__, sys.argv[1:], 2.5)\n')
+    relay = folder / 'relay'
+    relay.write_text(
+        '#!/usr/bin/python3\n# -*- coding: utf-8 -*-\n# generated from catkin/cmake/template/script.py.in\n'
+        f"# creates a relay to a python script source file, acting as that file.\npython_script = '{script}'\n"
+    )
+    assert rosslt('run', str(relay), 'a').stdout == f"{script} ['a'] 2.5\n"
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        ((), 'which node?'),
+        (('--what', 'x'), '--what is not understood'),
+        (('nothing_of_this_name',), 'there is no file nothing_of_this_name'),
+        (('no_such_package', 'node'), 'there is no package no_such_package'),
+        (('rosslt', 'no_such_node'), 'there is no executable no_such_node in the package rosslt'),
+    ],
+)
+def test_what_cannot_be_run_is_said(arguments, words):
+    result = rosslt('run', *arguments)
+    assert result.returncode in (1, 2)
+    assert words in result.stderr
+
+
+def test_help_is_printed():
+    assert 'launch-prefix="rosslt run"' in rosslt('run', '-h').stdout
+    assert '--no-markers' in rosslt('launch', '-h').stdout
+
+
+def test_an_installed_module_is_tracked_on_request(folder):
+    package = folder / 'site-packages' / 'far_away'
+    package.mkdir(parents=True)
+    (package / '__init__.py').write_text('from far_away.part import VALUE\n')
+    (package / 'part.py').write_text('VALUE = 2.5\n')
+    code = (
+        'import sys, os\nsys.path.append(os.path.join(os.path.dirname(__file__), "site-packages"))\n'
+        'import far_away\nprint(type(far_away.VALUE).__name__)\n'
+    )
+    assert Unmodified(folder, 'program', code).end()[1] == 'float\n'
+    assert Unmodified(folder, 'program', code, options=('--include', 'far_away')).end()[1] == 'TrackedFloat\n'
+
+
+def test_signals_reach_the_program(folder):
+    code = 'import signal, sys, time\nsignal.signal(signal.SIGUSR1, lambda *_: sys.exit(7))\nprint("up", flush=True)\ntime.sleep(60)\n'
+    program = Unmodified(folder, 'program', code)
+    assert program.process.stdout.readline() == 'up\n'
+    os.kill(program.process.pid, signal.SIGUSR1)
+    assert program.end()[0] == 7

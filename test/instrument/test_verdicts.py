@@ -1,0 +1,146 @@
+"""The rules by which a number literal is a location or none: each row of the table, by its own example."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from rosslt.instrument import RULES
+from rosslt.instrument.literals import SourceText
+from rosslt.instrument.verdicts import judge
+from support.programs import literals_of, verdict_of
+
+
+def judged(text):
+    """The rules of the literals of a program, by their text."""
+    source = SourceText('/nowhere/program.py', text.encode('utf-8'))
+    return [(source.text_of(one.node), one.rule.name) for one in judge(ast.parse(text), source.text_of)]
+
+
+def needs_newer_python(rule):
+    return rule.name == 'pattern' and not hasattr(ast, 'match_case')
+
+
+@pytest.mark.parametrize('rule', [rule for rule in RULES.values() if rule.name != 'skip'], ids=lambda rule: rule.name)
+def test_each_rule_judges_the_literal_of_its_example(rule):
+    if needs_newer_python(rule):
+        with pytest.raises(SyntaxError):
+            ast.parse(rule.example)
+        return
+    found = judged(rule.example)
+    mine = [name for text, name in found if '7' in text or '1' in text.replace('0x', '')]
+    assert rule.name in mine, found
+
+
+def test_each_rule_gives_a_reason_in_plain_words():
+    assert all(rule.reason and rule.verdict in ('number', 'whole', 'form', 'plain') for rule in RULES.values())
+
+
+@pytest.mark.parametrize(
+    ('text', 'verdict'),
+    [
+        ('p = Point(3, 0, -1.5)', 'number number number'),
+        ('pose.position.x = 2', 'number'),
+        ('x = [1, 2, 3.5]', 'number number number'),
+        ('way = [((1.0, 2.0), 0)]', 'number number number'),
+        ('yaw = 3 * math.pi / 4', 'number number'),
+        ('x = radius * math.cos(0.5)', 'number'),
+        ('x = 1.5 + 2.0 * math.cos(t * 0.1)', 'number number form'),
+        ('rate = rospy.Rate(10)', 'plain'),
+        ('rospy.sleep(0.5)', 'plain'),
+        ('x = rospy.get_param("~gain", 2.0)', 'number'),
+        ('a = numpy.zeros((3, 4))', 'plain plain'),
+        ('a = numpy.array([1.0, 2])', 'number number'),
+        ('a = np.linspace(0.0, 1.0, 20)', 'number number plain'),
+        ('marker.id = 3', 'whole'),
+        ('marker.lifetime = rospy.Duration(2)', 'plain'),
+        ('x = "%d" % 3', 'plain'),
+        ('msg.data = 5', 'number'),
+        ('sys.exit(1)', 'plain'),
+        ('x = y if z > 2 else 4.0', 'plain number'),
+        ('x = lambda: 4.0', 'number'),
+        ('covariance = [0.1] * 36', 'number plain'),
+        ('if abs(x) < 0.05: y = 1', 'plain number'),
+    ],
+)
+def test_a_literal_is_judged_by_where_it_stands(text, verdict):
+    source = SourceText('/nowhere/program.py', text.encode('utf-8'))
+    found = sorted(judge(ast.parse(text), source.text_of), key=lambda one: one.node.col_offset)
+    assert ' '.join(one.rule.verdict for one in found) == verdict
+
+
+def test_a_counter_and_its_start_are_a_state():
+    text = 'n = 0\nwhile not rospy.is_shutdown():\n    n += 1\n    x = 2.0 * n\n    pub.publish(x)\n'
+    assert judged(text) == [('0', 'state'), ('1', 'step'), ('2.0', 'term')]
+
+
+def test_a_clock_in_self_is_a_state():
+    text = (
+        'class A:\n    def __init__(self):\n        self.t = 0.0\n        self.gain = 2.0\n'
+        '    def tick(self, event):\n        self.t = self.t + 0.1\n'
+    )
+    assert judged(text) == [('0.0', 'state'), ('2.0', 'named'), ('0.1', 'step')]
+
+
+def test_a_sum_that_is_made_anew_in_every_round_is_no_state():
+    text = 'while True:\n    total = 0.5\n    for p in points:\n        total += p * 2.0\n    pub.publish(total)\n'
+    assert [name for _, name in judged(text)] == ['named', 'term']
+
+
+def test_an_angle_that_is_normalized_is_no_state():
+    text = 'def normalize(a):\n    while a > 3.0:\n        a -= 6.0\n    return a\n'
+    assert judged(text) == [('3.0', 'comparison'), ('6.0', 'term')]
+
+
+def test_a_comment_leaves_out_a_line_or_a_block():
+    text = (
+        'a = 1.0  # rosslt: skip\nb = 2.0\n# rosslt: skip\nc = 3.0\n\n'
+        'def f():  # rosslt: skip\n    x = 4.0\n    return x * 5.0\nd = 6.0\n'
+    )
+    assert [literal.text for literal in literals_of(text)] == ['2.0', '6.0']
+
+
+@pytest.mark.parametrize(
+    ('comment', 'limits'),
+    [
+        ('# rosslt: 0.0..5.0', (0.0, 5.0)),
+        ('#rosslt: -1..1', (-1, 1)),
+        ('# rosslt: 0..', (0, None)),
+        ('# rosslt: ..1e3', (None, 1000.0)),
+        ('# some words', (None, None)),
+    ],
+)
+def test_a_comment_gives_bounds(comment, limits):
+    (literal,) = literals_of('speed = 2.0  ' + comment + '\n')
+    assert (literal.minimum, literal.maximum) == limits
+
+
+def test_a_literal_knows_its_tokens():
+    (one, other) = literals_of("s = 'äöü'; x = -2.50\ny = f(\n    1e-3)\n")
+    assert (one.line, one.column, one.end_line, one.end_column, one.text, one.value) == (1, 16, 1, 21, '-2.50', -2.5)
+    assert (other.line, other.column, other.end_line, other.end_column, other.text) == (3, 5, 3, 9, '1e-3')
+
+
+def test_an_identity_survives_edits_elsewhere():
+    before = literals_of('x = 1.0\ndef f():\n    return 2.0, 2.0\n')
+    after = literals_of('# a comment\nimport os\nx = 1.0\n\n\ndef f():\n    y = 3.0\n    return 2.0, 2.0\n')
+    assert {one.identity for one in before} < {one.identity for one in after}
+    assert len({one.identity for one in after}) == len(after)
+
+
+def test_equal_literals_of_a_function_have_identities_of_their_own():
+    assert (
+        len({one.identity for one in literals_of('def f():\n    return 2.0, 2.0\n\ndef g():\n    return 2.0\n')}) == 3
+    )
+
+
+def test_named_constants_rank_before_values_and_those_before_formulas():
+    speed, value, term, divisor = (verdict_of(text) for text in ('speed = 7.0', 'f(7.0)', 'x = 7.0 * y', 'x = y / 7.0'))
+    assert speed.rank < value.rank < term.rank < divisor.rank
+
+
+def test_the_page_lists_every_rule():
+    page = (Path(__file__).parents[2] / 'docs' / 'unmodified_nodes.md').read_text(encoding='utf-8')
+    rows = re.findall(r'^\| (.+?) \| (number|whole|form|plain) \| (.+) \|$', page, flags=re.MULTILINE)
+    assert rows == [(rule.name, rule.verdict, rule.reason) for rule in RULES.values()]

@@ -1,0 +1,101 @@
+"""Which sources a drag changes, and how near they bring what cannot be met."""
+
+import math as plain_math
+import random
+
+import pytest
+
+from rosslt import math, values
+from rosslt.markers.drags import changes
+from rosslt.markers.rviz.menus import choices_of
+
+SHOULDER, ELBOW = values.Source('/arm', 1), values.Source('/arm', 2)
+UPPER_ARM, FOREARM = 1.2, 0.9
+
+
+def tip(shoulder, elbow):
+    shoulder, elbow = values.track(shoulder, SHOULDER), values.track(elbow, ELBOW)
+    return [
+        UPPER_ARM * math.cos(shoulder) + FOREARM * math.cos(shoulder + elbow),
+        UPPER_ARM * math.sin(shoulder) + FOREARM * math.sin(shoulder + elbow),
+    ]
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_an_arm_comes_as_near_as_its_reach_allows(seed):
+    chance = random.Random(seed)
+    target = [chance.uniform(-4, 4), chance.uniform(-4, 4)]
+    tracked = tip(chance.uniform(-3, 3), chance.uniform(-3, 3))
+    found, gap = values.nearest(tracked, target)
+    distance = plain_math.hypot(*target)
+    assert gap == pytest.approx(max(0.0, distance - UPPER_ARM - FOREARM, UPPER_ARM - FOREARM - distance), abs=1e-5)
+    there = [values.evaluate(value, found) for value in tracked]
+    assert plain_math.dist(there, target) == pytest.approx(gap, abs=1e-6)
+
+
+def test_what_depends_on_one_source_moves_along_its_line():
+    x = values.track(1.0, SHOULDER)
+    found, gap = values.nearest([x, 2 * x], [4.0, 1.0])
+    assert found[SHOULDER] == pytest.approx(1.2)
+    assert gap == pytest.approx(plain_math.hypot(2.8, 1.4))
+
+
+def test_whole_numbers_stay_whole():
+    found, gap = values.nearest([values.track(3, SHOULDER) * 0.5], [4.3])
+    assert found == {SHOULDER: 9}
+    assert type(found[SHOULDER]) is int
+    assert gap == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize('bound', [4.5, -0.5])
+def test_a_bound_is_reached_exactly(bound):
+    x = values.track(1.0, SHOULDER)
+    bounds = {SHOULDER: (-0.5, 4.5)}
+    found, _ = values.nearest([2.0 * x + 0.1], [100.0 * bound], bounds=bounds)
+    assert found == {SHOULDER: bound}
+
+
+def test_what_a_bound_stops_others_make_up_for():
+    x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
+    found, gap = values.nearest([x + y], [10.0], bounds={SHOULDER: (None, 1.5)})
+    assert found == {SHOULDER: 1.5, ELBOW: pytest.approx(8.5)}
+    assert gap == pytest.approx(0.0, abs=1e-6)
+
+
+def test_what_cannot_come_nearer_stays():
+    assert values.nearest([math.cos(values.track(0.0, SHOULDER))], [3.0])[0] == {}
+
+
+def test_sources_without_effect_are_no_choice():
+    x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
+    assert choices_of([x + 0 * y], ()) == [(None, [SHOULDER])]
+
+
+def test_each_other_source_of_a_number_is_a_choice():
+    x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
+    assert choices_of([x + y], ()) == [(None, [SHOULDER]), (ELBOW, [ELBOW])]
+    assert choices_of([x + y], (SHOULDER,)) == [(None, [ELBOW])]
+
+
+def test_the_default_is_the_first_source_that_can():
+    x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
+    assert changes.default_sources([x + y]) == [SHOULDER]
+    assert changes.default_sources([x + y], read_only=[SHOULDER]) == [ELBOW]
+    assert changes.default_sources(tip(0.5, 0.9)) == [SHOULDER, ELBOW]
+
+
+def test_a_choice_holds_the_other_sources_of_what_depends_on_it():
+    x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
+    assert changes.held_for(ELBOW, [3 * x + y * y]) == [SHOULDER]
+    assert changes.held_for(ELBOW, [2 * x, y]) == [], 'nothing to choose there'
+
+
+def test_a_hand_that_goes_back_has_its_sources_go_back_though_the_message_is_older():
+    found = changes.Plan({SHOULDER: 1.0, ELBOW: 2.0}, {})
+    assert changes.to_request(found, {}) == {}
+    assert changes.to_request(found, {SHOULDER: 1.5}) == {SHOULDER: (1.5, 1.0)}
+
+
+def test_only_what_differs_from_what_owners_have_is_asked_for():
+    found = changes.Plan({SHOULDER: 1.0, ELBOW: 2.0}, {SHOULDER: 1.5, ELBOW: 2.5})
+    assert changes.to_request(found, {SHOULDER: 1.5}) == {ELBOW: (2.0, 2.5)}

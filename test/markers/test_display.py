@@ -1,0 +1,153 @@
+"""What the display sends to RViz, and what it leaves alone."""
+
+import time
+
+import pytest
+
+from rosslt import values
+from rosslt.markers.geometry import IDENTITY
+from rosslt.markers.rviz import display as displays
+from rosslt.markers.rviz.notes import Notes
+from rosslt.markers.scene import hold as holds
+from rosslt.markers.scene.handle import Motions, Settings
+from rosslt.markers.scene.scene import Scene
+
+SOURCE = values.Source('/owner', 1)
+
+
+class Thing:
+    """A handle on nothing, at a tracked x."""
+
+    frame, size, rank, position = 'world', 1.0, 0, None
+
+    def __init__(self, x=0.0, draw_key='red', name='thing', at=None):
+        self.name, self.draw_key = name, draw_key
+        self.pose = (x, 0.0, 0.0, *IDENTITY)
+        self.tracked = [values.track(x if at is None else at, SOURCE)]
+
+    def motions(self, can_change):
+        return Motions((can_change(self.tracked[0]), False, False))
+
+    def shapes(self):
+        return []
+
+
+class Broken(Thing):
+    def shapes(self):
+        raise ArithmeticError('of all things')
+
+
+class Sent:
+    """A server that notes what is asked of it."""
+
+    def __init__(self):
+        self.calls = []
+
+    def insert(self, marker, _feedback):
+        self.calls.append(('insert', marker.name))
+
+    def setPose(self, name, pose):  # noqa: N802
+        self.calls.append(('pose', name, pose.position.x))
+
+    def erase(self, name):
+        self.calls.append(('erase', name))
+
+    def applyChanges(self):  # noqa: N802
+        self.calls.append('apply')
+
+
+class Shown:
+    """A scene with a display, and what a message does to it."""
+
+    def __init__(self):
+        self.sent = Sent()
+        self.scene = Scene(Settings())
+        self.display = displays.Display(self.sent, self.scene, lambda _value: True, Notes(0.2))
+        self.scene.add_view(self.display)
+        self.things = {}
+
+    def put(self, thing):
+        self.scene._put('/topic', self.things, thing.name, [thing], '/publisher')
+        return self.sends()
+
+    def drop(self, name):
+        self.scene._delete('/topic', self.things, name)
+        return self.sends()
+
+    def sends(self):
+        """What is sent now."""
+        del self.sent.calls[:]
+        self.display.apply()
+        return [call for call in self.sent.calls if call != 'apply']
+
+
+@pytest.fixture
+def shown():
+    result = Shown()
+    assert result.put(Thing()) == [('insert', 'thing')]
+    return result
+
+
+def test_nothing_is_sent_where_nothing_changes(shown):
+    assert shown.put(Thing()) == []
+    assert shown.sent.calls == []
+
+
+def test_a_new_pose_is_sent_as_a_pose(shown):
+    assert shown.put(Thing(1.0)) == [('pose', 'thing', 1.0)]
+
+
+def test_a_new_drawing_is_inserted(shown):
+    assert shown.put(Thing(draw_key='blue')) == [('insert', 'thing')]
+
+
+def test_what_goes_and_comes_back_between_two_frames_is_not_sent(shown):
+    shown.scene._delete('/topic', shown.things, 'thing')
+    assert shown.put(Thing()) == []
+
+
+def test_what_a_hand_holds_is_left_alone(shown):
+    shown.scene.hold('thing')
+    assert shown.put(Thing(1.0, draw_key='blue')) == []
+    assert shown.drop('thing') == []
+    shown.scene.let_go('thing')
+    assert shown.sends() == [('erase', 'thing')]
+
+
+def test_a_handle_waits_where_it_was_dropped_until_a_message_has_the_new_value(shown):
+    shown.scene.hold('thing')
+    shown.scene.let_go('thing', {SOURCE: 2.0})
+    assert shown.put(Thing(1.0)) == [], 'that message was older than the drag'
+    assert shown.put(Thing(1.9, at=2.0)) == [('pose', 'thing', 1.9)], 'computed from the new value'
+    assert shown.put(Thing(3.0)) == [('pose', 'thing', 3.0)]
+
+
+def test_a_message_long_after_the_drop_is_believed_whatever_it_says(shown, monkeypatch):
+    monkeypatch.setattr(holds, 'OLDER_MESSAGES', 0.0)
+    shown.scene.hold('thing')
+    shown.scene.let_go('thing', {SOURCE: 2.0})
+    time.sleep(0.01)
+    assert shown.put(Thing(1.0)) == [('pose', 'thing', 1.0)]
+
+
+def test_without_a_message_it_stays_where_it_was_dropped_and_says_so_once(shown, monkeypatch):
+    monkeypatch.setattr(holds, 'SILENCE', 0.0)
+    shown.scene.hold('thing')
+    shown.scene.let_go('thing', {SOURCE: 2.0})
+    time.sleep(0.01)
+    shown.scene.say_what_is_not_shown()
+    assert shown.sends() == [('insert', 'thing:note')]
+    shown.scene.say_what_is_not_shown()
+    assert shown.sends() == []
+
+
+def test_where_sources_do_not_follow_it_goes_back_at_once(shown):
+    shown.scene.hold('thing')
+    shown.scene.let_go('thing')
+    assert shown.sends() == [('pose', 'thing', 0.0)]
+
+
+def test_what_cannot_be_drawn_does_not_keep_others_from_being_shown(shown):
+    assert shown.put(Broken(name='broken')) == []
+    assert shown.put(Thing(name='sound')) == [('insert', 'sound')]
+    assert shown.sends() == [], 'it is not tried over and over'

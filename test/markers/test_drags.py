@@ -1,0 +1,72 @@
+"""What a drag asks for, what it holds back, and what it says."""
+
+import math as plain_math
+
+import pytest
+
+from rosslt import math, node, values
+from rosslt.markers.drags import wording
+from rosslt.markers.drags.guard import Guard
+from rosslt.markers.geometry import IDENTITY
+
+HEIGHT, TIME = values.Source('/owner', 1), values.Source('/owner', 2)
+LIMIT, SIZE = 10.0, 0.5
+
+
+def at(*position):
+    return (*position, *([0.0] * (3 - len(position))), *IDENTITY)
+
+
+def leap(guard, end, tracked, after, before=None):
+    """Of a step of the hand from the origin, and of HEIGHT from `before`: by default from 1."""
+    return guard.leap(at(0.0), at(end), {HEIGHT: 1.0 if before is None else before}, {HEIGHT: after}, [tracked])
+
+
+def test_a_source_that_moves_as_the_hand_does_is_no_leap():
+    guard, x = Guard(LIMIT, SIZE), values.track(1.0, HEIGHT)
+    assert leap(guard, 0.5, x, 1.5) is None
+    assert leap(guard, 2.0, x, 3.0) is None
+
+
+@pytest.mark.parametrize('unit', [1e-3, 1.0, 1e3])
+def test_units_make_no_leap(unit):
+    x = values.track(1.0 / unit, HEIGHT)
+    assert leap(Guard(LIMIT, SIZE), 0.5, x * unit, 1.5 / unit, 1.0 / unit) is None
+
+
+def test_a_hand_that_is_thrown_far_by_a_view_from_the_front_is_a_leap():
+    guard, y = Guard(LIMIT, SIZE), values.track(1.0, HEIGHT)
+    assert leap(guard, 0.1, y, 1.1) is None
+    assert leap(guard, 22.7, y, 23.7) == HEIGHT
+
+
+def test_an_answer_on_another_branch_is_a_leap():
+    height, time = values.track(1.0, HEIGHT), 0.4
+    z = math.sin(height + time)
+    there = plain_math.pi - 1.0 - 2 * time + 6 * plain_math.pi  # the same sine, far away
+    assert leap(Guard(LIMIT, SIZE), 0.01, z, there + 0.05) == HEIGHT
+    near = plain_math.asin(plain_math.sin(1.4) - 0.01) - time
+    assert leap(Guard(LIMIT, SIZE), 0.01, z, near) is None
+
+
+def test_to_leave_a_singular_place_is_no_leap():
+    top = plain_math.pi / 2
+    z = math.sin(values.track(top, HEIGHT))
+    lower = plain_math.asin(1.0 - 0.01)
+    assert leap(Guard(LIMIT, SIZE), 0.01, z, lower, top) is None
+
+
+def test_a_source_that_moved_little_so_far_does_not_move_far_at_once():
+    guard, x = Guard(LIMIT, SIZE), values.track(1.0, HEIGHT)
+    assert guard.leap(at(0.0), at(0.5), {HEIGHT: 1.0}, {HEIGHT: 1.5}, [x]) is None
+    assert guard.leap(at(0.5), at(0.51), {HEIGHT: 1.5}, {HEIGHT: 2.0}, [x]) == HEIGHT
+
+
+def test_a_refusal_says_each_reason_once_without_who_passed_it_on():
+    reason = 'the setter of script_waypoints_8_6_675e85a7 refuses 0.25: ValueError: 0.25 is below its minimum 0.5'
+    error = node.ChangeRejected('long', {HEIGHT: reason, TIME: reason})
+    assert wording.refusal(error) == '0.25 is below its minimum 0.5'
+
+
+def test_long_numbers_are_cut():
+    assert wording.short_numbers('at 2.0999999046325684 of 0.5') == 'at 2.1 of 0.5'

@@ -1,0 +1,224 @@
+"""Which handles a scene shows, and how a kind of message is added to it."""
+
+import math as plain_math
+
+import pytest
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import PointStamped, PoseStamped, TransformStamped
+from move_base_msgs.msg import MoveBaseActionGoal
+from sensor_msgs.msg import JointState, Range
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker
+
+from rosslt import values
+from rosslt.markers.geometry import normalized, product, rotate_vector
+from rosslt.markers.rviz.controls import handle_marker
+from rosslt.markers.scene import by_type, joints
+from rosslt.markers.scene.by_type import KINDS, MessageKind
+from rosslt.markers.scene.handle import Settings
+from rosslt.markers.scene.scene import Scene
+
+URDF = """
+<robot name="crane">
+  <joint name="tower" type="continuous">
+    <parent link="base"/><child link="arm"/>
+    <origin xyz="0 0 1" rpy="0 0 1.5707963267948966"/><axis xyz="0 0 2"/>
+  </joint>
+  <joint name="trolley" type="prismatic">
+    <parent link="arm"/><child link="hook"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>
+  </joint>
+  <joint name="paint" type="fixed"><parent link="arm"/><child link="paint"/></joint>
+</robot>
+"""
+
+
+def tracked(value, number=1):
+    return values.track(float(value), values.Source('/owner', number))
+
+
+class Seen:
+    """A view that notes what it is told."""
+
+    def __init__(self):
+        self.handles, self.said = {}, []
+
+    def put(self, handle):
+        self.handles[handle.name] = handle
+
+    def drop(self, name):
+        self.handles.pop(name, None)
+
+    def let_go(self, name):
+        pass
+
+    def say(self, handle, text):
+        self.said.append((handle.name, text))
+
+
+class Warned(list):
+    def __call__(self, text):
+        self.append(text)
+
+
+@pytest.fixture
+def seen():
+    return Seen()
+
+
+@pytest.fixture
+def scene(seen):
+    result = Scene(Settings(), Warned())
+    result.add_view(seen)
+    return result
+
+
+def take(scene, topic, message, publisher='/publisher'):
+    message._connection_header = {'callerid': publisher}
+    scene.take(topic, message, True)
+
+
+def pose_stamped(x):
+    message = PoseStamped()
+    message.header.frame_id = 'world'
+    message.pose.position.x = x
+    return message
+
+
+def marker(x, kind=Marker.SPHERE):
+    message = Marker(type=kind, ns='thing')
+    message.header.frame_id = 'world'
+    message.pose.position.x = x
+    message.scale.x = message.scale.y = message.scale.z = 0.3
+    return message
+
+
+def transform(child, x):
+    message = TransformStamped(child_frame_id=child)
+    message.header.frame_id = 'world'
+    message.transform.translation.x = x
+    message.transform.rotation.w = 1.0
+    return message
+
+
+def test_a_kind_of_message_is_one_row_of_the_table(scene, seen, monkeypatch):
+    def range_handles(topic, message, settings):
+        point = PointStamped()
+        point.header, point.point.x = message.header, message.range
+        yield from by_type.point_stamped(topic, point, settings)
+
+    monkeypatch.setitem(KINDS, 'sensor_msgs/Range', MessageKind(range_handles))
+    message = Range(range=tracked(2.0))
+    message.header.frame_id = 'sonar'
+    take(scene, '/range', message)
+    handle = seen.handles['/range']
+    assert (handle.frame, handle.pose[:3]) == ('sonar', (2.0, 0.0, 0.0))
+    assert handle.wanted((3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0), True, False) == ([2.0], [3.0])
+
+
+def test_frames_with_provenance_have_handles_and_those_of_other_broadcasters_stay(scene, seen):
+    take(scene, '/tf', TFMessage([transform('arm', tracked(1.0)), transform('plain', 3.0)]), '/first')
+    take(scene, '/tf', TFMessage([transform('tool', tracked(2.0))]), '/second')
+    assert set(seen.handles) == {'/tf:arm', '/tf:tool'}
+    take(scene, '/tf', TFMessage([transform('tool', 2.0)]), '/second')
+    assert set(seen.handles) == {'/tf:arm'}, 'it is plain now'
+    scene.keep_publishers('/tf', {'/second'})
+    assert not seen.handles
+
+
+def test_the_goal_of_an_action_has_a_handle_on_its_pose(scene, seen):
+    message = MoveBaseActionGoal(goal_id=GoalID(id='one'))
+    message.goal.target_pose = pose_stamped(tracked(1.5))
+    take(scene, '/move_base/goal', message)
+    assert seen.handles['/move_base/goal:target_pose'].pose[0] == 1.5
+
+
+def test_one_thing_published_as_a_pose_and_drawn_as_a_marker_has_the_handle_of_the_marker(scene, seen):
+    x = tracked(1.0)
+    take(scene, '/waypoint', pose_stamped(x))
+    assert set(seen.handles) == {'/waypoint'}
+    take(scene, '/markers', marker(x))
+    assert set(seen.handles) == {'/markers:thing:0'}
+    assert scene.names() == ['/markers:thing:0']
+    scene.keep_publishers('/markers', ())
+    assert set(seen.handles) == {'/waypoint'}
+
+
+def test_what_comes_from_the_same_number_but_stands_elsewhere_keeps_its_handle(scene, seen):
+    x = tracked(1.0)
+    take(scene, '/waypoint', pose_stamped(x + 2.0))
+    take(scene, '/markers', marker(x))
+    assert set(seen.handles) == {'/waypoint', '/markers:thing:0'}
+
+
+def test_errors_of_a_node_are_told_at_a_handle_of_its_numbers(scene, seen):
+    take(scene, '/waypoint', pose_stamped(tracked(1.0)))
+    scene.say_of_node('/stranger', 'unheard')
+    scene.say_of_node('/owner', 'line 3: goto takes three numbers')
+    assert seen.said == [('/waypoint', '/owner: line 3: goto takes three numbers')]
+
+
+def test_a_message_without_a_frame_is_warned_of_once(scene, seen):
+    message = PoseStamped()
+    message.pose.position.x = tracked(1.0)
+    for _ in range(2):
+        take(scene, '/waypoint', message)
+    assert not seen.handles
+    assert scene._warn_with == ['/publisher on /waypoint: the message has no frame_id']
+
+
+def test_the_size_of_balls_is_a_setting(seen):
+    scene = Scene(Settings(ball_size=0.05))
+    scene.add_view(seen)
+    take(scene, '/waypoint', pose_stamped(tracked(1.0)))
+    (ball,) = seen.handles['/waypoint'].shapes()
+    assert ball.scale.x == 0.05
+
+
+@pytest.fixture
+def crane(monkeypatch):
+    robot = joints.Robot()
+    robot._joints = joints.read_joints(URDF)
+    monkeypatch.setattr(joints, 'ROBOT', robot)
+
+
+def joint_handles(scene, seen, tower=0.3, trolley=0.2):
+    message = JointState(name=['tower', 'trolley'], position=[tracked(tower, 1), tracked(trolley, 2)])
+    take(scene, '/joint_states', message)
+    return seen.handles['/joint_states:tower'], seen.handles['/joint_states:trolley']
+
+
+def test_a_joint_that_turns_has_a_ring_around_its_axis(scene, seen, crane):
+    tower, _ = joint_handles(scene, seen)
+    assert (tower.frame, tower.pose[:3]) == ('base', (0.0, 0.0, 1.0))
+    drawn = handle_marker(tower, lambda _value: True, False)
+    (ring,) = [control for control in drawn.controls if control.name.startswith('rotate')]
+    axis = rotate_vector(
+        normalized(ring.orientation.x, ring.orientation.y, ring.orientation.z, ring.orientation.w), (1.0, 0.0, 0.0)
+    )
+    assert axis == pytest.approx((0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize('present', [0.3, 3.0, -7.0])
+def test_a_ring_that_is_turned_turns_its_joint_by_that_angle(scene, seen, crane, present):
+    tower, _ = joint_handles(scene, seen, tower=present)
+    turn = (0.0, 0.0, plain_math.sin(0.25), plain_math.cos(0.25))
+    pose = (*tower.pose[:3], *product(turn, tower.pose[3:]))
+    (value,), (target,) = tower.wanted(pose, moved=False, turned=True)
+    assert value == present
+    assert target == pytest.approx(present + 0.5)
+
+
+def test_a_joint_that_slides_has_a_ball_that_moves_along_its_axis(scene, seen, crane):
+    _, trolley = joint_handles(scene, seen)
+    assert trolley.pose[:3] == pytest.approx((0.5, 0.2, 0.0))
+    assert rotate_vector(trolley.pose[3:], (1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0))
+    (_,), (target,) = trolley.wanted((0.5, 0.7, 0.0, *trolley.pose[3:]), moved=True, turned=False)
+    assert target == pytest.approx(0.7)
+
+
+def test_joints_without_a_description_have_no_handle(scene, seen, monkeypatch):
+    robot = joints.Robot()
+    robot._looked_at = float('inf')
+    monkeypatch.setattr(joints, 'ROBOT', robot)
+    take(scene, '/joint_states', JointState(name=['tower'], position=[tracked(0.3)]))
+    assert not seen.handles

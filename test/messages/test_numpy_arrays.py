@@ -1,0 +1,96 @@
+"""Arrays of objects in messages that NumPy serializes are sent by their values."""
+
+import io
+
+import genpy
+import numpy
+import pytest
+from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
+from rospy.numpy_msg import numpy_msg
+from sensor_msgs.msg import Image, LaserScan
+from std_msgs.msg import Float64MultiArray, Int8MultiArray
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from rosslt import Source, sources, track
+from rosslt.messages import decode, packed_arrays, tracked_type, wrap
+from rosslt.node.refresh import Refresher
+from rosslt.node.serialization import serializer
+from support.filling import assert_arrived
+
+# genpy's classes call it
+pytestmark = pytest.mark.filterwarnings('ignore:tostring')
+
+X = track(0.75, Source('/n', 1))
+
+
+def arrived(message, cls):
+    """What a subscriber of the ordinary class gets."""
+    buff = io.BytesIO()
+    serializer(type(message), Refresher())(message).serialize(buff)
+    received = decode(buff.getvalue(), cls)
+    assert received.error is None
+    return received.message
+
+
+def test_tracked_elements_arrive_by_value_with_their_sources():
+    sent = numpy_msg(Float64MultiArray)(data=numpy.array([1.0, 2.0]) * X)
+    assert arrived(sent, Float64MultiArray).data == (0.75, 1.5)
+    assert_arrived(Float64MultiArray(data=[X * 1.0, X * 2.0]), arrived(sent, Float64MultiArray))
+    assert sent.data.dtype == object  # the message is as it was
+
+
+def test_32_bits_and_a_fixed_length_arrive_by_value():
+    scan = numpy_msg(LaserScan)(ranges=numpy.array([X, 3.0], dtype=object), intensities=numpy.ones(1, numpy.float32))
+    assert arrived(scan, LaserScan).ranges == (0.75, 3.0)
+    assert arrived(scan, LaserScan).intensities == (1.0,)
+    covariance = numpy.zeros(36, dtype=object)
+    covariance[7] = X
+    pose = numpy_msg(PoseWithCovarianceStamped)(pose=PoseWithCovariance(covariance=covariance))
+    received = arrived(pose, PoseWithCovarianceStamped).pose.covariance
+    assert received[7] == 0.75
+    assert sources(received) == sources(X)
+
+
+def test_arrays_within_arrays_of_messages_arrive_by_value():
+    none = numpy.zeros(0)
+    points = [
+        JointTrajectoryPoint(positions=each, velocities=none, accelerations=none, effort=none)
+        for each in (numpy.ones(2), numpy.ones(2) * X)
+    ]
+    sent = numpy_msg(JointTrajectory)(points=points)
+    received = arrived(sent, JointTrajectory)
+    assert [point.positions for point in received.points] == [(1.0, 1.0), (0.75, 0.75)]
+    assert sent.points[1] is points[1]
+    assert points[1].positions.dtype == object
+
+
+def test_bytes_arrive_by_value():
+    pixels = numpy.array([1, track(2, Source('/n', 2)), 255], dtype=object)
+    assert list(arrived(numpy_msg(Image)(data=pixels), Image).data) == [1, 2, 255]
+
+
+def test_an_array_of_plain_objects_arrives_by_value():
+    sent = numpy_msg(Float64MultiArray)(data=numpy.array([1.0, 2], dtype=object))
+    assert arrived(sent, Float64MultiArray).data == (1.0, 2.0)
+
+
+def test_a_tracked_type_of_numpy_arrives_by_value():
+    buff = io.BytesIO()
+    cls = tracked_type(Float64MultiArray)
+    wrap(Float64MultiArray(data=numpy.ones(2) * X), numpy_msg(cls)).serialize(buff)
+    received = decode(buff.getvalue(), cls).message
+    assert received.data == (0.75, 0.75)
+    assert sources(received.data[1]) == sources(X)
+
+
+@pytest.mark.parametrize('wrong', [300, 1.5, 'a'], ids=['too large', 'no integer', 'a text'])
+def test_what_does_not_fit_the_field_is_an_error_that_names_it(wrong):
+    message = numpy_msg(Int8MultiArray)(data=numpy.array([wrong], dtype=object))
+    with pytest.raises(genpy.SerializationError, match='data'):
+        serializer(type(message), Refresher())(message).serialize(io.BytesIO())
+
+
+def test_arrays_of_numbers_are_not_copied():
+    for cls in (numpy_msg(Float64MultiArray), Float64MultiArray):
+        message = cls(data=numpy.ones(2))
+        assert packed_arrays(cls)(message) is message

@@ -1,0 +1,167 @@
+"""Where a call stands in its file is found on every Python, and what identifies it outlives edits around it."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+MODULE = Path(__file__).resolve().parents[2] / 'src' / 'rosslt' / 'node' / 'call_sites.py'
+
+#: Calls in all kinds of places; each says its own name.
+CALLS = """\
+class Thing:
+    first, second = here('a'), here('b')
+
+    def method(self):
+        self.gain = here('c', here('d'), key=here('e'))
+        return [here('f') for _ in range(1)] + [(lambda: here('g'))()]
+
+    @staticmethod
+    def nested():
+        def inner(default=here('h')):
+            return here('i') if default else here('j')
+
+        return inner(), inner('')
+
+
+class Chain:
+    here = staticmethod(chained)
+
+
+def lines():
+    x = here(
+        'k',
+        here('l'),
+    )
+    (Chain
+     .here('m').here('n'))
+    with open(__file__) as file, file:
+        assert here('o'), here('never')
+    \u00e9 = '\u00fc'; y = here('p')  # a line with letters of two bytes
+    return {here('q'): here('r'), **{here('s'): 1}}, here('t', *here('u'), **{'v': here('v')}), x, y, \u00e9
+
+
+def unchanged(_marker):
+    return lambda function: function
+
+
+@unchanged(here('w'))
+def decorated():
+    for number in here('x'):
+        while not here('y'):
+            pass
+        try:
+            number = len(here('z'))
+        finally:
+            here('0')
+
+
+Thing().method(), Thing().nested(), lines(), decorated()
+"""
+
+PROBE = """\
+import importlib.util, json, sys
+spec = importlib.util.spec_from_file_location('call_sites', sys.argv[1])
+call_sites = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(call_sites)
+sites = []
+
+def here(marker, *_values, **_more):
+    sites.append((marker, call_sites.call_site(sys._getframe(1))))
+    return marker
+
+def chained(marker):
+    sites.append((marker, call_sites.call_site(sys._getframe(1))))
+    return names['Chain']
+
+path = sys.argv[2]
+with open(path, encoding='utf-8') as file:
+    code = compile(file.read(), path, 'exec')
+names = {'here': here, 'chained': chained, '__name__': 'calls', '__file__': path}
+exec(code, names)
+print(json.dumps([[marker, *site[1:3], call_sites.identity_of(site, None), site.function] for marker, site in sites]))
+"""
+
+
+def pythons():
+    """All Pythons from 3.8 on that are found, this one with and without columns in its code."""
+    yield pytest.param(sys.executable, {}, id='this Python')
+    yield pytest.param(sys.executable, {'PYTHONNODEBUGRANGES': '1'}, id='this Python without columns')
+    folders = [*Path.home().glob('.pyenv/versions/*/bin'), *map(Path, os.environ.get('PATH', '').split(os.pathsep))]
+    for minor in range(8, 14):
+        found = next(filter(runs, (folder / f'python3.{minor}' for folder in folders)), None)
+        if found is not None:
+            yield pytest.param(str(found), {}, id=f'3.{minor}')
+
+
+def runs(python):
+    """Whether a path is a Python, and not what only says that there is none."""
+    if not python.is_file():
+        return False
+    return subprocess.run([str(python), '-c', ''], stderr=subprocess.DEVNULL, check=False).returncode == 0
+
+
+def sites(tmp_path, text, python=sys.executable, environment=None):
+    """[(name of the call, line, column, identity, function)], as they are made in a run of the text."""
+    path = tmp_path / 'calls.py'
+    path.write_text(text, encoding='utf-8')
+    result = subprocess.run(
+        [python, '-c', PROBE, str(MODULE), str(path)],
+        env={**os.environ, 'PYTHONPATH': '', 'PYTHONIOENCODING': 'utf-8', **(environment or {})},
+        capture_output=True,
+        encoding='utf-8',
+        check=False,
+    )
+    assert result.returncode == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+@pytest.mark.parametrize(('python', 'environment'), pythons())
+def test_a_call_is_where_it_is_written_on_every_python(python, environment, tmp_path):
+    found = {marker: (line, column) for marker, line, column, _, _ in sites(tmp_path, CALLS, python, environment)}
+    written = {}
+    for number, line in enumerate(CALLS.splitlines(), 1):
+        for match in re.finditer(r"here\('(.)'", line):
+            written[match.group(1)] = number, match.start() + 1
+    written['k'] = (CALLS[: CALLS.index('here(\n')].count('\n') + 1, 9)
+    chain = CALLS[: CALLS.index('(Chain')].count('\n') + 1
+    written['m'] = written['n'] = (chain, 6)
+    assert found == written
+
+
+@pytest.mark.parametrize(('python', 'environment'), pythons())
+def test_identities_are_the_same_on_every_python(python, environment, tmp_path):
+    assert sites(tmp_path, CALLS, python, environment) == sites(tmp_path, CALLS)
+
+
+def identities(tmp_path, text):
+    return {marker: identity for marker, _, _, identity, _ in sites(tmp_path, text)}
+
+
+def test_lines_above_and_comments_change_no_identity(tmp_path):
+    text = "def f():\n    x = here('a')\n    return x, here('b')\n\nf()\n"
+    above = "'''New.'''\n\ndef g():\n    here('c')\n\n"
+    edited = above + text.replace('):', '):\n    y = 1').replace("('a')", "('a')  # new")
+    before, after = identities(tmp_path, text), identities(tmp_path, edited)
+    assert before == {marker: after[marker] for marker in before}
+
+
+def test_another_text_another_function_and_another_equal_line_change_it(tmp_path):
+    text = "def f():\n    a = [here('a')]\n    a = [here('a')]\n\nf()\n"
+    before = {identity for _, _, _, identity, _ in sites(tmp_path, text)}
+    assert len(before) == 2
+    for edited in (
+        text.replace('a = [', 'b = ['),
+        text.replace('f()', 'g()'),
+        text.replace('    a', "    a = [here('a')]\n    a", 1),
+        text.replace("    a = [here('a')]\n", '', 1),
+    ):
+        assert not before & {identity for _, _, _, identity, _ in sites(tmp_path, edited)}
+
+
+def test_an_edited_number_changes_no_identity(tmp_path):
+    assert identities(tmp_path, "x = 1.5 * len(here('a'))\n") == identities(tmp_path, "x = 2e3 * len(here('a'))\n")

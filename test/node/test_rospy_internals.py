@@ -1,0 +1,70 @@
+"""What is used of rospy's inside is in one module, is still there, and costs a node nothing that it does not need."""
+
+import ast
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import rospy.topics
+from std_msgs.msg import String
+
+from rosslt.node import rospy_internals
+
+ROOM = Path(__file__).resolve().parents[2] / 'src' / 'rosslt'
+INTERNALS = ROOM / 'node' / 'rospy_internals.py'
+
+#: Modules of rospy that are no public interface.
+HIDDEN = ('rospy.impl', 'rospy.core', 'rospy.msg', 'rospy.tcpros', 'rospy.client', 'rospy.topics')
+
+
+def dotted(node):
+    """`a.b.c` for the syntax tree of it, '' for anything else."""
+    if isinstance(node, ast.Name):
+        return node.id
+    return f'{dotted(node.value)}.{node.attr}' if isinstance(node, ast.Attribute) else ''
+
+
+def used():
+    """(module, name) of each thing that the module takes from rospy's inside."""
+    for statement in ast.parse(INTERNALS.read_text(encoding='utf-8')).body:
+        if isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Attribute):
+            module, _, name = dotted(statement.value).rpartition('.')
+            yield module, name
+
+
+@pytest.mark.parametrize(('module', 'name'), used())
+def test_what_is_used_of_rospys_inside_is_there(module, name):
+    found = importlib.import_module(module)
+    assert hasattr(found, name), f'rospy has no {module}.{name} any more; rosslt/node/rospy_internals.py says what for'
+
+
+@pytest.mark.parametrize('kind', ['publisher', 'subscriber'])
+def test_what_is_used_of_a_publisher_and_a_subscriber_is_there(kind):
+    made = {'publisher': rospy.topics._PublisherImpl, 'subscriber': rospy.topics._SubscriberImpl}[kind](
+        '/topic', String
+    )
+    gone = [name for name in rospy_internals.USED_OF_IMPLEMENTATIONS[kind] if not hasattr(made, name)]
+    assert not gone, f'the implementation of a {kind} has no {gone} any more; rosslt/node/topics.py needs it'
+
+
+def test_nothing_else_reaches_into_rospy():
+    assert len(list(used())) >= 7
+    faults = []
+    for path in ROOM.rglob('*.py'):
+        if path == INTERNALS:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+            names = [node.module or ''] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.Attribute):
+                names.append(dotted(node))
+            faults += [f'{path}:{node.lineno}: {name}' for name in names if name.startswith(HIDDEN)]
+    assert not faults, '\n'.join(faults)
+
+
+def test_a_node_loads_nothing_of_the_command_line():
+    program = 'import sys, rosslt.node; print({"argparse", "rosslt.cli"} & set(sys.modules))'
+    result = subprocess.run([sys.executable, '-c', program], stdout=subprocess.PIPE, encoding='utf-8', check=True)
+    assert result.stdout.strip() == 'set()'

@@ -1,0 +1,171 @@
+"""Provenance that was changed at random, and what must hold of whatever comes of it.
+
+`cd test; ../run exec python3 -m support.header_fuzz --cases 200000` prints a line for each fault that it finds; the
+suites run fewer cases.
+"""
+
+import argparse
+import collections
+import contextlib
+import logging
+import random
+import struct
+import sys
+import traceback
+
+from geometry_msgs.msg import Point, Pose, PoseArray
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Float32, Float64, Int32, Int64, String
+from visualization_msgs.msg import Marker
+
+from rosslt import NotInvertible, NotTracked, Source, explain, is_tracked, math, solve, sources, track, untracked
+from rosslt.messages import BadHeader, attach, encode
+from support.filling import Filling, every_leaf, serialized
+
+X = track(0.25, Source('/node', 1))
+
+
+def messages():
+    """Messages whose provenances together have every part that there is."""
+    text = track('abc', Source('/node', 1))
+    count = track(4, Source('/node', 9))
+    y = track(2, Source('/third', 2**47))
+    strip = Marker(
+        points=[Point(X * place, 2 * X + place, math.sin(X) * place) for place in range(4)],
+        text=track('a', Source('/other', 2)) + 'b',
+        frame_locked=track(True, Source('/other', 3)),
+    )
+    strip.id = track(7, Source('/node', 9)) * 3
+    strip.ns = strip.text
+    return [
+        Pose(position=Point(X, X + y, X * y)),
+        Pose(position=Point(X, 2 * X, 3 * X + y)),
+        Point(X, X, 2 * X),
+        strip,
+        Filling(3).message(Marker),
+        Filling(5).message(PoseArray),
+        Marker(text=text),
+        Marker(text=text, frame_locked=track(True, Source('/node', 3))),
+        JointState(name=[text, track('b', Source('/node', 2))], position=[X, X * 2]),
+        JointState(name=[text, 'b' + track('c', Source('/node', 2))], position=[X, X * X]),
+        String(text + 'b'),
+        Bool(track(True, Source('/node', 1))),
+        Float32(X * 3),
+        Float64(math.sin(X) ** 2 + math.cos(y)),
+        Int32((count // 2) * (count // 2) - count),
+        Int64(2**count + 1),
+    ]
+
+
+def samples():
+    """`(message class, its provenance)`, short and with its full history."""
+    return [(type(message), encode(message, full)) for message in messages() for full in (False, True)]
+
+
+def mutated(data, chance, others):
+    """The data with something changed."""
+    data = bytearray(data)
+    for _ in range(chance.choice([1, 1, 2, 5])):
+        place = chance.randrange(len(data) + 1)
+        way = chance.randrange(6)
+        if way == 0:
+            del data[place:]
+        elif way == 1:
+            data[place:place] = chance.choice([b'\xff', b'\x80' * 9, b'\0', bytes([chance.randrange(256)])])
+        elif way == 2:
+            del data[place : place + chance.randrange(1, 9)]
+        elif way == 3:
+            other = chance.choice(others)
+            start = chance.randrange(len(other))
+            data[place : place + 8] = other[start : start + 8]
+        elif way == 4:
+            data[place : place + 8] = struct.pack('<d', chance.choice([float('nan'), float('inf'), 1e308, -0.0]))
+        elif data:
+            data[place % len(data)] = chance.choice([0, 1, 2, data[place % len(data)] ^ 1, chance.randrange(256)])
+    return bytes(data)
+
+
+def use(message, plain):
+    """Send a message on, and what a node would compute from it; ask for all its sources."""
+    found = [leaf for _, leaf in every_leaf(message) if is_tracked(leaf)]
+    for leaf in found:
+        explain(leaf)
+        assert all(isinstance(source, Source) for source in sources(leaf))
+        with contextlib.suppress(NotInvertible, NotTracked):
+            solve(leaf, leaf)
+    for full in (False, True):
+        attach(type(message)().deserialize(plain), encode(message, full))
+    numbers = [leaf for leaf in found if not isinstance(leaf, str)] or [X]
+    computed = []
+    for first, second in zip(numbers, numbers[::-1]):
+        with contextlib.suppress(ArithmeticError, ValueError):
+            computed += [2.0 * first + second, first * second]
+    joined = [leaf + '/' for leaf in found if isinstance(leaf, str)]
+    for full in (False, True):
+        sent = JointState(position=computed[:8], name=joined[:4])
+        received = untracked(sent)
+        attach(received, encode(sent, full))
+        sources(received)
+
+
+def fuzz(cases, seed):
+    """Attach changed provenances to messages, and use what comes of it.
+
+    Args:
+        cases: how many.
+        seed: of the random numbers.
+
+    Returns:
+        How many were right by chance, and of each fault how often it came: an exception other than BadHeader, or any at
+        all in using a message, or a message that is not as it was.
+    """
+    chance = random.Random(seed)
+    right = samples()
+    others = [data for _, data in right]
+    plain = {cls: serialized(Filling(5).message(cls)) for cls, _ in right}
+    attached, faults = 0, collections.Counter()
+    for _ in range(cases):
+        cls, data = chance.choice(right)
+        way = chance.random()
+        if way < 0.05:
+            data = bytes([1]) + bytes(chance.randrange(256) for _ in range(chance.randrange(60)))
+        elif way < 0.1:
+            cls = chance.choice(right)[0]
+        elif way < 0.95:
+            data = mutated(data, chance, others)
+        message = cls().deserialize(plain[cls])
+        try:
+            try:
+                attach(message, data)
+            except BadHeader:
+                assert not is_tracked(message)
+            else:
+                attached += 1
+                use(message, plain[cls])
+            assert serialized(message) == plain[cls]
+        except Exception as error:
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            faults['%s: %s (%s:%d)' % (type(error).__name__, error, place.filename, place.lineno)] += 1
+            logging.getLogger(__name__).debug('%s with %s', cls.__name__, data.hex())
+    return attached, faults
+
+
+def main():
+    """Run the command; the exit code is 1 where a fault was found."""
+    parser = argparse.ArgumentParser(description='Attach provenance that was changed at random.')
+    parser.add_argument('--cases', type=int, default=200000)
+    parser.add_argument('--seed', type=int, default=1)
+    options = parser.parse_args()
+    logging.getLogger('rosout').setLevel(logging.CRITICAL)
+    attached, faults = fuzz(options.cases, options.seed)
+    print(
+        'seed %d: %d cases, %d right by chance, %d faults'
+        % (options.seed, options.cases, attached, sum(faults.values()))
+    )
+    for fault, count in faults.most_common():
+        print('%6d  %s' % (count, fault))
+    return 1 if faults else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

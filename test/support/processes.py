@@ -1,0 +1,160 @@
+"""Nodes in processes of their own, for the suites beside this file: written as text, started, stopped."""
+
+import atexit
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import textwrap
+import time
+import xmlrpc.client
+
+import rosgraph
+
+
+class Node:
+    """A node that runs in its own process.
+
+    Args:
+        name: its name.
+        code: what it does, after the imports; it may be indented. `SPIN` stands for waiting until shutdown.
+        options: further arguments, remappings or private parameters say.
+        wait_for: the service below its name that says that it has started; None to wait for none.
+        calls_init_node: whether the code calls `rosslt.init_node` itself, not as its first line.
+        environment: further environment variables.
+    """
+
+    IMPORTS = """\
+        import json, os, sys, time
+        import rospy, rosslt
+        from geometry_msgs.msg import Point, Pose, PoseStamped
+        from rosslt.msg import Float64Tracked, PoseTracked
+        from std_msgs.msg import Float64, String
+        """
+
+    def __init__(self, name, code, *options, wait_for='rosslt/undo', calls_init_node=False, **environment):
+        self.name = '/' + name
+        self.directory = tempfile.TemporaryDirectory(prefix='rosslt_test_')
+        self.file = os.path.join(self.directory.name, name + '.py')
+        self.options = options
+        self.environment = environment
+        self.calls_init_node = calls_init_node
+        self.write(code)
+        self.errors = os.path.join(self.directory.name, name + '.log')
+        self.process, self.log = None, []
+        atexit.register(self.stop, signal.SIGKILL)
+        self.start(wait_for)
+
+    def write(self, code):
+        """Write the node's code, in place of what it has."""
+        with open(self.file, 'w', encoding='utf-8') as file:
+            file.write(
+                textwrap.dedent(self.IMPORTS)
+                + ('' if self.calls_init_node else 'rosslt.init_node({!r})\n'.format(self.name[1:]))
+                + textwrap.dedent(code).strip()
+                + '\n'
+            )
+
+    def start(self, wait_for='rosslt/undo'):
+        """Start it, and wait until it offers a service below its name, if one is named."""
+        with open(self.errors, 'a', encoding='utf-8') as errors:
+            self.process = subprocess.Popen(
+                [sys.executable, self.file, *self.options],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+                env={**os.environ, **self.environment},
+            )
+        if wait_for:
+            wait_until(lambda: self.offers(wait_for), 'offers ' + wait_for)
+
+    def offers(self, service):
+        """Whether this process offers the service."""
+        master = rosgraph.Master('/test')
+        try:
+            uri = master.lookupService('{}/{}'.format(self.name, service))
+            node = master.lookupNode(self.name)
+        except rosgraph.MasterError:
+            return False
+        return bool(uri) and node_pid(node) == self.process.pid
+
+    def read_line(self):
+        """The next line that it prints, but for what rospy logs; that collects in `log`."""
+        while True:
+            line = self.process.stdout.readline()
+            if not line.startswith('[INFO]'):
+                return line.strip()
+            self.log.append(line)
+
+    def warnings(self):
+        """How many warnings rospy logged on its standard error, after it has ended."""
+        with open(self.errors, encoding='utf-8') as errors:
+            return errors.read().count('[WARN]')
+
+    def stop(self, number=signal.SIGINT):
+        """End it, and wait until it has ended; returns its exit status."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGCONT)
+            self.process.send_signal(number)
+        try:
+            return self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            return self.process.wait()
+        finally:
+            self.process.stdin.close()
+            self.process.stdout.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+
+
+class Master:
+    """A ROS master in a process of its own, on a port of its own."""
+
+    def __init__(self):
+        with socket.socket() as free:
+            free.bind(('localhost', 0))
+            self.port = free.getsockname()[1]
+        self.uri = 'http://localhost:{}'.format(self.port)
+        self.start()
+
+    def start(self):
+        self.process = subprocess.Popen(
+            ['rosmaster', '--core', '-p', str(self.port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        wait_until(lambda: rosgraph.is_master_online(self.uri), 'the master answers')
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+
+def node_pid(uri):
+    """The process of a node, asked at its own door."""
+    try:
+        return xmlrpc.client.ServerProxy(uri).getPid('/test')[2]
+    except OSError:
+        return None
+
+
+def wait_until(holds, what, timeout=10.0):
+    """Wait until `holds()` gives something true, and return it.
+
+    Raises:
+        AssertionError: it did not within the timeout, in seconds.
+    """
+    end = time.monotonic() + timeout
+    while True:
+        result = holds()
+        if result:
+            return result
+        if time.monotonic() > end:
+            raise AssertionError('not within {} s: {}'.format(timeout, what))
+        time.sleep(0.01)

@@ -1,0 +1,30 @@
+"""Programs for the tests of the room `instrument`: their literals, and what comes of running them rewritten."""
+
+import ast
+
+from rosslt.instrument import loader, routing
+from rosslt.instrument.literals import SourceText, find_literals
+from rosslt.instrument.rewriting import rewrite
+from rosslt.instrument.states import find_states
+
+
+def literals_of(text):
+    """The literals of a program that are locations, in their order."""
+    source = SourceText('/nowhere/program.py', text.encode('utf-8'))
+    tree = ast.parse(text)
+    return [literal for _, literal in find_literals(tree, source, find_states(tree))]
+
+
+def verdict_of(text):
+    """The first literal of a program."""
+    return literals_of(text)[0]
+
+
+def run_rewritten(text, path='/nowhere/program.py'):
+    """The names of a program after it has run rewritten, in this process."""
+    assert routing.ROSPY is not None
+    made = rewrite(text.encode('utf-8'), path, path)
+    names = {'__name__': 'program', '__file__': path}
+    loader.prepare(names, made, path)
+    exec(made.code, names)
+    return names

@@ -1,0 +1,69 @@
+"""Nodes that know nothing of rosslt, run by `rosslt run`, or by themselves."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import rosgraph
+
+from support.processes import node_pid, wait_until
+
+
+class Unmodified:
+    """A program that runs in its own process.
+
+    Args:
+        folder: where it is written to.
+        name: of its file, and of its node.
+        code: all of it.
+        arguments: of its command line.
+        tracked: run it with `rosslt run`.
+        options: of `rosslt run`.
+    """
+
+    def __init__(self, folder, name, code, *arguments, tracked=True, options=(), **environment):
+        self.name = '/' + name
+        self.file = folder / (name + '.py')
+        self.file.write_text(code, encoding='utf-8')
+        start = ['rosslt', 'run', *options] if tracked else [sys.executable]
+        self.process = subprocess.Popen(
+            [*start, str(self.file), *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=str(folder),
+            env=dict(os.environ, XDG_CACHE_HOME=str(folder / 'cache'), **environment),
+        )
+
+    def end(self, timeout=60):
+        """Wait until it ends by itself: (exit code, standard output, standard error)."""
+        try:
+            output, errors = self.process.communicate(timeout=timeout)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            raise
+        return self.process.returncode, output, errors
+
+    def is_up(self):
+        """Whether its node is known to the master."""
+        try:
+            return node_pid(rosgraph.Master('/test').lookupNode(self.name)) == self.process.pid
+        except rosgraph.MasterError:
+            return False
+
+    def stop(self, number=signal.SIGINT):
+        """End it; returns what `end` does."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        return self.end()
+
+    def __enter__(self):
+        wait_until(lambda: self.is_up() or self.process.poll() is not None, f'{self.name} starts', 60)
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.communicate()

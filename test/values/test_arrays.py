@@ -1,0 +1,223 @@
+"""NumPy's functions on tracked values: the numbers are NumPy's, and provenance is kept."""
+
+import pickle
+
+import pytest
+
+from rosslt import Source, evaluate, explain, is_tracked, solve, sources, track, untracked
+
+np = pytest.importorskip('numpy')
+tracked_np = pytest.importorskip('rosslt.numpy')
+
+A, B = Source('/node', 1), Source('/node', 2)
+RANDOM = np.random.RandomState(7)
+VECTOR, OTHER = RANDOM.uniform(-2, 2, 3), RANDOM.uniform(-2, 2, 3)
+MATRIX, SECOND = RANDOM.uniform(-2, 2, (3, 3)), RANDOM.uniform(-2, 2, (3, 3))
+WIDE = RANDOM.uniform(-2, 2, (2, 4))
+STACK = RANDOM.uniform(-2, 2, (4, 3, 3))
+
+CALLS = {
+    'array': lambda np, v, w, m, k: np.array([v[0], 1.0, 2]),
+    'asarray': lambda np, v, w, m, k: np.asarray(m),
+    'full': lambda np, v, w, m, k: np.full((2, 2), v[0]),
+    'linspace': lambda np, v, w, m, k: np.linspace(v[0], w[0], 5),
+    'linspace open': lambda np, v, w, m, k: np.linspace(v[0], w[0], 5, endpoint=False),
+    'linspace vectors': lambda np, v, w, m, k: np.linspace(v, w, 4),
+    'arange': lambda np, v, w, m, k: np.arange(v[0], v[0] + 2.2, 0.5),
+    'cross': lambda np, v, w, m, k: np.cross(v, w),
+    'cross 2': lambda np, v, w, m, k: np.cross(v[:2], w[:2]),
+    'cross mixed': lambda np, v, w, m, k: np.cross(v[:2], w),
+    'cross rows': lambda np, v, w, m, k: np.cross(m, w),
+    'cross columns': lambda np, v, w, m, k: np.cross(m, k, axis=0),
+    'dot': lambda np, v, w, m, k: np.dot(v, w),
+    'dot matrix': lambda np, v, w, m, k: np.dot(m, v),
+    'matmul': lambda np, v, w, m, k: m @ k,
+    'matmul function': lambda np, v, w, m, k: np.matmul(m, k),
+    'inner': lambda np, v, w, m, k: np.inner(v, w),
+    'outer': lambda np, v, w, m, k: np.outer(v, w),
+    'kron': lambda np, v, w, m, k: np.kron(v, w),
+    'trace': lambda np, v, w, m, k: np.trace(m),
+    'transpose': lambda np, v, w, m, k: np.transpose(m),
+    'inv': lambda np, v, w, m, k: np.linalg.inv(m),
+    'det': lambda np, v, w, m, k: np.linalg.det(m),
+    'solve vector': lambda np, v, w, m, k: np.linalg.solve(m, v),
+    'solve matrix': lambda np, v, w, m, k: np.linalg.solve(m, k),
+    'norm': lambda np, v, w, m, k: np.linalg.norm(v),
+    'norm 1': lambda np, v, w, m, k: np.linalg.norm(v, 1),
+    'norm inf': lambda np, v, w, m, k: np.linalg.norm(v, np.inf),
+    'norm rows': lambda np, v, w, m, k: np.linalg.norm(m, axis=1),
+    'norm matrix': lambda np, v, w, m, k: np.linalg.norm(m),
+    'matrix_power': lambda np, v, w, m, k: np.linalg.matrix_power(m, 3),
+    'matrix_power inverse': lambda np, v, w, m, k: np.linalg.matrix_power(m, -2),
+    'pinv': lambda np, v, w, m, k: np.linalg.pinv(m[:, :2]),
+    'einsum dot': lambda np, v, w, m, k: np.einsum('i,i', v, w),
+    'einsum matmul': lambda np, v, w, m, k: np.einsum('ij,jk->ik', m, k),
+    'einsum implicit': lambda np, v, w, m, k: np.einsum('ji,jk', m, k),
+    'einsum trace': lambda np, v, w, m, k: np.einsum('ii', m),
+    'einsum diagonal': lambda np, v, w, m, k: np.einsum('ii->i', m),
+    'einsum transpose': lambda np, v, w, m, k: np.einsum('ij->ji', m),
+    'einsum outer': lambda np, v, w, m, k: np.einsum('i,j->ji', v, w),
+    'einsum three': lambda np, v, w, m, k: np.einsum('i,ij,j', v, m, w),
+    'interp': lambda np, v, w, m, k: np.interp(v, [-1.0, 0.0, 1.0], [3.0, 4, 7.0]),
+    'interp scalar': lambda np, v, w, m, k: np.interp(v[0], [-3, 0, 3], w),
+    'interp outside': lambda np, v, w, m, k: np.interp(v * 9, [-1, 0, 1], w, left=-5.0, right=v[1]),
+    'interp period': lambda np, v, w, m, k: np.interp(v * 9, [0.1, 2.0, 3.0], w, period=4),
+    'interp at a point': lambda np, v, w, m, k: np.interp([0, 3.0, -3.0, v[0]], [-3, 0, 3], w),
+    'clip': lambda np, v, w, m, k: np.clip(v, -0.5, w[0]),
+    'clip below': lambda np, v, w, m, k: np.clip(m, None, 0.5),
+    'where': lambda np, v, w, m, k: np.where(v > 0, v, w),
+    'sum': lambda np, v, w, m, k: np.sum(m, axis=0),
+    'mean': lambda np, v, w, m, k: np.mean(v),
+    'std': lambda np, v, w, m, k: np.std(v),
+    'var': lambda np, v, w, m, k: np.var(m, axis=1),
+    'median': lambda np, v, w, m, k: np.median(v),
+    'median rows': lambda np, v, w, m, k: np.median(m[:2], axis=0),
+    'average': lambda np, v, w, m, k: np.average(v, weights=[1, 2, 3]),
+    'max': lambda np, v, w, m, k: np.max(v),
+    'maximum': lambda np, v, w, m, k: np.maximum(v, w),
+    'cumsum': lambda np, v, w, m, k: np.cumsum(v),
+    'diff': lambda np, v, w, m, k: np.diff(v),
+    'round': lambda np, v, w, m, k: np.round(v, 1),
+    'concatenate': lambda np, v, w, m, k: np.concatenate([v, [1.0], w]),
+    'stack': lambda np, v, w, m, k: np.stack([v, w]),
+    'vstack': lambda np, v, w, m, k: np.vstack([v, w]),
+    'hstack': lambda np, v, w, m, k: np.hstack([v, w]),
+    'column_stack': lambda np, v, w, m, k: np.column_stack([v, w]),
+    'append': lambda np, v, w, m, k: np.append(v, 1.0),
+    'flip': lambda np, v, w, m, k: np.flip(m, 0),
+    'roll': lambda np, v, w, m, k: np.roll(v, 1),
+    'tile': lambda np, v, w, m, k: np.tile(v, 2),
+    'reshape': lambda np, v, w, m, k: np.reshape(m, (9,)),
+    'diag': lambda np, v, w, m, k: np.diag(v),
+    'sin': lambda np, v, w, m, k: np.sin(m),
+    'arctan2': lambda np, v, w, m, k: np.arctan2(v, w),
+    'hypot': lambda np, v, w, m, k: np.hypot(v[0], w[0]),
+    'square': lambda np, v, w, m, k: np.square(v),
+    'deg2rad': lambda np, v, w, m, k: np.deg2rad(v),
+    'polyval': lambda np, v, w, m, k: np.polyval(v, 2.0),
+    'arithmetic': lambda np, v, w, m, k: (v * 2 - w / 3) ** 2,
+    'slices': lambda np, v, w, m, k: m[1:, :2] * v[0],
+}
+
+
+def tracked_array(numbers):
+    """An array of as many sources as there are numbers."""
+    flat = [track(float(number), Source('/node', place)) for place, number in enumerate(np.ravel(numbers))]
+    return tracked_np.array(np.array(flat, dtype=object).reshape(np.shape(numbers)))
+
+
+@pytest.mark.parametrize('name', CALLS)
+def test_functions_give_what_numpy_gives_and_keep_provenance(name):
+    call, plain = CALLS[name], (VECTOR, OTHER, MATRIX, SECOND)
+    expected = call(np, *plain)
+    result = call(tracked_np, *map(tracked_array, plain))
+    assert np.shape(result) == np.shape(expected)
+    np.testing.assert_allclose(np.array(untracked(result), dtype=float), expected, rtol=1e-9, atol=1e-12)
+    assert is_tracked(result)
+    assert np.array_equal(np.asarray(call(tracked_np, *plain), dtype=float), np.asarray(expected, dtype=float))
+
+
+WITHOUT_ARRAYS = {'full', 'linspace', 'linspace open', 'arange', 'hypot', 'array', 'interp scalar', 'interp at a point'}
+"""These take scalars and lists, for which NumPy asks nobody."""
+
+
+@pytest.mark.parametrize('name', sorted(set(CALLS) - WITHOUT_ARRAYS))
+def test_numpys_own_functions_work_on_arrays_that_hold_tracked_values(name):
+    call, plain = CALLS[name], (VECTOR, OTHER, MATRIX, SECOND)
+    result = call(np, *map(tracked_array, plain))
+    np.testing.assert_allclose(np.array(untracked(result), dtype=float), call(np, *plain), rtol=1e-9, atol=1e-12)
+    assert is_tracked(result)
+
+
+@pytest.mark.parametrize('function', ['inv', 'det', 'solve'])
+def test_linear_algebra_takes_stacks_of_matrices(function):
+    arguments = (STACK, STACK[::-1]) if function == 'solve' else (STACK,)
+    result = getattr(tracked_np.linalg, function)(*map(tracked_array, arguments))
+    expected = getattr(np.linalg, function)(*arguments)
+    np.testing.assert_allclose(np.array(untracked(result), dtype=float), expected, rtol=1e-9)
+    assert is_tracked(result)
+
+
+def test_a_result_of_linear_algebra_is_solved_back():
+    x, y = track(2.0, A), track(0.5, B)
+    matrix = tracked_np.array([[x, 1.0], [y, 3.0]])
+    determinant = np.linalg.det(matrix)
+    assert evaluate(determinant, solve(determinant, 7.0)) == pytest.approx(7.0)
+    answer = solve(np.linalg.solve(matrix, [1.0, 2.0])[0], 0.4, A)
+    assert np.linalg.solve([[answer[A], 1.0], [0.5, 3.0]], [1.0, 2.0])[0] == pytest.approx(0.4)
+
+
+def test_a_zero_that_is_tracked_counts_as_a_number_that_may_change():
+    x = track(0.0, A)
+    inverse = tracked_np.linalg.inv([[2.0, x], [0.0, 1.0]])
+    assert evaluate(inverse[0, 1], {A: 4.0}) == -2.0
+
+
+def test_a_singular_matrix_is_refused_as_by_numpy():
+    with pytest.raises(np.linalg.LinAlgError, match='Singular'):
+        tracked_np.linalg.inv([[track(1.0, A), 2.0], [2.0, 4.0]])
+    with pytest.raises(np.linalg.LinAlgError, match='square'):
+        tracked_np.linalg.det(tracked_array(WIDE))
+    assert tracked_np.linalg.det([[track(1.0, A), 2.0], [2.0, 4.0]]) == 0
+
+
+def test_what_computes_in_floats_only_gets_the_plain_numbers():
+    array, matrix = tracked_array(VECTOR), tracked_array(MATRIX)
+    for result, expected in (
+        (np.isfinite(array), np.isfinite(VECTOR)),
+        (np.isnan(array), np.isnan(VECTOR)),
+        (tracked_np.isnan([track(float('nan'), A), 1.0]), [True, False]),
+        (np.isclose(array, VECTOR), [True] * 3),
+        (np.linalg.eigvals(matrix), np.linalg.eigvals(MATRIX)),
+        (np.linalg.svd(matrix)[1], np.linalg.svd(MATRIX)[1]),
+        (np.fft.fft(array), np.fft.fft(VECTOR)),
+        (np.argsort(array), np.argsort(VECTOR)),
+        (array > 0, VECTOR > 0),
+    ):
+        np.testing.assert_allclose(result, expected)
+        assert not is_tracked(result)
+
+
+@pytest.mark.parametrize(
+    'made', [tracked_np.zeros(3), tracked_np.ones((2, 3)), tracked_np.identity(3), tracked_np.eye(2)]
+)
+def test_new_arrays_take_tracked_values(made):
+    made[(0,) * made.ndim] = track(0.3, A)
+    assert sources(made + 1) == [A]
+    made += 1
+    made[...] *= 2
+    assert sources(made) == [A]
+    assert made.astype(float).dtype == float
+    assert type(made.astype(float)) is np.ndarray
+
+
+def test_large_and_typed_arrays_are_numpys():
+    assert tracked_np.zeros((480, 640)).dtype == float
+    assert tracked_np.zeros(3, dtype=int).dtype == int
+    assert tracked_np.array([track(1.0, A)], dtype='float32').dtype == np.float32
+    assert type(tracked_np.array([1.0, 2.0])) is np.ndarray
+    assert tracked_np.pi == np.pi
+    assert tracked_np.float32 is np.float32
+    assert tracked_np.fft is np.fft
+
+
+def test_slices_share_their_elements():
+    array = tracked_np.zeros((2, 2))
+    row = array[0]
+    row[1] = track(0.3, A)
+    assert sources(array[0, 1]) == [A]
+
+
+def test_an_array_of_floats_that_is_added_to_in_place_stays_plain():
+    array = np.ones(3)
+    array += tracked_array(VECTOR)
+    np.testing.assert_allclose(array, VECTOR + 1)
+    assert array.dtype == float
+
+
+def test_arrays_are_copied_and_pickled_with_provenance():
+    array = tracked_np.array([[track(0.3, A), 1.0]])
+    for other in (pickle.loads(pickle.dumps(array)), array.copy()):
+        assert type(other) is type(array)
+        assert other.shape == (1, 2)
+        assert explain(other[0, 0]) == explain(array[0, 0])

@@ -1,0 +1,133 @@
+"""Users' own operations keep provenance, with their inverse and slope or without."""
+
+import math as plain_math
+from typing import NamedTuple
+
+import pytest
+
+import rosslt
+from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
+from rosslt.values import affine, assemble, disassemble, reapply
+
+A, B = Source('/node', 1), Source('/node', 2)
+
+
+def polynomial(x, y=1.0):
+    return x * x * x + 2 * x + y
+
+
+exact = rosslt.operation(
+    polynomial,
+    inverse=(None, lambda wanted, x, y=1.0: wanted - x**3 - 2 * x),
+    slope=(lambda x, y=1.0: 3 * x * x + 2, lambda x, y=1.0: 1.0),
+)
+numeric = rosslt.operation(polynomial)
+
+
+@pytest.mark.parametrize('function', [exact, numeric])
+def test_a_call_is_recorded_evaluated_and_solved(function):
+    x, y = track(0.5, A), track(2.0, B)
+    result = function(x, y)
+    assert result == polynomial(0.5, 2.0)
+    assert sources(result) == [A, B]
+    assert evaluate(result, {A: 1.0}) == 5.0
+    for source in (A, B):
+        answer = solve(result * 2 + 1, 9.0, source)
+        assert evaluate(result * 2 + 1, answer) == pytest.approx(9.0, rel=1e-9)
+    assert solve(result, result) == {A: 0.5}
+    assert function(0.5) == polynomial(0.5)
+    assert not is_tracked(function(0.5))
+    assert sources(function(0.5, y=y)) == [B]
+    assert evaluate(function(0.5, y=y), {B: 7.0}) == polynomial(0.5, 7.0)
+
+
+def test_a_source_that_is_met_twice_is_solved_for():
+    x = track(0.5, A)
+    result = exact(x, x * 2) + math.sin(x)
+    assert evaluate(result, solve(result, 6.0)) == pytest.approx(6.0, rel=1e-9)
+
+
+def test_several_results_are_solved_together():
+    @rosslt.operation
+    def polar(x, y):
+        return plain_math.hypot(x, y), plain_math.atan2(y, x)
+
+    radius, angle = polar(track(3.0, A), track(4.0, B))
+    assert (radius, angle) == (5.0, plain_math.atan2(4, 3))
+    answer = solve([radius, angle], [10.0, 0.5])
+    assert evaluate([radius, angle], answer) == pytest.approx([10.0, 0.5], rel=1e-9)
+
+
+class Point(NamedTuple):
+    x: float
+    label: str
+
+
+class Robot:
+    arm = 2.0
+
+    @rosslt.operation
+    def reach(self, angle):
+        return self.arm * plain_math.sin(angle)
+
+    @rosslt.operation(slope=(lambda self, x: (1.0,)))
+    def point(self, x):
+        return Point(x, 'here')
+
+
+def test_methods_and_named_results():
+    reached = Robot().reach(track(0.3, A))
+    assert solve(reached, 1.0) == {A: pytest.approx(plain_math.asin(0.5))}
+    point = Robot().point(track(1.0, A))
+    assert type(point) is Point
+    assert point.label == 'here'
+    assert sources(point.x) == [A]
+
+
+def test_explain_names_the_function_and_what_is_numerical():
+    x = track(0.5, A)
+    assert explain(exact(x, 2.0) * 2) == 'polynomial(0.5 [/node#1], 2.0) * 2'
+    assert explain(numeric(x, y=2.0)) == 'numerically polynomial(0.5 [/node#1], y=2.0)'
+
+
+def test_the_linearization_travels_and_says_so():
+    x = track(0.5, A)
+    result = exact(math.sin(x), 2.0) + 1
+    instructions, (root,) = disassemble([result])
+    assert [instruction[0] for instruction in instructions[:2]] == ['source', 'affine']
+    again = assemble(instructions)[root]
+    assert again == result
+    assert 'linearized' in explain(again)
+    slope = (3 * plain_math.sin(0.5) ** 2 + 2) * plain_math.cos(0.5)
+    assert evaluate(again, {A: 0.6}) == pytest.approx(result + 0.1 * slope)
+    assert affine(result) is None
+
+
+def test_it_is_reapplied_and_folded_like_all_others():
+    x = track(0.5, A)
+    again = reapply([exact(x, 2.0)], {A: 1.0})[0]
+    assert (again, explain(again)) == (5.0, 'polynomial(1.0 [/node#1], 2.0)')
+    value = exact(x, 0.0)
+    for _ in range(20_000):
+        value = value + exact(x * 1e-3, 0.0) * 1e-3
+    assert len(disassemble([value])[0]) < 10_000
+    assert evaluate(value, {}) == value
+
+
+def test_a_result_that_is_no_number_stays_what_it_is():
+    @rosslt.operation
+    def table(x):
+        return {'x': x}
+
+    assert table(track(1.0, A)) == {'x': 1.0}
+    assert untracked(table(track(1.0, A))) == {'x': 1.0}
+
+
+def test_what_cannot_be_reached_is_refused():
+    with pytest.raises(rosslt.NotInvertible, match=r'numerically sine\(0.3 \[/node#1\]\) become 2.0'):
+        solve(sine(track(0.3, A)), 2.0)
+
+
+@rosslt.operation
+def sine(x):
+    return plain_math.sin(x)
