@@ -79,19 +79,10 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
     if made is None:
         code = compile(content, script, 'exec', dont_inherit=True)
     else:
-        _set_up()
         code = made.code
         prepare(main.__dict__, made, script)
         sys.meta_path.insert(0, OwnModules(sys.path[0], include))  # type: ignore[arg-type]
     exec(code, main.__dict__)
-
-
-def _set_up() -> None:
-    from rosslt import node
-    from rosslt.instrument import numbers_as_text
-
-    node.marshal_tracked_values()
-    numbers_as_text.represent_in_yaml()
 
 
 def _script(path: str) -> Tuple[str, Optional[bytes]]:
