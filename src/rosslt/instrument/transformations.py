@@ -1,7 +1,7 @@
 """The functions of `tf.transformations`, keeping provenance.
 
-They are tf's own: a second copy of the module, which computes with the `numpy` and the `math` that keep provenance. It is
-used where an argument has provenance; everything else is left to the original.
+They are tf's own: a second copy of the module, which computes with the `numpy` and the `math` that keep provenance. It
+is used where an argument has provenance; everything else is left to the original.
 """
 
 import functools
@@ -39,7 +39,9 @@ def tracked_functions(original: types.ModuleType, tracking_numpy: Any, tracking_
     return {
         name: _either(getattr(original, name), function)
         for name, function in vars(copy).items()
-        if isinstance(function, (types.FunctionType, _QuaternionFromEuler)) and not name.startswith('_') and hasattr(original, name)
+        if isinstance(function, (types.FunctionType, _QuaternionFromEuler))
+        and not name.startswith('_')
+        and hasattr(original, name)
     }
 
 
@@ -63,8 +65,8 @@ def _either(original: Any, tracked: Any) -> Any:
 
 
 class _QuaternionFromEuler:
-    """tf's `quaternion_from_euler`, which nodes call most of all: in the same order, so that the numbers are the same, with
-    the sines of angles that stand still computed once.
+    """tf's `quaternion_from_euler`, which nodes call most: with the same numbers, as it goes in the same order, and the
+    sines of angles that stand still computed once.
 
     Args:
         original: `tf.transformations`, for its tables of axes.
