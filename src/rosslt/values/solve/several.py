@@ -57,6 +57,9 @@ class System(Descents):
         base: the values of the graph's nodes while nothing changes; the present ones by default.
     """
 
+    _dead_end: Optional[Descent] = None
+    """The end of a descent that came nearest without meeting the results."""
+
     def solution(self) -> Optional[Point]:
         """The unknowns' values that give all results, None where none were found."""
         dead_ends: Dict[str, int] = {}
@@ -65,6 +68,8 @@ class System(Descents):
                 for end in self._ends(start):
                     if self.accepts(end.x):
                         return self._tidied(self._nearest(end.x))
+                    if self._dead_end is None or end.size < self._dead_end.size:
+                        self._dead_end = end
                     key = '%.3g' % end.size
                     dead_ends[key] = dead_ends.get(key, 0) + 1
                     if dead_ends[key] >= ENOUGH_DEAD_ENDS:
@@ -160,7 +165,11 @@ class System(Descents):
         yield from itertools.islice(self._scattered(RADII), MOST_STARTS)
 
     def _scattered(self, radii: Sequence[float]) -> Iterator[Point]:
-        """Points around the present values, at such radii in turn, and anywhere within the bounds."""
+        """Points around the present values, at such radii in turn, and anywhere within the bounds.
+
+        Every other pair of them keeps half of the unknowns where the descent that came nearest left them, as most
+        results may be met there.
+        """
         chance = random.Random(1)
         turns = self._turns()
         for number in itertools.count():
@@ -172,6 +181,8 @@ class System(Descents):
                 else:
                     reach = scale if number % 3 else max(scale, abs(value), turn)
                     start.append(min(max(value + reach * chance.uniform(-radius, radius), low), high))
+            if number % 4 > 1 and self._dead_end is not None:
+                start = [kept if chance.random() < 0.5 else new for kept, new in zip(self._dead_end.x, start)]
             yield start
 
     def _turns(self) -> List[float]:
