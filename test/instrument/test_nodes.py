@@ -136,7 +136,8 @@ while not rospy.is_shutdown():
     t.header.stamp = rospy.Time.now()
     t.transform.translation.x = 1.25
     br.sendTransform(t)
-    old.sendTransform((0.5, 0.0, 2.0), tf.transformations.quaternion_from_euler(0, 0, 0.3), rospy.Time.now(), 'old', 'map')
+    turned = tf.transformations.quaternion_from_euler(0, 0, 0.3)
+    old.sendTransform((0.5, 0.0, 2.0), turned, rospy.Time.now(), 'old', 'map')
     rospy.sleep(0.03)
 """
 
@@ -311,17 +312,18 @@ def test_a_latched_message_is_sent_again(run):
 
 
 def test_a_class_with_a_timer_and_the_names_of_math(run):
-    with run(CLASS_AND_TIMER, 'controller'), Listener('/controller/output', Float32) as heard:
-        with Listener('/controller/id', Int32) as ids:
-            node.force_value(heard.next().data, 9.0)
-            heard.comes(lambda message: message.data == 9.0)
-            node.force_value(ids.next().data, 8)
-            ids.comes(lambda message: message.data == 8)
-            with pytest.raises(rosslt.Error):
-                node.force_value(ids.next().data, 8.5)
-            (identifier,) = [name for name, columns in names_of('controller').items() if columns[2] == '8']
-            assert command('set', '/controller/' + identifier, '8.5').returncode == 1
-            assert ids.next().data == 8
+    with run(CLASS_AND_TIMER, 'controller'), Listener('/controller/output', Float32) as heard, Listener(
+        '/controller/id', Int32
+    ) as ids:
+        node.force_value(heard.next().data, 9.0)
+        heard.comes(lambda message: message.data == 9.0)
+        node.force_value(ids.next().data, 8)
+        ids.comes(lambda message: message.data == 8)
+        with pytest.raises(rosslt.Error):
+            node.force_value(ids.next().data, 8.5)
+        (identifier,) = [name for name, columns in names_of('controller').items() if columns[2] == '8']
+        assert command('set', '/controller/' + identifier, '8.5').returncode == 1
+        assert ids.next().data == 8
 
 
 def test_points_from_numpy_arrays_follow(run):
@@ -393,7 +395,8 @@ def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path):
     script.chmod(0o755)
     package = tmp_path / 'package.xml'
     package.write_text(
-        '<package><name>launched_nodes</name><version>0.0.0</version><description>x</description><maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
+        '<package><name>launched_nodes</name><version>0.0.0</version><description>x</description>'
+        '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
     )
     file.write_text(
         '<launch><arg name="name"/><node pkg="launched_nodes" type="talker.py" name="$(arg name)"/>'

@@ -8,13 +8,12 @@ import shutil
 import sys
 import threading
 import time
-from typing import Any, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, List, Optional, Sequence, Tuple
 
-import genpy.dynamic
-import genpy.message
 import rospy
 
 from rosslt import messages
+from rosslt.cli.reading import class_of
 
 _COLUMNS = ('topic', 'type', 'rate', 'plain', 'provenance', 'ratio')
 
@@ -65,14 +64,6 @@ class Topic:
             provenance / count,
             (plain + provenance) / plain if plain else None,
         )
-
-
-def class_of(header: Mapping[str, str]) -> type:
-    """The class of the messages of a connection, from its definition where the type is not installed."""
-    found = genpy.message.get_message_class(header['type'])
-    if found is None or found._md5sum != header['md5sum']:
-        found = genpy.dynamic.generate_dynamic(header['type'], header['message_definition'])[header['type']]
-    return found
 
 
 def formatted(row: Row) -> Tuple[str, ...]:

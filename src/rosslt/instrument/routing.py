@@ -1,8 +1,8 @@
 """What a node imports, and what it gets in its place: the same names, keeping provenance.
 
-Only rewritten code is given other things: after each of its imports, what came is looked up here by what it is, not by how
-it is called, so that `import rospy`, `from rospy import *` and names handed on by other modules are all the same. Other
-packages go on with their own, but for those that publish for the node (`LIBRARIES`), which are told of another rospy.
+Only rewritten code is given other things: after each of its imports, what came is looked up here by what it is, not by
+how it is called, so that `import rospy`, `from rospy import *` and names handed on by other modules are all the same.
+Other packages go on with their own, but for those that publish for the node (`LIBRARIES`): they get another rospy.
 """
 
 import importlib
@@ -170,7 +170,7 @@ def _numpy(original: types.ModuleType) -> Any:
     from rosslt.instrument import array_functions
 
     array_functions.keep_provenance_in_numpy()
-    linalg = {name: function for name, function in array_functions.linalg_functions().items()}
+    linalg = array_functions.linalg_functions()
     functions = array_functions.numpy_functions()
     for module, others in ((original.linalg, linalg), (original, functions)):
         for name, function in others.items():

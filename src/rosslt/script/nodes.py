@@ -54,8 +54,8 @@ def run() -> None:
     script = LiveScript(
         path, node.add_location, node.remove_location, take, report, settings, memory.recall, memory.keep
     )
-    Watch(path, script.look)
-    script.look()  # what was saved before the watch began
+    Watch(path, script.reload)
+    script.reload()  # what was saved before the watch began
     rospy.loginfo('%s is in force', path)
     _loop(player.tick)
 
@@ -74,7 +74,7 @@ def run_parameters() -> None:
     rospy.Service('~save', Trigger, save)
 
     def tick() -> None:
-        waypoints.look()
+        waypoints.update()
         player.tick()
 
     _loop(tick)

@@ -1,4 +1,4 @@
-"""When a number counts as another one: every tolerance of solving stands here.
+"""When a number counts as another one: the tolerances of solving, and of those who compare what came of it.
 
 Whole numbers, bools and texts are equal or they are not; only floats are compared with a tolerance.
 """
@@ -58,7 +58,7 @@ def is_near(found: Any, wanted: Any) -> bool:
 
 
 def is_same(present: Any, wanted: Any) -> bool:
-    """Whether a value without a source is what is wanted of it: a number, a text, or a list of such."""
+    """Whether a value is what is wanted of it, but for rounding: a number, a text, or a list of such."""
     try:
         return bool(present == wanted) or math.isclose(present, wanted, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
     except (TypeError, ValueError):

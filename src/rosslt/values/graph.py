@@ -216,7 +216,7 @@ class Graph:
                 rise[place] = total
         return rise
 
-    def straight(self, depends: List[bool], root: int) -> bool:
+    def is_affine(self, depends: List[bool], root: int) -> bool:
         """Whether a node is affine in all that changes, together."""
         index = self.index
         flags: List[bool] = []

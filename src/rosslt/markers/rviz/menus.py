@@ -16,7 +16,7 @@ from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
 
 #: For how long values have to stay before a menu is drawn anew with them, in seconds: RViz closes one that is open.
-SETTLED = 2.0
+SETTLING_TIME = 2.0
 
 #: Slopes below this count as none.
 NO_EFFECT = 1e-6
@@ -96,7 +96,7 @@ class Menus:
         menu.apply(server, name)
 
     def check(self, count: int) -> None:
-        """Look at some handles, in turns: whether their menus say what is so."""
+        """Have the menus of some handles drawn anew, in turns, where they are out of date."""
         if not self._unchecked:
             self._unchecked = self._display.names()
         for name in self._unchecked[-count:]:
@@ -125,7 +125,7 @@ class Menus:
         if latest != present:
             self._latest[name] = (present, now)
             return False
-        return now - since > SETTLED
+        return now - since > SETTLING_TIME
 
     def _draw(self, handle: Handle) -> Drawn:
         sources = tuple(values.sources(handle.tracked))
