@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs rospy nodes as they are and with `rosslt run`, and prints what that gives and what it costs.
 
-    ./run exec benchmarks/unmodified_nodes.py DIRECTORY [--nodes NODE...] [--seconds 10] [--arguments NODE 'ARGUMENT...']
+    ./run exec benchmarks/unmodified_nodes.py DIRECTORY [--nodes NODE...] [--seconds 10] [--arguments NODE ARGUMENTS]
 
 Of each node: the rates of its topics and the CPU time that it takes, plain and tracked, with one subscriber; how many
 numeric leaves its messages have (without stamps, sequence numbers and untracked zeros), and how many are tracked; and

@@ -1,4 +1,4 @@
-"""`math` and the conversions of a node's own code: as they are for plain numbers, keeping provenance for tracked ones."""
+"""`math` and the conversions of a node's own code: for plain numbers as they are, keeping provenance for others."""
 
 import math
 from typing import Any, Callable, Dict

@@ -94,7 +94,7 @@ class _Rewriter(ast.NodeTransformer):
             reading.args = [ast.copy_location(_name(CELLS, node), node), ast.copy_location(where, node)]  # type: ignore
         else:
             ast.copy_location(where, node)
-            index: Any = where if _HAS_PLAIN_INDEX else ast.copy_location(ast.Index(value=where), node)  # type: ignore
+            index: Any = where if _HAS_PLAIN_INDEX else ast.copy_location(ast.Index(value=where), node)
             reading = ast.Subscript(value=_name(CELLS, node), slice=index, ctx=ast.Load())
         return ast.copy_location(reading, node)
 

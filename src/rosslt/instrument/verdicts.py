@@ -238,7 +238,7 @@ class _Judge:
     def _of_argument(self, call: ast.Call, child: ast.AST, field: str) -> Optional[str]:
         if field == 'func':
             return None
-        callee = dotted(call.func) or getattr(call.func, 'attr', '')
+        callee = dotted(call.func) or _last(call)
         first, last = callee.split('.')[0], callee.split('.')[-1]
         if first in PLAIN_MODULES and '.' in callee:
             return 'system'
@@ -263,10 +263,8 @@ class _Judge:
                 return 'unit'
             if _last(other) in TURNS or (isinstance(other, ast.BinOp) and _last(other.left) in TURNS):
                 return 'turn' if type(value) is int or (value.is_integer() and abs(value) <= 4) else None
-        if isinstance(parent.op, (ast.Add, ast.Sub)) and is_operand and type(value) is int:
-            if dotted(other) in self._counts | self._indices:
-                return 'neighbour'
-        return None
+        is_shift = isinstance(parent.op, (ast.Add, ast.Sub)) and is_operand and type(value) is int
+        return 'neighbour' if is_shift and dotted(other) in self._counts | self._indices else None
 
     def _of_value(self, statement: ast.AST, is_all: bool, name: Optional[str], is_whole: bool) -> str:
         targets = _targets(statement)
