@@ -13,6 +13,7 @@ import argparse
 import os
 import shlex
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -26,7 +27,6 @@ import rospy
 import rosslt
 from rosslt import node, values
 
-PORT = 11999
 TICKS = os.sysconf('SC_CLK_TCK')
 WARM_UP = 2.0
 MOST_FORCED = 12
@@ -174,10 +174,13 @@ def main():
     parser.add_argument('--arguments', nargs=2, action='append', default=[], metavar=('NODE', 'ARGUMENTS'))
     options = parser.parse_args()
     arguments = dict(options.arguments)
-    os.environ['ROS_MASTER_URI'] = f'http://localhost:{PORT}'
+    with socket.socket() as free:
+        free.bind(('localhost', 0))
+        port = free.getsockname()[1]
+    os.environ['ROS_MASTER_URI'] = f'http://localhost:{port}'
     os.environ['ROS_HOSTNAME'] = 'localhost'
     master = subprocess.Popen(
-        ['rosmaster', '--core', '-p', str(PORT)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        ['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     try:
         _wait_until(lambda: rosgraph.is_master_online(os.environ['ROS_MASTER_URI']), 15)

@@ -415,3 +415,36 @@ def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path):
     finally:
         process.terminate()
         process.wait(30)
+
+
+TRANSFORMED = """
+import rospy, tf2_ros, tf2_geometry_msgs
+from geometry_msgs.msg import PointStamped, TransformStamped
+from interactive_markers.interactive_marker_server import InteractiveMarkerServer
+from visualization_msgs.msg import InteractiveMarker
+
+rospy.init_node('transformed')
+server = InteractiveMarkerServer('handles')
+marker = InteractiveMarker()
+marker.name, marker.scale = 'a', 0.75
+server.insert(marker, lambda feedback: None)
+server.applyChanges()
+pub = rospy.Publisher('tip', PointStamped, queue_size=1)
+frame = TransformStamped()
+frame.transform.rotation.w = 1.0
+frame.transform.translation.y = 0.5
+while not rospy.is_shutdown():
+    point = PointStamped()
+    point.point.x = 1.25
+    pub.publish(tf2_geometry_msgs.do_transform_point(point, frame))
+    rospy.sleep(0.03)
+"""
+
+
+def test_a_point_in_another_frame_keeps_its_sources(run):
+    with run(TRANSFORMED, 'transformed'), Listener('tip', PointStamped) as heard:
+        node.force_value(heard.next().point.x, 2.0)
+        node.force_value(heard.next().point.y, -1.0)
+        heard.comes(lambda message: (message.point.x, message.point.y) == (2.0, -1.0))
+        with Listener('/handles/update_full', InteractiveMarkerInit) as shown:
+            assert values.is_tracked(shown.last.markers[0].scale)

@@ -121,7 +121,7 @@ class TrackedArray(numpy.ndarray):
             return found
         if beside is None:
             return found
-        return _element(found, beside[_plain_key(key)])
+        return same_number(found, beside[_plain_key(key)])
 
     def __setitem__(self, key: Any, value: Any) -> None:
         super().__setitem__(key, _plain(value))
@@ -157,13 +157,13 @@ class TrackedArray(numpy.ndarray):
         if self._beside is None:
             return super().tolist()
         if not self.ndim:
-            return _element(super().tolist(), self._beside[()])
+            return same_number(super().tolist(), self._beside[()])
         return [part.tolist() if isinstance(part, TrackedArray) else _python(part) for part in self]
 
     def item(self, *place: Any) -> Any:
         """As of `numpy.ndarray`."""
         found = super().item(*place)
-        return found if self._beside is None else _element(found, self._beside.item(*place))
+        return found if self._beside is None else same_number(found, self._beside.item(*place))
 
     def astype(self, dtype: Any, *arguments: Any, **options: Any) -> Any:
         """As of `numpy.ndarray`."""
@@ -230,7 +230,7 @@ def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
         beside: the tracked values, of the same shape, None where there is none.
     """
     if not isinstance(array, numpy.ndarray):
-        return _element(array, beside[()] if isinstance(beside, numpy.ndarray) else beside)
+        return same_number(array, beside[()] if isinstance(beside, numpy.ndarray) else beside)
     if array.dtype.char not in 'dlq' or array.size > LARGEST:
         return array
     made = array.view(TrackedArray)
@@ -302,7 +302,7 @@ def _python(number: Any) -> Any:
     return number.item() if hasattr(number, 'item') else number
 
 
-def _element(number: Any, tracked: Any) -> Any:
+def same_number(number: Any, tracked: Any) -> Any:
     """The number that stands in an array as a tracked one, where it still is that."""
     if tracked is None or type(tracked) not in _TRACKED:
         return number
