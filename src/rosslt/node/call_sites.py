@@ -28,7 +28,7 @@ class CallSite(NamedTuple):
     lines of equal text there.
 
     Attributes:
-        function: the names of the classes and functions around it, `Talker.goal`; '' at the top of the file.
+        function: the names of the classes and functions around it, `Talker.target`; '' at the top of the file.
         target: the variable, attribute or keyword that is set to it, '' where there is none.
         nth, total: which one it is among the calls in such lines of the function, and of how many.
     """
@@ -78,7 +78,7 @@ def identity_of(site: CallSite, key: Any) -> str:
 
 def name_of(site: CallSite, key: Any) -> str:
     """A parameter's name for a call site that was given none, of its file, function, variable and a few digits that
-    tell it from others there: `talker_goal_radius_3f2a`."""
+    tell it from others there: `talker_target_radius_3f2a`."""
     stem = os.path.splitext(os.path.basename(site.file))[0]
     digits = hashlib.blake2b(identity_of(site, None).encode('utf-8'), digest_size=2).hexdigest()
     parts = [part for part in (stem, site.function, site.target, digits) if part]
