@@ -132,6 +132,15 @@ def test_a_source_never_becomes_infinite():
             assert plain_math.isfinite(new)
 
 
+def test_no_source_becomes_infinite_where_a_result_has_a_value_there():
+    x = track(0.0, A)
+    angle = math.expm1(math.atan2(x, x))
+    values = [math.ceil(angle) + angle, math.ceil(angle)]
+    answer = solve(values, [plain_math.expm1(-0.75 * plain_math.pi), 0])
+    assert plain_math.isfinite(answer[A])
+    assert evaluate(values, answer) == pytest.approx([plain_math.expm1(-0.75 * plain_math.pi), 0])
+
+
 def test_complex_numbers_on_the_way_are_no_answer_and_no_crash():
     x = track(2.34, A)
     try:

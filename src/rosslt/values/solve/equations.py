@@ -71,6 +71,9 @@ class Equations:
         self.start = [float(base[graph.occurrences[source][0]]) for source in unknowns]
 
     def _tried(self, x: Point) -> Optional[List[Any]]:
+        """The nodes' values at a point; None where one is not defined, or the point is not finite."""
+        if not all(map(math.isfinite, x)):
+            return None
         return self._trial.tried(dict(zip(self._unknowns, x)))
 
     def _missing(self, values: Optional[List[Any]], equations: Sequence[Equation]) -> Optional[List[float]]:
