@@ -93,10 +93,12 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
 
 def _set_up() -> None:
     from rosslt import node
-    from rosslt.instrument import numbers_as_text
+    from rosslt.instrument import functions, numbers_as_text
 
     node.marshal_tracked_values()
     numbers_as_text.represent_in_yaml()
+    numbers_as_text.show_in_messages()
+    functions.show_numbers_as_plain()
 
 
 def _script(path: str) -> Tuple[str, Optional[bytes]]:
