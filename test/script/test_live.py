@@ -291,7 +291,7 @@ def test_a_number_that_was_dragged_can_be_taken_back_by_hand(stage):
 
 def test_persons_and_changes_at_the_same_moment_lose_nothing(stage):
     """Somebody saves a line more, over and over, in a text read a moment ago, while a number is dragged."""
-    files.Watch(str(stage.path), stage.script.reload)
+    files.FileWatch(str(stage.path), stage.script.reload)
     location, refused = stage.at(2, 10), 0
     done = threading.Event()
 

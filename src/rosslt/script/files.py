@@ -174,7 +174,7 @@ class _Handler(FileSystemEventHandler):
         self._take(event)
 
 
-class Watch:
+class FileWatch:
     """Calls a function when a file may have been written, whoever did it and however; from a thread of its own.
 
     Args:
