@@ -12,7 +12,7 @@ from rosslt.cli.failure import Failure
 from rosslt.cli.scalars import scalar
 from rosslt.cli.suggestions import did_you_mean
 
-#: How near a number has to come to the wanted one, relative to it or as a number.
+#: The tolerance for a wanted number, relative to it or absolute.
 CLOSE = 1e-9
 
 
@@ -51,7 +51,7 @@ def joined(path: str, leaf: str) -> str:
 
 
 def target(part: Any, text: str) -> Any:
-    """What a part of a message shall become, for `values.solve`.
+    """The target for a part of a message, as `values.solve` takes it.
 
     Args:
         part: a scalar, a message or an array of them.
@@ -74,7 +74,7 @@ def target(part: Any, text: str) -> Any:
 
 
 def is_reached(part: Any, wanted: Any) -> bool:
-    """Whether a part of a message is what `target` said, but for rounding."""
+    """Whether a part of a message equals its target, but for rounding."""
     if wanted is None:
         return True
     if hasattr(part, '_slot_types'):
