@@ -222,3 +222,41 @@ def test_a_state_that_is_carried_on_by_other_variables_carries_no_provenance_on(
     names = run_rewritten(text)
     assert not values.is_tracked(names['state'])
     assert values.is_tracked(names['given'])
+
+
+@pytest.mark.parametrize(
+    'formula',
+    [
+        'math.pi * -2 / 3',
+        'plain * (most - least)',
+        'plain + most',
+        'plain - n',
+        'turned(3)',
+        '[plain * i for i in (1, 2)][0]',
+    ],
+)
+def test_a_plain_float_on_the_left_of_an_int_takes_its_provenance(formula):
+    text = f"""\
+import math
+plain = math.pi
+least = 1
+most = 10
+n = 4
+def turned(times):
+    return plain * times
+x = {formula}
+del math, turned
+"""
+    names = run_rewritten(text)
+    assert values.is_tracked(names['x'])
+    assert shown(names) == shown(plain_run(text))
+
+
+@pytest.mark.parametrize('text', ['x = 0\ny = 0\nz = x is y, x is not y\n', 'x = 2.5\ny = x\nz = x is y\n'])
+def test_what_is_the_same_number_is_the_same_object(text):
+    assert run_rewritten(text)['z'] == plain_run(text)['z']
+
+
+def test_the_type_of_a_number_is_the_one_it_has_without_provenance():
+    names = run_rewritten('x = 2.5\nn = 3\nz = type(x) is float, type(n) == int, type(x)("1.5"), type("a") is str\n')
+    assert names['z'] == (True, True, 1.5, True)

@@ -77,6 +77,14 @@ _SAME_NAMES = (
 )
 _OPERATORS.update((name, values.MATH[name]) for name in _SAME_NAMES if name in values.MATH)
 
+
+def _float_of(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that rounds, as NumPy has it: it gives a float."""
+    return lambda x: values.to_float(function(x))
+
+
+_OPERATORS.update((name, _float_of(values.MATH[name])) for name in ('floor', 'ceil', 'trunc'))
+
 _SUMMED = {'add', 'multiply', 'maximum', 'minimum'}
 _IN_LINE = {'matmul'}
 

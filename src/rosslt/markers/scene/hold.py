@@ -1,4 +1,4 @@
-"""Why a handle is left alone: a hand holds it, or has dropped it at a place that no message shows yet."""
+"""Why a handle is not moved: it is being dragged, or was dropped at a place that no message shows yet."""
 
 import time
 from typing import Any, Dict, Optional
