@@ -69,7 +69,7 @@ _PLAIN_CLASSES: Dict[type, type] = {
 _TRACKED_INT = type(values.track(0, values.Source('/', 0)))
 
 
-def show_as_plain(tracked: type, plain: type) -> None:
+def show_as_plain(tracked: type, plain: Any) -> None:
     """Have a class call itself as the plain one does, in texts and error messages, and be known as that one.
 
     Args:
