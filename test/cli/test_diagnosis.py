@@ -1,4 +1,4 @@
-"""What the command says where something is amiss: no message, a node that has gone, a name that is misspelt; and what
+"""What the command says when something is wrong: no message, a node that has ended, a name that is misspelt; and what
 `rosslt doctor` finds."""
 
 import re

@@ -88,7 +88,7 @@ def _attempt(path: str) -> Union[str, bytes]:
 
 
 def replace(path: str, expected: str, text: str) -> bool:
-    """Replace a file's text at one blow; its mode, its owner and a link that leads to it stay.
+    """Replace a file's text atomically; its mode, its owner and a link that leads to it stay.
 
     Args:
         expected: the text that is to be replaced.

@@ -151,7 +151,7 @@ class LiveScript:
                     if files.replace(self.path, text, parsed.text):
                         self._come_into_force(_State(parsed, state.places, steps), True)
                         return
-            # Somebody has saved another text, and the watch has not come to it yet.
+            # Somebody has saved another text, and the watch has not read it yet.
             self._take_in(files.read_settled(self.path))
         raise files.Unsettled(self.path, None, None, 'others write it all the time')
 

@@ -23,7 +23,7 @@ RATE = 20.0
 
 
 def run() -> None:
-    """Keep a script in force until this node is shut down, as its private parameters say.
+    """Keep a script in force until this node is shut down. Private parameters are the settings.
 
     Raises:
         ScriptError: there is no script.
