@@ -14,8 +14,8 @@ from support.processes import Master
 
 DOCS = Path(__file__).parents[2] / 'docs'
 
-#: The pages that a reader follows from beginning to end. Those on values, nodes, messages and similar topics show parts of
-#: code; the tests of those rooms check them.
+#: The pages that a reader follows from beginning to end. Those on values, nodes and messages show parts of code, which
+#: the tests of those rooms check.
 PLAYED = ['command.md', 'concepts.md', 'first_drag.md', 'tutorial.md']
 PAGES = PLAYED + sorted(str(path.relative_to(DOCS)) for path in (DOCS / 'howto').glob('*.md'))
 BUILDING = 'howto/track_a_message_type.md'
