@@ -179,7 +179,7 @@ def test_the_last_good_script_stays_in_force_when_a_saved_one_has_an_error(stage
 def test_a_change_while_the_saved_script_has_an_error_is_refused(stage):
     location = stage.at(3, 6)
     stage.path.write_text('goto(2.0,')
-    with pytest.raises(ScriptError, match='has an error, which has to be mended first'):
+    with pytest.raises(ScriptError, match='has an error, which has to be corrected first'):
         stage.change(location, 5.0)
     assert stage.text == 'goto(2.0,'
 

@@ -75,7 +75,7 @@ def read_settled(path: str) -> str:
         if outcome == before:
             return read(path) if isinstance(outcome, bytes) else outcome
         if time.monotonic() > deadline:
-            raise Unsettled(path, None, None, 'others write it all the time')
+            raise Unsettled(path, None, None, 'other programs keep writing it')
         before = outcome
 
 
