@@ -1,15 +1,16 @@
 """Messages with their provenance, from topics and from bags, whatever their type."""
 
 import contextlib
+import functools
 import queue
 import sys
 import threading
 import time
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 import genpy
 import genpy.dynamic
-import roslib.message
+import genpy.message
 import rospy
 
 from rosslt import messages, node
@@ -20,6 +21,10 @@ _SHUTDOWN_CHECK_PERIOD = 0.1
 
 #: How many messages wait to be read before their publishers have to.
 _BACKLOG = 100
+
+
+#: genpy makes one class at a time: it puts a folder on the path of the whole process.
+_making = threading.Lock()
 
 
 class Received(NamedTuple):
@@ -36,23 +41,26 @@ class Received(NamedTuple):
     """Whether its publisher is a latched one, which sends its last message to whoever comes later."""
 
 
+@functools.lru_cache(maxsize=None)
+def _message_class(type_: str, md5sum: str, definition: str) -> Any:
+    """The class of a type, made from its definition where it is not installed as it was sent."""
+    found = genpy.message.get_message_class(type_)
+    if found is None or found._md5sum != md5sum:
+        found = genpy.dynamic.generate_dynamic(type_, definition)[type_]
+    return found
+
+
+def class_of(header: Mapping[str, str]) -> Any:
+    """The class of the messages of a connection, whose header it is."""
+    with _making:
+        return _message_class(header['type'], header['md5sum'], header['message_definition'])
+
+
 class Decoder:
     """Decodes serialized messages; provenance that cannot be read is reported once a topic and publisher."""
 
     def __init__(self) -> None:
         self._reported: Set[Tuple[str, str]] = set()
-        self._classes: Dict[Tuple[str, str], type] = {}
-        self._lock = threading.Lock()
-
-    def message_class(self, type_: str, md5sum: str, definition: str) -> type:
-        """The class of a type, made from its definition where it is not installed as it was sent."""
-        with self._lock:
-            if (type_, md5sum) not in self._classes:
-                found = roslib.message.get_message_class(type_)
-                if found is None or found._md5sum != md5sum:
-                    found = genpy.dynamic.generate_dynamic(type_, definition)[type_]
-                self._classes[type_, md5sum] = found
-            return self._classes[type_, md5sum]
 
     def decode(self, data: bytes, message_class: Any, topic: str, publisher: str = '') -> Received:
         """The Received that serialized data is."""
@@ -91,8 +99,7 @@ class Inbox:
     def _take(self, message: genpy.Message, topic: str) -> None:
         header = message._connection_header
         if isinstance(message, rospy.AnyMsg):
-            message_class = self._decoder.message_class(header['type'], header['md5sum'], header['message_definition'])
-            received = self._decoder.decode(message._buff, message_class, topic, header['callerid'])
+            received = self._decoder.decode(message._buff, class_of(header), topic, header['callerid'])
         else:
             # rospy itself listens to /clock where use_sim_time is set, and all subscribers of a topic in a process
             # share the class of the first one

@@ -6,7 +6,6 @@ import functools
 import re
 import sys
 import threading
-import xmlrpc.client
 from types import FrameType
 from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
@@ -50,7 +49,6 @@ def start() -> None:
         if not is_started():
             if not is_initialized():
                 raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
-            marshal_tracked_values()
             _owner.serve()
 
 
@@ -377,17 +375,3 @@ def _message_reader(message: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tu
         return fresh
 
     return read
-
-
-def marshal_tracked_values() -> None:
-    """Let `rospy.set_param` take tracked values: xmlrpc marshals exact types only."""
-    dispatch: Dict[Any, Any] = xmlrpc.client.Marshaller.dispatch
-    for plain in (float, int, bool, str):
-        tracked = type(values.track(plain(), values.Source('/', 0)))
-        dispatch.setdefault(tracked, functools.partial(_marshal, dispatch[plain], plain))
-
-
-def _marshal(
-    write_plain: Callable[..., None], plain: Callable[[Any], Any], marshaller: Any, value: Any, write: Any
-) -> None:
-    write_plain(marshaller, plain(value), write)

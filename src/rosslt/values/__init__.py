@@ -11,6 +11,7 @@ from typing import Any, Callable, Dict
 from . import operators  # noqa: F401, completes the tracked classes
 from .affine import affine
 from .calls import operation
+from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
 from .functions import MATH, to_bool, to_float, to_int
@@ -49,6 +50,7 @@ __all__ = [
     'evaluate',
     'explain',
     'from_affine',
+    'is_same',
     'is_tracked',
     'lazy',
     'leaves',

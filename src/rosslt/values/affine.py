@@ -47,8 +47,8 @@ def folded(value: Any) -> tuple:
 
 
 def _folded_if_short(value: Any) -> Optional[tuple]:
-    """The record for a value that few operations made, all of them affine: as `_fold_of` gives it, in a part of the
-    time; None for any other value.
+    """The record for a value that few operations made, all of them affine: as `_fold_of` gives it; None for any
+    other value. Without it, `affine` of a sum of three terms over two sources takes 4 times as long.
 
     On the way down to the sources, the slopes are multiplied. What several ways lead to is passed several times.
     """

@@ -58,7 +58,7 @@ def is_near(found: Any, wanted: Any) -> bool:
 
 
 def is_same(present: Any, wanted: Any) -> bool:
-    """Whether a value without a source equals its target: a number, a text, or a list of these."""
+    """Whether a value is the wanted one, apart from rounding: a number, a text, or a list of these."""
     try:
         return bool(present == wanted) or math.isclose(present, wanted, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
     except (TypeError, ValueError):

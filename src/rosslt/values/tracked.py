@@ -156,7 +156,9 @@ def _of_terms(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> tuple:
     leaves = tuple([(new(at, (SOURCE, source, None), 1), slope) for source, at, slope in terms])
     if len(leaves) == 1 and leaves[0][1] == 1:
         leaf = leaves[0][0]
-        if leaf == value and type(leaf._plain) is type(value):
+        # A location that is not set yet may hold NaN, which does not equal itself.
+        is_same = leaf == value or (leaf != leaf and value != value)
+        if is_same and type(leaf._plain) is type(value):
             return leaf._record
     return AFFINE, leaves, True
 

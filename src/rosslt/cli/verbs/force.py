@@ -48,7 +48,7 @@ ARGUMENTS = [
 ]
 
 
-class Asker:
+class Requester:
     """What the command has of a node that asks others: its name, and what it knows of their locations."""
 
     def __init__(self, name: str, directory: Directory) -> None:
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> None:
             changes = _planned(directory, part, wanted, source)
         else:
             inbox.clear()
-            changes = node.force_value_as(Asker(rospy.get_name(), directory), part, wanted, source, TIMEOUT)
+            changes = node.force_value_as(Requester(rospy.get_name(), directory), part, wanted, source, TIMEOUT)
         changes = {changing: change for changing, change in changes.items() if change.old != change.new}
         if not changes and is_terminal():
             print('nothing to change: it is so already')

@@ -16,7 +16,7 @@ from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
 
 #: For how long values must stay the same before a menu shows them, in seconds: RViz closes an open menu that changes.
-SETTLED = 2.0
+SETTLING_TIME = 2.0
 
 #: Slopes below this are treated as 0.
 NO_EFFECT = 1e-6
@@ -125,7 +125,7 @@ class Menus:
         if latest != present:
             self._latest[name] = (present, now)
             return False
-        return now - since > SETTLED
+        return now - since > SETTLING_TIME
 
     def _draw(self, handle: Handle) -> Drawn:
         sources = tuple(values.sources(handle.tracked))

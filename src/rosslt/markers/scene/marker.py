@@ -1,7 +1,7 @@
 """Which handles follow from Markers.
 
 RViz shows ordinary messages by itself. Tracked types (`MarkerTracked`) it does not know, so that the handles
-draw the thing as well; over what RViz shows they lay a ghost of the thing to grab.
+draw the thing as well; over what RViz shows they lay a see-through copy of the thing to grab.
 """
 
 from typing import Any, Hashable, Iterator, List, Sequence
@@ -25,7 +25,7 @@ COLOR: Vector = (1.0, 0.6, 0.1)
 OVERLAP, LEAST_OVERLAP = 1.03, 0.014
 
 #: How opaque that shape is, against the one it covers: over it, it is not noticed; dragged away, it is seen.
-GHOST = 0.3
+OVERLAY_ALPHA = 0.3
 
 SHAPES = frozenset([Marker.CUBE, Marker.SPHERE, Marker.CYLINDER])
 LINES = frozenset([Marker.LINE_STRIP, Marker.LINE_LIST])
@@ -201,5 +201,5 @@ def marker_shape(marker: Any, is_shown: bool) -> Any:
             size = getattr(shape.scale, axis)
             setattr(shape.scale, axis, max(OVERLAP * size, size + least))
         for color in (shape.color, *shape.colors):
-            color.a *= GHOST
+            color.a *= OVERLAY_ALPHA
     return shape

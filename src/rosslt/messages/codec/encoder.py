@@ -71,7 +71,7 @@ def encode(message: Any, full_history: bool = False) -> bytes:
         )
         del found[FIELD_LIMIT:]
     while found:
-        data = _encoded(message._type, found, full_history)
+        data = _like_the_last(message._type, found, full_history)
         if len(data) <= BYTES_LIMIT:
             return data
         warn_once(
@@ -82,6 +82,30 @@ def encode(message: Any, full_history: bool = False) -> bytes:
         )
         del found[len(found) // 2 :]
     return b''
+
+
+class _Last(NamedTuple):
+    """What was encoded last of a message type: its leaves, by index and identity, and the result."""
+
+    indices: List[int]
+    ids: List[int]
+    leaves: Sequence[Leaf]  # which keeps the identities from being given to others
+    data: bytes
+
+
+_last: Dict[Tuple[str, bool], _Last] = {}
+
+
+def _like_the_last(message_type: str, leaves: Sequence[Leaf], full_history: bool) -> bytes:
+    """`_encoded`, remembered for the next message: what stands still is the same values again and again."""
+    key = message_type, full_history
+    indices, ids = [index for index, _, _ in leaves], [id(value) for _, value, _ in leaves]
+    last = _last.get(key)
+    if last is not None and last.ids == ids and last.indices == indices:
+        return last.data
+    data = _encoded(message_type, leaves, full_history)
+    _last[key] = _Last(indices, ids, list(leaves), data)
+    return data
 
 
 def provenance_to_send(message: Any, full_history: bool = False) -> bytes:

@@ -14,3 +14,10 @@ def counterparts() -> Dict[str, Any]:
 
     classes = (Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener)
     return {one.__name__: one for one in classes}
+
+
+def functions() -> Dict[str, Any]:
+    """The functions that stand for those of tf2_geometry_msgs with the same names: {name: function}."""
+    from rosslt.node.tf import transforms
+
+    return {name: thing for name, thing in vars(transforms).items() if name.startswith('do_transform_')}
