@@ -63,7 +63,9 @@ def type_of(thing: Any) -> Any:
     return _PLAIN_CLASSES.get(kind, kind)
 
 
-_PLAIN_CLASSES = {type(values.track(kind(), values.Source('/', 0))): kind for kind in (float, int, bool, str)}
+_PLAIN_CLASSES: Dict[type, type] = {
+    type(values.track(kind(), values.Source('/', 0))): kind for kind in (float, int, bool, str)
+}
 _TRACKED_INT = type(values.track(0, values.Source('/', 0)))
 
 

@@ -22,6 +22,7 @@ from .chain import solve_chain
 from .equations import Goal, size_of
 from .one import Attempt, written
 from .several import System
+from .simplest import simplest
 
 Bounds = Mapping[Source, Tuple[Any, Any]]
 Rank = Union[Mapping[Source, int], Callable[[Source], int]]
@@ -389,7 +390,7 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
         movable = []
     found = _moved_together(graph, goals, movable, freedom, budget)
     if found is not None and _missed(graph, goals, found) is None:
-        return found
+        return simplest(graph, goals, found, freedom.limits)
     try:
         return _one_after_the_other(graph, goals, freedom, budget)
     except NotInvertible:
