@@ -1,4 +1,4 @@
-"""What is used of rospy's inside is in one module, is still there, and costs a node nothing that it does not need."""
+"""Private parts of rospy are used in one module, still exist, and are imported only where they are needed."""
 
 import ast
 import importlib

@@ -144,7 +144,7 @@ def _add_literal(
     """The location of one leaf of what `location` was given."""
     if isinstance(literal, (str, bool)):
         if not path and (limits['minimum'], limits['maximum']) != (None, None):
-            raise TypeError(f'bounds are for numbers, and {literal!r} is none')
+            raise TypeError(f'bounds are for numbers, and {literal!r} is not a number')
         limits = {**limits, 'minimum': None, 'maximum': None}
     return _owner.add_literal(
         LiteralLocation('\n'.join([identity, *path]), '/'.join([base, *path]), site, literal, **limits)

@@ -190,7 +190,7 @@ class _Leaf:
         try:
             found = values.reapply(self.value, changes)
         except (ArithmeticError, ValueError, TypeError) as error:
-            rospy.logwarn('%s is sent as it was: it has no value any more: %s', values.explain(self.value), error)
+            rospy.logwarn('%s is sent unchanged, as it has no value any more: %s', values.explain(self.value), error)
             return self.value
         if type(found) is type(self.value) or (self._kind in 'df' and _is_number(found)):
             return found

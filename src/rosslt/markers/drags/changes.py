@@ -91,7 +91,7 @@ def request(wanted: Dict[values.Source, Tuple[Any, Any]], timeout: float, reques
         request_id: that of the drag, all of whose changes are one in the owners' histories.
 
     Returns:
-        {Source: Change(old, new)} as the owners say.
+        {Source: Change(old, new)} as the owners report.
 
     Raises:
         node.ChangeRejected, node.SourceUnreachable: as of `node.force_value`.
