@@ -15,7 +15,6 @@ from rosslt.node.api import (
     is_started,
     limits,
     location,
-    marshal_tracked_values,
     read_parameter,
     reevaluate,
     remove_location,
@@ -33,6 +32,7 @@ from rosslt.node.rospy_internals import is_initialized
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.tf import counterparts as tf_counterparts
+from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 
@@ -63,7 +63,6 @@ __all__ = [
     'is_started',
     'limits',
     'location',
-    'marshal_tracked_values',
     'new_request_id',
     'read_parameter',
     'reevaluate',
@@ -71,6 +70,7 @@ __all__ = [
     'rotated',
     'start',
     'tf_counterparts',
+    'tf_functions',
     'to_json',
     'undo',
     'undo_request',

@@ -13,7 +13,7 @@ from rosslt import node
 from rosslt.msg import PoseStampedTracked
 from rosslt.script import parameters
 from rosslt.script.errors import ScriptError
-from rosslt.script.files import Watch
+from rosslt.script.files import FileWatch
 from rosslt.script.live import DEFAULT_SETTINGS, LiveScript, Settings
 from rosslt.script.player import make_player
 from rosslt.script.running import Step
@@ -54,8 +54,8 @@ def run() -> None:
     script = LiveScript(
         path, node.add_location, node.remove_location, take, report, settings, memory.recall, memory.keep
     )
-    Watch(path, script.look)
-    script.look()  # what was saved before the watch began
+    FileWatch(path, script.reload)
+    script.reload()  # what was saved before the watch began
     rospy.loginfo('%s is in force', path)
     _loop(player.tick)
 
@@ -74,7 +74,7 @@ def run_parameters() -> None:
     rospy.Service('~save', Trigger, save)
 
     def tick() -> None:
-        waypoints.look()
+        waypoints.update()
         player.tick()
 
     _loop(tick)

@@ -216,7 +216,7 @@ class Graph:
                 rise[place] = total
         return rise
 
-    def straight(self, depends: List[bool], root: int) -> bool:
+    def is_affine(self, depends: List[bool], root: int) -> bool:
         """Whether a node is affine in all that changes, together."""
         index = self.index
         flags: List[bool] = []
@@ -265,7 +265,7 @@ def sources(x: Any) -> List[Source]:
 
 
 def check_changes(changes: Mapping[Source, Any]) -> None:
-    """Refuse changes that do not say of which Source.
+    """Refuse changes whose keys are not Sources.
 
     Raises:
         TypeError: a key is no Source.

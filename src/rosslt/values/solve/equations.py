@@ -119,7 +119,7 @@ class Equations:
         return rows
 
     def _undone(self, x: Point) -> Optional[List[Equation]]:
-        """The equations with the outermost operations undone, on the branches of a point, and without quotients' poles.
+        """The equations with the outermost operations undone, on the branches of a point, without poles of quotients.
 
         Returns:
             None where there is nothing to undo, or the results are not defined there.
