@@ -17,6 +17,7 @@ from rosslt.instrument.callees import (
     PLAIN_MODULES,
     SHAPE_CALLS,
     STRICT_DECORATORS,
+    TURN_CALLS,
     TURNS,
     UNITS,
     WAVES,
@@ -54,6 +55,12 @@ RULES = {
         Rule('divisor', FORM, 'what is divided by is a unit or a count', 'x = y / 7.0'),
         Rule('turn', FORM, 'a part of a turn', 'x = 7 * math.pi * y'),
         Rule('phase', FORM, 'how a wave depends on its time', 'x = math.cos(t * 7.0)'),
+        Rule(
+            'no turn',
+            FORM,
+            'a 0 beside an angle that is computed: it turns about that axis alone',
+            'q = quaternion_from_euler(0.0, 0, yaw)',
+        ),
         Rule('unit', FORM, 'a conversion of units', 'x = y * 1000'),
         Rule('sign', FORM, 'a change of the sign', 'x = -1 * y'),
         Rule('clock', FORM, 'how a clock runs', 'x = rospy.get_time() * 7.0'),
@@ -184,6 +191,8 @@ class _Judge:
                 if found is None:
                     found = self._in_formula(parent, field, child is node, value)
                 in_formula = True
+            elif isinstance(parent, ast.Call) and child is node and value == 0 and _is_turn_about_one_axis(parent):
+                found = 'no turn'
             elif isinstance(parent, ast.Call) and in_formula and found is None and _last(parent.func) in WAVES:
                 found = 'phase'
             elif isinstance(parent, ast.stmt):
@@ -281,6 +290,12 @@ class _Judge:
             if isinstance(owner, ast.ClassDef) and targets and all(target.isupper() for target in targets):
                 return 'enumeration'
         return 'named' if is_all and name else 'value'
+
+
+def _is_turn_about_one_axis(call: ast.Call) -> bool:
+    angles = call.args[:3]
+    computed = [angle for angle in angles if any(isinstance(part, (ast.Name, ast.Attribute)) for part in ast.walk(angle))]
+    return _last(call.func) in TURN_CALLS and len(angles) == 3 and len(computed) == 1
 
 
 def _is_strict(node: ast.AST) -> bool:
