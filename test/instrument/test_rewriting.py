@@ -203,6 +203,31 @@ def step(z):
     return estimate
 state, given = [step(z) for z in (1.0, 2.0)][-1], gain * 3
 """,
+    'several at once': """\
+gain = 2.0
+class Robot:
+    def __init__(self):
+        self.x, self.y = 0.0, 0.0
+    def step(self, t):
+        x_new, y_new = self.x + gain * t, self.y + 1.5 * t
+        self.x, self.y = x_new, y_new
+        return self.x + self.y
+r = Robot()
+state, given = [r.step(t) for t in (1.0, 2.0)][-1], gain * 3
+""",
+    'an array': """\
+import numpy as np
+gain = 2.0
+class Filter:
+    def __init__(self):
+        self.x = np.zeros((2, 1))
+        self.A = np.array([[1.0, 0.1], [0.0, 1.0]])
+    def step(self, u):
+        self.x = self.A @ self.x + np.array([[0.5], [1.0]]) * u
+        return self.x[0, 0]
+f = Filter()
+state, given = [f.step(u) for u in (1.0, 2.0)][-1], gain * 3
+""",
     'a controller and what it controls': """\
 gain, goal, x = 2.0, 5.0, 0.0
 sleep = len

@@ -47,6 +47,8 @@ def test_each_rule_gives_a_reason_in_plain_words():
         ('yaw = 3 * math.pi / 4', 'number number'),
         ('q = quaternion_from_euler(0, 0, yaw)', 'form form'),
         ('q = quaternion_from_euler(0, 0, 1.5)', 'number number number'),
+        ('q = quaternion_from_euler(0, 0, -0.2 * math.pi)', 'number number number'),
+        ('q = quaternion_from_euler(0, 0, math.radians(90))', 'number number number'),
         ('q = quaternion_from_euler(0, 1.5, yaw)', 'form number'),
         ('x = radius * math.cos(0.5)', 'number'),
         ('x = 1.5 + 2.0 * math.cos(t * 0.1)', 'number number form'),

@@ -6,7 +6,7 @@ from typing import Any, Callable, Dict, List, Tuple
 import numpy
 
 from rosslt import values
-from rosslt.instrument import functions, scalars
+from rosslt.instrument import cells, functions, scalars
 from rosslt.instrument.arrays import (
     LARGEST,
     TrackedArray,
@@ -418,3 +418,4 @@ def keep_provenance_in_numpy() -> None:
     values.compute_ufuncs_with(compute)
     scalars.give_attributes_of_numpy()
     functions.see_tracked_beside(numpy.float64)
+    cells.strip_by(TrackedArray, plain)

@@ -226,13 +226,9 @@ class _Rewriter(ast.NodeTransformer):
         if node.module == '__future__':
             return node
         if any(alias.name == '*' for alias in node.names):
-            call = ast.Call(
-                func=_name(ROUTE_ALL, node),
-                args=[ast.copy_location(ast.Call(func=_name('globals', node), args=[], keywords=[]), node)],
-                keywords=[],
-            )
-            return [node, ast.copy_location(ast.Expr(value=ast.copy_location(call, node)), node)]
-        return [node, *(_routed(alias.asname or alias.name, node) for alias in node.names)]
+            call = _call(ROUTE_ALL, [_call('globals', [], node), *_origin(node)], node)
+            return [node, ast.copy_location(ast.Expr(value=call), node)]
+        return [node, *(_routed(alias.asname or alias.name, node, *_origin(node)) for alias in node.names)]
 
     def visit_Assign(self, node: ast.Assign) -> Any:
         is_step = node in self._steps
@@ -271,10 +267,15 @@ def _name(name: str, where: ast.AST) -> ast.Name:
     return ast.copy_location(ast.Name(id=name, ctx=ast.Load()), where)
 
 
+def _origin(node: ast.ImportFrom) -> List[ast.expr]:
+    """The module that is imported from, as an argument; none for one that is relative to the file's own."""
+    return [] if node.level or not node.module else [ast.copy_location(ast.Constant(value=node.module, kind=None), node)]
+
+
 def _call(function: str, arguments: List[ast.expr], where: ast.AST) -> ast.Call:
     return ast.copy_location(ast.Call(func=_name(function, where), args=arguments, keywords=[]), where)
 
 
-def _routed(name: str, where: ast.stmt) -> ast.stmt:
+def _routed(name: str, where: ast.stmt, *origin: ast.expr) -> ast.stmt:
     target = ast.copy_location(ast.Name(id=name, ctx=ast.Store()), where)
-    return ast.copy_location(ast.Assign(targets=[target], value=_call(ROUTE, [_name(name, where)], where)), where)
+    return ast.copy_location(ast.Assign(targets=[target], value=_call(ROUTE, [_name(name, where), *origin], where)), where)

@@ -294,7 +294,7 @@ class _Judge:
 
 def _is_turn_about_one_axis(call: ast.Call) -> bool:
     angles = call.args[:3]
-    computed = [angle for angle in angles if any(isinstance(part, (ast.Name, ast.Attribute)) for part in ast.walk(angle))]
+    computed = [angle for angle in angles if not isinstance(angle, ast.Constant) and not _is_constant(angle)]
     return _last(call.func) in TURN_CALLS and len(angles) == 3 and len(computed) == 1
 
 
