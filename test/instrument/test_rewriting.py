@@ -278,3 +278,12 @@ def test_what_is_the_same_number_is_the_same_object(text):
 def test_the_type_of_a_number_is_the_one_it_has_without_provenance():
     names = run_rewritten('x = 2.5\nn = 3\nz = type(x) is float, type(n) == int, type(x)("1.5"), type("a") is str\n')
     assert names['z'] == (True, True, 1.5, True)
+
+
+def test_the_default_of_a_parameter_keeps_its_provenance():
+    text = 'class Controller:\n    def __init__(self, gain=2.0, offset=1):\n        self.gain, self.offset = gain, offset\n'
+    text += 'c = Controller()\nx = c.gain * 0.5\ny = c.offset / 4\ndel c, Controller\n'
+    names = run_rewritten(text)
+    assert values.is_tracked(names['x'])
+    assert values.is_tracked(names['y'])
+    assert shown(names) == shown(plain_run(text))
