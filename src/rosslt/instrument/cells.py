@@ -22,6 +22,11 @@ _by_source: Dict[values.Source, 'CellLocation'] = {}
 _lock = threading.RLock()
 
 
+def plain_object(value: Any) -> Any:
+    """What `is` compares: the plain number or text that a tracked one stands for, anything else itself."""
+    return value._plain if type(value) in values.TRACKED_CLASSES else value
+
+
 def plain(value: Any) -> Any:
     """A value without its provenance, to carry a state on. Lists keep theirs: they are extended in place."""
     kind = type(value)

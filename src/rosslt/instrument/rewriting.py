@@ -11,12 +11,13 @@ from rosslt.instrument.literals import Literal, SourceText, find_literals
 from rosslt.instrument.states import find_states
 
 #: The names that rewritten code finds in its module, beside its own.
-CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN = (
+CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN, OBJECT = (
     '__rosslt_cells__',
     '__rosslt_step__',
     '__rosslt_route__',
     '__rosslt_route_all__',
     '__rosslt_plain__',
+    '__rosslt_object__',
 )
 #: Conversions of which the argument may be tracked.
 CONVERSIONS = {'float': '__rosslt_float__', 'int': '__rosslt_int__', 'type': '__rosslt_type__'}
@@ -213,7 +214,7 @@ class _Rewriter(ast.NodeTransformer):
             if not any(isinstance(operand, ast.Constant) and operand.value is None for operand in operands):
                 # What is the same number must be the same object, as it is without provenance.
                 node.left, *node.comparators = [
-                    operand if isinstance(operand, ast.Constant) else _call(PLAIN, [operand], operand)
+                    operand if isinstance(operand, ast.Constant) else _call(OBJECT, [operand], operand)
                     for operand in operands
                 ]
         return node
