@@ -66,12 +66,16 @@ def _all_moved(function: Any, arguments: Any, options: Any) -> Any:
     """Of a function that puts the elements of several arrays elsewhere."""
     first = arguments[0]
     if function is numpy.block:
-        return function(_besides(first))
+        return function(_beside_each(first))
     if type(first) in (list, tuple) and function not in (numpy.append, numpy.insert):
         return function([_beside_array(part) for part in first], *plain(list(arguments[1:])), **plain(options))
     places = arguments[1:2] if function is numpy.insert else ()
     rest = arguments[2:] if function is numpy.insert else arguments[1:]
     return function(_beside_array(first), *plain(list(places)), *map(_beside_array, rest), **plain(options))
+
+
+def _beside_each(x: Any) -> Any:
+    return [_beside_each(part) for part in x] if type(x) is list else _beside_array(x)
 
 
 def _beside_array(x: Any) -> numpy.ndarray:
