@@ -277,7 +277,14 @@ del math, turned
     assert shown(names) == shown(plain_run(text))
 
 
-@pytest.mark.parametrize('text', ['x = 0\ny = 0\nz = x is y, x is not y\n', 'x = 2.5\ny = x\nz = x is y\n', 't = (1, 2.5)\nu = t\nz = t is u, t is None\n'])
+@pytest.mark.parametrize(
+    'text',
+    [
+        'x = 0\ny = 0\nz = x is y, x is not y\n',
+        'x = 2.5\ny = x\nz = x is y\n',
+        't = (1, 2.5)\nu = t\nz = t is u, t is None\n',
+    ],
+)
 def test_what_is_the_same_number_is_the_same_object(text):
     assert run_rewritten(text)['z'] == plain_run(text)['z']
 

@@ -12,10 +12,29 @@ from rosslt import values
 
 _SAME = ('item', 'tolist', 'copy', 'squeeze', 'sum', 'mean', 'min', 'max', 'prod', 'conj')
 #: Not `dtype`, by which the room `values` tells NumPy's numbers and arrays from Python's.
-_PLAIN = (
-    'all any argmax argmin clip cumsum flatten itemsize nbytes ndim nonzero ravel repeat reshape shape size std '
-    'strides tobytes transpose var'
-).split()
+_PLAIN = [
+    'all',
+    'any',
+    'argmax',
+    'argmin',
+    'clip',
+    'cumsum',
+    'flatten',
+    'itemsize',
+    'nbytes',
+    'ndim',
+    'nonzero',
+    'ravel',
+    'repeat',
+    'reshape',
+    'shape',
+    'size',
+    'std',
+    'strides',
+    'tobytes',
+    'transpose',
+    'var',
+]
 
 
 def _itself(self: Any, *arguments: Any, **options: Any) -> Any:

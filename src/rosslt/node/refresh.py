@@ -179,7 +179,8 @@ class _Leaf:
         for source, reading in self._readings.items():
             if source in outdated and source not in self._undecided:
                 replaced, latest = outdated[source]
-                if reading != latest and reading in replaced and _is_number(reading) == _is_number(latest):
+                is_other = reading != latest or type(reading) is not type(latest)
+                if is_other and reading in replaced and _is_number(reading) == _is_number(latest):
                     changes[source] = latest
         if changes != self._changes:
             self._changes = changes
