@@ -1,7 +1,7 @@
 """What NumPy's numbers have and Python's have not, for numbers with provenance.
 
-A number that is read from an array, or that a function of NumPy gives, is a `numpy.float64` without provenance, and with it
-a tracked float: a node may ask either for `x.item()` or `x.astype(int)`.
+A number that is read from an array, or that a function of NumPy gives, is a `numpy.float64` without provenance and a
+tracked float with it: a node may ask either for `x.item()` or `x.astype(int)`.
 """
 
 from typing import Any
