@@ -106,7 +106,7 @@ class Attempt:
 
     def _is_final(self, reason: NoPreimage) -> bool:
         """Whether an answer beyond a bound is the only one there is."""
-        return isinstance(reason, OutOfBounds) and self._graph.straight(self._depends, self._root)
+        return isinstance(reason, OutOfBounds) and self._graph.is_affine(self._depends, self._root)
 
     def _elsewhere(self, wanted: Any) -> Optional[Any]:
         """An answer found from other source values, or by a search over all of them; None where there is none."""
