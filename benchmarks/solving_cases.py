@@ -259,7 +259,7 @@ def cases_of(make: Callable[[random.Random], Optional[Case]], seed: str, count: 
 
 
 def verdict(case: Case) -> str:
-    """What became of a case: '' where it was solved rightly."""
+    """The fault in a case; '' where it was solved rightly."""
     try:
         answer = solve(case.values, case.target, **case.options)
     except NotInvertible:

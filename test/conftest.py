@@ -1,4 +1,4 @@
-"""What holds for every test run."""
+"""Settings and checks for every test run."""
 
 import pytest
 from hypothesis import settings
