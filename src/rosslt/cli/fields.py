@@ -48,7 +48,7 @@ def joined(path: str, leaf: str) -> str:
 
 
 def target(part: Any, text: str) -> Any:
-    """What a part of a message must become, for `values.solve`.
+    """The target for a part of a message, as `values.solve` takes it.
 
     Args:
         part: a scalar, a message or an array of them.
@@ -71,7 +71,7 @@ def target(part: Any, text: str) -> Any:
 
 
 def is_reached(part: Any, wanted: Any) -> bool:
-    """Whether a part of a message is what `target` said, but for rounding."""
+    """Whether a part of a message equals its target, but for rounding."""
     if wanted is None:
         return True
     if hasattr(part, '_slot_types'):

@@ -8,11 +8,12 @@ import shutil
 import sys
 import threading
 import time
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import Any, Optional, Sequence, Tuple
 
 import rospy
 
 from rosslt import messages
+from rosslt.cli.output import table
 from rosslt.cli.reading import class_of
 
 _COLUMNS = ('topic', 'type', 'rate', 'plain', 'provenance', 'ratio')
@@ -78,19 +79,6 @@ def formatted(row: Row) -> Tuple[str, ...]:
     )
 
 
-def table(rows: Sequence[Row]) -> List[str]:
-    """The rows below the names of the columns, each as wide as it needs; numbers are aligned to the right."""
-    lines = [_COLUMNS, *map(formatted, rows)]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(_COLUMNS))]
-    return [
-        '  '.join(
-            cell.ljust(width) if column < 2 else cell.rjust(width)
-            for column, (cell, width) in enumerate(zip(line, widths))
-        ).rstrip()
-        for line in lines
-    ]
-
-
 class Screen:
     """Prints tables, each in the place of the one before."""
 
@@ -100,7 +88,7 @@ class Screen:
     def show(self, rows: Sequence[Row]) -> None:
         # A line that wraps would take two, and the next table begin too low.
         width = shutil.get_terminal_size().columns
-        lines = [line[:width] for line in table(rows)]
+        lines = [line[:width] for line in table([_COLUMNS, *map(formatted, rows)], left=2)]
         sys.stdout.write('\x1b[%dF' % self._height * bool(self._height) + ''.join(line + '\x1b[K\n' for line in lines))
         sys.stdout.flush()
         self._height = len(lines)

@@ -16,7 +16,7 @@ import rospy
 from rosslt import messages, node
 from rosslt.cli.failure import Failure
 
-#: How often one who waits looks whether the node is being shut down, in seconds.
+#: How often a wait checks whether the node is being shut down, in seconds.
 _SHUTDOWN_CHECK_PERIOD = 0.1
 
 #: How many messages wait to be read before their publishers have to.
@@ -75,7 +75,7 @@ class Decoder:
 
 
 def start_node() -> None:
-    """Make this process a node of a name of its own, which owns nothing; once."""
+    """Make this process a node with a unique name and without locations; once."""
     if not node.is_initialized():
         # without arguments, as private parameters among them would be left behind
         rospy.init_node('rosslt', anonymous=True, disable_rosout=True, argv=[])
@@ -137,12 +137,12 @@ class Inbox:
             with contextlib.suppress(queue.Empty):
                 return self._queue.get(timeout=min(left, _SHUTDOWN_CHECK_PERIOD))
             if rospy.is_shutdown():
-                # rospy keeps an interrupt for itself
+                # rospy handles the interrupt itself
                 raise KeyboardInterrupt
         return None
 
     def clear(self) -> None:
-        """Drop what has come and was not read: what comes from now on is news."""
+        """Drop messages that have arrived and were not read, so that the next one is new."""
         with contextlib.suppress(queue.Empty):
             while True:
                 self._queue.get_nowait()

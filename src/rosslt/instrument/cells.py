@@ -9,7 +9,7 @@ import linecache
 import os
 import re
 import threading
-from typing import Any, Dict, Iterable, List, Optional, Set, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Set, Tuple
 
 import rospy
 
@@ -27,9 +27,33 @@ _kept: Set['CellLocation'] = set()
 _lock = threading.RLock()
 
 
-def plain(value: Any) -> Any:
-    """A value without its provenance, to carry a state on."""
+def plain_object(value: Any) -> Any:
+    """What `is` compares: the plain number or text that a tracked one stands for, anything else itself."""
     return value._plain if type(value) in values.TRACKED_CLASSES else value
+
+
+def plain(value: Any) -> Any:
+    """A value without its provenance, to carry a state on. Lists keep theirs: they are extended in place."""
+    kind = type(value)
+    if kind in values.TRACKED_CLASSES:
+        return value._plain
+    if kind is tuple:
+        return tuple([plain(part) for part in value])
+    strip = _stripped_by.get(kind)
+    return value if strip is None else strip(value)
+
+
+_stripped_by: Dict[type, Callable[[Any], Any]] = {}
+
+
+def strip_by(kind: type, strip: Callable[[Any], Any]) -> None:
+    """Have `plain` take the provenance from values of another class.
+
+    Args:
+        kind: the class.
+        strip: gives a value of it without provenance.
+    """
+    _stripped_by[kind] = strip
 
 
 def cells_of(path: str, literals: List[Literal], digest: str) -> 'Cells':

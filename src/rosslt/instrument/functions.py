@@ -1,7 +1,8 @@
 """`math` and the conversions of a node's own code: for plain numbers as they are, keeping provenance for others."""
 
 import math
-from typing import Any, Callable, Dict
+import operator
+from typing import Any, Callable, Dict, Tuple
 
 from rosslt import values
 
@@ -54,3 +55,66 @@ def to_float(x: Any) -> Any:
 def to_int(x: Any) -> Any:
     """`int(x)`, keeping provenance."""
     return values.to_int(x) if type(x) in _TRACKED else int(x)
+
+
+def type_of(thing: Any) -> Any:
+    """`type(x)`: the class that a number has without provenance."""
+    kind = type(thing)
+    return _PLAIN_CLASSES.get(kind, kind)
+
+
+_PLAIN_CLASSES: Dict[type, type] = {
+    type(values.track(kind(), values.Source('/', 0))): kind for kind in (float, int, bool, str)
+}
+_TRACKED_FLOAT = type(values.track(0.0, values.Source('/', 0)))
+_TRACKED_INT = type(values.track(0, values.Source('/', 0)))
+
+
+def show_as_plain(tracked: type, plain: Any) -> None:
+    """Have a class call itself as the plain one does, in texts and error messages, and be known as that one.
+
+    Args:
+        tracked: the class of what has provenance.
+        plain: what it is without.
+    """
+    tracked.__name__, tracked.__qualname__, tracked.__module__ = plain.__name__, plain.__qualname__, plain.__module__
+    _PLAIN_CLASSES[tracked] = plain
+
+
+def show_numbers_as_plain() -> None:
+    """`show_as_plain` for all classes of tracked values."""
+    for tracked, kind in list(_PLAIN_CLASSES.items()):
+        show_as_plain(tracked, kind)
+
+
+#: The classes on whose right a tracked number would be taken for a plain one, and the classes of such numbers.
+_BESIDE: Dict[type, Tuple[type, ...]] = {float: (_TRACKED_INT,)}
+
+
+def see_tracked_beside(kind: type) -> None:
+    """Have tracked floats and ints keep their provenance on the right of plain numbers of another class."""
+    _BESIDE[kind] = (_TRACKED_FLOAT, _TRACKED_INT)
+
+
+def _reflecting(name: str) -> Callable[[Any, Any], Any]:
+    """An operator that lets a number with provenance compute with the plain one on its left.
+
+    A float takes every int for a plain one, and NumPy's float every float, and so would not ask it.
+    """
+    plain = getattr(operator, name)
+    reflected = {kind: getattr(kind, f'__r{name}__') for kind in (_TRACKED_FLOAT, _TRACKED_INT)}
+
+    def compute(left: Any, right: Any) -> Any:
+        kinds = _BESIDE.get(type(left))
+        # What is divided by 0 is left to NumPy, which knows infinity.
+        if kinds is not None and type(right) in kinds and (right or plain is not operator.truediv):
+            return reflected[type(right)](right, float(left))
+        return plain(left, right)
+
+    return compute
+
+
+#: Operators by their names, which see the provenance on the right of a plain number.
+REFLECTING: Dict[str, Callable[[Any, Any], Any]] = {
+    name: _reflecting(name) for name in ('add', 'sub', 'mul', 'truediv')
+}

@@ -21,6 +21,8 @@ from rosslt.instrument.literals import Literal, digest_of
 from rosslt.instrument.rewriting import (
     CELLS,
     CONVERSIONS,
+    OBJECT,
+    OPERATORS,
     PLAIN,
     ROUTE,
     ROUTE_ALL,
@@ -99,10 +101,14 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     names[CELLS] = cells.cells_of(os.path.realpath(path), made.literals, made.digest)
     names[STEP] = cells.read_step
     names[PLAIN] = cells.plain
+    names[OBJECT] = cells.plain_object
     names[ROUTE] = routing.route
     names[ROUTE_ALL] = routing.route_all
     names[CONVERSIONS['float']] = functions.to_float
     names[CONVERSIONS['int']] = functions.to_int
+    names[CONVERSIONS['type']] = functions.type_of
+    for name in OPERATORS.values():
+        names[name] = functions.REFLECTING[name.strip('_').split('_', 1)[1]]
 
 
 class OwnModules:

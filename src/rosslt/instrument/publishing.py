@@ -5,7 +5,6 @@ import time
 from typing import Any, List
 
 import rospy
-from rospy.msg import args_kwds_to_message
 
 from rosslt import messages, node, values
 from rosslt.instrument.cells import decide_shapes, location_of
@@ -33,7 +32,7 @@ class Publisher(node.Publisher):
             self._look_again = now + PERIOD
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, rospy.ROSException):
-                reach(args_kwds_to_message(self.data_class, args, kwds))
+                reach(node.args_kwds_to_message(self.data_class, args, kwds))
         super().publish(*args, **kwds)
 
 

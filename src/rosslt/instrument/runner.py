@@ -85,9 +85,17 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
         code = compile(content, script, 'exec', dont_inherit=True)
     else:
         code = made.code
+        _set_up()
         prepare(main.__dict__, made, script)
         sys.meta_path.insert(0, OwnModules(sys.path[0], include))
     exec(code, main.__dict__)
+
+
+def _set_up() -> None:
+    from rosslt.instrument import functions, messages_as_text
+
+    messages_as_text.show_in_messages()
+    functions.show_numbers_as_plain()
 
 
 def _script(path: str) -> Tuple[str, Optional[bytes]]:

@@ -30,7 +30,7 @@ from rosslt.node.directory import Directory, Place
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.locations import HeldLocation, LiteralLocation
-from rosslt.node.rospy_internals import is_initialized
+from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.tf import counterparts as tf_counterparts
@@ -54,7 +54,9 @@ __all__ = [
     'Undone',
     'add_literal',
     'add_location',
+    'args_kwds_to_message',
     'ask_all',
+    'connected_publishers',
     'directory',
     'force_value',
     'force_value_as',

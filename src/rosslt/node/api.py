@@ -122,12 +122,12 @@ def location(
 
 
 def _call_with_value(function: Callable[[Any], None], reader: List[_Read]) -> None:
-    if reader:  # else it has changed before it was known as a whole
+    if reader:  # else a leaf has changed before all leaves were created
         function(reader[0]())
 
 
 def _warn_of_int(value: Any, limits: Dict[str, Any], site: CallSite) -> None:
-    """Say where an int was probably meant to be a float: Python's `0.5 * n` takes its float's side, untracked."""
+    """Warn where an int was probably meant to be a float: Python computes `0.5 * n` with the plain number."""
     if type(values.plain_scalar(value)) is int and float in map(type, (limits['minimum'], limits['maximum'])):
         rospy.logwarn(
             '%s: location(%r) is an int, though its bounds are floats: it takes no fractions, and 0.5 * n is not '
@@ -144,7 +144,7 @@ def _add_literal(
     """The location of one leaf of what `location` was given."""
     if isinstance(literal, (str, bool)):
         if not path and (limits['minimum'], limits['maximum']) != (None, None):
-            raise TypeError(f'bounds are for numbers, and {literal!r} is none')
+            raise TypeError(f'bounds are for numbers, and {literal!r} is not a number')
         limits = {**limits, 'minimum': None, 'maximum': None}
     return _owner.add_literal(
         LiteralLocation('\n'.join([identity, *path]), '/'.join([base, *path]), site, literal, **limits)
@@ -158,7 +158,7 @@ def add_location(
     setter: Optional[Callable[[Any], None]] = None,
     **limits: Any,
 ) -> Location:
-    """A location at a place that is no call in this node's code: a number in a script, say. For the rooms above.
+    """A location that is not a call in this node's code, for example a number in a script. For the rooms above.
 
     Args:
         name: as of `location`; it is also what identifies the location.
@@ -308,7 +308,7 @@ def directory() -> Directory:
 
 
 def limits(sources: Sequence[values.Source], timeout: float = 1.0) -> Dict[str, Any]:
-    """What the owners of sources take, as arguments of `values.solve`: `bounds` and `read_only`.
+    """Which values the owners of sources accept, as arguments of `values.solve`: `bounds` and `read_only`.
 
     Args:
         sources: Sources of any nodes.
@@ -342,7 +342,7 @@ def _named(name: Optional[str], key: Any, site: CallSite) -> Tuple[str, str]:
 
 @contextlib.contextmanager
 def _named_place(site: CallSite) -> Iterator[None]:
-    """Have errors of the literal and its bounds say where the call is."""
+    """Add the place of the call to errors about the literal and its bounds."""
     try:
         yield
     except Refused as refused:

@@ -87,7 +87,7 @@ class Branch(Parameter):
         return {name: part.value() for name, part in self._parts.items()}
 
     def take(self, value: Any) -> None:
-        # Its parts hear of their own changes themselves; here parts come and go.
+        # Its parts notice their own changes; here parts are added and removed.
         self._put(value)
 
     def _put(self, value: Any) -> None:
@@ -143,7 +143,7 @@ class Leaf(Parameter):
                     raise Refused(str(error)) from None
 
     def _put(self, value: Any) -> None:
-        """Make `value` the one in force; locations that it has no place for any more are dropped."""
+        """Make `value` the one in force; locations that it no longer contains are dropped."""
         before, self._locations = self._locations, {}
         for location in before.values():
             self._owner.locations.remove(location)

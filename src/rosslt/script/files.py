@@ -75,7 +75,7 @@ def read_settled(path: str) -> str:
         if outcome == before:
             return read(path) if isinstance(outcome, bytes) else outcome
         if time.monotonic() > deadline:
-            raise Unsettled(path, None, None, 'others write it all the time')
+            raise Unsettled(path, None, None, 'other programs keep writing it')
         before = outcome
 
 
@@ -88,7 +88,7 @@ def _attempt(path: str) -> Union[str, bytes]:
 
 
 def replace(path: str, expected: str, text: str) -> bool:
-    """Replace a file's text at one blow; its mode, its owner and a link that leads to it stay.
+    """Replace a file's text atomically; its mode, its owner and a link that leads to it stay.
 
     Args:
         expected: the text that is to be replaced.
@@ -174,7 +174,7 @@ class _Handler(FileSystemEventHandler):
         self._take(event)
 
 
-class Watch:
+class FileWatch:
     """Calls a function when a file may have been written, whoever did it and however; from a thread of its own.
 
     Args:

@@ -163,12 +163,12 @@ def _fold_of(nodes: List[Node]) -> tuple:
 
 
 def _is_exact(record: tuple) -> bool:
-    """Whether a record's slopes at the present values say all of it."""
+    """Whether a record is exactly described by its slopes at the present values."""
     form, first, second = record
     if form is AFFINE:
         return bool(second)
     if form.single_operand:
-        # A slope of 0 may be one that no float holds.
+        # A slope of 0 may stand for one that no float can hold.
         return form.affine and (second == 0 or slope_or_zero(form.slope, first._plain, second) != 0)
     return bool(form.affine)
 
@@ -241,7 +241,7 @@ def shorten(value: Any) -> None:
 
 
 def _replace(value: Any, fold: tuple) -> None:
-    """Let a fold stand for a value."""
+    """Replace a value's record with its fold."""
     value._record = value._fold = fold
     # A fold of many terms is made again only after as many operations: otherwise every operation would cost all terms.
     terms = len(fold[1])

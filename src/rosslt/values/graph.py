@@ -265,7 +265,7 @@ def sources(x: Any) -> List[Source]:
 
 
 def check_changes(changes: Mapping[Source, Any]) -> None:
-    """Refuse changes that do not say of which Source.
+    """Refuse changes whose keys are not Sources.
 
     Raises:
         TypeError: a key is no Source.

@@ -1,4 +1,4 @@
-"""Why a handle is left alone: a hand holds it, or has dropped it at a place that no message shows yet."""
+"""Why a handle is not moved: it is being dragged, or was dropped at a place that no message shows yet."""
 
 import time
 from typing import Any, Dict, Optional
@@ -17,11 +17,11 @@ class Hold:
     """One hand on one handle, and the wait for a message once it has let go."""
 
     def __init__(self) -> None:
-        self._changed: Optional[Dict[Any, Any]] = None
+        self._changed: Optional[Dict[values.Source, Any]] = None
         self._dropped_at = self._seen_at = 0.0
         self._is_over = self._is_told = False
 
-    def drop(self, changed: Dict[Any, Any]) -> None:
+    def drop(self, changed: Dict[values.Source, Any]) -> None:
         """The hand has let go after sources have changed, {Source: new value}, which a message will show soon."""
         self._changed = changed
         self._dropped_at = self._seen_at = time.monotonic()

@@ -87,7 +87,7 @@ def marker_handles(topic: str, marker: Any, is_shown: bool, settings: Settings) 
 def scale_handles(
     name: str, frame: str, place: PoseTuple, marker: Any, has_points: bool, size: float
 ) -> Iterator[ScaleHandle]:
-    """A handle for each tracked size of a marker that RViz heeds."""
+    """A handle for each tracked size of a marker that RViz uses."""
     scale = marker.scale
     for axis, (field, value) in enumerate((('x', scale.x), ('y', scale.y), ('z', scale.z))):
         if has_source(value):
@@ -195,7 +195,7 @@ def marker_shape(marker: Any, is_shown: bool) -> Any:
     place.orientation.w = 1.0
     shape.pose = place
     if is_shown:
-        # The scale of these two is a factor, and no size.
+        # The scale of these two is a factor, not a size.
         least = 0.0 if marker.type in (Marker.MESH_RESOURCE, Marker.TRIANGLE_LIST) else LEAST_OVERLAP
         for axis in 'xyz':
             size = getattr(shape.scale, axis)
