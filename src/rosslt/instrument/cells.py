@@ -17,8 +17,8 @@ from rosslt import node, values
 from rosslt.instrument.literals import Literal
 from rosslt.instrument.verdicts import NUMBER
 
-#: What comes from the shape of a formula alone is tracked in messages with at most so many such leaves.
-MOST_LEAVES_OF_SHAPES = 64
+#: What comes from the shape of a formula alone is tracked where a topic carries at most so many such leaves a second.
+MOST_LEAVES_OF_SHAPES = 1000
 
 _files: Dict[str, 'Cells'] = {}
 _by_source: Dict[values.Source, 'CellLocation'] = {}
@@ -148,15 +148,16 @@ def location_of(source: values.Source) -> 'Optional[CellLocation]':
     return _by_source.get(source)
 
 
-def decide_shapes(leaves: Iterable[Any]) -> None:
+def decide_shapes(leaves: Iterable[Any], rate: float) -> None:
     """Have what gives formulas their shape do without provenance from now on, where nothing is lost by that.
 
     That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
-    shapes, the one that is changed most willingly; in a message with very many such leaves none does, as they would
-    hold up the node.
+    shapes, the one that is changed most willingly; where very many such leaves are sent none does, as they would hold up
+    the node.
 
     Args:
         leaves: of a message.
+        rate: how many such messages there are in a second; 0 where that is not known yet.
     """
     with _lock:
         undecided, _undecided[:] = list(_undecided), []
@@ -168,7 +169,7 @@ def decide_shapes(leaves: Iterable[Any]) -> None:
             shapes = [location for location in locations if location is not None and location.is_shape]
             if shapes and len(shapes) == len(locations):
                 alone.append(shapes)
-        if len(alone) > MOST_LEAVES_OF_SHAPES:
+        if len(alone) * rate > MOST_LEAVES_OF_SHAPES:
             undecided += [shape for shapes in alone for shape in shapes]
             _kept.difference_update(undecided)
         else:
