@@ -10,6 +10,7 @@ action server of `move_base` that succeeds after a second.
 """
 
 import argparse
+import math
 import os
 import shlex
 import signal
@@ -103,7 +104,9 @@ class Trial:
         came = tried = 0
         for topic, path, value, _ in still[::step][:MOST_FORCED]:
             tried += 1
-            target = values.untracked(value) + (1 if isinstance(value, int) else 0.25)
+            plain = values.untracked(value)
+            # Towards 0, as parts of quaternions and colors go no further than 1.
+            target = plain + 1 if isinstance(value, int) else plain - math.copysign(0.25, plain) if plain else 0.25
             try:
                 changed = node.force_value(value, target)
             except rosslt.Error as error:

@@ -10,7 +10,7 @@ import rospy
 from geometry_msgs.msg import PointStamped, PoseStamped
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan
-from std_msgs.msg import Float32, Float64, Int32
+from std_msgs.msg import Float32, Float64, Float64MultiArray, Int32
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarkerInit, MarkerArray
 
@@ -465,6 +465,7 @@ while not rospy.is_shutdown():
     p.point.x = math.cos(count / 50.0)
     p.point.y = 2.5 * math.cos(count / 40.0)
     pub.publish(p)
+    count += 1
     rospy.sleep(0.03)
 """
 
@@ -476,7 +477,7 @@ def test_what_gives_a_formula_its_shape_is_tracked_where_nothing_else_is(run):
         assert values.is_tracked(point.x)
         assert len(values.sources(point.y)) == 1
         names = names_of('wave')
-        assert {columns[2] for columns in names.values()} == {'50.0', '2.5', '40.0'}
+        assert {columns[2] for columns in names.values()} == {'50.0', '2.5', '40.0', '1'}
 
 
 WHOLE_PARAMETERS = """
@@ -508,3 +509,26 @@ def test_a_parameter_that_says_3_where_a_float_is_meant_takes_fractions(run):
         assert message.header.frame_id == '[2, 2]'
         node.force_value(message.point.z, 1.25)
         heard.comes(lambda message: message.point.z == 1.25)
+
+
+WAVES = """
+import math
+import rospy
+from std_msgs.msg import Float64MultiArray
+pub = rospy.Publisher('waves', Float64MultiArray, queue_size=1)
+rospy.init_node('waves')
+count = 0
+array = Float64MultiArray()
+while not rospy.is_shutdown():
+    array.data.append(math.cos(count / 50.0))
+    del array.data[:-100]
+    pub.publish(array)
+    count += 1
+    rospy.sleep(0.02)
+"""
+
+
+def test_very_many_leaves_of_shapes_alone_do_not_hold_up_a_node(run):
+    with run(WAVES, 'waves'), Listener('waves', Float64MultiArray) as heard:
+        heard.comes(lambda message: message.data and values.is_tracked(message.data[0]))
+        heard.comes(lambda message: len(message.data) == 100 and not any(map(values.is_tracked, message.data)))

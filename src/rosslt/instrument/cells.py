@@ -9,7 +9,7 @@ import linecache
 import os
 import re
 import threading
-from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Set, Tuple
 
 import rospy
 
@@ -17,9 +17,13 @@ from rosslt import node, values
 from rosslt.instrument.literals import Literal
 from rosslt.instrument.verdicts import NUMBER
 
+#: What comes from the shape of a formula alone is tracked where a topic carries at most so many such leaves a second.
+MOST_LEAVES_OF_SHAPES = 1000
+
 _files: Dict[str, 'Cells'] = {}
 _by_source: Dict[values.Source, 'CellLocation'] = {}
 _undecided: List['CellLocation'] = []
+_kept: Set['CellLocation'] = set()
 _lock = threading.RLock()
 
 
@@ -144,31 +148,37 @@ def location_of(source: values.Source) -> 'Optional[CellLocation]':
     return _by_source.get(source)
 
 
-def decide_shapes(leaves: Iterable[Any]) -> None:
+def decide_shapes(leaves: Iterable[Any], rate: float) -> None:
     """Have what gives formulas their shape do without provenance from now on, where nothing is lost by that.
 
     That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
-    shapes, the one that is changed most willingly, or one that another leaf keeps.
+    shapes, the one that is changed most willingly; where very many such leaves are sent none does, as they would hold up
+    the node.
 
     Args:
-        leaves: of a message in which they came up.
+        leaves: of a message.
+        rate: how many such messages there are in a second; 0 where that is not known yet.
     """
     with _lock:
         undecided, _undecided[:] = list(_undecided), []
-        if not undecided:
+        if not undecided and not _kept:
             return
-        several = []
+        alone = []
         for leaf in leaves:
             locations = [_by_source.get(source) for source in values.sources(leaf)]
             shapes = [location for location in locations if location is not None and location.is_shape]
-            if len(shapes) == len(locations) and not any(shape.keeps for shape in shapes):
-                several.append(shapes)
-        # What has one shape only has no choice, and may be enough for what has more.
-        for shapes in sorted(several, key=len):
-            if shapes and not any(shape.keeps for shape in shapes):
-                min(shapes, key=lambda shape: shape.rank).keep()
-        for location in undecided:
-            location.drop()
+            if shapes and len(shapes) == len(locations):
+                alone.append(shapes)
+        if len(alone) * rate > MOST_LEAVES_OF_SHAPES:
+            undecided += [shape for shapes in alone for shape in shapes]
+            _kept.difference_update(undecided)
+        else:
+            # What has one shape only has no choice, and may be enough for what has more.
+            for shapes in sorted(alone, key=len):
+                if _kept.isdisjoint(shapes):
+                    _kept.add(min(shapes, key=lambda shape: shape.rank))
+        for shape in undecided:
+            shape.decide(shape in _kept)
 
 
 def read_step(cells: Cells, number: int) -> Any:
@@ -227,16 +237,10 @@ class CellLocation(node.LiteralLocation):
         super().put(value)
         self.cells[self.number] = self.value if self.keeps is False else self.tracked
 
-    def keep(self) -> None:
-        """Be read with its provenance from now on, as something comes from it alone."""
-        self.keeps = True
-        self.cells[self.number] = self.tracked
-
-    def drop(self) -> None:
-        """Be read without its provenance from now on, unless something comes from it alone."""
-        if not self.keeps:
-            self.keeps = False
-            self.cells[self.number] = self.value
+    def decide(self, keeps: bool) -> None:
+        """Be read with its provenance from now on, or without it."""
+        self.keeps = keeps
+        self.cells[self.number] = self.tracked if keeps else self.value
 
     def keep_whole(self) -> None:
         """Take whole numbers only from now on: it reaches a field that takes no other."""

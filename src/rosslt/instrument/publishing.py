@@ -22,28 +22,39 @@ class Publisher(node.Publisher):
     """
 
     _looked = 0
-    _look_again = 0.0
+    _look_again = _counted_since = 0.0
+    _count = 0
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
         now = time.monotonic()
+        self._count += 1
         if (now >= self._look_again or self._looked < FIRST_MESSAGES) and node.is_started():
             self._looked += 1
             self._look_again = now + PERIOD
+            took = now - self._counted_since
+            rate = self._count / took if took >= PERIOD else 0.0
+            if rate or self._looked == 1:
+                self._count, self._counted_since = 0, now
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, rospy.ROSException):
-                reach(node.args_kwds_to_message(self.data_class, args, kwds))
+                reach(node.args_kwds_to_message(self.data_class, args, kwds), rate)
         super().publish(*args, **kwds)
 
 
-def reach(message: Any) -> None:
-    """Make the literals known that are in a message. Those that reach a field of whole numbers stay whole."""
+def reach(message: Any, rate: float = 0.0) -> None:
+    """Make the literals known that are in a message. Those that reach a field of whole numbers stay whole.
+
+    Args:
+        message: any ROS message.
+        rate: how many such messages there are in a second; 0 where that is not known yet.
+    """
     if isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message)):
         return
     fields = messages.tracked_fields(message)
     leaves = list({id(value): value for _, value, _ in fields}.values())
     sources = values.sources(leaves)
-    decide_shapes(leaves)
+    decide_shapes(leaves, rate)
     for source in values.sources([value for _, value, kind in fields if kind == 'i']):
         location = location_of(source)
         if location is not None:
