@@ -251,7 +251,14 @@ def test_a_state_that_is_carried_on_by_other_variables_carries_no_provenance_on(
 
 @pytest.mark.parametrize(
     'formula',
-    ['math.pi * -2 / 3', 'plain * (most - least)', 'plain + most', 'plain - n', 'turned(3)', '[plain * i for i in (1, 2)][0]'],
+    [
+        'math.pi * -2 / 3',
+        'plain * (most - least)',
+        'plain + most',
+        'plain - n',
+        'turned(3)',
+        '[plain * i for i in (1, 2)][0]',
+    ],
 )
 def test_a_plain_float_on_the_left_of_an_int_takes_its_provenance(formula):
     text = f"""\
@@ -270,7 +277,14 @@ del math, turned
     assert shown(names) == shown(plain_run(text))
 
 
-@pytest.mark.parametrize('text', ['x = 0\ny = 0\nz = x is y, x is not y\n', 'x = 2.5\ny = x\nz = x is y\n', 't = (1, 2.5)\nu = t\nz = t is u, t is None\n'])
+@pytest.mark.parametrize(
+    'text',
+    [
+        'x = 0\ny = 0\nz = x is y, x is not y\n',
+        'x = 2.5\ny = x\nz = x is y\n',
+        't = (1, 2.5)\nu = t\nz = t is u, t is None\n',
+    ],
+)
 def test_what_is_the_same_number_is_the_same_object(text):
     assert run_rewritten(text)['z'] == plain_run(text)['z']
 

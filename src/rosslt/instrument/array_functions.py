@@ -198,7 +198,14 @@ def _chosen(function: Any, arguments: Any, options: Any) -> Any:
 def _largest(function: Any, arguments: Any, options: Any) -> Any:
     """Of `numpy.max` and `numpy.min` of a list."""
     ufunc = numpy.maximum if function in (numpy.max, numpy.amax) else numpy.minimum
-    return provenance_of(compute(ufunc, 'reduce', (with_provenance(numpy.asarray(plain(arguments[0])), provenance_of(arguments[0])),), {'axis': None, **options}))
+    return provenance_of(
+        compute(
+            ufunc,
+            'reduce',
+            (with_provenance(numpy.asarray(plain(arguments[0])), provenance_of(arguments[0])),),
+            {'axis': None, **options},
+        )
+    )
 
 
 def _interpolated(function: Any, arguments: Any, options: Any) -> Any:
@@ -206,7 +213,9 @@ def _interpolated(function: Any, arguments: Any, options: Any) -> Any:
         return None
     x, places, heights = arguments
     known = numpy.asarray(plain(places), dtype=float)
-    known_objects, objects = (filled(numpy.asarray(plain(one)), provenance_of(one)).tolist() for one in (places, heights))
+    known_objects, objects = (
+        filled(numpy.asarray(plain(one)), provenance_of(one)).tolist() for one in (places, heights)
+    )
 
     def at(value: Any) -> Any:
         after = int(numpy.searchsorted(known, plain(value), side='right'))

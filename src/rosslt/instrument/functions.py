@@ -113,4 +113,6 @@ def _reflecting(name: str) -> Callable[[Any, Any], Any]:
 
 
 #: Operators by their names, which see the provenance on the right of a plain number.
-REFLECTING: Dict[str, Callable[[Any, Any], Any]] = {name: _reflecting(name) for name in ('add', 'sub', 'mul', 'truediv')}
+REFLECTING: Dict[str, Callable[[Any, Any], Any]] = {
+    name: _reflecting(name) for name in ('add', 'sub', 'mul', 'truediv')
+}

@@ -100,7 +100,11 @@ def _hidden(tree: ast.AST, cells: Any) -> Tuple[Set[str], Tuple[type, ...]]:
             made = [part for part in node.body if isinstance(part, _FUNCTIONS) and part.name == '__init__']
             functions.setdefault(node.name, []).extend(made)
     for node in ast.walk(tree):
-        if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value is not None and _makes(kinds, node.value, cells):
+        if (
+            isinstance(node, (ast.Assign, ast.AnnAssign))
+            and node.value is not None
+            and _makes(kinds, node.value, cells)
+        ):
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
             names |= {_last_name(part) for target in targets for part in getattr(target, 'elts', [target])}
         elif isinstance(node, (ast.For, ast.comprehension)) and _makes(kinds, node.iter, cells):
@@ -146,7 +150,9 @@ def _last_name(node: ast.AST) -> str:
 
 
 class _Rewriter(ast.NodeTransformer):
-    def __init__(self, cells: Any, steps: Set[ast.AST], bound: Set[str], hidden: Set[str], kinds: Tuple[type, ...]) -> None:
+    def __init__(
+        self, cells: Any, steps: Set[ast.AST], bound: Set[str], hidden: Set[str], kinds: Tuple[type, ...]
+    ) -> None:
         self._cells = cells
         self._steps = steps
         self._bound = bound
@@ -200,7 +206,9 @@ class _Rewriter(ast.NodeTransformer):
         if id(node) in self._cells:
             return type(self._cells[id(node)][1].value) in self._kinds
         if isinstance(node, ast.BinOp):
-            return (float in self._kinds or not isinstance(node.op, ast.Div)) and (self._may_be_hidden(node.left) or self._may_be_hidden(node.right))
+            return (float in self._kinds or not isinstance(node.op, ast.Div)) and (
+                self._may_be_hidden(node.left) or self._may_be_hidden(node.right)
+            )
         if isinstance(node, ast.UnaryOp):
             return self._may_be_hidden(node.operand)
         if isinstance(node, ast.Call):
@@ -270,7 +278,9 @@ def _name(name: str, where: ast.AST) -> ast.Name:
 
 def _origin(node: ast.ImportFrom) -> List[ast.expr]:
     """The module that is imported from, as an argument; none for one that is relative to the file's own."""
-    return [] if node.level or not node.module else [ast.copy_location(ast.Constant(value=node.module, kind=None), node)]
+    return (
+        [] if node.level or not node.module else [ast.copy_location(ast.Constant(value=node.module, kind=None), node)]
+    )
 
 
 def _call(function: str, arguments: List[ast.expr], where: ast.AST) -> ast.Call:
@@ -279,4 +289,6 @@ def _call(function: str, arguments: List[ast.expr], where: ast.AST) -> ast.Call:
 
 def _routed(name: str, where: ast.stmt, *origin: ast.expr) -> ast.stmt:
     target = ast.copy_location(ast.Name(id=name, ctx=ast.Store()), where)
-    return ast.copy_location(ast.Assign(targets=[target], value=_call(ROUTE, [_name(name, where), *origin], where)), where)
+    return ast.copy_location(
+        ast.Assign(targets=[target], value=_call(ROUTE, [_name(name, where), *origin], where)), where
+    )
