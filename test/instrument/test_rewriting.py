@@ -295,7 +295,8 @@ def test_the_type_of_a_number_is_the_one_it_has_without_provenance():
 
 
 def test_the_default_of_a_parameter_keeps_its_provenance():
-    text = 'class Controller:\n    def __init__(self, gain=2.0, offset=1):\n        self.gain, self.offset = gain, offset\n'
+    text = 'class Controller:\n    def __init__(self, gain=2.0, offset=1):\n'
+    text += '        self.gain, self.offset = gain, offset\n'
     text += 'c = Controller()\nx = c.gain * 0.5\ny = c.offset / 4\ndel c, Controller\n'
     names = run_rewritten(text)
     assert values.is_tracked(names['x'])

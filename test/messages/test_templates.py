@@ -1,4 +1,4 @@
-"""Provenance that is written and read in the outline of an earlier one is what it is without that."""
+"""Provenance that is written and read with a template of an earlier one is the same as without it."""
 
 import math
 import struct

@@ -1,4 +1,4 @@
-"""A script's file: replaced at one blow, never over what somebody else has just saved, and watched."""
+"""A script's file: replaced atomically, never over a text that somebody else has just saved, and watched."""
 
 import os
 import stat
@@ -19,7 +19,7 @@ def path(tmp_path):
 
 @pytest.fixture(params=['exchange', 'rename'])
 def system(request, monkeypatch):
-    """A system that can exchange two files at one blow, and one that cannot."""
+    """A system that can exchange two files atomically, and one that cannot."""
     if request.param == 'rename':
         monkeypatch.setattr(files, '_exchange', lambda first, second: False)
 
@@ -130,7 +130,7 @@ def test_the_watch_sees_whatever_way_an_editor_saves(path, tmp_path, save, throu
         watched.parent.mkdir()
         watched.symlink_to(path)
     seen = []
-    files.Watch(str(watched), lambda: seen.append(files.read_settled(str(watched))))
+    files.FileWatch(str(watched), lambda: seen.append(files.read_settled(str(watched))))
     for text in ('a = 2\n', 'a = 3\n'):
         save(path, text)
         wait_until(lambda text=text: seen[-1:] == [text], 'the watch to see ' + text)
@@ -138,7 +138,7 @@ def test_the_watch_sees_whatever_way_an_editor_saves(path, tmp_path, save, throu
 
 def test_the_watch_costs_nothing_while_nobody_writes(path):
     looks = []
-    files.Watch(str(path), lambda: looks.append(path.read_text()))
+    files.FileWatch(str(path), lambda: looks.append(path.read_text()))
     before = os.times()
     threading.Event().wait(1.0)
     after = os.times()

@@ -426,6 +426,14 @@ def _named(name: str, function: Any) -> Any:
     return function
 
 
+def _array_function(_array: Any, function: Any, _types: Any, arguments: Any, options: Any) -> Any:
+    return call(function, arguments, options)
+
+
+# It completes the class, as NEP 18 has it: `arrays` knows the operators alone.
+TrackedArray.__array_function__ = _array_function  # type: ignore[method-assign, assignment]
+
+
 def keep_provenance_in_numpy() -> None:
     """Have tracked numbers and plain arrays make arrays of floats, as NumPy does, not of objects."""
     values.compute_ufuncs_with(compute)

@@ -98,7 +98,10 @@ _IN_LINE = {'matmul'}
 
 
 class TrackedArray(numpy.ndarray):
-    """An array of floats or ints with the provenance of its elements. Made by `with_provenance` and by arithmetic."""
+    """An array of floats or ints with the provenance of its elements. Made by `with_provenance` and by arithmetic.
+
+    `array_functions` completes it with NumPy's functions.
+    """
 
     _beside: Optional[numpy.ndarray] = None
 
@@ -146,11 +149,6 @@ class TrackedArray(numpy.ndarray):
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         return compute(ufunc, method, inputs, options)
-
-    def __array_function__(self, function: Any, types: Any, arguments: Any, options: Any) -> Any:
-        from rosslt.instrument.array_functions import call
-
-        return call(function, arguments, options)
 
     def __copy__(self) -> 'TrackedArray':
         return self.copy()

@@ -63,12 +63,14 @@ def type_of(thing: Any) -> Any:
     return _PLAIN_CLASSES.get(kind, kind)
 
 
-_PLAIN_CLASSES = {type(values.track(kind(), values.Source('/', 0))): kind for kind in (float, int, bool, str)}
+_PLAIN_CLASSES: Dict[type, type] = {
+    type(values.track(kind(), values.Source('/', 0))): kind for kind in (float, int, bool, str)
+}
 _TRACKED_FLOAT = type(values.track(0.0, values.Source('/', 0)))
 _TRACKED_INT = type(values.track(0, values.Source('/', 0)))
 
 
-def show_as_plain(tracked: type, plain: type) -> None:
+def show_as_plain(tracked: type, plain: Any) -> None:
     """Have a class call itself as the plain one does, in texts and error messages, and be known as that one.
 
     Args:

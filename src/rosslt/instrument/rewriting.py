@@ -221,10 +221,11 @@ class _Rewriter(ast.NodeTransformer):
             operands = [node.left, *node.comparators]
             if not any(isinstance(operand, ast.Constant) and operand.value is None for operand in operands):
                 # What is the same number must be the same object, as it is without provenance.
-                node.left, *node.comparators = [
+                made: List[ast.expr] = [
                     operand if isinstance(operand, ast.Constant) else _call(OBJECT, [operand], operand)
                     for operand in operands
                 ]
+                node.left, node.comparators = made[0], made[1:]
         return node
 
     def visit_Import(self, node: ast.Import) -> Any:

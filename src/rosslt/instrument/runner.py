@@ -84,20 +84,17 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
     if made is None:
         code = compile(content, script, 'exec', dont_inherit=True)
     else:
-        _set_up()
         code = made.code
+        _set_up()
         prepare(main.__dict__, made, script)
         sys.meta_path.insert(0, OwnModules(sys.path[0], include))
     exec(code, main.__dict__)
 
 
 def _set_up() -> None:
-    from rosslt import node
-    from rosslt.instrument import functions, numbers_as_text
+    from rosslt.instrument import functions, messages_as_text
 
-    node.marshal_tracked_values()
-    numbers_as_text.represent_in_yaml()
-    numbers_as_text.show_in_messages()
+    messages_as_text.show_in_messages()
     functions.show_numbers_as_plain()
 
 

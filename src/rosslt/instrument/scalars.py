@@ -1,7 +1,7 @@
 """What NumPy's numbers have and Python's have not, for numbers with provenance.
 
-A number that is read from an array, or that a function of NumPy gives, is a `numpy.float64` without provenance, and with it
-a tracked float: a node may ask either for `x.item()` or `x.astype(int)`.
+A number that is read from an array, or that a function of NumPy gives, is a `numpy.float64` without provenance and a
+tracked float with it: a node may ask either for `x.item()` or `x.astype(int)`.
 """
 
 from typing import Any
@@ -12,10 +12,29 @@ from rosslt import values
 
 _SAME = ('item', 'tolist', 'copy', 'squeeze', 'sum', 'mean', 'min', 'max', 'prod', 'conj')
 #: Not `dtype`, by which the room `values` tells NumPy's numbers and arrays from Python's.
-_PLAIN = (
-    'all any argmax argmin clip cumsum flatten itemsize nbytes ndim nonzero ravel repeat reshape shape size std '
-    'strides tobytes transpose var'
-).split()
+_PLAIN = [
+    'all',
+    'any',
+    'argmax',
+    'argmin',
+    'clip',
+    'cumsum',
+    'flatten',
+    'itemsize',
+    'nbytes',
+    'ndim',
+    'nonzero',
+    'ravel',
+    'repeat',
+    'reshape',
+    'shape',
+    'size',
+    'std',
+    'strides',
+    'tobytes',
+    'transpose',
+    'var',
+]
 
 
 def _itself(self: Any, *arguments: Any, **options: Any) -> Any:

@@ -5,7 +5,7 @@ verdict says two things: whether the number is a location at all, and how willin
 """
 
 import ast
-from typing import Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt.instrument.callees import (
     CLOCKS,
@@ -122,7 +122,7 @@ class Judgement(NamedTuple):
     name: Optional[str]
 
 
-def judge(tree: ast.Module, text_of, states: Optional[States] = None) -> Iterator[Judgement]:
+def judge(tree: ast.Module, text_of: Callable[[ast.AST], str], states: Optional[States] = None) -> Iterator[Judgement]:
     """Judge all number literals of a program, in their order in the tree.
 
     Args:
@@ -151,7 +151,7 @@ def _is_number(node: ast.AST) -> bool:
 
 
 class _Judge:
-    def __init__(self, tree: ast.Module, states: States, text_of) -> None:
+    def __init__(self, tree: ast.Module, states: States, text_of: Callable[[ast.AST], str]) -> None:
         self._parents: Dict[int, Tuple[ast.AST, str]] = {}
         for parent in ast.walk(tree):
             for field, value in ast.iter_fields(parent):

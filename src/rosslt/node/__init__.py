@@ -13,13 +13,14 @@ from rosslt.node.api import (
     get_param,
     init_node,
     is_started,
+    is_whole_parameter,
     limits,
     location,
-    marshal_tracked_values,
     read_parameter,
     reevaluate,
     remove_location,
     start,
+    take_fractions,
     undo,
 )
 from rosslt.node.call_sites import CallSite
@@ -29,7 +30,7 @@ from rosslt.node.directory import Directory, Place
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.locations import HeldLocation, LiteralLocation
-from rosslt.node.rospy_internals import is_initialized
+from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.tf import counterparts as tf_counterparts
@@ -53,7 +54,9 @@ __all__ = [
     'Undone',
     'add_literal',
     'add_location',
+    'args_kwds_to_message',
     'ask_all',
+    'connected_publishers',
     'directory',
     'force_value',
     'force_value_as',
@@ -62,15 +65,16 @@ __all__ = [
     'init_node',
     'is_initialized',
     'is_started',
+    'is_whole_parameter',
     'limits',
     'location',
-    'marshal_tracked_values',
     'new_request_id',
     'read_parameter',
     'reevaluate',
     'remove_location',
     'rotated',
     'start',
+    'take_fractions',
     'tf_counterparts',
     'tf_functions',
     'to_json',

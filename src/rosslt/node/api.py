@@ -6,7 +6,6 @@ import functools
 import re
 import sys
 import threading
-import xmlrpc.client
 from types import FrameType
 from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
@@ -17,7 +16,7 @@ from rosslt.node import client
 from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
 from rosslt.node.directory import Directory
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, checked_limits
+from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, ParameterLocation, checked_limits
 from rosslt.node.rospy_internals import is_initialized
 from rosslt.node.server import SETTINGS, Owner
 
@@ -50,7 +49,6 @@ def start() -> None:
         if not is_started():
             if not is_initialized():
                 raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
-            marshal_tracked_values()
             _owner.serve()
 
 
@@ -124,12 +122,12 @@ def location(
 
 
 def _call_with_value(function: Callable[[Any], None], reader: List[_Read]) -> None:
-    if reader:  # else it has changed before it was known as a whole
+    if reader:  # else a leaf has changed before all leaves were created
         function(reader[0]())
 
 
 def _warn_of_int(value: Any, limits: Dict[str, Any], site: CallSite) -> None:
-    """Say where an int was probably meant to be a float: Python's `0.5 * n` takes its float's side, untracked."""
+    """Warn where an int was probably meant to be a float: Python computes `0.5 * n` with the plain number."""
     if type(values.plain_scalar(value)) is int and float in map(type, (limits['minimum'], limits['maximum'])):
         rospy.logwarn(
             '%s: location(%r) is an int, though its bounds are floats: it takes no fractions, and 0.5 * n is not '
@@ -146,7 +144,7 @@ def _add_literal(
     """The location of one leaf of what `location` was given."""
     if isinstance(literal, (str, bool)):
         if not path and (limits['minimum'], limits['maximum']) != (None, None):
-            raise TypeError(f'bounds are for numbers, and {literal!r} is none')
+            raise TypeError(f'bounds are for numbers, and {literal!r} is not a number')
         limits = {**limits, 'minimum': None, 'maximum': None}
     return _owner.add_literal(
         LiteralLocation('\n'.join([identity, *path]), '/'.join([base, *path]), site, literal, **limits)
@@ -160,7 +158,7 @@ def add_location(
     setter: Optional[Callable[[Any], None]] = None,
     **limits: Any,
 ) -> Location:
-    """A location at a place that is no call in this node's code: a number in a script, say. For the rooms above.
+    """A location that is not a call in this node's code, for example a number in a script. For the rooms above.
 
     Args:
         name: as of `location`; it is also what identifies the location.
@@ -226,6 +224,21 @@ def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
 def read_parameter(frame: FrameType, name: str, *default: Any, as_float: bool = False) -> Any:
     """`get_param` for the call that a frame is making."""
     return _owner.parameter(rospy.resolve_name(name), frame, *default, as_float=as_float).read()
+
+
+def is_whole_parameter(source: values.Source) -> bool:
+    """Whether a source is a ROS parameter that this node reads, and takes whole numbers only."""
+    location = _owner.locations.by_id.get(source.location_id) if source.node == _owner.name else None
+    return isinstance(location, ParameterLocation) and location.type is int
+
+
+def take_fractions(source: values.Source) -> None:
+    """Have a parameter for which `is_whole_parameter` holds take fractions from now on: it means a float."""
+    with _owner.lock:
+        location = _owner.locations.by_id[source.location_id]
+        if isinstance(location, ParameterLocation):
+            location.parameter.as_float = True
+            location.retype(float(location.value))
 
 
 def undo() -> Dict[values.Source, client.Change]:
@@ -295,7 +308,7 @@ def directory() -> Directory:
 
 
 def limits(sources: Sequence[values.Source], timeout: float = 1.0) -> Dict[str, Any]:
-    """What the owners of sources take, as arguments of `values.solve`: `bounds` and `read_only`.
+    """Which values the owners of sources accept, as arguments of `values.solve`: `bounds` and `read_only`.
 
     Args:
         sources: Sources of any nodes.
@@ -329,7 +342,7 @@ def _named(name: Optional[str], key: Any, site: CallSite) -> Tuple[str, str]:
 
 @contextlib.contextmanager
 def _named_place(site: CallSite) -> Iterator[None]:
-    """Have errors of the literal and its bounds say where the call is."""
+    """Add the place of the call to errors about the literal and its bounds."""
     try:
         yield
     except Refused as refused:
@@ -377,17 +390,3 @@ def _message_reader(message: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tu
         return fresh
 
     return read
-
-
-def marshal_tracked_values() -> None:
-    """Let `rospy.set_param` take tracked values: xmlrpc marshals exact types only."""
-    dispatch: Dict[Any, Any] = xmlrpc.client.Marshaller.dispatch
-    for plain in (float, int, bool, str):
-        tracked = type(values.track(plain(), values.Source('/', 0)))
-        dispatch.setdefault(tracked, functools.partial(_marshal, dispatch[plain], plain))
-
-
-def _marshal(
-    write_plain: Callable[..., None], plain: Callable[[Any], Any], marshaller: Any, value: Any, write: Any
-) -> None:
-    write_plain(marshaller, plain(value), write)

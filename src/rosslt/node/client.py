@@ -132,7 +132,7 @@ def reevaluate(owner: Asker, x: Any, timeout: float = 1.0) -> Any:
 
 
 class Undone(NamedTuple):
-    """What came of taking a request back: what changed in each node, and why others did not."""
+    """The result of taking a request back: what changed in each node, and why other nodes did not change."""
 
     changes: Dict[str, List[msg.AppliedChange]]
     reasons: Dict[str, str]
@@ -142,7 +142,7 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
     """Take back what a request has changed in nodes: in all that have a part in it.
 
     Args:
-        request_id: as their histories say.
+        request_id: as in their histories.
         nodes: their full names.
         requester: who asks.
         timeout: for all together, in seconds.

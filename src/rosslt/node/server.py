@@ -1,4 +1,4 @@
-"""This node as the owner of its locations: what it tells of them, and the changes that it takes.
+"""This node as the owner of its locations: what it reports about them, and the changes that it accepts.
 
 The paper's `apply_source_change` and the service for reevaluation (section IV-A, figure 3). Below `<node>/rosslt`: the
 services `change_sources`, `request_changes`, `get_values`, `list_locations`, `get_history`, `undo`, `undo_request` and
@@ -26,8 +26,8 @@ from rosslt.node.parameter_trees import Branch, Leaf, ParameterTrees
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
 from rosslt.node.serialization import Sending
 
-#: How long an acknowledgement waits for the parameter server to follow, in seconds; the change holds all the
-#: same.
+#: How long an acknowledgement waits for the parameter server, in seconds; the change is in force in any
+#: case.
 FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
@@ -175,7 +175,7 @@ class Owner:
 
     def _wait_for_parameters(self, written: int) -> None:
         if not self.mirror.wait(written, FOLLOW_TIMEOUT):
-            rospy.logwarn('the change is in force, but the parameter server does not follow')
+            rospy.logwarn('the change is in force, but its parameter could not be set yet')
 
     def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
         """The current values of several locations; serves `~rosslt/get_values`."""
@@ -215,7 +215,7 @@ class Owner:
         return undone
 
     def reset(self, ids: Sequence[int], requester: str) -> Tuple[List[str], List[Change]]:
-        """Give locations the values again that the code says, all or none; as of the service ResetLocations.
+        """Restore the values in the code, of all locations or none; as of the service ResetLocations.
 
         Returns:
             (reasons of refusals, [(location, value until now, value now)]).
@@ -228,7 +228,7 @@ class Owner:
                     if location.literal is not None and location.value != location.literal:
                         wanted.append((self._changeable(location), location.literal))
                     elif location.literal is None and ids:
-                        raise Refused(f'{location.name} is no literal: the code says no value that it could go back to')
+                        raise Refused(f'{location.name} is no literal: there is no value in the code to restore')
             except Refused as refused:
                 return [str(refused)], []
             reasons, changed = self._apply(wanted, requester)
@@ -239,7 +239,7 @@ class Owner:
         return [], changed
 
     def applied(self, changes: Sequence[Change], requester: str, request_id: str = '', record: bool = True) -> None:
-        """Tell of changes that have been applied, and remember them."""
+        """Publish changes that have been applied, and add them to the history."""
         changes = differing(changes)
         stamp = rospy.Time.now()
         for location, old, new in changes:
@@ -301,7 +301,7 @@ class Owner:
         return srv.ListLocationsResponse([found for found in map(self._described, asked) if found is not None])
 
     def _described(self, location_id: int) -> Optional[msg.Location]:
-        """What this node tells of a location, None where it has no such one."""
+        """What this node reports about a location; None where it has no location of that id."""
         location = self.locations.by_id.get(location_id)
         return location and described(location)
 
@@ -353,7 +353,7 @@ class Owner:
                     raise Refused(reasons[0])
 
     def _namespace_set(self, name: str, value: Any) -> None:
-        """`rosparam set` of what stands in the namespace of the locations and is none."""
+        """`rosparam set` of a name in the namespace of the locations that is not the parameter of a location."""
         if name == 'accept_changes':
             accepted = value is True or value == {}
             self.locked = (
@@ -361,7 +361,7 @@ class Owner:
                 if accepted
                 else (f'{self.name} takes no changes now: {self.name}/rosslt/accept_changes is {to_json(value)}')
             )
-            rospy.loginfo('%s', self.locked or self.name + ' takes changes')
+            rospy.loginfo('%s', self.locked or self.name + ' accepts changes')
         elif name == 'history':
             Sending.full_history = value == 'full'
             if value not in ('full', 'folded', {}):
@@ -384,7 +384,7 @@ def _messages(changes: Sequence[Change], requester: str) -> List[msg.AppliedChan
 
 
 def described(location: Location) -> msg.Location:
-    """What a node tells of a location of its own."""
+    """What a node reports about one of its locations."""
 
     def text(value: Any) -> str:
         return '' if value is None else to_json(value)

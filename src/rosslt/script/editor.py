@@ -64,7 +64,7 @@ class Editor(QMainWindow):
             self.statusBar().showMessage('{} is not there yet: Ctrl-S writes it'.format(path))
         # The watch has a thread of its own, and only the main one may touch the window.
         self._written.connect(self._file_written)
-        self._watch = files.Watch(path, self._written.emit)
+        self._watch = files.FileWatch(path, self._written.emit)
 
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802  (the name is Qt's)
         """Ask before anything is lost."""
@@ -90,7 +90,7 @@ class Editor(QMainWindow):
             text = self._to_write()
             while not files.replace(self._path, self._saved, text):
                 if not self._follow():
-                    # It has been shown that the file holds something else. Whoever saves again means it.
+                    # The user was told that the file has another text, and saves again on purpose.
                     self._saved = files.read_settled(self._path)
                     return False
                 text = self._to_write()

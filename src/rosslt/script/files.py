@@ -20,7 +20,7 @@ from watchdog.observers import Observer
 from rosslt.script.errors import ScriptError
 
 #: For how long a file has to stay the same to count as saved, in seconds.
-SETTLED = 0.03
+SETTLING_TIME = 0.03
 
 #: How long to wait for that.
 PATIENCE = 0.5
@@ -70,12 +70,12 @@ def read_settled(path: str) -> str:
     deadline = time.monotonic() + PATIENCE
     before = _attempt(path)
     while True:
-        time.sleep(SETTLED)
+        time.sleep(SETTLING_TIME)
         outcome = _attempt(path)
         if outcome == before:
             return read(path) if isinstance(outcome, bytes) else outcome
         if time.monotonic() > deadline:
-            raise Unsettled(path, None, None, 'others write it all the time')
+            raise Unsettled(path, None, None, 'other programs keep writing it')
         before = outcome
 
 
@@ -88,7 +88,7 @@ def _attempt(path: str) -> Union[str, bytes]:
 
 
 def replace(path: str, expected: str, text: str) -> bool:
-    """Replace a file's text at one blow; its mode, its owner and a link that leads to it stay.
+    """Replace a file's text atomically; its mode, its owner and a link that leads to it stay.
 
     Args:
         expected: the text that is to be replaced.
@@ -174,17 +174,17 @@ class _Handler(FileSystemEventHandler):
         self._take(event)
 
 
-class Watch:
+class FileWatch:
     """Calls a function when a file may have been written, whoever did it and however; from a thread of its own.
 
     Args:
         path: the file. What matters happens in its folder: editors write a new file, and give it the old name.
-        look: called without arguments.
+        changed: called without arguments.
     """
 
-    def __init__(self, path: str, look: Callable[[], object]) -> None:
+    def __init__(self, path: str, changed: Callable[[], object]) -> None:
         self._names = {os.path.abspath(path), os.path.realpath(path)}
-        self._look = look
+        self._changed = changed
         self._written = threading.Event()
         handler = _Handler(self._note)
         self._observer = Observer()
@@ -204,4 +204,4 @@ class Watch:
         while True:
             self._written.wait()
             self._written.clear()
-            self._look()
+            self._changed()

@@ -13,7 +13,7 @@ from rosslt import node
 from rosslt.msg import PoseStampedTracked
 from rosslt.script import parameters
 from rosslt.script.errors import ScriptError
-from rosslt.script.files import Watch
+from rosslt.script.files import FileWatch
 from rosslt.script.live import DEFAULT_SETTINGS, LiveScript, Settings
 from rosslt.script.player import make_player
 from rosslt.script.running import Step
@@ -23,7 +23,7 @@ RATE = 20.0
 
 
 def run() -> None:
-    """Keep a script in force until this node is shut down, as its private parameters say.
+    """Keep a script in force until this node is shut down. Private parameters are the settings.
 
     Raises:
         ScriptError: there is no script.
@@ -42,7 +42,7 @@ def run() -> None:
         nonlocal is_refused
         if is_refused:
             is_refused = False
-            rospy.loginfo('%s is mended, and in force again', path)
+            rospy.loginfo('%s is corrected, and in force again', path)
         rospy.logdebug('%s runs: %d steps', path, len(steps))
         player.play(steps, is_same_but_for_numbers)
 
@@ -54,8 +54,8 @@ def run() -> None:
     script = LiveScript(
         path, node.add_location, node.remove_location, take, report, settings, memory.recall, memory.keep
     )
-    Watch(path, script.look)
-    script.look()  # what was saved before the watch began
+    FileWatch(path, script.reload)
+    script.reload()  # what was saved before the watch began
     rospy.loginfo('%s is in force', path)
     _loop(player.tick)
 
@@ -74,7 +74,7 @@ def run_parameters() -> None:
     rospy.Service('~save', Trigger, save)
 
     def tick() -> None:
-        waypoints.look()
+        waypoints.update()
         player.tick()
 
     _loop(tick)

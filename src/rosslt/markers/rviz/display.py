@@ -14,6 +14,7 @@ from rosslt.markers.drags.drags import Drags
 from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.rviz import controls
 from rosslt.markers.rviz.notes import Notes
+from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import CanChange, Handle
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.shapes import pose_tuple
@@ -32,7 +33,7 @@ class Display:
         free: the names of handles whose bodies move in the plane of the screen.
     """
 
-    def __init__(self, server: Any, scene: Scene, can_change: CanChange, notes: Notes) -> None:
+    def __init__(self, server: Server, scene: Scene, can_change: CanChange, notes: Notes) -> None:
         self.lock = scene.lock
         self.free: Set[str] = set()
         self._server, self._scene, self._can_change, self._notes = server, scene, can_change, notes
@@ -43,7 +44,7 @@ class Display:
         self._differ: Set[str] = set()
 
     def connect(self, drags: Drags, add_menu: Callable[[Any, Handle], None]) -> None:
-        """Before the first handle is put: what comes of hands.
+        """Connect drags and menus, before the first handle is added.
 
         Args:
             drags: told of what hands do.
@@ -76,7 +77,7 @@ class Display:
         """Put a note beside a handle."""
         self._notes.put(handle, text)
 
-    # What the node asks.
+    # For the node.
 
     def redraw(self, name: str) -> None:
         """Have a marker drawn anew, as its menu has changed."""
@@ -121,7 +122,7 @@ class Display:
             try:
                 self._server.insert(controls.handle_marker(handle, self._can_change, name in self.free), self._feedback)
                 self._add_menu(self._server, handle)
-            except Exception:  # one thing that cannot be drawn must not keep all others from being shown
+            except Exception:  # a thing that cannot be drawn must not prevent the others from being shown
                 rospy.logerr('%s cannot be shown\n%s', name, traceback.format_exc())
         elif shown[1] != handle.pose:
             self._server.setPose(name, controls.pose_message(handle.pose))

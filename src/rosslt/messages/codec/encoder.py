@@ -182,7 +182,7 @@ class _KnownTemplate(NamedTuple):
     """The template of fields of one shape."""
 
     template: Optional[Template]
-    """None where a field cannot be sent, of which there is a warning each time."""
+    """None where a field cannot be sent; then each message logs a warning."""
     order: Optional[Tuple[int, ...]]
     """In which order the values of sources come in it; None where that is the order of their appearance."""
 
@@ -320,7 +320,7 @@ class _Encoder:
         for (index, leaf, kind), root in zip(leaves, roots):
             code, *operands = instructions[root]
             if root in sourceless:
-                continue  # What was received with it was refused.
+                continue  # its received provenance was refused
             if code == SOURCE and type(operands[1]) is TYPE_OF_KIND[kind] and _is_same(operands[1], leaf):
                 self.fields.append((index, self.tables.source(operands[0]), None, False))
             else:

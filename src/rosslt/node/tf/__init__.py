@@ -7,7 +7,7 @@ from typing import Any, Dict
 
 
 def counterparts() -> Dict[str, Any]:
-    """The classes that stand for those of tf2_ros with the same names: {name: class}."""
+    """The classes that replace those of tf2_ros with the same names: {name: class}."""
     from rosslt.node.tf.broadcasters import StaticTransformBroadcaster, TransformBroadcaster
     from rosslt.node.tf.buffer import Buffer
     from rosslt.node.tf.listener import TransformListener
