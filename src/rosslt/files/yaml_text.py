@@ -5,7 +5,7 @@ from typing import Any, Dict, Optional, Tuple
 
 import yaml
 
-from rosslt.script.errors import ScriptError
+from rosslt.files.errors import FileError
 
 #: An anchor or a tag, which stands in front of a scalar and stays there.
 PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
@@ -23,14 +23,14 @@ def with_values(text: str, data: Any, file: str) -> str:
         file: its path, for errors.
 
     Raises:
-        ScriptError: the text is no YAML, or is of another shape than the data.
+        FileError: the text is no YAML, or is of another shape than the data.
     """
     try:
         root, present = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        raise ScriptError(file, line, column, getattr(error, 'problem', None) or str(error)) from None
+        raise FileError(file, line, column, getattr(error, 'problem', None) or str(error)) from None
     edits: Edits = {}
     _collect(root, present, data, edits, file)
     for (start, end), spelling in sorted(edits.items(), key=lambda edit: edit[0], reverse=True):
@@ -56,9 +56,9 @@ def _collect(node: Any, present: Any, wanted: Any, edits: Edits, file: str) -> N
         spelling = None if wanted == present and type(wanted) is type(present) else _spelled(wanted)
         # An anchor and its aliases are one scalar.
         if edits.setdefault((mark.index, node.end_mark.index), spelling) != spelling:
-            raise ScriptError(file, line, column, 'this is one value in several places, and would have to be two')
+            raise FileError(file, line, column, 'this is one value in several places, and would have to be two')
     else:
-        raise ScriptError(file, line, column, 'the file has another shape here than {!r}'.format(wanted))
+        raise FileError(file, line, column, 'the file has another shape here than {!r}'.format(wanted))
 
 
 def _spelled(value: Any) -> str:
