@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any
 from rosslt.files.errors import FileError
 from rosslt.files.notation import in_manner_of
 from rosslt.files.python_numbers import LITERALS, Number, numbers_in, without_numbers
-from rosslt.files.replacing import Unsettled, holds, read, read_bytes, read_settled, replace, replace_bytes
+from rosslt.files.replacing import (
+    Unsettled,
+    holds,
+    read,
+    read_bytes,
+    read_settled,
+    read_settled_bytes,
+    replace,
+    replace_bytes,
+)
 from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest_of, followed, replaced
 from rosslt.files.transaction import unified_diff, write
 
@@ -36,6 +45,7 @@ __all__ = [
     'read',
     'read_bytes',
     'read_settled',
+    'read_settled_bytes',
     'replace',
     'replace_bytes',
     'replaced',

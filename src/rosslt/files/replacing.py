@@ -11,7 +11,7 @@ import os
 import stat
 import tempfile
 import time
-from typing import Union
+from typing import Optional
 
 from rosslt.files.errors import FileError
 
@@ -35,7 +35,10 @@ def read(path: str) -> str:
     Raises:
         FileError: it is not there, cannot be read, or is not in UTF-8.
     """
-    data = read_bytes(path)
+    return _decoded(path, read_bytes(path))
+
+
+def _decoded(path: str, data: bytes) -> str:
     try:
         return data.decode('utf-8')
     except UnicodeDecodeError as error:
@@ -50,7 +53,7 @@ def read(path: str) -> str:
 
 def holds(path: str, *texts: str) -> bool:
     """Whether the file holds one of these texts now."""
-    return _attempt(path) in texts
+    return _attempt(path) in [text.encode('utf-8') for text in texts]
 
 
 def read_settled(path: str) -> str:
@@ -60,24 +63,29 @@ def read_settled(path: str) -> str:
         Unsettled: it does not.
         FileError: as of `read`.
     """
+    return _decoded(path, read_settled_bytes(path))
+
+
+def read_settled_bytes(path: str) -> bytes:
+    """`read_settled`, of a file in any encoding."""
     deadline = time.monotonic() + PATIENCE
     before = _attempt(path)
     while True:
         time.sleep(SETTLED)
         outcome = _attempt(path)
         if outcome == before:
-            return read(path) if isinstance(outcome, bytes) else outcome
+            return read_bytes(path) if outcome is None else outcome
         if time.monotonic() > deadline:
             raise Unsettled(path, None, None, 'others write it all the time')
         before = outcome
 
 
-def _attempt(path: str) -> Union[str, bytes]:
-    """What `read` gives, or '' in bytes, which no text is equal to, where it raises."""
+def _attempt(path: str) -> Optional[bytes]:
+    """What `read_bytes` gives, None where it raises."""
     try:
-        return read(path)
+        return read_bytes(path)
     except FileError:
-        return b''
+        return None
 
 
 def replace(path: str, expected: str, text: str) -> bool:

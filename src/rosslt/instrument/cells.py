@@ -13,7 +13,7 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import rospy
 
-from rosslt import node, values
+from rosslt import files, node, values
 from rosslt.instrument.literals import Literal
 from rosslt.instrument.verdicts import NUMBER
 
@@ -174,6 +174,10 @@ class CellLocation(node.LiteralLocation):
             return
         super().put(value)
         self.cells[self.number] = self.value if self.is_shape else self.tracked
+
+    def find_in(self, source: files.SourceText) -> Optional[int]:
+        literal = self.cells.literals[self.number]
+        return source.number_at(literal.line, literal.column)
 
     def keep_whole(self) -> None:
         """Take whole numbers only from now on: it reaches a field that takes no other."""

@@ -1,7 +1,7 @@
 """The room of rospy: this node's locations, how they are read and changed, and messages that carry
 provenance.
 
-It may import the rooms `messages` and `values`, and rospy. Its door is this module: the names mirror rospy's,
+It may import the rooms `messages`, `files` and `values`, and rospy. Its door is this module: the names mirror rospy's,
 so that a node becomes tracked by changing the names of a few calls.
 """
 
@@ -13,12 +13,16 @@ from rosslt.node.api import (
     get_param,
     init_node,
     is_started,
+    keep_source,
     limits,
     location,
     marshal_tracked_values,
+    original_source,
+    read_at,
     read_parameter,
     reevaluate,
     remove_location,
+    reread,
     start,
     undo,
 )
@@ -61,13 +65,17 @@ __all__ = [
     'init_node',
     'is_initialized',
     'is_started',
+    'keep_source',
     'limits',
     'location',
     'marshal_tracked_values',
     'new_request_id',
+    'original_source',
+    'read_at',
     'read_parameter',
     'reevaluate',
     'remove_location',
+    'reread',
     'rotated',
     'start',
     'tf_counterparts',
