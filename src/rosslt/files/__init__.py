@@ -9,6 +9,7 @@ the manner of the one before. `replacing` reads and replaces files as a whole, `
 from typing import TYPE_CHECKING, Any
 
 from rosslt.files.errors import FileError
+from rosslt.files.launch_text import ORIGINS, ParamChange, ParamTag, param_edits, param_tags
 from rosslt.files.notation import in_manner_of
 from rosslt.files.python_numbers import LITERALS, Number, numbers_in, without_numbers
 from rosslt.files.replacing import (
@@ -26,22 +27,29 @@ from rosslt.files.transaction import unified_diff, write
 
 if TYPE_CHECKING:
     from rosslt.files.watching import Watch
+    from rosslt.files.yaml_text import YamlChange, yaml_edits
     from rosslt.files.yaml_text import with_values as yaml_with_values
 
 __all__ = [
     'LITERALS',
+    'ORIGINS',
     'Edit',
     'FileError',
     'Number',
     'SourceText',
     'Unsettled',
+    'ParamChange',
+    'ParamTag',
     'Watch',
+    'YamlChange',
     'changed_elsewhere',
     'digest_of',
     'followed',
     'holds',
     'in_manner_of',
     'numbers_in',
+    'param_edits',
+    'param_tags',
     'read',
     'read_bytes',
     'read_settled',
@@ -52,6 +60,7 @@ __all__ = [
     'unified_diff',
     'without_numbers',
     'write',
+    'yaml_edits',
     'yaml_with_values',
 ]
 
@@ -62,8 +71,8 @@ def __getattr__(name: str) -> Any:
         from rosslt.files.watching import Watch
 
         return Watch
-    if name == 'yaml_with_values':
-        from rosslt.files.yaml_text import with_values
+    if name in ('YamlChange', 'yaml_edits', 'yaml_with_values'):
+        from rosslt.files import yaml_text
 
-        return with_values
+        return getattr(yaml_text, name.replace('yaml_with', 'with'))
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -37,6 +37,30 @@ def in_manner_of(old: str, value: _Value, read: Callable[[str], object] = _pytho
     return repr(value)
 
 
+def written_as(old: str, value: _Value, read: Callable[[str], object]) -> str:
+    """`in_manner_of`, in a language that does not read all numbers that Python writes.
+
+    Raises:
+        ValueError: it can say no such number.
+    """
+
+    def reads(text: str) -> object:
+        found = read(text)
+        return found if type(found) is type(value) else None
+
+    expanded = '{:f}'.format(Decimal(repr(value)))
+    mantissa, exponent, power = repr(value).partition('e')
+    pointed = mantissa if '.' in mantissa else mantissa + '.0'
+    for candidate in (
+        in_manner_of(old, value, reads),
+        pointed + exponent + power,
+        expanded if '.' in expanded or type(value) is int else expanded + '.0',
+    ):
+        if _says(reads(candidate), value):
+            return candidate
+    raise ValueError(f'{value!r} cannot be written in the place of {old}')
+
+
 def _says(read: object, value: _Value) -> bool:
     # A whole number may be written as one where it stands for a float: `x = 3` after `x = 2`.
     return isinstance(read, (int, float)) and float(read) == value and repr(float(read)) == repr(float(value))

@@ -324,6 +324,7 @@ class Owner:
     def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
         with self.lock:
             edits, left = SOURCE_FILES.edits(self.locations.by_id.values())
+            read = [location.id for location in self.locations.by_id.values() if location.said is not None]
         return srv.ListEditsResponse(
             [
                 msg.FileEdit(
@@ -333,6 +334,7 @@ class Owner:
             ],
             [location.id for location, _ in left],
             [reason for _, reason in left],
+            read,
         )
 
     def reread(self, location: Location, said: Any) -> None:

@@ -1,7 +1,7 @@
 """Where in source files the values of this node were read, and what would write changed values back there."""
 
 import os
-from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt import files
 from rosslt.node.locations import Location
@@ -34,6 +34,8 @@ class SourceFiles:
     def __init__(self) -> None:
         self._contents: Dict[str, bytes] = {}
         self._originals: Dict[str, files.SourceText] = {}
+        # What was offered to be written: where the file says it, it is no edit of somebody else.
+        self._offered: Dict[Location, Set[float]] = {}
 
     def keep(self, path: str, content: Optional[bytes] = None) -> None:
         """Remember a file.
@@ -82,21 +84,25 @@ class SourceFiles:
         edits: List[Tuple[Location, files.Edit]] = []
         left: List[Tuple[Location, str]] = []
         for path, those in by_file.items():
-            changed = [location for location in those if location.value != location.said]
+            changed = [
+                location for location in those if location.value != location.said or location in self._offered
+            ]
             if not changed:
                 continue
             try:
-                made, others = _edits_of_file(self.original(path), those, changed)
+                made, others = _edits_of_file(self.original(path), those, changed, self._offered)
             except files.FileError as error:
                 left += [(location, str(error)) for location in changed]
             else:
                 edits += made
                 left += others
+                for location, _ in made:
+                    self._offered.setdefault(location, set()).add(location.value)
         return edits, left
 
 
 def _edits_of_file(
-    original: files.SourceText, those: List[Location], changed: List[Location]
+    original: files.SourceText, those: List[Location], changed: List[Location], offered: Dict[Location, Set[float]]
 ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
     """What `SourceFiles.edits` gives, of one file."""
     readers: Dict[int, List[Location]] = {}
@@ -112,6 +118,7 @@ def _edits_of_file(
     for location in changed:
         try:
             written = _place(location, original, present, indices, readers)
+            _check_unedited(location, written, offered.get(location, ()))
         except NotWritten as why:
             left.append((location, str(why)))
             continue
@@ -142,13 +149,16 @@ def _place(
         raise NotWritten(f'the number at {location.place} is that of several locations, with other values')
     if index not in indices:
         raise NotWritten(f'the line of {location.place} was edited since it was read')
-    written = Written(present, indices[index])
-    if written.value not in (location.said, location.value):
+    return Written(present, indices[index])
+
+
+def _check_unedited(location: Location, written: Written, offered: Collection[float]) -> None:
+    """Raise NotWritten where somebody else has edited the number itself."""
+    if written.value not in (location.said, location.value, *offered):
         raise NotWritten(
             f'the number at {location.place} was edited since it was read: '
-            f'{present.path} says {written.value!r} instead of {location.said!r}'
+            f'{written.source.path} says {written.value!r} instead of {location.said!r}'
         )
-    return written
 
 
 #: Those of this process.
