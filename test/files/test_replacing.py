@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
-from rosslt.files import FileError, replacing
 from rosslt import files
+from rosslt.files import FileError, replacing
 from support.processes import wait_until
 
 

@@ -7,7 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosslt.files import Edit, FileError, SourceText, changed_elsewhere, followed, in_manner_of, replaced, unified_diff, write
+from rosslt.files import (
+    Edit,
+    FileError,
+    SourceText,
+    changed_elsewhere,
+    followed,
+    in_manner_of,
+    replaced,
+    unified_diff,
+    write,
+)
 
 PROGRAM = b"""#!/usr/bin/env python
 # -*- coding: utf-8 -*-
@@ -146,8 +156,9 @@ def test_a_number_that_could_be_another_one_is_not_followed():
 
 
 def test_lines_are_named_in_which_more_has_changed_than_locations():
-    old, new = source(b'a = 1.5\nfor i in range(3): pass\nb = 2\n'), source(
-        b'a = 2.5\nfor i in range(4): pass\nb = 2 + a\nc = 1\n'
+    old, new = (
+        source(b'a = 1.5\nfor i in range(3): pass\nb = 2\n'),
+        source(b'a = 2.5\nfor i in range(4): pass\nb = 2 + a\nc = 1\n'),
     )
     result = followed(old, new)
     assert changed_elsewhere(old, new, result, {0}) == [2, 3, 4]

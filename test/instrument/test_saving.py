@@ -184,7 +184,8 @@ def test_a_thousand_changes_leave_every_other_byte_and_are_published_after_a_res
                 edits, unsaved = changes_to_save(rosgraph.Master('/test'), '/orbit')
                 assert (len(edits), unsaved) == (10, [])
                 files.write(edits)
-                assert numbers_blanked(started.file.read_bytes(), started.file) == numbers_blanked(content, started.file)
+                after = started.file.read_bytes()
+                assert numbers_blanked(after, started.file) == numbers_blanked(content, started.file)
             assert save('/orbit', '--diff') == ''
             heard.next()
             wanted = point(heard.next())
@@ -287,7 +288,7 @@ while not rospy.is_shutdown():
         assert 'value=8' in started.file.read_text()
 
 
-LAUNCHED = '''
+LAUNCHED = """
 import rospy
 from geometry_msgs.msg import PointStamped
 
@@ -302,9 +303,9 @@ while not rospy.is_shutdown():
     p.point.x, p.point.y, p.point.z = x, y, z + w
     pub.publish(p)
     rospy.sleep(0.03)
-'''
+"""
 
-LAUNCH_FILE = '''<launch>
+LAUNCH_FILE = """<launch>
   <!-- <param name="x" value="0"/> ä -->
   <arg name="given" default="1.5"/>
   <rosparam file="{folder}/tall.yaml" ns="tall"/>
@@ -315,7 +316,7 @@ LAUNCH_FILE = '''<launch>
     <rosparam file="{folder}/turn.yaml" command="load"/>
   </node>
 </launch>
-'''
+"""
 
 
 def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_from(master, hearing, tmp_path):

@@ -7,7 +7,8 @@ from typing import Any, Collection, Dict, List, NamedTuple, Tuple
 
 import rosgraph
 
-from rosslt import files, node as nodes, srv
+from rosslt import files, srv
+from rosslt import node as nodes
 from rosslt.cli.directory import Directory, Place, call, locations_of
 
 
@@ -106,9 +107,7 @@ def _why_not(place: Place, origin: Any) -> str:
     return ''
 
 
-def _edits_of(
-    file: str, those: List[Tuple[Place, Dict[str, Any]]]
-) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
+def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
     """What would write parameters into one file."""
     content = files.read_bytes(file)
     import rosparam  # noqa: F401 - teaches yaml to read angles

@@ -33,14 +33,14 @@ class ParamChange(NamedTuple):
     """A <param> that is to have another value.
 
     Attributes:
-        index: which <param> of the file it was when that was loaded.
+        nth: which <param> of the file it was when that was loaded.
         name, text: its attributes `name` and `value` then, as they were written.
         value: what it should say.
         read: reads the attribute as roslaunch does.
         what: what people call it.
     """
 
-    index: int
+    nth: int
     name: str
     text: str
     value: float
@@ -107,8 +107,8 @@ def _tag_of(tags: List[ParamTag], change: ParamChange, file: str) -> ParamTag:
     """Where the <param> of a change is now; ValueError where that is not certain."""
     found = [tag for tag in tags if tag.name == change.name]
     same = [tag for tag in found if tag.value == change.text]
-    if change.index < len(tags) and tags[change.index] in same:
-        return tags[change.index]
+    if change.nth < len(tags) and tags[change.nth] in same:
+        return tags[change.nth]
     if len(same) == 1:
         return same[0]
     if len(found) == 1:

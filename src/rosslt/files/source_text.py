@@ -9,7 +9,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt.files.errors import FileError
 from rosslt.files.notation import in_manner_of
-from rosslt.files.python_numbers import NEWLINE, Number, Positions, numbers_in, without_numbers
+from rosslt.files.python_numbers import NEWLINE, Positions, numbers_in, without_numbers
 
 #: What stands for a number in a line: no text has it, as Python takes no null.
 _BLANK = '\0'

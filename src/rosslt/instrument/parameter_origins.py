@@ -29,8 +29,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
     def _param_tag(self, tag: Element, context: Any, ros_config: Any, *args: Any, **kwds: Any) -> Any:
         made = super()._param_tag(tag, context, ros_config, *args, **kwds)
         if made is not None:
-            # One that is private outside of a node is given to each node that follows: its name stays as it is.
-            made.origin = {  # type: ignore[attr-defined]
+            origin = {
                 'file': os.path.realpath(context.filename),
                 'tag': _index_of(tag),
                 'name': tag.getAttribute('name'),
@@ -39,7 +38,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
                 'said': made.value,
                 'is_substituted': '$(' in tag.getAttribute('value') or not tag.hasAttribute('value'),
             }
-            self._note(ns_join(context.ns, made.key), made.value, made.origin)
+            self._note(ns_join(context.ns, made.key), made.value, origin)
         return made
 
     def load_rosparam(
@@ -71,9 +70,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
             origin = {'file': os.path.realpath(file_), 'is_substituted': subst_function is not None}
             self._note(key, one.value, origin, path)
 
-    def _note(
-        self, key: str, value: Any, origin: Dict[str, Any], path: Optional[List[_Step]] = None
-    ) -> None:
+    def _note(self, key: str, value: Any, origin: Dict[str, Any], path: Optional[List[_Step]] = None) -> None:
         for name in [one for one in self.origins if one == key or one.startswith(key + '/')]:
             del self.origins[name]  # the last declaration wins
         for steps, number in _numbers(value):

@@ -63,8 +63,6 @@ class _Reader:
         cells: its numbers.
     """
 
-    _known: 'Dict[int, _Reader]' = {}
-
     def __init__(self, cells: Cells) -> None:
         self._cells = cells
         self._digest = cells.digest
@@ -74,7 +72,7 @@ class _Reader:
     @classmethod
     def of(cls, cells: Cells) -> '_Reader':
         """The one of these cells."""
-        return cls._known.setdefault(id(cells), cls(cells))
+        return _readers.setdefault(id(cells), cls(cells))
 
     def look(self) -> None:
         """Take in what the file says, if it is something else than before."""
@@ -91,9 +89,9 @@ class _Reader:
         except files.FileError as error:
             rospy.logwarn('%s: the node goes on with what was read before', error)
             return
-        self._take(original, new)
+        self._take(original, new, node.is_saved_here(digest))
 
-    def _take(self, original: files.SourceText, new: files.SourceText) -> None:
+    def _take(self, original: files.SourceText, new: files.SourceText, is_saved_here: bool) -> None:
         locations = self._locations(original)
         result = files.followed(original, new)
         taken, refused = [], []
@@ -106,12 +104,12 @@ class _Reader:
             if location is None:
                 continue
             try:
-                node.reread(location, number.value)
+                node.reread(location, number.value, is_saved_here)
                 taken.append(f'{location.name} = {number.value!r}')
             except ValueError as error:
                 refused.append(f'{number.value!r} in line {number.line} ({error})')
         lines = files.changed_elsewhere(original, new, result, set(locations))
-        self._tell(taken, refused, (lines, result.has_lost_lines))
+        self._tell([] if is_saved_here else taken, refused, (lines, result.has_lost_lines))
 
     def _locations(self, original: files.SourceText) -> Dict[int, Callable[[], Any]]:
         """{index of a number in the file as it was loaded: gives the location that is read there}."""
@@ -134,10 +132,14 @@ class _Reader:
             self._named = lines, has_lost_lines = elsewhere
             named = [f'line{"s" if len(lines) > 1 else ""} {_ranges(lines)}'] if lines else []
             named += ['lines that are gone'] if has_lost_lines else []
-            parts += [f'{" and ".join(named)} changed in other ways, which needs a restart of the node'] if named else []
+            if named:
+                parts.append(f'{" and ".join(named)} changed in other ways, which needs a restart of the node')
         if parts:
             say = rospy.logwarn if refused else rospy.loginfo
             say('%s was edited: %s', os.path.basename(self._cells.path), '; '.join(parts))
+
+
+_readers: Dict[int, _Reader] = {}
 
 
 def _ranges(lines: List[int]) -> str:

@@ -206,7 +206,7 @@ def remove_location(location: Location) -> None:
 
 
 def keep_source(path: str, content: bytes) -> None:
-    """Remember what a source file of this node said when it was loaded: for the rooms above, which load it otherwise."""
+    """Remember what a source file of this node said when it was loaded, where a room above loads it."""
     SOURCE_FILES.keep(path, content)
 
 
@@ -219,14 +219,23 @@ def original_source(path: str) -> files.SourceText:
     return SOURCE_FILES.original(path)
 
 
-def reread(location: Location, said: Any) -> None:
+def is_saved_here(digest: str) -> bool:
+    """Whether a content of a source file is what `rosslt save` was told to make of it; answered once for each."""
+    with _owner.lock:
+        return SOURCE_FILES.is_saved_here(digest)
+
+
+def reread(location: Location, said: Any, is_saved_here: bool = False) -> None:
     """Take in what the code says of a location since it was edited, and have it in force.
+
+    Args:
+        is_saved_here: it was written there by a save: the value in force may be a newer one, and stays.
 
     Raises:
         ValueError: the location does not take it; it stays as it is.
     """
     try:
-        _owner.reread(location, said)
+        _owner.reread(location, said, is_saved_here)
     except Refused as refused:
         raise ValueError(str(refused)) from None
 

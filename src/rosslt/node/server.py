@@ -2,8 +2,8 @@
 
 The paper's `apply_source_change` and the service for reevaluation (section IV-A, figure 3). Below `<node>/rosslt`: the
 services `change_sources`, `request_changes`, `get_values`, `list_locations`, `list_edits`, `get_history`, `undo`,
-`undo_request` and `reset`, the topics `changes` and `locations`, and the parameters `accept_changes` and `history`. For all nodes: the
-topic `/rosslt/source_change`.
+`undo_request` and `reset`, the topics `changes` and `locations`, and the parameters `accept_changes` and `history`.
+For all nodes: the topic `/rosslt/source_change`.
 """
 
 import os
@@ -337,15 +337,18 @@ class Owner:
             read,
         )
 
-    def reread(self, location: Location, said: Any) -> None:
+    def reread(self, location: Location, said: Any, is_saved_here: bool) -> None:
         """Take in what the code says of a location since it was edited, and have it in force.
+
+        Args:
+            is_saved_here: it was written there by a save: the value in force may be a newer one, and stays.
 
         Raises:
             Refused: the location does not take it; it stays as it is.
         """
         with self.lock:
             said = location.checked(said)
-            if location.value != said:
+            if location.value != said and not is_saved_here:
                 reasons, _ = self._apply([(self._changeable(location), said)], 'editor')
                 if any(reasons):
                     raise Refused(reasons[0])

@@ -12,16 +12,16 @@ class Written(NamedTuple):
 
     Attributes:
         source: the file as it is now.
-        index: of the number in it.
+        number: the index of the number in it.
     """
 
     source: files.SourceText
-    index: int
+    number: int
 
     @property
     def value(self) -> float:
         """What the file says."""
-        return self.source.numbers[self.index].value
+        return self.source.numbers[self.number].value
 
 
 class NotWritten(Exception):
@@ -36,6 +36,7 @@ class SourceFiles:
         self._originals: Dict[str, files.SourceText] = {}
         # What was offered to be written: where the file says it, it is no edit of somebody else.
         self._offered: Dict[Location, Set[float]] = {}
+        self._offered_digests: Set[str] = set()
 
     def keep(self, path: str, content: Optional[bytes] = None) -> None:
         """Remember a file.
@@ -66,6 +67,14 @@ class SourceFiles:
             known = self._originals[path] = files.SourceText(path, content)
         return known
 
+    def is_saved_here(self, digest: str) -> bool:
+        """Whether a content that a file has now is what `edits` made of it; each is answered once, as somebody may
+        bring it back later on."""
+        if digest in self._offered_digests:
+            self._offered_digests.discard(digest)
+            return True
+        return False
+
     def edits(
         self, locations: Iterable[Location]
     ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
@@ -84,9 +93,7 @@ class SourceFiles:
         edits: List[Tuple[Location, files.Edit]] = []
         left: List[Tuple[Location, str]] = []
         for path, those in by_file.items():
-            changed = [
-                location for location in those if location.value != location.said or location in self._offered
-            ]
+            changed = [location for location in those if location.value != location.said or location in self._offered]
             if not changed:
                 continue
             try:
@@ -98,6 +105,9 @@ class SourceFiles:
                 left += others
                 for location, _ in made:
                     self._offered.setdefault(location, set()).add(location.value)
+                if made:
+                    content = files.replaced(files.read_bytes(path), [edit for _, edit in made])
+                    self._offered_digests.add(files.digest_of(content))
         return edits, left
 
 
@@ -123,8 +133,8 @@ def _edits_of_file(
             left.append((location, str(why)))
             continue
         if written.value != location.value:
-            wanted[written.index] = location.value
-            owners[written.index] = location
+            wanted[written.number] = location.value
+            owners[written.number] = location
     return list(zip((owners[index] for index in sorted(wanted)), present.edits(wanted))), left
 
 
