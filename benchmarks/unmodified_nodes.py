@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs rospy nodes as they are and with `rosslt run`, and prints what that gives and what it costs.
 
-    ./run exec benchmarks/unmodified_nodes.py DIRECTORY [--nodes NODE...] [--seconds 10] [--arguments NODE 'ARGUMENT...']
+    ./run exec benchmarks/unmodified_nodes.py DIRECTORY [--nodes NODE...] [--seconds 10] [--arguments NODE ARGUMENTS]
 
 Of each node: the rates of its topics and the CPU time that it takes, plain and tracked, with one subscriber; how many
 numeric leaves its messages have (without stamps, sequence numbers and untracked zeros), and how many are tracked; and
@@ -13,6 +13,7 @@ import argparse
 import os
 import shlex
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -26,7 +27,6 @@ import rospy
 import rosslt
 from rosslt import node, values
 
-PORT = 11999
 TICKS = os.sysconf('SC_CLK_TCK')
 WARM_UP = 2.0
 MOST_FORCED = 12
@@ -43,7 +43,7 @@ class Trial:
 
     def __init__(self, command, seconds):
         self.before = set(_topics())
-        self.subscribers = {}
+        self.subscribers, self.kinds = {}, {}
         self.last, self.previous, self.counts = {}, {}, {}
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         _wait_until(lambda: self._subscribe() or self.process.poll() is not None, 15)
@@ -63,15 +63,26 @@ class Trial:
     def _subscribe(self):
         for topic, kind in _topics().items():
             if topic not in self.before and topic not in self.subscribers and '/rosslt/' not in topic:
-                message_class = roslib.message.get_message_class(kind)
-                if message_class:
-                    self.counts[topic] = 0
-                    self.subscribers[topic] = rosslt.Subscriber(topic, message_class, self._take, topic)
+                self.counts[topic] = 0
+                self.kinds[topic] = kind
+                # Who reads the messages would hold up a node that publishes without a queue.
+                self.subscribers[topic] = rospy.Subscriber(topic, rospy.AnyMsg, self._count, topic)
         return self.subscribers
+
+    def _count(self, _, topic):
+        self.counts[topic] += 1
+
+    def read(self):
+        """Read the messages from now on, two of each topic at least, if they come."""
+        for topic, kind in self.kinds.items():
+            self.subscribers[topic].unregister()
+            message_class = roslib.message.get_message_class(kind)
+            if message_class:
+                self.subscribers[topic] = rosslt.Subscriber(topic, message_class, self._take, topic)
+        _wait_until(lambda: all(self.previous.get(topic) for topic in self.kinds), 5)
 
     def _take(self, message, topic):
         self.previous[topic], self.last[topic] = self.last.get(topic), message
-        self.counts[topic] += 1
 
     def leaves(self):
         """The numeric leaves of the last messages: [(topic, path, value, stands still), ...]."""
@@ -174,10 +185,13 @@ def main():
     parser.add_argument('--arguments', nargs=2, action='append', default=[], metavar=('NODE', 'ARGUMENTS'))
     options = parser.parse_args()
     arguments = dict(options.arguments)
-    os.environ['ROS_MASTER_URI'] = f'http://localhost:{PORT}'
+    with socket.socket() as free:
+        free.bind(('localhost', 0))
+        port = free.getsockname()[1]
+    os.environ['ROS_MASTER_URI'] = f'http://localhost:{port}'
     os.environ['ROS_HOSTNAME'] = 'localhost'
     master = subprocess.Popen(
-        ['rosmaster', '--core', '-p', str(PORT)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        ['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     try:
         _wait_until(lambda: rosgraph.is_master_online(os.environ['ROS_MASTER_URI']), 15)
@@ -192,6 +206,7 @@ def main():
             plain = Trial([sys.executable, file, *given], options.seconds)
             plain.stop()
             tracked = Trial(['rosslt', 'run', file, *given], options.seconds)
+            tracked.read()
             leaves = tracked.leaves()
             came, tried = tracked.force(leaves)
             count = sum(values.is_tracked(value) for _, _, value, _ in leaves)

@@ -1,7 +1,7 @@
 """What tracking costs: recording, reapplying and solving, as ratios to the same loop on plain floats.
 
 Run as `./run bench values`. Each figure is the best of several, with the garbage collector off, as `timeit` has it,
-where the line does not say otherwise. The anchors in docs/values.md were measured with the same loop.
+where the line does not say otherwise. The other libraries in docs/performance.md were measured with the same loop.
 """
 
 import gc

@@ -118,6 +118,13 @@ def test_the_package_its_rooms_and_its_messages_are_imported_together(space):
         assert path.startswith(str(space.path)), path
 
 
+def test_the_version_is_that_of_the_manifest_and_annotations_are_announced(space):
+    version = ElementTree.parse(ROOT / 'package.xml').getroot().findtext('version')
+    program = 'import pathlib, rosslt; print(rosslt.__version__)\n'
+    program += 'print(any((pathlib.Path(folder) / "py.typed").is_file() for folder in rosslt.__path__))'
+    assert space.run('/usr/bin/python3', '-c', program).split() == [version, 'True']
+
+
 @pytest.mark.parametrize('script', SCRIPTS)
 def test_rosrun_finds_each_executable_once(space, script):
     # echo in front of it: rosrun prints what it would run; it asks which one to run if there are two

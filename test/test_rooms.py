@@ -16,6 +16,18 @@ OLDEST_PYTHON = (3, 8)
 PUBLIC_DOORS = {'tf.py': ['rosslt', 'node', 'tf']}  # beside the package's own door: a folder that each opens
 LONGEST_FILE = 500  # lines; most fit a screen or three
 
+#: Where a function imports a module of this package, and why it is not imported at the top.
+IMPORTED_WHEN_NEEDED = {
+    'cli/__init__.py': 'tab completion, which a command does without',
+    'cli/verbs/launch.py': 'the loader of modules, which other verbs do without',
+    'cli/verbs/run.py': 'the loader of modules, which other verbs do without',
+    'files/__init__.py': 'watchdog and YAML, which most nodes do without',
+    'instrument/__init__.py': 'roslaunch takes long to import',
+    'instrument/loader.py': 'what routes imports, for programs that are rewritten',
+    'instrument/routing.py': 'NumPy and tf, which most nodes do without',
+    'node/tf/__init__.py': 'tf2, which most nodes do without',
+}
+
 
 def rooms():
     """The names of the rooms, from the top down: the first column of the table in docs/design.md."""
@@ -119,6 +131,58 @@ def test_every_room_is_in_the_list_and_has_a_door():
 def test_imports_point_down_the_list_and_stop_at_the_doors():
     found = [fault for path in python_files() for fault in faults(path)]
     assert not found, '\n'.join(found)
+
+
+def module_files(path):
+    """The files of this package that a file imports by name: modules, and packages whose doors it uses."""
+    for _, name in imports(path):
+        parts = name.split('.')
+        if parts[0] != 'rosslt':
+            continue
+        while len(parts) > 1:
+            found = PACKAGE.joinpath(*parts[1:])
+            if found.with_suffix('.py').is_file():
+                yield found.with_suffix('.py')
+                break
+            if (found / '__init__.py').is_file():
+                yield found / '__init__.py'
+                break
+            parts.pop()
+
+
+def test_no_file_imports_itself_by_way_of_others():
+    imported = {path: set(module_files(path)) - {path} for path in sorted(PACKAGE.rglob('*.py'))}
+    while True:
+        done = {path for path, others in imported.items() if not others & imported.keys()}
+        if not done:
+            break
+        for path in done:
+            del imported[path]
+    assert not imported, 'these import each other: ' + ', '.join(str(path.relative_to(ROOT)) for path in imported)
+
+
+def test_modules_are_imported_at_the_top_of_a_file():
+    found = set()
+    for path in PACKAGE.rglob('*.py'):
+        tree = ast.parse(path.read_text(encoding='utf-8'))
+        for function in ast.walk(tree):
+            if isinstance(function, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                for node in ast.walk(function):
+                    if isinstance(node, ast.ImportFrom) and (node.level or (node.module or '').startswith('rosslt')):
+                        found.add(path.relative_to(PACKAGE).as_posix())
+    assert found == set(IMPORTED_WHEN_NEEDED)
+
+
+def test_every_comparison_with_a_tolerance_is_explained():
+    section = (ROOT / 'docs' / 'design.md').read_text(encoding='utf-8').split('\n## Close enough\n')[1]
+    listed = set(re.findall(r'^\| `([\w/]+\.py)`', section.split('\n## ')[0], flags=re.MULTILINE))
+    there = {
+        path.relative_to(PACKAGE).as_posix()
+        for path in PACKAGE.rglob('*.py')
+        if re.search(r'\b(isclose|allclose)\(', path.read_text(encoding='utf-8'))
+    }
+    assert there <= listed, 'docs/design.md does not say why they compare with a tolerance of their own'
+    assert all((PACKAGE / name).is_file() for name in listed)
 
 
 @pytest.mark.parametrize('path', python_files(), ids=lambda path: str(path.relative_to(ROOT)))

@@ -119,7 +119,7 @@ class SimpleActionServer(actionlib.SimpleActionServer):
         execute_cb: Optional[Callable[[Any], Any]] = None,
         auto_start: bool = True,
     ) -> None:
-        # The server that it makes is not started, and so has no connections: it goes as it came.
+        # The plain server is not started and has no connections, so it can be dropped.
         super().__init__(name, ActionSpec, execute_cb, auto_start=False)
         self.action_server = _ActionServer(
             name, ActionSpec, self.internal_goal_callback, self.internal_preempt_callback, auto_start
@@ -142,6 +142,6 @@ class _ActionServer(actionlib.ActionServer):
 
 
 def _instead(plain: Any, carrying: Any) -> Any:
-    """Give a plain publisher or subscriber up for one that carries provenance; they share their connections."""
+    """Replace a plain publisher or subscriber with one that carries provenance; they share their connections."""
     plain.unregister()
     return carrying

@@ -1,4 +1,4 @@
-"""Teaches yaml and xmlrpc to write tracked values as the plain values they are.
+"""Makes yaml and xmlrpc write tracked values as plain values.
 
 Both look up a value's class, not what it is a subclass of: `yaml.safe_dump` would refuse a tracked float, `yaml.dump`
 would write it as a Python object, `xmlrpc.client.dumps` would refuse it.

@@ -26,6 +26,16 @@ STEP = """
         rate.sleep()
     """
 
+NARROW = """
+    from std_msgs.msg import Float32
+
+    publisher = rosslt.Publisher('narrowed', Float32, queue_size=1)
+    rate = rospy.Rate(20)
+    while not rospy.is_shutdown():
+        publisher.publish(2 * rosslt.location(1.0, name='x'))
+        rate.sleep()
+    """
+
 
 @pytest.fixture(scope='module')
 def twins(master):
@@ -86,6 +96,13 @@ class TestWhatIsSeenAfterwards:
     @pytest.mark.parametrize('value', ['x: 6', '{x: 6}'])
     def test_with_and_without_braces_it_is_the_same(self, step, value):
         assert [line[:3] for line in lines('force', '/stepped', value)] == [['/step/x', '1.0', '3.0']]
+
+    def test_a_field_of_32_bits_is_seen_as_it_rounds(self, master):
+        with Node('narrow', NARROW):
+            wait_until(lambda: rosslt('explain', '/narrowed/data').stdout, 'it publishes')
+            result = rosslt('force', '/narrowed/data', '0.1')
+            assert (result.returncode, result.stderr) == (0, '')
+            assert result.stdout.startswith('/narrow/x\t')
 
 
 class TestExplain:

@@ -131,7 +131,7 @@ def test_the_watch_sees_whatever_way_an_editor_saves(path, tmp_path, save, throu
         watched.parent.mkdir()
         watched.symlink_to(path)
     seen = []
-    files.Watch(str(watched), lambda: seen.append(files.read_settled(str(watched))))
+    files.FileWatch(str(watched), lambda: seen.append(files.read_settled(str(watched))))
     for text in ('a = 2\n', 'a = 3\n'):
         save(path, text)
         wait_until(lambda text=text: seen[-1:] == [text], 'the watch to see ' + text)
@@ -139,7 +139,7 @@ def test_the_watch_sees_whatever_way_an_editor_saves(path, tmp_path, save, throu
 
 def test_the_watch_costs_nothing_while_nobody_writes(path):
     looks = []
-    files.Watch(str(path), lambda: looks.append(path.read_text()))
+    files.FileWatch(str(path), lambda: looks.append(path.read_text()))
     before = os.times()
     threading.Event().wait(1.0)
     after = os.times()

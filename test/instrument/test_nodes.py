@@ -136,7 +136,8 @@ while not rospy.is_shutdown():
     t.header.stamp = rospy.Time.now()
     t.transform.translation.x = 1.25
     br.sendTransform(t)
-    old.sendTransform((0.5, 0.0, 2.0), tf.transformations.quaternion_from_euler(0, 0, 0.3), rospy.Time.now(), 'old', 'map')
+    turned = tf.transformations.quaternion_from_euler(0, 0, 0.3)
+    old.sendTransform((0.5, 0.0, 2.0), turned, rospy.Time.now(), 'old', 'map')
     rospy.sleep(0.03)
 """
 
@@ -311,17 +312,18 @@ def test_a_latched_message_is_sent_again(run):
 
 
 def test_a_class_with_a_timer_and_the_names_of_math(run):
-    with run(CLASS_AND_TIMER, 'controller'), Listener('/controller/output', Float32) as heard:
-        with Listener('/controller/id', Int32) as ids:
-            node.force_value(heard.next().data, 9.0)
-            heard.comes(lambda message: message.data == 9.0)
-            node.force_value(ids.next().data, 8)
-            ids.comes(lambda message: message.data == 8)
-            with pytest.raises(rosslt.Error):
-                node.force_value(ids.next().data, 8.5)
-            (identifier,) = [name for name, columns in names_of('controller').items() if columns[2] == '8']
-            assert command('set', '/controller/' + identifier, '8.5').returncode == 1
-            assert ids.next().data == 8
+    with run(CLASS_AND_TIMER, 'controller'), Listener('/controller/output', Float32) as heard, Listener(
+        '/controller/id', Int32
+    ) as ids:
+        node.force_value(heard.next().data, 9.0)
+        heard.comes(lambda message: message.data == 9.0)
+        node.force_value(ids.next().data, 8)
+        ids.comes(lambda message: message.data == 8)
+        with pytest.raises(rosslt.Error):
+            node.force_value(ids.next().data, 8.5)
+        (identifier,) = [name for name, columns in names_of('controller').items() if columns[2] == '8']
+        assert command('set', '/controller/' + identifier, '8.5').returncode == 1
+        assert ids.next().data == 8
 
 
 def test_points_from_numpy_arrays_follow(run):
@@ -393,7 +395,8 @@ def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path):
     script.chmod(0o755)
     package = tmp_path / 'package.xml'
     package.write_text(
-        '<package><name>launched_nodes</name><version>0.0.0</version><description>x</description><maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
+        '<package><name>launched_nodes</name><version>0.0.0</version><description>x</description>'
+        '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
     )
     file.write_text(
         '<launch><arg name="name"/><node pkg="launched_nodes" type="talker.py" name="$(arg name)"/>'
@@ -412,3 +415,36 @@ def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path):
     finally:
         process.terminate()
         process.wait(30)
+
+
+TRANSFORMED = """
+import rospy, tf2_ros, tf2_geometry_msgs
+from geometry_msgs.msg import PointStamped, TransformStamped
+from interactive_markers.interactive_marker_server import InteractiveMarkerServer
+from visualization_msgs.msg import InteractiveMarker
+
+rospy.init_node('transformed')
+server = InteractiveMarkerServer('handles')
+marker = InteractiveMarker()
+marker.name, marker.scale = 'a', 0.75
+server.insert(marker, lambda feedback: None)
+server.applyChanges()
+pub = rospy.Publisher('tip', PointStamped, queue_size=1)
+frame = TransformStamped()
+frame.transform.rotation.w = 1.0
+frame.transform.translation.y = 0.5
+while not rospy.is_shutdown():
+    point = PointStamped()
+    point.point.x = 1.25
+    pub.publish(tf2_geometry_msgs.do_transform_point(point, frame))
+    rospy.sleep(0.03)
+"""
+
+
+def test_a_point_in_another_frame_keeps_its_sources(run):
+    with run(TRANSFORMED, 'transformed'), Listener('tip', PointStamped) as heard:
+        node.force_value(heard.next().point.x, 2.0)
+        node.force_value(heard.next().point.y, -1.0)
+        heard.comes(lambda message: (message.point.x, message.point.y) == (2.0, -1.0))
+        with Listener('/handles/update_full', InteractiveMarkerInit) as shown:
+            assert values.is_tracked(shown.last.markers[0].scale)

@@ -32,7 +32,14 @@ print(sys.modules['__main__'].__dict__ is globals(), __package__, __spec__, type
     'a thread': 'import threading\nt = threading.Thread(target=lambda: print(2.0 / 3))\nt.start()\nt.join()\n',
     'an enumeration': 'from enum import Enum, IntEnum\nclass A(Enum):\n    B = 1\nclass C(IntEnum):\n    D = 2\n'
     'print(A.B, A(1), C.D + 1, C(2))\n',
-    'a data class': 'import dataclasses\n@dataclasses.dataclass\nclass P:\n    x: float = 1.0\n    y: int = 2\nprint(P(), P(3.5))\n',
+    'a data class': """\
+import dataclasses
+@dataclasses.dataclass
+class P:
+    x: float = 1.0
+    y: int = 2
+print(P(), P(3.5))
+""",
 }
 BESIDE = 'import math\n\ndef area(r):\n    return math.pi * r ** 2 * 1.0\n'
 
@@ -146,7 +153,12 @@ def test_an_installed_module_is_tracked_on_request(folder):
 
 
 def test_signals_reach_the_program(folder):
-    code = 'import signal, sys, time\nsignal.signal(signal.SIGUSR1, lambda *_: sys.exit(7))\nprint("up", flush=True)\ntime.sleep(60)\n'
+    code = """\
+import signal, sys, time
+signal.signal(signal.SIGUSR1, lambda *_: sys.exit(7))
+print("up", flush=True)
+time.sleep(60)
+"""
     program = Unmodified(folder, 'program', code)
     assert program.process.stdout.readline() == 'up\n'
     os.kill(program.process.pid, signal.SIGUSR1)

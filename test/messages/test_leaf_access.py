@@ -57,7 +57,7 @@ def test_what_is_gathered_is_what_the_general_walk_collects(cls):
 
 
 @pytest.mark.parametrize('cls', [PoseArray, Marker, PoseWithCovariance])
-def test_a_class_with_arrays_is_not_searched_straight(cls):
+def test_a_class_with_arrays_has_no_leaf_readers(cls):
     assert leaf_readers(cls) is None
 
 
@@ -71,7 +71,7 @@ def test_a_value_of_another_type_than_its_field_is_left_to_the_general_walk():
 
 
 @pytest.mark.parametrize('cls', WITHOUT_ARRAYS)
-def test_sources_themselves_are_sent_straight_as_they_are_by_the_general_walk(cls):
+def test_sources_themselves_are_sent_by_leaf_readers_as_by_the_general_walk(cls):
     message = cls()
     for number, (path, value) in enumerate(leaves(message)):
         owner, _, name = path.rpartition('.')
@@ -79,9 +79,9 @@ def test_sources_themselves_are_sent_straight_as_they_are_by_the_general_walk(cl
         for each in filter(None, owner.split('.')):
             part = getattr(part, each)
         setattr(part, name, track(value, Source('/node_%d' % (number % 3), number)))
-    straight, general = encode(message), _encoded(cls._type, collected(message), False)
-    assert len(straight) <= len(general)
-    for data in (straight, general):
+    by_readers, general = encode(message), _encoded(cls._type, collected(message), False)
+    assert len(by_readers) <= len(general)
+    for data in (by_readers, general):
         received = untracked(message)
         attach(received, data)
         assert_arrived(message, received)
@@ -98,7 +98,7 @@ def test_provenance_is_placed_on_any_leaves(indices):
     assert_arrived(sent, received)
 
 
-def test_the_leaves_before_an_array_are_placed_straight():
+def test_the_leaves_before_an_array_are_placed_by_a_leaf_writer():
     scale = [index for index, (path, _) in enumerate(walkers(Marker).layout.head()) if path.startswith('scale.')]
     message = Marker()
     assert leaf_writer(Marker, tuple(scale)).write(message, [lambda value: ((Source('/node', 1), value, 1),)] * 3)

@@ -312,3 +312,11 @@ def test_affine_values_arrive_for_all_numbers(values, slope, offset):
         assert evaluate(received, changes) == pytest.approx(
             evaluate(x, changes), rel=1e-6, abs=1e-6 * (1 + max(map(abs, values)) * abs(slope))
         )
+
+
+@pytest.mark.parametrize('kind', [Float64, Float32], ids=lambda cls: cls._type)
+def test_a_location_that_is_not_set_yet_is_itself_after_its_way(kind):
+    x = track(float('nan'), Source(NODE, 1))
+    received = arrived(kind(x)).data
+    assert evaluate(received, {Source(NODE, 1): 2.0}) == 2.0
+    assert solve(received, 3.0) == {Source(NODE, 1): 3.0}

@@ -80,19 +80,19 @@ def test_the_plain_talker_of_the_page_on_nodes_and_its_tracked_twin(run):
     tracked = '\n'.join(line[1:] for line in lines if not line.startswith('-'))
     assert 'rosslt' not in plain
     process = run('plain_talker', plain)
-    assert 'frame_id: "world"' in echoed('/goal')
+    assert 'frame_id: "world"' in echoed('/target')
     process.kill()
     process.wait()
     run('talker', tracked)
-    assert 'frame_id: "world"' in echoed('/goal')
+    assert 'frame_id: "world"' in echoed('/target')
     assert wait_until(lambda: parameter('/talker/rosslt/radius'), 'the radius is a parameter') == 2.0
     ask = """
 import rospy, rosslt, math
 from geometry_msgs.msg import PoseStamped
 rosslt.init_node('asker')
-goal = rosslt.wait_for_message('goal', PoseStamped, timeout=10.0).pose.position
-rosslt.force_value(goal, rosslt.evaluate(goal, {rosslt.sources(goal)[0]: 3.0}))
-print(rosslt.explain(goal.x))
+target = rosslt.wait_for_message('target', PoseStamped, timeout=10.0).pose.position
+rosslt.force_value(target, rosslt.evaluate(target, {rosslt.sources(target)[0]: 3.0}))
+print(rosslt.explain(target.x))
 """
     asker = run('asker', ask)
     output, _ = asker.communicate(timeout=30)

@@ -77,7 +77,7 @@ class Stage:
     def save(self, text):
         """As a person's editor does it; the watch then looks."""
         self.path.write_text(text)
-        self.script.look()
+        self.script.reload()
 
 
 @pytest.fixture
@@ -170,7 +170,7 @@ def test_the_last_good_script_stays_in_force_when_a_saved_one_has_an_error(stage
     assert str(error).startswith(str(stage.path) + place)
     assert len(stage.runs) == 1
     assert len(stage.locations) == 7
-    stage.script.look()
+    stage.script.reload()
     assert len(stage.errors) == 1, 'it says so once'
     stage.save(TOUR)
     stage.change(stage.at(3, 6), 5.0)
@@ -201,7 +201,7 @@ def test_a_script_that_is_not_there_is_an_error(tmp_path):
 
 def test_a_script_that_is_gone_for_a_while_stays_in_force(stage):
     stage.path.unlink()
-    stage.script.look()
+    stage.script.reload()
     assert 'No such file' in str(stage.errors[-1])
     with pytest.raises(ScriptError):
         stage.change(stage.at(3, 6), 5.0)
@@ -292,7 +292,7 @@ def test_a_number_that_was_dragged_can_be_taken_back_by_hand(stage):
 
 def test_persons_and_changes_at_the_same_moment_lose_nothing(stage):
     """Somebody saves a line more, over and over, in a text read a moment ago, while a number is dragged."""
-    files.Watch(str(stage.path), stage.script.look)
+    files.FileWatch(str(stage.path), stage.script.reload)
     location, refused = stage.at(2, 10), 0
     done = threading.Event()
 
@@ -335,10 +335,10 @@ def test_a_mended_script_is_said_to_be_in_force(tmp_path, mended):
     path.write_text(TOUR, encoding='utf-8')
     stage = Stage(path)
     path.write_text(TOUR + 'goto(', encoding='utf-8')
-    stage.script.look()
+    stage.script.reload()
     assert (len(stage.errors), len(stage.runs)) == (1, 1)
     path.write_text(mended, encoding='utf-8')
-    stage.script.look()
+    stage.script.reload()
     assert (len(stage.errors), len(stage.runs)) == (1, 2)
-    stage.script.look()
+    stage.script.reload()
     assert len(stage.runs) == 2

@@ -30,6 +30,21 @@ def test_an_arm_comes_as_near_as_its_reach_allows(seed):
     assert plain_math.dist(evaluate(arm, changes), target) == pytest.approx(gap, abs=1e-9)
 
 
+def test_no_joint_of_an_arm_turns_more_than_half_a_turn():
+    chance = random.Random(5)
+    for _ in range(300):
+        present = [chance.uniform(-3, 3), chance.uniform(-3, 3)]
+        arm = tip(*present)
+        reached = [plain_math.cos(0.5 * plain_math.pi * number) for number in (chance.random(), chance.random())]
+        changes, _gap = nearest(arm, [chance.choice([1.0, 4.0]) * coordinate for coordinate in reached])
+        for source, value in zip((A, B), present):
+            assert abs(changes.get(source, value) - value) <= plain_math.pi + 1e-9
+
+
+def test_a_number_that_no_float_holds_stays():
+    assert nearest([track(3, A) * 10**400], [5.0]) == ({}, float('inf'))
+
+
 def test_a_drag_past_a_bound_goes_to_the_bound_exactly():
     x, y = track(1.0, A), track(1.0, B)
     assert nearest([2 * x], [10.0], bounds={A: (0.0, 1.7)}) == ({A: 1.7}, pytest.approx(6.6))

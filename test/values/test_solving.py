@@ -359,3 +359,9 @@ def test_results_move_together_from_the_origin_where_one_of_them_stays_at_zero()
     sine = 0.7999999999999999
     found = solve([-0.6 * a + sine * c, -sine * a - 0.6 * c], [0.0, 1.0])
     assert [found[Source('/node', number)] for number in (1, 2)] == pytest.approx([-0.8, -0.6])
+
+
+def test_an_answer_of_several_sources_has_the_digits_that_people_write():
+    radius, offset = track(2.0, Source('/n', 1)), track(0.0, Source('/n', 2))
+    answer = solve([3 * radius + 1, radius + offset * 1.1 - 0.05], [10.0, 3.5])
+    assert answer == {Source('/n', 1): 3.0, Source('/n', 2): 0.5}

@@ -2,7 +2,7 @@
 
 import math as plain_math
 import random
-import time
+import sys
 
 import pytest
 
@@ -89,6 +89,7 @@ def test_an_angle_in_degrees_is_brought_back_by_whole_turns():
 # Budgets
 
 
+@pytest.mark.timeout(60)  # what has no end would take for ever
 @pytest.mark.parametrize(
     'make',
     [
@@ -101,10 +102,7 @@ def test_an_angle_in_degrees_is_brought_back_by_whole_turns():
 )
 def test_whole_numbers_that_square_at_each_step_end_soon(make):
     value, target = make(track(4, A))
-    start = time.thread_time()
     assert 'become' in refusal(value, target)
-    # A hundred times what it takes: what has no end takes for ever.
-    assert time.thread_time() - start < 20
 
 
 def test_a_power_of_itself_is_solved():
@@ -132,6 +130,15 @@ def test_a_source_never_becomes_infinite():
             except NotInvertible:
                 continue
             assert plain_math.isfinite(new)
+
+
+def test_no_source_becomes_infinite_where_a_result_has_a_value_there():
+    x = track(0.0, A)
+    angle = math.expm1(math.atan2(x, x))
+    values = [math.ceil(angle) + angle, math.ceil(angle)]
+    answer = solve(values, [plain_math.expm1(-0.75 * plain_math.pi), 0])
+    assert plain_math.isfinite(answer[A])
+    assert evaluate(values, answer) == pytest.approx([plain_math.expm1(-0.75 * plain_math.pi), 0])
 
 
 def test_complex_numbers_on_the_way_are_no_answer_and_no_crash():
@@ -292,13 +299,22 @@ def poses(count):
     return points, [float(point) + chance.uniform(-0.1, 0.1) for point in points]
 
 
-def seconds(function):
-    best = plain_math.inf
-    for _ in range(3):
-        start = time.thread_time()
+def lines_run(function):
+    """How many lines of Python a call runs: what it costs, the same on every machine."""
+    count = 0
+
+    def trace(frame, event, argument):
+        nonlocal count
+        count += event == 'line'
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
         function()
-        best = min(best, time.thread_time() - start)
-    return best
+    finally:
+        sys.settrace(before)
+    return count
 
 
 def test_many_poses_with_a_common_offset_are_solved_together():
@@ -310,9 +326,8 @@ def test_many_poses_with_a_common_offset_are_solved_together():
 
 def test_the_cost_of_many_poses_grows_with_their_number_not_its_square():
     few, many = (poses(count) for count in (100, 800))
-    solve(*few)
-    # Eight times as many: 8 where it is linear, 64 where it is quadratic.
-    assert seconds(lambda: solve(*many)) < 30 * seconds(lambda: solve(*few))
+    solve(*few)  # what is imported and made once is not counted
+    assert lines_run(lambda: solve(*many)) < 10 * lines_run(lambda: solve(*few))
 
 
 @pytest.mark.parametrize('size', [100, 300])

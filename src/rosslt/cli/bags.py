@@ -50,7 +50,7 @@ def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterato
 
 
 def take_names(bag: rosbag.Bag, directory: Directory) -> None:
-    """Have a directory know what the nodes that were recorded said of their locations."""
+    """Add the recorded locations of nodes to a directory."""
     topics = [name for name, topic in bag.get_type_and_topic_info().topics.items() if topic.msg_type == _LOCATIONS_TYPE]
     if topics:
         for _, told, _ in bag.read_messages(topics):

@@ -1,4 +1,4 @@
-"""What may be typed for an argument of a verb: nodes, locations, topics and their fields."""
+"""Completions for the arguments of verbs: nodes, locations, topics and their fields."""
 
 import re
 from typing import Iterable, List, Sequence, Tuple
@@ -9,7 +9,7 @@ from rosslt import messages
 from rosslt.cli.directory import Directory
 from rosslt.cli.master import find_master, full_name, tracked_nodes
 
-#: How long to wait for a master or a node, in seconds: nobody likes a terminal that hangs.
+#: How long completion waits for a master or a node, in seconds.
 _TIMEOUT = 0.7
 
 
@@ -67,7 +67,7 @@ def _slots(type_: str) -> List[Tuple[str, str]]:
 
 
 def _as_typed(names: List[str], word: str) -> List[str]:
-    """Full names, or those in the own namespace where the word that is begun is none."""
+    """Full names, or names in the own namespace where the word does not begin with /."""
     if not word or word.startswith('/'):
         return names
     return [name[len(_namespace()) :] for name in names if name.startswith(_namespace())]

@@ -1,4 +1,4 @@
-"""What may stand at the end of a line of the command, for bash; cmake/50.rosslt.bash asks for it."""
+"""Completions of a command line, for bash; cmake/50.rosslt.bash calls this."""
 
 import contextlib
 from typing import Iterable, List, Optional, Sequence, Tuple
@@ -40,7 +40,7 @@ def _candidates(words: Sequence[str], word: str) -> Iterable[str]:
 def _parsed(
     arguments: Sequence[verb.Argument], words: Sequence[str]
 ) -> Tuple[Optional[verb.Argument], List[str], bool]:
-    """What complete words of a line mean.
+    """The meaning of the complete words of a line.
 
     Returns:
         (the option that waits for its word, the positional words, whether all further words are another program's).

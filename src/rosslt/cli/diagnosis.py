@@ -14,7 +14,7 @@ from rosslt.cli.master import SystemState, default_timeout
 from rosslt.cli.reading import Received
 from rosslt.cli.unreachable import problem_of
 
-#: What kinds of findings there are: all is well; it may hinder; it prevents a change.
+#: The kinds of findings: nothing is wrong; it may hinder a change; it prevents a change.
 FINE, NOTE, FAULT = 'ok', 'note', 'fault'
 
 #: What a node that makes interactive markers publishes.
@@ -184,7 +184,7 @@ class Examination:
         return '' if accepts is True else f'it takes no changes now: {name} is {str(accepts).lower()}'
 
     def _of_display(self, topic: str) -> Iterator[Finding]:
-        """Whether it can be dragged in RViz: who makes handles for it, and who shows these."""
+        """Whether it can be dragged in RViz: which node makes handles for it, and whether they are shown."""
         updates = {
             name: set(nodes) for name, nodes in self._state.publishers.items() if self._types.get(name) == _UPDATE_TYPE
         }

@@ -1,4 +1,4 @@
-"""Nodes and locations as people call them, NODE and NODE/LOCATION, and what their owners say of them."""
+"""Nodes and locations by their names, NODE and NODE/LOCATION, and what their owners report about them."""
 
 from typing import Any, List, Tuple
 

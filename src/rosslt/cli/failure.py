@@ -1,8 +1,8 @@
-"""What ends the command without success."""
+"""The exceptions that end the command with an error."""
 
 
 class Failure(Exception):
-    """It did not work: exit code 1. The text says why, in one line."""
+    """The command failed: exit code 1. The text says why, in one line."""
 
 
 class Misused(Exception):

@@ -1,19 +1,16 @@
 """Fields of messages, as people write them: `pose/position/x`, `points[3].x`; and targets for them."""
 
 import copy
-import math
 import re
-from typing import Any, Dict, List, Union
+import struct
+from typing import Any, Dict, List, Optional, Union
 
 import yaml
 
 from rosslt import values
 from rosslt.cli.failure import Failure
-from rosslt.cli.scalars import scalar
+from rosslt.cli.scalars import parse_scalar
 from rosslt.cli.suggestions import did_you_mean
-
-#: How near a number has to come to the wanted one, relative to it or as a number.
-CLOSE = 1e-9
 
 
 def field_of(message: Any, path: str) -> Any:
@@ -51,7 +48,7 @@ def joined(path: str, leaf: str) -> str:
 
 
 def target(part: Any, text: str) -> Any:
-    """What a part of a message shall become, for `values.solve`.
+    """The target for a part of a message, as `values.solve` takes it.
 
     Args:
         part: a scalar, a message or an array of them.
@@ -64,7 +61,7 @@ def target(part: Any, text: str) -> Any:
     plain = values.untracked(part)
     if isinstance(plain, (bool, int, float, str)):
         try:
-            return scalar(text, type(plain).__name__)
+            return parse_scalar(text, type(plain).__name__)
         except ValueError as error:
             raise Failure(str(error)) from None
     try:
@@ -74,24 +71,22 @@ def target(part: Any, text: str) -> Any:
 
 
 def is_reached(part: Any, wanted: Any) -> bool:
-    """Whether a part of a message is what `target` said, but for rounding."""
+    """Whether a part of a message equals its target, but for rounding."""
     if wanted is None:
         return True
     if hasattr(part, '_slot_types'):
         return all(is_reached(getattr(part, name), getattr(wanted, name)) for name in part.__slots__)
     if isinstance(part, (list, tuple)):
         return len(part) == len(wanted) and all(map(is_reached, part, wanted))
+    plain = values.untracked(part)
     if isinstance(wanted, float):
-        return math.isclose(part, wanted, rel_tol=CLOSE, abs_tol=CLOSE)
-    return bool(values.untracked(part) == wanted)
+        return values.is_same(plain, wanted) or plain == _in_32_bits(wanted)
+    return bool(plain == wanted)
 
 
 def source_values(part: Any) -> Dict[values.Source, Any]:
     """The sources of a part of a message, in order of appearance, each with the value that the message has of it."""
-    leaves = [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
-    instructions, _ = values.disassemble(leaves)
-    found = {instruction[1]: instruction[2] for instruction in instructions if instruction[0] is values.SOURCE}
-    return {source: found[source] for source in values.sources(part)}
+    return values.source_values([leaf for _, leaf in values.leaves(part)])
 
 
 def _shaped(part: Any, wanted: Any, where: str) -> Any:
@@ -114,9 +109,18 @@ def _shaped(part: Any, wanted: Any, where: str) -> Any:
     if not isinstance(wanted, (bool, int, float, str)):
         raise Failure(f'{where} must be given as a scalar, found {wanted!r}')
     try:
-        return scalar(str(wanted), type(values.untracked(part)).__name__)
+        return parse_scalar(str(wanted), type(values.untracked(part)).__name__)
     except (KeyError, ValueError) as error:
         raise Failure(f'{where}: {error}') from None
+
+
+def _in_32_bits(number: float) -> Optional[float]:
+    """What a field of 32 bits holds of a number; None where it is too large for one."""
+    try:
+        (rounded,) = struct.unpack('f', struct.pack('f', number))
+    except OverflowError:
+        return None
+    return float(rounded)
 
 
 def _attribute(part: Any, name: str) -> Any:

@@ -18,7 +18,7 @@ class Step(NamedTuple):
     next: List['Step']
     """The Steps of the nodes that subscribe to the topic."""
     is_known: bool
-    """Whether it is known how the values came to this node; the answer of a service, for one, is on no topic."""
+    """Whether it is known how the values came to this node; for example, the answer of a service is on no topic."""
 
 
 class Flow:
@@ -34,7 +34,7 @@ class Flow:
         self._subscribers = subscribers
 
     def steps(self, source: values.Source) -> List[Step]:
-        """Where a source goes from its node on: a list of Steps. Each node's own are told once."""
+        """Where a source's values go from its node: a list of Steps. The steps of each node are given once."""
         reaches = self.provenance.reached_by(source)
         told: Set[str] = set()
 

@@ -1,4 +1,4 @@
-"""The ROS master: there at once, or not; and what it knows of nodes and topics."""
+"""The ROS master: whether it answers, and what it knows of nodes and topics."""
 
 import contextlib
 import http.client
@@ -12,13 +12,13 @@ import rosgraph
 from rosslt.cli.failure import Failure
 from rosslt.cli.suggestions import did_you_mean_beginning
 
-#: How long a master may take to answer, in seconds: no longer than a person waits without wondering.
+#: How long a master may take to answer, in seconds; a person is waiting.
 TIMEOUT = 2.0
 
 #: At which service a tracked node lists its locations.
 LIST_SERVICE = '/rosslt/list_locations'
 
-#: What asking a master may throw where there is none, or something else at its address.
+#: The exceptions of asking a master where nothing, or something else, answers at its address.
 _NO_MASTER = (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException, ValueError)
 
 

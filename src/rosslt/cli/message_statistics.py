@@ -8,13 +8,13 @@ import shutil
 import sys
 import threading
 import time
-from typing import Any, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Optional, Sequence, Tuple
 
-import genpy.dynamic
-import genpy.message
 import rospy
 
 from rosslt import messages
+from rosslt.cli.output import table
+from rosslt.cli.reading import class_of
 
 _COLUMNS = ('topic', 'type', 'rate', 'plain', 'provenance', 'ratio')
 
@@ -67,14 +67,6 @@ class Topic:
         )
 
 
-def class_of(header: Mapping[str, str]) -> type:
-    """The class of the messages of a connection, from its definition where the type is not installed."""
-    found = genpy.message.get_message_class(header['type'])
-    if found is None or found._md5sum != header['md5sum']:
-        found = genpy.dynamic.generate_dynamic(header['type'], header['message_definition'])[header['type']]
-    return found
-
-
 def formatted(row: Row) -> Tuple[str, ...]:
     """A row as texts."""
     name, type_, rate, plain, provenance, ratio = row
@@ -87,19 +79,6 @@ def formatted(row: Row) -> Tuple[str, ...]:
     )
 
 
-def table(rows: Sequence[Row]) -> List[str]:
-    """The rows below the names of the columns, each as wide as it needs; numbers are aligned to the right."""
-    lines = [_COLUMNS, *map(formatted, rows)]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(_COLUMNS))]
-    return [
-        '  '.join(
-            cell.ljust(width) if column < 2 else cell.rjust(width)
-            for column, (cell, width) in enumerate(zip(line, widths))
-        ).rstrip()
-        for line in lines
-    ]
-
-
 class Screen:
     """Prints tables, each in the place of the one before."""
 
@@ -109,7 +88,7 @@ class Screen:
     def show(self, rows: Sequence[Row]) -> None:
         # A line that wraps would take two, and the next table begin too low.
         width = shutil.get_terminal_size().columns
-        lines = [line[:width] for line in table(rows)]
+        lines = [line[:width] for line in table([_COLUMNS, *map(formatted, rows)], left=2)]
         sys.stdout.write('\x1b[%dF' % self._height * bool(self._height) + ''.join(line + '\x1b[K\n' for line in lines))
         sys.stdout.flush()
         self._height = len(lines)

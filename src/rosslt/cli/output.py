@@ -2,7 +2,7 @@
 
 import shutil
 import sys
-from typing import List, Sequence
+from typing import List, Optional, Sequence
 
 from rosslt import msg, values
 from rosslt.cli.directory import Directory, Place
@@ -26,12 +26,22 @@ def width() -> int:
     return shutil.get_terminal_size().columns
 
 
-def table(rows: Sequence[Sequence[str]], indent: str = '') -> List[str]:
-    """Lines of aligned columns."""
+def table(rows: Sequence[Sequence[str]], indent: str = '', left: Optional[int] = None) -> List[str]:
+    """Lines of aligned columns.
+
+    Args:
+        rows: of as many cells each.
+        indent: stands in front of each line.
+        left: how many columns are aligned to the left, by default all; what follows are numbers.
+    """
     if not rows:
         return []
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    return [(indent + '  '.join(map(str.ljust, row, widths))).rstrip() for row in rows]
+    sides = [str.ljust if left is None or column < left else str.rjust for column in range(len(widths))]
+    return [
+        (indent + '  '.join([side(cell, width) for side, cell, width in zip(sides, row, widths)])).rstrip()
+        for row in rows
+    ]
 
 
 def write_row(*cells: object) -> None:

@@ -1,25 +1,30 @@
 """Messages with their provenance, from topics and from bags, whatever their type."""
 
 import contextlib
+import functools
 import queue
 import sys
 import threading
 import time
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 import genpy
 import genpy.dynamic
-import roslib.message
+import genpy.message
 import rospy
 
 from rosslt import messages, node
 from rosslt.cli.failure import Failure
 
-#: How often one who waits looks whether the node is being shut down, in seconds.
+#: How often a wait checks whether the node is being shut down, in seconds.
 _SHUTDOWN_CHECK_PERIOD = 0.1
 
 #: How many messages wait to be read before their publishers have to.
 _BACKLOG = 100
+
+
+#: genpy makes one class at a time: it puts a folder on the path of the whole process.
+_making = threading.Lock()
 
 
 class Received(NamedTuple):
@@ -36,23 +41,26 @@ class Received(NamedTuple):
     """Whether its publisher is a latched one, which sends its last message to whoever comes later."""
 
 
+@functools.lru_cache(maxsize=None)
+def _message_class(type_: str, md5sum: str, definition: str) -> Any:
+    """The class of a type, made from its definition where it is not installed as it was sent."""
+    found = genpy.message.get_message_class(type_)
+    if found is None or found._md5sum != md5sum:
+        found = genpy.dynamic.generate_dynamic(type_, definition)[type_]
+    return found
+
+
+def class_of(header: Mapping[str, str]) -> Any:
+    """The class of the messages of a connection, whose header it is."""
+    with _making:
+        return _message_class(header['type'], header['md5sum'], header['message_definition'])
+
+
 class Decoder:
     """Decodes serialized messages; provenance that cannot be read is reported once a topic and publisher."""
 
     def __init__(self) -> None:
         self._reported: Set[Tuple[str, str]] = set()
-        self._classes: Dict[Tuple[str, str], type] = {}
-        self._lock = threading.Lock()
-
-    def message_class(self, type_: str, md5sum: str, definition: str) -> type:
-        """The class of a type, made from its definition where it is not installed as it was sent."""
-        with self._lock:
-            if (type_, md5sum) not in self._classes:
-                found = roslib.message.get_message_class(type_)
-                if found is None or found._md5sum != md5sum:
-                    found = genpy.dynamic.generate_dynamic(type_, definition)[type_]
-                self._classes[type_, md5sum] = found
-            return self._classes[type_, md5sum]
 
     def decode(self, data: bytes, message_class: Any, topic: str, publisher: str = '') -> Received:
         """The Received that serialized data is."""
@@ -67,7 +75,7 @@ class Decoder:
 
 
 def start_node() -> None:
-    """Make this process a node of a name of its own, which owns nothing; once."""
+    """Make this process a node with a unique name and without locations; once."""
     if not node.is_initialized():
         # without arguments, as private parameters among them would be left behind
         rospy.init_node('rosslt', anonymous=True, disable_rosout=True, argv=[])
@@ -91,8 +99,7 @@ class Inbox:
     def _take(self, message: genpy.Message, topic: str) -> None:
         header = message._connection_header
         if isinstance(message, rospy.AnyMsg):
-            message_class = self._decoder.message_class(header['type'], header['md5sum'], header['message_definition'])
-            received = self._decoder.decode(message._buff, message_class, topic, header['callerid'])
+            received = self._decoder.decode(message._buff, class_of(header), topic, header['callerid'])
         else:
             # rospy itself listens to /clock where use_sim_time is set, and all subscribers of a topic in a process
             # share the class of the first one
@@ -130,12 +137,12 @@ class Inbox:
             with contextlib.suppress(queue.Empty):
                 return self._queue.get(timeout=min(left, _SHUTDOWN_CHECK_PERIOD))
             if rospy.is_shutdown():
-                # rospy keeps an interrupt for itself
+                # rospy handles the interrupt itself
                 raise KeyboardInterrupt
         return None
 
     def clear(self) -> None:
-        """Drop what has come and was not read: what comes from now on is news."""
+        """Drop messages that have arrived and were not read, so that the next one is new."""
         with contextlib.suppress(queue.Empty):
             while True:
                 self._queue.get_nowait()

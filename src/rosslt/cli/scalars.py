@@ -3,7 +3,7 @@
 from typing import Union
 
 
-def scalar(text: str, kind: str) -> Union[float, int, str, bool]:
+def parse_scalar(text: str, kind: str) -> Union[float, int, str, bool]:
     """A text as a value of a type.
 
     Args:

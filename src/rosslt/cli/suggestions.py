@@ -1,4 +1,4 @@
-"""What somebody may have meant who misspelt a name."""
+"""Suggestions for misspelt names."""
 
 import difflib
 from typing import Iterable
@@ -11,7 +11,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def did_you_mean_beginning(path: str, known: Iterable[str]) -> str:
-    """As `did_you_mean`, where what was meant may be the beginning of a path: `/gaol/pose/x` for `/goal`."""
+    """As `did_you_mean`, for a name that may be followed by a path: `/traget/pose/x` suggests `/target`."""
     steps, known = path.split('/'), list(known)
     guesses = []
     for count in range(2, len(steps) + 1):

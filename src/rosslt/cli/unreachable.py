@@ -24,7 +24,7 @@ def why_unreachable(master: rosgraph.Master, node: str, reason: str) -> str:
 
 
 def has_ended(master: rosgraph.Master, node: str) -> bool:
-    """Whether a node is there no longer, although the master may still know it."""
+    """Whether a node has ended, although the master may still know it."""
     return all(problem is ConnectionRefusedError for _, problem, _ in _problems(master, node))
 
 

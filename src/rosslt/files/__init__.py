@@ -26,7 +26,7 @@ from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest
 from rosslt.files.transaction import unified_diff, write
 
 if TYPE_CHECKING:
-    from rosslt.files.watching import Watch
+    from rosslt.files.watching import FileWatch
     from rosslt.files.yaml_text import YamlChange, yaml_edits
     from rosslt.files.yaml_text import with_values as yaml_with_values
 
@@ -40,7 +40,7 @@ __all__ = [
     'Unsettled',
     'ParamChange',
     'ParamTag',
-    'Watch',
+    'FileWatch',
     'YamlChange',
     'changed_elsewhere',
     'digest_of',
@@ -67,10 +67,10 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     # Only those who use them wait for watchdog and YAML.
-    if name == 'Watch':
-        from rosslt.files.watching import Watch
+    if name == 'FileWatch':
+        from rosslt.files.watching import FileWatch
 
-        return Watch
+        return FileWatch
     if name in ('YamlChange', 'yaml_edits', 'yaml_with_values'):
         from rosslt.files import yaml_text
 

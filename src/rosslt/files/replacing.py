@@ -16,7 +16,7 @@ from typing import Optional
 from rosslt.files.errors import FileError
 
 #: For how long a file has to stay the same to count as saved, in seconds.
-SETTLED = 0.03
+SETTLING_TIME = 0.03
 
 #: How long to wait for that.
 PATIENCE = 0.5
@@ -71,7 +71,7 @@ def read_settled_bytes(path: str) -> bytes:
     deadline = time.monotonic() + PATIENCE
     before = _attempt(path)
     while True:
-        time.sleep(SETTLED)
+        time.sleep(SETTLING_TIME)
         outcome = _attempt(path)
         if outcome == before:
             return read_bytes(path) if outcome is None else outcome

@@ -21,18 +21,18 @@ class _Handler(FileSystemEventHandler):
         self._take(event)
 
 
-class Watch:
+class FileWatch:
     """Calls a function when a file may have been written, whoever did it and however; from a thread of its own.
 
     Args:
         path: the file. What matters happens in its folder: editors write a new file, and give it the old name.
-        look: called without arguments.
+        changed: called without arguments.
     """
 
-    def __init__(self, path: str, look: Callable[[], object]) -> None:
+    def __init__(self, path: str, changed: Callable[[], object]) -> None:
         self._names: Set[str] = set()
         self._folders: Set[str] = set()
-        self._look = look
+        self._changed = changed
         self._written = threading.Event()
         self._handler = _Handler(self._note)
         self._observer = Observer()
@@ -41,7 +41,7 @@ class Watch:
         threading.Thread(target=self._work, name='watch', daemon=True).start()
 
     def add(self, path: str) -> None:
-        """Watch another file, too."""
+        """FileWatch another file, too."""
         names = {os.path.abspath(path), os.path.realpath(path)}
         self._names |= names
         for folder in {os.path.dirname(name) for name in names} - self._folders:
@@ -59,4 +59,4 @@ class Watch:
         while True:
             self._written.wait()
             self._written.clear()
-            self._look()
+            self._changed()

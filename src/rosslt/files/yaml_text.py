@@ -23,7 +23,7 @@ def with_values(text: str, data: Any, file: str) -> str:
 
     Args:
         text: the YAML.
-        data: what it shall say: dicts, lists and scalars in the shape of the text. What a dict lacks stays as it is.
+        data: what it is to say: dicts, lists and scalars in the shape of the text. What a dict lacks stays as it is.
         file: its path, for errors.
 
     Raises:

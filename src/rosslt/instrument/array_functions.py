@@ -127,7 +127,7 @@ def _solution(function: Any, arguments: Any, options: Any) -> Any:
 def _solved(rows: List[List[Any]], right: List[List[Any]]) -> numpy.ndarray:
     """The solution of linear equations by elimination, the largest pivot first."""
     size = len(rows)
-    table = [list(row) + list(other) for row, other in zip(rows, right)]
+    table: List[Any] = [list(row) + list(other) for row, other in zip(rows, right)]
     for place in range(size):
         pivot = max(range(place, size), key=lambda row: abs(float(table[row][place])))
         table[place], table[pivot] = table[pivot], table[place]
@@ -138,8 +138,8 @@ def _solved(rows: List[List[Any]], right: List[List[Any]]) -> numpy.ndarray:
             if row != place and not (type(factor) not in _TRACKED and factor == 0):
                 table[row] = [part - factor * other for part, other in zip(table[row], table[place])]
     made = numpy.empty((size, len(right[0])), dtype=object)
-    for place, row in enumerate(table):
-        made[place, :] = row[size:]
+    for place, solved in enumerate(table):
+        made[place, :] = solved[size:]
     return made
 
 
@@ -185,9 +185,9 @@ def _rounded(function: Any, arguments: Any, options: Any) -> Any:
 
 _RULES: Dict[Any, Callable[..., Any]] = {}
 for _rule, _names in {
-    _moved: 'array_split atleast_1d atleast_2d atleast_3d broadcast_to copy delete diag diagflat diagonal expand_dims flip '
-    'fliplr flipud moveaxis ravel repeat reshape resize roll rollaxis rot90 split squeeze swapaxes take tile transpose '
-    'tril triu vsplit hsplit trim_zeros',
+    _moved: 'array_split atleast_1d atleast_2d atleast_3d broadcast_to copy delete diag diagflat diagonal '
+    'expand_dims flip fliplr flipud moveaxis ravel repeat reshape resize roll rollaxis rot90 split '
+    'squeeze swapaxes take tile transpose tril triu vsplit hsplit trim_zeros',
     _all_moved: 'append column_stack concatenate dstack hstack insert stack vstack block',
     _cross: 'cross',
     _added: 'cumprod cumsum diff dot inner kron mean nansum outer prod sum trace vdot average einsum_ ediff1d',
@@ -297,7 +297,9 @@ def _full(original: Any) -> Any:
 
 def _linspace(start: Any, stop: Any, num: Any = 50, *arguments: Any, **options: Any) -> Any:
     made = numpy.linspace(plain(start), plain(stop), plain(num), *arguments, **options)
-    if not (type(start) in _TRACKED or type(stop) in _TRACKED) or not isinstance(made, numpy.ndarray) or made.ndim != 1:
+    if not (type(start) in _TRACKED or type(stop) in _TRACKED):
+        return made
+    if not isinstance(made, numpy.ndarray) or made.ndim != 1:
         return made
     steps = len(made) - 1 if options.get('endpoint', True) else len(made)
     return _between(made, lambda index: start + index * (stop - start) / steps if steps else start)
@@ -348,6 +350,14 @@ def _named(name: str, function: Any) -> Any:
     function.__name__ = name
     function.__doc__ = getattr(numpy, name).__doc__
     return function
+
+
+def _array_function(_array: Any, function: Any, _types: Any, arguments: Any, options: Any) -> Any:
+    return call(function, arguments, options)
+
+
+# It completes the class, as NEP 18 has it: `arrays` knows the operators alone.
+TrackedArray.__array_function__ = _array_function  # type: ignore[method-assign, assignment]
 
 
 def keep_provenance_in_numpy() -> None:

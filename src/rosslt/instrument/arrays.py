@@ -77,12 +77,23 @@ _SAME_NAMES = (
 )
 _OPERATORS.update((name, values.MATH[name]) for name in _SAME_NAMES if name in values.MATH)
 
+
+def _float_of(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that rounds, as NumPy has it: it gives a float."""
+    return lambda x: values.to_float(function(x))
+
+
+_OPERATORS.update((name, _float_of(values.MATH[name])) for name in ('floor', 'ceil', 'trunc'))
+
 _SUMMED = {'add', 'multiply', 'maximum', 'minimum'}
 _IN_LINE = {'matmul'}
 
 
 class TrackedArray(numpy.ndarray):
-    """An array of floats or ints with the provenance of its elements. Made by `with_provenance` and by arithmetic."""
+    """An array of floats or ints with the provenance of its elements. Made by `with_provenance` and by arithmetic.
+
+    `array_functions` completes it with NumPy's functions.
+    """
 
     _beside: Optional[numpy.ndarray] = None
 
@@ -118,7 +129,7 @@ class TrackedArray(numpy.ndarray):
             return found
         if beside is None:
             return found
-        return _element(found, beside[_plain_key(key)])
+        return same_number(found, beside[_plain_key(key)])
 
     def __setitem__(self, key: Any, value: Any) -> None:
         super().__setitem__(key, _plain(value))
@@ -130,11 +141,6 @@ class TrackedArray(numpy.ndarray):
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         return compute(ufunc, method, inputs, options)
-
-    def __array_function__(self, function: Any, types: Any, arguments: Any, options: Any) -> Any:
-        from rosslt.instrument.array_functions import call
-
-        return call(function, arguments, options)
 
     def __copy__(self) -> 'TrackedArray':
         return self.copy()
@@ -159,13 +165,13 @@ class TrackedArray(numpy.ndarray):
         if self._beside is None:
             return super().tolist()
         if not self.ndim:
-            return _element(super().tolist(), self._beside[()])
+            return same_number(super().tolist(), self._beside[()])
         return [part.tolist() if isinstance(part, TrackedArray) else _python(part) for part in self]
 
     def item(self, *place: Any) -> Any:
         """As of `numpy.ndarray`."""
         found = super().item(*place)
-        return found if self._beside is None else _element(found, self._beside.item(*place))
+        return found if self._beside is None else same_number(found, self._beside.item(*place))
 
     def astype(self, dtype: Any, *arguments: Any, **options: Any) -> Any:
         """As of `numpy.ndarray`."""
@@ -232,7 +238,7 @@ def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
         beside: the tracked values, of the same shape, None where there is none.
     """
     if not isinstance(array, numpy.ndarray):
-        return _element(array, beside[()] if isinstance(beside, numpy.ndarray) else beside)
+        return same_number(array, beside[()] if isinstance(beside, numpy.ndarray) else beside)
     if array.dtype.char not in 'dlq' or array.size > LARGEST:
         return array
     made = array.view(TrackedArray)
@@ -304,7 +310,7 @@ def _python(number: Any) -> Any:
     return number.item() if hasattr(number, 'item') else number
 
 
-def _element(number: Any, tracked: Any) -> Any:
+def same_number(number: Any, tracked: Any) -> Any:
     """The number that stands in an array as a tracked one, where it still is that."""
     if tracked is None or type(tracked) not in _TRACKED:
         return number

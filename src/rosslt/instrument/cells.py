@@ -141,7 +141,7 @@ class CellLocation(node.LiteralLocation):
 
     def __init__(self, cells: Cells, number: int) -> None:
         literal = cells.literals[number]
-        self.cells, self.number, self.rank = cells, number, literal.rank  # type: ignore[misc]
+        self.cells, self.number, self.rank = cells, number, literal.rank
         self.is_shape = literal.is_shape
         site = node.CallSite(literal.file, literal.line, literal.column, linecache.getline(literal.file, literal.line))
         super().__init__(

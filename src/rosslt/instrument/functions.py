@@ -1,6 +1,7 @@
-"""`math` and the conversions of a node's own code: as they are for plain numbers, keeping provenance for tracked ones."""
+"""`math` and the conversions of a node's own code: for plain numbers as they are, keeping provenance for others."""
 
 import math
+import operator
 from typing import Any, Callable, Dict
 
 from rosslt import values
@@ -54,3 +55,53 @@ def to_float(x: Any) -> Any:
 def to_int(x: Any) -> Any:
     """`int(x)`, keeping provenance."""
     return values.to_int(x) if type(x) in _TRACKED else int(x)
+
+
+def type_of(thing: Any) -> Any:
+    """`type(x)`: the class that a number has without provenance."""
+    kind = type(thing)
+    return _PLAIN_CLASSES.get(kind, kind)
+
+
+_PLAIN_CLASSES: Dict[type, type] = {
+    type(values.track(kind(), values.Source('/', 0))): kind for kind in (float, int, bool, str)
+}
+_TRACKED_INT = type(values.track(0, values.Source('/', 0)))
+
+
+def show_as_plain(tracked: type, plain: type) -> None:
+    """Have a class call itself as the plain one does, in texts and error messages, and be known as that one.
+
+    Args:
+        tracked: the class of what has provenance.
+        plain: what it is without.
+    """
+    tracked.__name__, tracked.__qualname__, tracked.__module__ = plain.__name__, plain.__qualname__, plain.__module__
+    _PLAIN_CLASSES[tracked] = plain
+
+
+def show_numbers_as_plain() -> None:
+    """`show_as_plain` for all classes of tracked values."""
+    for tracked, kind in list(_PLAIN_CLASSES.items()):
+        show_as_plain(tracked, kind)
+
+
+def _reflecting(name: str) -> Callable[[Any, Any], Any]:
+    """An operator that lets an int with provenance compute with the plain float on its left.
+
+    A float takes every int for a plain one, and so would not ask it.
+    """
+    plain, reflected = getattr(operator, name), getattr(_TRACKED_INT, f'__r{name}__')
+
+    def compute(left: Any, right: Any) -> Any:
+        if type(right) is _TRACKED_INT and type(left) is float:
+            return reflected(right, left)
+        return plain(left, right)
+
+    return compute
+
+
+#: Operators by their names, which see the provenance of an int on the right of a plain float.
+REFLECTING: Dict[str, Callable[[Any, Any], Any]] = {
+    name: _reflecting(name) for name in ('add', 'sub', 'mul', 'truediv')
+}

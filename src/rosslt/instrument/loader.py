@@ -22,6 +22,7 @@ from rosslt.instrument.literals import Literal, digest_of
 from rosslt.instrument.rewriting import (
     CELLS,
     CONVERSIONS,
+    OPERATORS,
     PLAIN,
     ROUTE,
     ROUTE_ALL,
@@ -106,6 +107,9 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     names[ROUTE_ALL] = routing.route_all
     names[CONVERSIONS['float']] = functions.to_float
     names[CONVERSIONS['int']] = functions.to_int
+    names[CONVERSIONS['type']] = functions.type_of
+    for name in OPERATORS.values():
+        names[name] = functions.REFLECTING[name.strip('_').split('_', 1)[1]]
 
 
 class OwnModules:

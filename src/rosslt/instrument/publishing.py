@@ -42,7 +42,7 @@ def reach(message: Any) -> None:
     if isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message)):
         return
     fields = messages.tracked_fields(message)
-    values.sources([value for _, value, _ in fields])
+    values.sources(list({id(value): value for _, value, _ in fields}.values()))
     for source in values.sources([value for _, value, kind in fields if kind == 'i']):
         location = location_of(source)
         if location is not None:

@@ -35,7 +35,7 @@ def _begin() -> None:
 
 
 def watch(path: str) -> None:
-    """Watch a file that runs rewritten, where there is a node already."""
+    """FileWatch a file that runs rewritten, where there is a node already."""
     global _watch
     with _lock:
         if not _is_started or path in _watched:
@@ -43,7 +43,7 @@ def watch(path: str) -> None:
         _watched.add(path)
         try:
             if _watch is None:
-                _watch = files.Watch(path, _look)
+                _watch = files.FileWatch(path, _look)
             else:
                 _watch.add(path)
         except OSError as error:  # the system watches no more folders

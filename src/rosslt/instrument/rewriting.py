@@ -4,7 +4,7 @@ keeps provenance, and a state is cut off from its past. Lines and columns stay t
 
 import ast
 import copy
-from typing import Any, List, NamedTuple, Set
+from typing import Any, Dict, Iterator, List, NamedTuple, Set, Tuple
 
 from rosslt.instrument.literals import Literal, SourceText, find_literals
 from rosslt.instrument.states import find_states
@@ -18,7 +18,14 @@ CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN = (
     '__rosslt_plain__',
 )
 #: Conversions of which the argument may be tracked.
-CONVERSIONS = {'float': '__rosslt_float__', 'int': '__rosslt_int__'}
+CONVERSIONS = {'float': '__rosslt_float__', 'int': '__rosslt_int__', 'type': '__rosslt_type__'}
+#: Operators of which a plain float on the left would take no notice of an int with provenance on the right.
+OPERATORS = {
+    ast.Add: '__rosslt_add__',
+    ast.Sub: '__rosslt_sub__',
+    ast.Mult: '__rosslt_mul__',
+    ast.Div: '__rosslt_truediv__',
+}
 
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
@@ -54,7 +61,7 @@ def rewrite(content: bytes, path: str, named: str) -> Rewritten:
     found = find_literals(tree, source, states)
     literals = [literal for _, literal in found]
     cells = {id(node): (number, literal) for number, (node, literal) in enumerate(found)}
-    rewriter = _Rewriter(cells, states.steps, _bound_names(tree))
+    rewriter = _Rewriter(cells, states.steps, _bound_names(tree), _names_of_ints(tree, cells))
     tree = ast.fix_missing_locations(rewriter.visit(tree))
     return Rewritten(compile(tree, named, 'exec', dont_inherit=True), literals, source.digest)
 
@@ -74,11 +81,56 @@ def _bound_names(tree: ast.AST) -> Set[str]:
     return names
 
 
+def _names_of_ints(tree: ast.AST, cells: Any) -> Set[str]:
+    """The names, without what they are attributes of, that may stand for ints with provenance."""
+    names: Set[str] = set()
+    functions: Dict[str, List[ast.AST]] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, _FUNCTIONS):
+            functions.setdefault(node.name, []).append(node)
+        elif isinstance(node, ast.ClassDef):
+            made = [part for part in node.body if isinstance(part, _FUNCTIONS) and part.name == '__init__']
+            functions.setdefault(node.name, []).extend(made)
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value is not None and _makes_int(node.value, cells):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            names |= {_last_name(part) for target in targets for part in getattr(target, 'elts', [target])}
+        elif isinstance(node, (ast.For, ast.comprehension)) and _makes_int(node.iter, cells):
+            names |= {_last_name(part) for part in getattr(node.target, 'elts', [node.target])}
+        elif isinstance(node, ast.Call):
+            names |= {keyword.arg for keyword in node.keywords if keyword.arg and _makes_int(keyword.value, cells)}
+            for function in functions.get(_last_name(node.func), ()):
+                names |= {arg.arg for arg, value in _bound_arguments(function, node) if _makes_int(value, cells)}
+    return names - {''}
+
+
+def _bound_arguments(function: Any, call: ast.Call) -> Iterator[Tuple[ast.arg, ast.expr]]:
+    parameters = [*getattr(function.args, 'posonlyargs', ()), *function.args.args]
+    if parameters and parameters[0].arg in ('self', 'cls'):
+        del parameters[0]
+    return zip(parameters, call.args)
+
+
+def _makes_int(node: ast.AST, cells: Any) -> bool:
+    return any(
+        (id(part) in cells and type(cells[id(part)][1].value) is int)
+        or (isinstance(part, ast.Call) and _last_name(part.func) in ('get_param', 'get_param_cached'))
+        for part in ast.walk(node)
+    )
+
+
+def _last_name(node: ast.AST) -> str:
+    if isinstance(node, ast.Subscript):
+        node = node.value
+    return node.attr if isinstance(node, ast.Attribute) else getattr(node, 'id', '')
+
+
 class _Rewriter(ast.NodeTransformer):
-    def __init__(self, cells: Any, steps: Set[ast.AST], bound: Set[str]) -> None:
+    def __init__(self, cells: Any, steps: Set[ast.AST], bound: Set[str], ints: Set[str]) -> None:
         self._cells = cells
         self._steps = steps
         self._bound = bound
+        self._ints = ints
 
     def visit(self, node: ast.AST) -> Any:
         cell = self._cells.get(id(node))
@@ -94,7 +146,7 @@ class _Rewriter(ast.NodeTransformer):
             reading.args = [ast.copy_location(_name(CELLS, node), node), ast.copy_location(where, node)]  # type: ignore
         else:
             ast.copy_location(where, node)
-            index: Any = where if _HAS_PLAIN_INDEX else ast.copy_location(ast.Index(value=where), node)  # type: ignore
+            index: Any = where if _HAS_PLAIN_INDEX else ast.copy_location(ast.Index(value=where), node)
             reading = ast.Subscript(value=_name(CELLS, node), slice=index, ctx=ast.Load())
         return ast.copy_location(reading, node)
 
@@ -107,6 +159,42 @@ class _Rewriter(ast.NodeTransformer):
         is_simple = len(node.args) == 1 and not node.keywords and not isinstance(node.args[0], ast.Starred)
         if conversion and is_simple and getattr(node.func, 'id', '') not in self._bound:
             node.func = _name(conversion, node.func)
+        return node
+
+    def visit_BinOp(self, node: ast.BinOp) -> Any:
+        operator = OPERATORS.get(type(node.op))
+        is_needed = operator is not None and not self._is_known(node.left) and self._may_be_int(node.right)
+        self.generic_visit(node)
+        return _call(operator, [node.left, node.right], node) if operator and is_needed else node
+
+    def _is_known(self, node: ast.AST) -> bool:
+        """Whether an operand is a literal, which keeps its own provenance or is no number."""
+        return id(node) in self._cells or isinstance(
+            node, (ast.Constant, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.ListComp)
+        )
+
+    def _may_be_int(self, node: ast.AST) -> bool:
+        if id(node) in self._cells:
+            return type(self._cells[id(node)][1].value) is int
+        if isinstance(node, ast.BinOp):
+            return not isinstance(node.op, ast.Div) and (self._may_be_int(node.left) or self._may_be_int(node.right))
+        if isinstance(node, ast.UnaryOp):
+            return self._may_be_int(node.operand)
+        if isinstance(node, ast.Call):
+            return _last_name(node.func) in ('int', 'round', 'len', 'abs')
+        return _last_name(node) in self._ints
+
+    def visit_Compare(self, node: ast.Compare) -> Any:
+        self.generic_visit(node)
+        if all(isinstance(operator, (ast.Is, ast.IsNot)) for operator in node.ops):
+            operands = [node.left, *node.comparators]
+            if not any(isinstance(operand, ast.Constant) and operand.value is None for operand in operands):
+                # What is the same number must be the same object, as it is without provenance.
+                made: List[ast.expr] = [
+                    operand if isinstance(operand, ast.Constant) else _call(PLAIN, [operand], operand)
+                    for operand in operands
+                ]
+                node.left, node.comparators = made[0], made[1:]
         return node
 
     def visit_Import(self, node: ast.Import) -> Any:

@@ -1,10 +1,11 @@
 """What a node imports, and what it gets in its place: the same names, keeping provenance.
 
-Only rewritten code is given other things: after each of its imports, what came is looked up here by what it is, not by how
-it is called, so that `import rospy`, `from rospy import *` and names handed on by other modules are all the same. Other
-packages go on with their own, but for those that publish for the node (`LIBRARIES`), which are told of another rospy.
+Only rewritten code is given other things: after each of its imports, what came is looked up here by what it is, not by
+how it is called, so that `import rospy`, `from rospy import *` and names handed on by other modules are all the same.
+Other packages go on with their own, but for those that publish for the node (`LIBRARIES`): they get another rospy.
 """
 
+import functools
 import importlib
 import math
 import sys
@@ -13,7 +14,7 @@ from typing import Any, Callable, Dict, Optional
 
 import rospy
 
-from rosslt import node
+from rosslt import node, values
 from rosslt.instrument import reloading
 from rosslt.instrument.cells import node_started
 from rosslt.instrument.functions import MATH
@@ -64,8 +65,8 @@ class Counterpart(types.ModuleType):
 
 def route(thing: Any) -> Any:
     """What rewritten code gets in place of something that it imported: itself mostly."""
+    _tell_libraries()
     if type(thing) is types.ModuleType:
-        _tell_libraries()
         make = _LATE.get(thing.__name__)
         if make is not None and id(thing) not in _counterparts:
             replace(thing, make(thing))
@@ -172,7 +173,7 @@ def _numpy(original: types.ModuleType) -> Any:
     from rosslt.instrument import array_functions
 
     array_functions.keep_provenance_in_numpy()
-    linalg = {name: function for name, function in array_functions.linalg_functions().items()}
+    linalg = array_functions.linalg_functions()
     functions = array_functions.numpy_functions()
     for module, others in ((original.linalg, linalg), (original, functions)):
         for name, function in others.items():
@@ -188,6 +189,38 @@ def _tf2_ros(original: types.ModuleType) -> Any:
     for name, one in classes.items():
         replace(getattr(original, name), one)
     return Counterpart(original, classes)
+
+
+@replace_module('tf2_geometry_msgs')
+def _tf2_geometry_msgs(original: types.ModuleType) -> Any:
+    functions = {
+        name: _with_numbers_of(getattr(original, name), function)
+        for name, function in node.tf_functions().items()
+        if hasattr(original, name)
+    }
+    for name, function in functions.items():
+        replace(getattr(original, name), function)
+    return Counterpart(original, functions)
+
+
+def _with_numbers_of(original: Any, tracked: Any) -> Any:
+    """A function of messages that gives the numbers of one function with the provenance of another one."""
+
+    @functools.wraps(original)
+    def function(*arguments: Any) -> Any:
+        result = original(*arguments)
+        if not any(map(values.is_tracked, arguments)):
+            return result
+        from rosslt.instrument.arrays import same_number
+
+        known = dict(values.leaves(tracked(*arguments)))
+        for path, number in values.leaves(result):
+            if isinstance(number, float):
+                *inner, last = path.split('.')
+                setattr(functools.reduce(getattr, inner, result), last, same_number(number, known[path]))
+        return result
+
+    return function
 
 
 @replace_module('tf')

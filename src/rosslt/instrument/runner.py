@@ -1,4 +1,4 @@
-"""Runs a node as Python itself would, rewritten: as `__main__`, with its own arguments, paths, tracebacks and exit code."""
+"""Runs a node as Python would, rewritten: as `__main__`, with its own arguments, paths, tracebacks and exit code."""
 
 import builtins
 import importlib.machinery
@@ -13,6 +13,11 @@ from typing import Any, Collection, List, NoReturn, Optional, Tuple
 
 from rosslt.instrument.loader import OwnModules, prepare, rewritten
 
+#: What Python 2 took, and Python 3 does not.
+_SIGNS_OF_PYTHON_2 = re.compile(
+    r'^\s*print\s+[^(=\s]|^\s*exec\s+[^(=]|except\s+[\w.]+\s*,\s*\w+\s*:|\braise\s+[\w.]+\s*,'
+    r'|<>|\b0[0-7]+\b|`|\bur?[\'"]'
+)
 _RELAY = re.compile(r"^python_script = '(.*)'$", re.MULTILINE)
 _HERE = os.path.dirname(os.path.abspath(__file__))
 #: The folders of what runs a node, which is no part of its tracebacks; a workspace may link to them.
@@ -79,19 +84,18 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
     if made is None:
         code = compile(content, script, 'exec', dont_inherit=True)
     else:
-        _set_up()
         code = made.code
+        _set_up()
         prepare(main.__dict__, made, script)
-        sys.meta_path.insert(0, OwnModules(sys.path[0], include))  # type: ignore[arg-type]
+        sys.meta_path.insert(0, OwnModules(sys.path[0], include))
     exec(code, main.__dict__)
 
 
 def _set_up() -> None:
-    from rosslt import node
-    from rosslt.instrument import numbers_as_text
+    from rosslt.instrument import functions, messages_as_text
 
-    node.marshal_tracked_values()
-    numbers_as_text.represent_in_yaml()
+    messages_as_text.show_in_messages()
+    functions.show_numbers_as_plain()
 
 
 def _script(path: str) -> Tuple[str, Optional[bytes]]:
@@ -138,8 +142,9 @@ def _python_2(content: bytes, error: SyntaxError) -> Optional[str]:
         return 'its first line asks for python2'
     lines = content.decode('latin-1').split('\n')
     line = lines[error.lineno - 1] if error.lineno and error.lineno <= len(lines) else ''
-    signs = r'^\s*print\s+[^(=\s]|^\s*exec\s+[^(=]|except\s+[\w.]+\s*,\s*\w+\s*:|\braise\s+[\w.]+\s*,|<>|\b0[0-7]+\b|`|\bur?[\'"]'
-    return f'line {error.lineno}: {line.strip()}' if re.search(signs, line) or 'print' in str(error.msg) else None
+    return (
+        f'line {error.lineno}: {line.strip()}' if _SIGNS_OF_PYTHON_2.search(line) or 'print' in str(error.msg) else None
+    )
 
 
 def _run_python_2(script: str, content: bytes, arguments: List[str], why: str) -> None:

@@ -35,6 +35,7 @@ class _Change(NamedTuple):
     statement: ast.AST
     blocks: Tuple[ast.AST, ...]  # the compound statements around it, the scope first
     refers_to_itself: bool
+    read: Set[Optional[str]]
 
 
 def dotted(node: Optional[ast.AST]) -> Optional[str]:
@@ -58,7 +59,7 @@ def find_states(tree: ast.Module) -> States:
     by_scope: List[Tuple[ast.AST, List[_Change], Set[str]]] = []
     for scope in ast.walk(tree):
         if isinstance(scope, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Module)):
-            changes = list(_changes(scope, scope.body, (scope,)))
+            changes = _with_detours(list(_changes(scope, scope.body, (scope,))))
             declared = {
                 name for node in _within(scope) if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names
             }
@@ -114,16 +115,16 @@ def _changes(scope: ast.AST, body: List[ast.stmt], blocks: Tuple[ast.AST, ...]) 
         if isinstance(statement, ast.AugAssign):
             target = dotted(statement.target)
             if target:
-                yield _Change(target, statement, blocks, True)
+                yield _Change(target, statement, blocks, True, _read(statement.value) | {target})
         elif isinstance(statement, (ast.Assign, ast.AnnAssign)) and statement.value is not None:
             targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
-            read = {dotted(node) for node in ast.walk(statement.value) if isinstance(node, (ast.Name, ast.Attribute))}
+            read = _read(statement.value)
             for target_node in targets:
                 parts = target_node.elts if isinstance(target_node, (ast.Tuple, ast.List)) else [target_node]
                 for part in parts:
                     target = dotted(part)
                     if target:
-                        yield _Change(target, statement, blocks, target in read)
+                        yield _Change(target, statement, blocks, target in read, read)
         if not isinstance(statement, _BLOCKS):
             for name in ('body', 'orelse', 'finalbody', 'handlers'):
                 for part in getattr(statement, name, ()):
@@ -131,6 +132,48 @@ def _changes(scope: ast.AST, body: List[ast.stmt], blocks: Tuple[ast.AST, ...]) 
                         yield from _changes(scope, part.body, (*blocks, statement))
                     elif isinstance(part, ast.stmt):
                         yield from _changes(scope, [part], (*blocks, statement))
+
+
+def _read(expression: ast.AST) -> Set[Optional[str]]:
+    """The variables that are read in an expression."""
+    return {dotted(node) for node in ast.walk(expression) if isinstance(node, (ast.Name, ast.Attribute))}
+
+
+def _with_detours(changes: List[_Change]) -> List[_Change]:
+    """Changes that know whether they refer to themselves by other variables: `new = x + 1`, and then `x = new`."""
+    by_target: Dict[str, List[_Change]] = {}
+    for change in changes:
+        by_target.setdefault(change.target, []).append(change)
+    return [
+        change
+        if change.refers_to_itself or not _refers_by_detour(change, by_target)
+        else change._replace(refers_to_itself=True)
+        for change in changes
+    ]
+
+
+def _refers_by_detour(change: _Change, by_target: Dict[str, List[_Change]]) -> bool:
+    loop = _endless_loop(change)
+    seen = set()
+    waiting = list(change.read)
+    while waiting:
+        name = waiting.pop()
+        if name is None or name in seen:
+            continue
+        seen.add(name)
+        for earlier in by_target.get(name, ()):
+            # What is assigned further down comes too late in this round: it is made of this change, not the reverse.
+            is_earlier = earlier.statement.lineno < change.statement.lineno  # type: ignore[attr-defined]
+            if is_earlier and (loop is None or loop in earlier.blocks):
+                if change.target in earlier.read:
+                    return True
+                waiting.extend(earlier.read)
+    return False
+
+
+def _endless_loop(change: _Change) -> Optional[ast.AST]:
+    """The outermost loop around a change that goes round for as long as the node runs."""
+    return next((block for block in change.blocks if isinstance(block, ast.While) and _is_endless(block)), None)
 
 
 def _carried(scope: ast.AST, changes: List[_Change], declared: Set[str]) -> Set[str]:
@@ -142,10 +185,10 @@ def _carried(scope: ast.AST, changes: List[_Change], declared: Set[str]) -> Set[
         if _is_count(change) and any(isinstance(block, (ast.For, ast.While)) for block in change.blocks):
             found.add(change.target)
             continue
-        loops = [block for block in change.blocks if isinstance(block, ast.While) and _is_endless(block)]
+        loop = _endless_loop(change)
         root = change.target.split('.')[0]
-        if loops:
-            around = change.blocks[change.blocks.index(loops[0]) :]
+        if loop is not None:
+            around = change.blocks[change.blocks.index(loop) :]
         elif (root == 'self' or root in declared) and getattr(scope, 'name', '') not in _FILLING:
             around = change.blocks
         else:

@@ -1,38 +1,47 @@
 """The functions of `tf.transformations`, keeping provenance.
 
-They are tf's own: a second copy of the module, which computes with the `numpy` and the `math` that keep provenance. It is
-used where an argument has provenance; everything else is left to the original.
+They are tf's own: a second copy of the module, which computes with the `numpy` and the `math` that keep provenance. It
+is used where an argument has provenance; everything else is left to the original.
 """
 
 import functools
+import math
 import types
-from typing import Any, Dict
+from typing import Any, Dict, List, Tuple
+
+import numpy
 
 from rosslt import values
 from rosslt.instrument.array_functions import plain
-from rosslt.instrument.arrays import TrackedArray, any_tracked
+from rosslt.instrument.arrays import TrackedArray, any_tracked, with_provenance
 from rosslt.instrument.functions import to_float
+
+#: So many angles are remembered with their sines.
+_MOST_HALVES = 64
 
 _TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int))
 
 
-def tracked_functions(original: types.ModuleType, numpy: Any, math: Any) -> Dict[str, Any]:
+def tracked_functions(original: types.ModuleType, tracking_numpy: Any, tracking_math: Any) -> Dict[str, Any]:
     """The functions of tf's module by name.
 
     Args:
         original: `tf.transformations`.
-        numpy, math: those that keep provenance.
+        tracking_numpy, tracking_math: those that keep provenance.
     """
     assert original.__file__ is not None
     copy = types.ModuleType(original.__name__)
     copy.__file__ = original.__file__
     with open(original.__file__, 'rb') as file:
         exec(compile(file.read(), original.__file__, 'exec', dont_inherit=True), copy.__dict__)
-    copy.numpy, copy.math, copy.float = numpy, math, to_float  # type: ignore[attr-defined]
+    copy.numpy, copy.math, copy.float = tracking_numpy, tracking_math, to_float  # type: ignore[attr-defined]
+    copy.quaternion_from_euler = _QuaternionFromEuler(original)  # type: ignore[attr-defined]
     return {
         name: _either(getattr(original, name), function)
         for name, function in vars(copy).items()
-        if isinstance(function, types.FunctionType) and not name.startswith('_') and hasattr(original, name)
+        if isinstance(function, (types.FunctionType, _QuaternionFromEuler))
+        and not name.startswith('_')
+        and hasattr(original, name)
     }
 
 
@@ -53,3 +62,57 @@ def _either(original: Any, tracked: Any) -> Any:
         return original(*arguments, **options)
 
     return function
+
+
+class _QuaternionFromEuler:
+    """tf's `quaternion_from_euler`, which nodes call most: with the same numbers, as it goes in the same order, and the
+    sines of angles that stand still computed once.
+
+    Args:
+        original: `tf.transformations`, for its tables of axes.
+    """
+
+    def __init__(self, original: Any) -> None:
+        self._axes, self._next, self._names = original._AXES2TUPLE, original._NEXT_AXIS, original._TUPLE2AXES
+        self._halves: Dict[int, Tuple[Any, Any, Any]] = {}
+
+    def __call__(self, ai: Any, aj: Any, ak: Any, axes: Any = 'sxyz') -> Any:
+        try:
+            i, parity, repetition, frame = self._axes[axes.lower()]
+        except (AttributeError, KeyError):
+            self._names[axes]
+            i, parity, repetition, frame = axes
+        j, k = self._next[i + parity], self._next[i - parity + 1]
+        if frame:
+            ai, ak = ak, ai
+        if parity:
+            aj = -aj
+        ci, si = self._of_half(ai)
+        cj, sj = self._of_half(aj)
+        ck, sk = self._of_half(ak)
+        cc, cs, sc, ss = ci * ck, ci * sk, si * ck, si * sk
+        parts: List[Any] = [None] * 4
+        if repetition:
+            parts[i], parts[j], parts[k] = cj * (cs + sc), sj * (cc + ss), sj * (cs - sc)
+            parts[3] = cj * (cc - ss)
+        else:
+            parts[i], parts[j], parts[k] = cj * sc - sj * cs, cj * ss + sj * cc, cj * cs - sj * sc
+            parts[3] = cj * cc + sj * ss
+        if parity:
+            parts[j] *= -1
+        beside = numpy.empty(4, dtype=object)
+        beside[:] = [part if type(part) in _TRACKED else None for part in parts]
+        return with_provenance(numpy.array([float(part) for part in parts]), beside)
+
+    def _of_half(self, angle: Any) -> Tuple[Any, Any]:
+        """The cosine and the sine of half an angle."""
+        if type(angle) not in _TRACKED:
+            half = angle / 2.0
+            return math.cos(half), math.sin(half)
+        known = self._halves.get(id(angle))
+        if known is None:
+            if len(self._halves) >= _MOST_HALVES:
+                self._halves.clear()
+            half = angle / 2.0
+            known = self._halves[id(angle)] = angle, values.MATH['cos'](half), values.MATH['sin'](half)
+        return known[1], known[2]

@@ -5,7 +5,7 @@ verdict says two things: whether the number is a location at all, and how willin
 """
 
 import ast
-from typing import Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt.instrument.callees import (
     CLOCKS,
@@ -113,7 +113,7 @@ class Judgement(NamedTuple):
     name: Optional[str]
 
 
-def judge(tree: ast.Module, text_of, states: Optional[States] = None) -> Iterator[Judgement]:
+def judge(tree: ast.Module, text_of: Callable[[ast.AST], str], states: Optional[States] = None) -> Iterator[Judgement]:
     """Judge all number literals of a program, in their order in the tree.
 
     Args:
@@ -142,7 +142,7 @@ def _is_number(node: ast.AST) -> bool:
 
 
 class _Judge:
-    def __init__(self, tree: ast.Module, states: States, text_of) -> None:
+    def __init__(self, tree: ast.Module, states: States, text_of: Callable[[ast.AST], str]) -> None:
         self._parents: Dict[int, Tuple[ast.AST, str]] = {}
         for parent in ast.walk(tree):
             for field, value in ast.iter_fields(parent):
@@ -238,7 +238,7 @@ class _Judge:
     def _of_argument(self, call: ast.Call, child: ast.AST, field: str) -> Optional[str]:
         if field == 'func':
             return None
-        callee = dotted(call.func) or getattr(call.func, 'attr', '')
+        callee = dotted(call.func) or _last(call)
         first, last = callee.split('.')[0], callee.split('.')[-1]
         if first in PLAIN_MODULES and '.' in callee:
             return 'system'
@@ -263,10 +263,8 @@ class _Judge:
                 return 'unit'
             if _last(other) in TURNS or (isinstance(other, ast.BinOp) and _last(other.left) in TURNS):
                 return 'turn' if type(value) is int or (value.is_integer() and abs(value) <= 4) else None
-        if isinstance(parent.op, (ast.Add, ast.Sub)) and is_operand and type(value) is int:
-            if dotted(other) in self._counts | self._indices:
-                return 'neighbour'
-        return None
+        is_shift = isinstance(parent.op, (ast.Add, ast.Sub)) and is_operand and type(value) is int
+        return 'neighbour' if is_shift and dotted(other) in self._counts | self._indices else None
 
     def _of_value(self, statement: ast.AST, is_all: bool, name: Optional[str], is_whole: bool) -> str:
         targets = _targets(statement)

@@ -1,4 +1,4 @@
-"""What sources are called and where they are, for people; and whether a hand may move them."""
+"""Names and places of sources as people read them; and whether a drag may change them."""
 
 import os
 from typing import Any, Callable, Collection, Dict, List, Tuple
@@ -10,7 +10,7 @@ STALE_AFTER = 30.0
 
 
 class Descriptions:
-    """What this node knows of sources, in words.
+    """Descriptions of sources, from what this node knows of them.
 
     Args:
         found: called without arguments when something new has become known.

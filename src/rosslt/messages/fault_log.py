@@ -4,7 +4,7 @@ import logging
 from typing import Hashable, Set
 
 LIMIT = 1000
-"""So many different faults are remembered; after that nothing more is said."""
+"""The most different faults that are remembered; further faults are not logged."""
 
 _said: Set[Hashable] = set()
 

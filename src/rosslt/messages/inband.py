@@ -52,7 +52,7 @@ class Decoded(NamedTuple):
     message: Any
     """The ordinary message, with tracked leaves where it came with a provenance."""
     error: Optional[BadHeader]
-    """What was wrong with its provenance, None where nothing was. The message is untracked then."""
+    """The fault in its provenance, or None. With a fault, the message is untracked."""
 
 
 def decode(data: bytes, message_class: type) -> Decoded:
@@ -92,7 +92,7 @@ def decoder(message_class: Any) -> Callable[[Any, bytes], Optional[BadHeader]]:
         except BadHeader as error:
             return error
         except Exception as error:
-            # Whatever it is, the stream must go on: rospy would try the same data again, for ever.
+            # The stream must go on after any exception: rospy would try the same data again for ever.
             deserialize(message, data)
             return unexpected(error)
         return None
@@ -111,7 +111,7 @@ def read_tracked(tracked_message: Any) -> Decoded:
 
 
 def unexpected(error: Exception) -> BadHeader:
-    """An exception in reading a provenance that no check foresaw, as the error to report."""
+    """An unexpected exception while reading provenance, as the error to report."""
     logging.getLogger(__name__).debug('in reading a provenance', exc_info=error)
     return BadHeader('bad provenance: reading it failed with %s: %s' % (type(error).__name__, error))
 

@@ -126,7 +126,7 @@ def _made(message_class: Any) -> type:
         texts[dependency.strip()] = text
     importable = genpy.message.get_message_class(name)
     if importable is None or importable._md5sum != md5sum:
-        # A message of a bag, say: it exists as text only, and so do all that are nested in it.
+        # for example a message of a bag: its definition, and those of messages in it, exist as text only
         full_text = _SEPARATOR.join([texts.pop(full_name)] + ['%s\n%s' % each for each in texts.items()])
         return genpy.dynamic.generate_dynamic(full_name, full_text)[full_name]
     return _compiled(full_name, texts)

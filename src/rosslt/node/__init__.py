@@ -17,7 +17,6 @@ from rosslt.node.api import (
     keep_source,
     limits,
     location,
-    marshal_tracked_values,
     original_source,
     read_at,
     read_parameter,
@@ -38,6 +37,7 @@ from rosslt.node.rospy_internals import is_initialized
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.tf import counterparts as tf_counterparts
+from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 
@@ -70,7 +70,6 @@ __all__ = [
     'keep_source',
     'limits',
     'location',
-    'marshal_tracked_values',
     'new_request_id',
     'original_source',
     'read_at',
@@ -81,6 +80,7 @@ __all__ = [
     'rotated',
     'start',
     'tf_counterparts',
+    'tf_functions',
     'to_json',
     'undo',
     'undo_request',

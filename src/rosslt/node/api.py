@@ -7,7 +7,6 @@ import os
 import re
 import sys
 import threading
-import xmlrpc.client
 from types import FrameType
 from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
@@ -52,7 +51,6 @@ def start() -> None:
         if not is_started():
             if not is_initialized():
                 raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
-            marshal_tracked_values()
             _owner.serve()
 
 
@@ -126,12 +124,12 @@ def location(
 
 
 def _call_with_value(function: Callable[[Any], None], reader: List[_Read]) -> None:
-    if reader:  # else it has changed before it was known as a whole
+    if reader:  # else a leaf has changed before all leaves were created
         function(reader[0]())
 
 
 def _warn_of_int(value: Any, limits: Dict[str, Any], site: CallSite) -> None:
-    """Say where an int was probably meant to be a float: Python's `0.5 * n` takes its float's side, untracked."""
+    """Warn where an int was probably meant to be a float: Python computes `0.5 * n` with the plain number."""
     if type(values.plain_scalar(value)) is int and float in map(type, (limits['minimum'], limits['maximum'])):
         rospy.logwarn(
             '%s: location(%r) is an int, though its bounds are floats: it takes no fractions, and 0.5 * n is not '
@@ -162,7 +160,7 @@ def add_location(
     setter: Optional[Callable[[Any], None]] = None,
     **limits: Any,
 ) -> Location:
-    """A location at a place that is no call in this node's code: a number in a script, say. For the rooms above.
+    """A location that is not a call in this node's code, for example a number in a script. For the rooms above.
 
     Args:
         name: as of `location`; it is also what identifies the location.
@@ -344,7 +342,7 @@ def directory() -> Directory:
 
 
 def limits(sources: Sequence[values.Source], timeout: float = 1.0) -> Dict[str, Any]:
-    """What the owners of sources take, as arguments of `values.solve`: `bounds` and `read_only`.
+    """Which values the owners of sources accept, as arguments of `values.solve`: `bounds` and `read_only`.
 
     Args:
         sources: Sources of any nodes.
@@ -378,7 +376,7 @@ def _named(name: Optional[str], key: Any, site: CallSite) -> Tuple[str, str]:
 
 @contextlib.contextmanager
 def _named_place(site: CallSite) -> Iterator[None]:
-    """Have errors of the literal and its bounds say where the call is."""
+    """Add the place of the call to errors about the literal and its bounds."""
     try:
         yield
     except Refused as refused:
@@ -426,17 +424,3 @@ def _message_reader(message: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tu
         return fresh
 
     return read
-
-
-def marshal_tracked_values() -> None:
-    """Let `rospy.set_param` take tracked values: xmlrpc marshals exact types only."""
-    dispatch: Dict[Any, Any] = xmlrpc.client.Marshaller.dispatch
-    for plain in (float, int, bool, str):
-        tracked = type(values.track(plain(), values.Source('/', 0)))
-        dispatch.setdefault(tracked, functools.partial(_marshal, dispatch[plain], plain))
-
-
-def _marshal(
-    write_plain: Callable[..., None], plain: Callable[[Any], Any], marshaller: Any, value: Any, write: Any
-) -> None:
-    write_plain(marshaller, plain(value), write)

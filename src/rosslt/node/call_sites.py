@@ -17,7 +17,7 @@ import tokenize
 from types import CodeType, FrameType
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
-#: Lines above all of a file, by which calls are told apart in code that is compiled from a changed tree.
+#: Line numbers from here on are in no file; they distinguish calls in code that is compiled from a changed tree.
 _FIRST_MARK = 1_000_000
 
 
@@ -28,7 +28,7 @@ class CallSite(NamedTuple):
     lines of equal text there.
 
     Attributes:
-        function: the names of the classes and functions around it, `Talker.goal`; '' at the top of the file.
+        function: the names of the classes and functions around it, `Talker.target`; '' at the top of the file.
         target: the variable, attribute or keyword that is set to it, '' where there is none.
         nth, total: which one it is among the calls in such lines of the function, and of how many.
     """
@@ -44,7 +44,7 @@ class CallSite(NamedTuple):
 
     @property
     def place(self) -> str:
-        """It, for people: `talker.py:12:9`."""
+        """The place as people read it: `talker.py:12:9`."""
         return f'{os.path.basename(self.file)}:{self.line}:{self.column}'
 
 
@@ -70,7 +70,7 @@ def call_site(frame: FrameType) -> CallSite:
 
 
 def identity_of(site: CallSite, key: Any) -> str:
-    """What makes a location at a call site itself: not the number that is written there, which may be
+    """What identifies a location at a call site: not the number that is written there, which may be
     edited, nor the line, which may move."""
     place = f'{site.function}\n{_without_numbers(site.text)}\n{site.nth} of {site.total}'
     return f'{os.path.realpath(site.file)}\n{place}\n{key}'
@@ -78,7 +78,7 @@ def identity_of(site: CallSite, key: Any) -> str:
 
 def name_of(site: CallSite, key: Any) -> str:
     """A parameter's name for a call site that was given none, of its file, function, variable and a few digits that
-    tell it from others there: `talker_goal_radius_3f2a`."""
+    tell it from others there: `talker_target_radius_3f2a`."""
     stem = os.path.splitext(os.path.basename(site.file))[0]
     digits = hashlib.blake2b(identity_of(site, None).encode('utf-8'), digest_size=2).hexdigest()
     parts = [part for part in (stem, site.function, site.target, digits) if part]
@@ -162,7 +162,7 @@ def _parsed(text: str) -> Optional[_Module]:
     try:
         return _Module(text)
     except (SyntaxError, ValueError, RecursionError):
-        return None  # it is not what runs: it was edited meanwhile, or is no file of Python's
+        return None  # the running code is not from this text: the file was edited meanwhile, or is not a Python file
 
 
 def _position(frame: FrameType) -> Optional[Tuple[int, int, Tuple[int, int]]]:

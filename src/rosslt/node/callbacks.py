@@ -1,4 +1,4 @@
-"""Calls that follow a change, in a thread of their own: whoever changes a location does not wait for them."""
+"""Calls that follow a change, in a thread of their own, so that a change does not wait for them."""
 
 import threading
 import traceback
@@ -16,7 +16,7 @@ class Callbacks:
         self._is_started = False
 
     def call_soon(self, function: Callable[[], None]) -> None:
-        """Have a function called; what it raises is logged."""
+        """Call a function later; an exception that it raises is logged."""
         with self._wake:
             self._waiting[function] = None
             self._wake.notify_all()

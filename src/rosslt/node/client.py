@@ -132,7 +132,7 @@ def reevaluate(owner: Asker, x: Any, timeout: float = 1.0) -> Any:
 
 
 class Undone(NamedTuple):
-    """What came of taking a request back: what changed in each node, and why others did not."""
+    """The result of taking a request back: what changed in each node, and why other nodes did not change."""
 
     changes: Dict[str, List[msg.AppliedChange]]
     reasons: Dict[str, str]

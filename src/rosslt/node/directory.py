@@ -1,4 +1,4 @@
-"""What is known of sources, those of this node and of others: the one place that asks their owners and remembers.
+"""What is known of sources, those of this node and of others: the only cache of their owners' answers.
 
 The owner of a source has the last word on every change. Knowing beforehand where a source is, what it is called and
 what it takes lets errors and menus name it, and lets `solve` choose another one or say which bound stands in the way.
@@ -16,17 +16,17 @@ from rosslt import msg, srv, values
 from rosslt.node.json_scalars import from_json
 from rosslt.node.service_calls import ask_all
 
-#: How long an owner's answer is good for where a change depends on it, in seconds. What a location takes rarely
-#: changes, but its node can come back with other code.
+#: How long an owner's answer may be used for a change, in seconds. The values that a location accepts rarely
+#: change, but its node can be restarted with other code.
 FRESH = 10.0
 
 #: After how many seconds a node is asked again that did not answer, or did not know a source.
 RETRY_AFTER = 2.0
 
-#: How long owners may take to answer where nobody says it, in seconds.
+#: How long owners may take to answer by default, in seconds.
 TIMEOUT = 2.0
 
-#: How long text for people waits for owners that have not been asked yet, in seconds.
+#: How long an explanation waits for owners that have not been asked yet, in seconds.
 DESCRIBE_TIMEOUT = 0.5
 
 
@@ -38,7 +38,7 @@ class Place(NamedTuple):
 
     @property
     def source(self) -> values.Source:
-        """It, as a Source."""
+        """The location as a Source."""
         return values.Source(self.node, self.location.id)
 
     @property
@@ -80,16 +80,16 @@ class Place(NamedTuple):
 
     @property
     def read_only(self) -> bool:
-        """Whether it takes no changes."""
+        """Whether it refuses all changes."""
         return self.location.read_only
 
     def is_called(self, text: str) -> bool:
-        """Whether people may mean this one by `text`, which is what follows the node's name and a /."""
+        """Whether `text`, the part after the node's name and a /, names this location."""
         return text in (self.local_name, self.location.name.lstrip('/'), str(self.location.id))
 
 
 class Directory:
-    """Remembers what owners say of their locations.
+    """A cache of what owners report about their locations.
 
     Args:
         own: looks up a location of this node by its id; None where this process has none of its own.
@@ -152,7 +152,7 @@ class Directory:
         return place and place.short_file
 
     def name(self, source: values.Source) -> str:
-        """What a source is called, in any case."""
+        """The name of a source; node and id where nothing else is known."""
         place = self.of(source)
         return place.name if place else str(source)
 
@@ -262,7 +262,7 @@ class Directory:
                     asked = [source for source in self._known if source.node == node]
                 for source in asked:
                     if source not in told:
-                        self._known.pop(source, None)  # it is gone
+                        self._known.pop(source, None)  # the location is gone
                 is_new = is_new or any(self._known.get(source) != place for source, place in told.items())
                 self._known.update(told)
                 self._asked.update(dict.fromkeys(told, now))

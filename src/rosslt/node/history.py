@@ -1,4 +1,4 @@
-"""What has changed in this node: who changed what, when, and from what; and what taking it back means."""
+"""What has changed in this node: who changed what, when, and from what; and how it is taken back."""
 
 import uuid
 from collections import deque

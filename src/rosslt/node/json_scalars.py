@@ -5,7 +5,7 @@ from typing import Any
 
 
 class Refused(Exception):
-    """A value that a location does not take; the text is the reason."""
+    """A value that a location refuses; the text is the reason."""
 
 
 def to_json(value: Any) -> str:

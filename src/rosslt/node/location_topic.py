@@ -1,5 +1,5 @@
-"""Tells names, files and lines of this node's locations on a latched topic, so that a recorded bag is explained without
-the node."""
+"""Publishes names, files and lines of this node's locations on a latched topic: a recorded bag is explained without the
+node."""
 
 import threading
 from typing import Callable, List
@@ -8,8 +8,8 @@ import rospy
 
 from rosslt import msg
 
-#: Locations come in crowds, at the start and with each new part of a node: what they are is told when there was none
-#: for so long, in seconds.
+#: Many locations are created together, at the start and with each new part of a node: they are published when none
+#: was created for so long, in seconds.
 SETTLING = 0.2
 
 
@@ -29,7 +29,7 @@ class LocationTopic:
         threading.Thread(target=self._work, name='rosslt locations topic', daemon=True).start()
 
     def update(self) -> None:
-        """Locations have come or gone."""
+        """Locations were created or dropped."""
         self._news.set()
 
     def _work(self) -> None:

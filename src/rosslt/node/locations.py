@@ -86,7 +86,7 @@ class Location:
 
     @property
     def place(self) -> str:
-        """Where it is, for people: `talker.py:12:9`."""
+        """The place as people read it: `talker.py:12:9`."""
         return self.site.place
 
     @property
@@ -114,7 +114,7 @@ class Location:
         return values.track(self.value, self.source)
 
     def name_node(self, node: str) -> None:
-        """Say of which node it is a location: it knows that once `init_node` was called."""
+        """Set the node that owns it, known once `init_node` was called."""
         if isinstance(self.source, values.UnnamedSource):
             self.source.name_node(node)
         self.source = values.Source(node, self.id)
@@ -287,11 +287,11 @@ class ExternalLocation(Location):
         before = self._reading
         try:
             self._setter(value)
-        except values.Error as error:  # one of ours says all that people need
+        except values.Error as error:  # an error of rosslt already has a complete text
             raise Refused(str(error)) from error
-        except Exception as error:  # the user's function: whatever it raises is its way to refuse
+        except Exception as error:  # the user's function: any exception is a refusal
             raise Refused(f'{type(error).__name__}: {error}') from error
-        # What changes by itself is a record of a moment; what was put here is meant to act everywhere.
+        # A value that changed by itself is a record of a moment; one that was set here replaces the older ones.
         latest = self.tracked
         if before is not None and latest is not before:
             READINGS.replace(before, latest)
@@ -320,11 +320,11 @@ class Locations:
         self.lock = READINGS.lock
 
     def when_other(self, function: Callable[[], None]) -> None:
-        """Have a function called whenever a location has come or gone."""
+        """Have a function called whenever a location was created or dropped."""
         self._others = function
 
     def name_node(self, node: str) -> None:
-        """Say what this node is called."""
+        """Set the name of this node."""
         with self.lock:
             self.node = node
             for location in self.by_id.values():
@@ -408,7 +408,7 @@ def _has_same_literal(other: Location, location: Location) -> bool:
 
 
 def _has_limits_of(other: Location, location: Location) -> bool:
-    """Whether a location asks for nothing else than the one before; it may leave out what that one said."""
+    """Whether a location has the limits of an earlier one, or leaves them out."""
     return (location.minimum, location.maximum, location.read_only) in (
         (None, None, False),
         (other.minimum, other.maximum, other.read_only),

@@ -22,7 +22,7 @@ PERIOD = 1.0
 
 
 class MasterWatch:
-    """Tells a new master what this node publishes, subscribes to and serves.
+    """Registers at a new master what this node publishes, subscribes to and serves.
 
     Args:
         node: the full name of this node.

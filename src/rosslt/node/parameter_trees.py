@@ -5,18 +5,28 @@ list is one parameter, so that a change of one element writes the whole list. Th
 says: a number that somebody sets from 1 to 1.5 was an int and is a float.
 """
 
-from typing import TYPE_CHECKING, Any, Callable, Dict, Optional, Tuple, Union
+from typing import Any, Callable, ContextManager, Dict, List, Optional, Protocol, Tuple, Union
 
 from rosslt import values
 from rosslt.node.call_sites import CallSite
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations import ParameterLocation
-from rosslt.node.parameters import Parameter
-
-if TYPE_CHECKING:
-    from rosslt.node.server import Owner
+from rosslt.node.locations import Location, Locations, ParameterLocation
+from rosslt.node.parameters import Parameter, ParameterMirror
 
 _Read = Callable[[], Any]
+
+
+class Owner(Protocol):
+    """What is used of this node as the owner of locations; `server.Owner` is it."""
+
+    locations: Locations
+    mirror: ParameterMirror
+    locked: str
+
+    @property
+    def lock(self) -> ContextManager[Any]: ...
+
+    def applied(self, changes: List[Tuple[Location, Any, Any]], requester: str) -> None: ...
 
 
 class ParameterTrees:
@@ -26,7 +36,7 @@ class ParameterTrees:
         owner: this node as the owner of locations.
     """
 
-    def __init__(self, owner: 'Owner') -> None:
+    def __init__(self, owner: Owner) -> None:
         self._owner = owner
         self._by_key: Dict[str, Union[Branch, Leaf]] = {}
 
@@ -52,7 +62,7 @@ class ParameterTrees:
 class Branch(Parameter):
     """A parameter that was a dict when it was first read; each of its parts is a parameter of its own."""
 
-    def __init__(self, trees: ParameterTrees, _owner: 'Owner', key: str, site: CallSite, value: Any) -> None:
+    def __init__(self, trees: ParameterTrees, _owner: Owner, key: str, site: CallSite, value: Any) -> None:
         super().__init__(key)
         self.as_float = False
         self._trees = trees
@@ -80,7 +90,7 @@ class Branch(Parameter):
         return {name: part.value() for name, part in self._parts.items()}
 
     def take(self, value: Any) -> None:
-        # Its parts hear of their own changes themselves; here parts come and go.
+        # Its parts notice their own changes; here parts are added and removed.
         self._put(value)
 
     def _put(self, value: Any) -> None:
@@ -99,7 +109,7 @@ class Branch(Parameter):
 class Leaf(Parameter):
     """A parameter that is no dict: a scalar, or a list of anything. Its scalars are locations."""
 
-    def __init__(self, _trees: ParameterTrees, owner: 'Owner', key: str, site: CallSite, value: Any) -> None:
+    def __init__(self, _trees: ParameterTrees, owner: Owner, key: str, site: CallSite, value: Any) -> None:
         super().__init__(key)
         self.as_float = False
         self._owner = owner
@@ -142,7 +152,7 @@ class Leaf(Parameter):
                     raise Refused(str(error)) from None
 
     def _put(self, value: Any) -> None:
-        """Make `value` the one in force; locations that it has no place for any more are dropped."""
+        """Make `value` the one in force; locations that it no longer contains are dropped."""
         before, self._locations = self._locations, {}
         for location in before.values():
             self._owner.locations.remove(location)

@@ -1,4 +1,4 @@
-"""Hearing of parameters that somebody sets: the master calls `paramUpdate` of whoever has subscribed to them.
+"""Noticing parameters that are set: the master calls `paramUpdate` of every process that has subscribed to them.
 
 rospy subscribes for `rospy.get_param_cached` alone, and tells nobody of what it hears. So this is an XML-RPC server of
 its own, made of what rosgraph offers for that, and known to the master by a name of its own: two servers of one name
@@ -20,7 +20,7 @@ START_TIMEOUT = 10.0
 
 
 class ParameterUpdates:
-    """Tells of parameters that have been set.
+    """Reports parameters that have been set.
 
     Args:
         name: what the server is called at the master, a full name that no node has.
@@ -44,12 +44,12 @@ class ParameterUpdates:
         rospy.on_shutdown(self._end)
 
     def subscribe(self, master: rosgraph.Master, key: str) -> None:
-        """Have the master tell of changes at a key and below it."""
+        """Subscribe to changes of a key and of the keys below it."""
         rosgraph.Master(self.name, master_uri=master.master_uri).subscribeParam(self._server.uri, key)
         self._keys[key] = None
 
     def _end(self) -> None:
-        """Have the master forget what was subscribed to: it keeps that for ever."""
+        """End all subscriptions: the master keeps them for ever."""
         with contextlib.suppress(OSError, HTTPException, rosgraph.MasterException):
             master = rosgraph.Master(self.name)
             for key in list(self._keys):

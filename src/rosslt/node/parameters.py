@@ -1,4 +1,4 @@
-"""The ROS parameters behind locations, and the one thread that keeps the two alike.
+"""The ROS parameters behind locations, and the one thread that keeps both equal.
 
 The node's memory holds the value in force; the parameter mirrors it, so that `rosparam get` shows it and
 `rosparam set` changes it. All traffic with the master happens in one thread, which writes what has changed
@@ -38,11 +38,11 @@ class Parameter:
         self.key = key
 
     def value(self) -> Any:
-        """What the parameter should say."""
+        """The value that the parameter should have."""
         raise NotImplementedError
 
     def take(self, value: Any) -> None:
-        """Somebody has set the parameter; raises Refused where that does not do, and the value goes back."""
+        """The parameter was set; raises Refused where the value is not accepted, and the parameter is set back."""
         raise NotImplementedError
 
 
@@ -79,8 +79,8 @@ class LiteralParameter(Parameter):
         if location.name not in left_behind:
             return
         value = left_behind[location.name]
-        # A parameter without a recorded literal was not left by an earlier run: somebody, a launch file
-        # perhaps, has set it for this one.
+        # A parameter without a recorded literal was not left by an earlier run: somebody, perhaps a
+        # launch file, has set it for this one.
         literal = literals.get(location.name, location.literal)
         if type(literal) is not type(location.literal) or literal != location.literal:
             rospy.loginfo(
@@ -116,7 +116,7 @@ class LiteralParameter(Parameter):
 
 
 class ParameterMirror:
-    """Keeps parameters and what they stand for alike, from `start` on.
+    """Keeps parameters and the values behind them equal, from `start` on.
 
     Args:
         namespace_set: called with (name below the node's `rosslt` namespace, value) where somebody sets a parameter
@@ -137,8 +137,8 @@ class ParameterMirror:
         self._unwritten: Dict[Parameter, None] = {}  # an ordered set
         self._unread: Dict[Parameter, None] = {}
         self._recorded: Set[Parameter] = set()  # parameters whose literal is written down
-        self._heard: Set[str] = set()  # keys that the master tells us of, with all below them
-        self._asked = 0  # writes asked for, and how many of them are done
+        self._heard: Set[str] = set()  # keys that are subscribed to, with all below them
+        self._asked = 0  # requested writes, and how many of them are done
         self._done = 0
         self._is_cleared = False
         self.left_behind: Dict[str, Any] = {}
@@ -196,7 +196,7 @@ class ParameterMirror:
             return self._wake.wait_for(lambda: self._done >= written, timeout)
 
     def renew(self) -> None:
-        """Tell a new master all of it again."""
+        """Set all parameters again at a new master."""
         for key in self._heard:
             self._updates.subscribe(self._master, key)
         shown = list(self._recorded)
@@ -244,12 +244,12 @@ class ParameterMirror:
             self._subscribe(key)
 
     def _subscribe(self, key: str) -> None:
-        """Have the master tell of changes at a key and below it."""
+        """Subscribe to changes of a key and of the keys below it."""
         self._heard.add(key)
         self._updates.subscribe(self._master, key)
 
     def _notice(self, key: str, value: Any) -> None:
-        """The master says that a parameter, or a part of it, has been set."""
+        """The master reports that a parameter, or a part of it, has been set."""
         with self._wake:
             ours = (
                 [
@@ -296,7 +296,7 @@ class ParameterMirror:
                 self._wake.notify_all()
 
     def _write(self, parameters: List[Parameter]) -> None:
-        """Set parameters, all in one call of the master, which does not tell us of what we set ourselves."""
+        """Set parameters, all in one call of the master, which does not report them back to this process."""
         if self._is_cleared:
             return
         calls: Any = MultiCall(self._master.handle)
@@ -333,7 +333,7 @@ class ParameterMirror:
 
 
 def flat(tree: Any) -> Dict[str, Any]:
-    """A tree of parameters as `{'a/b': value}`; `{}` for what is no tree."""
+    """A tree of parameters as `{'a/b': value}`; `{}` for a value that is not a dict."""
     leaves: Dict[str, Any] = {}
     waiting = [('', tree)]
     while waiting:

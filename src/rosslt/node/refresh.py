@@ -1,4 +1,4 @@
-"""What a node read once stays alive: what it sends is evaluated anew where sources of it have changed since.
+"""Values that a node read once follow their sources: messages are evaluated anew where sources have changed since.
 
 A node may fill a message, a list of waypoints or `self.gain` once, and send it for hours. Plain Python would go on
 sending the value that was read at the start. Here, a message that is about to be sent is looked through for readings
@@ -26,15 +26,15 @@ from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
 #: The most replaced readings of one source that are remembered: of more, the first one is kept and the latest.
 MAX_READINGS = 256
 
-#: For so many messages a leaf is remembered that was sent, and up to twice as long.
+#: For how many messages a sent leaf is remembered, and up to twice as many.
 ROUND = 32
 
-#: So many may pile up before those that nothing depends on are dropped.
+#: How many may be kept before those that nothing depends on are dropped.
 _PRUNE_AT = 32
 
 
 def _in_use(readings: List[Any], unused: int = 0) -> List[Any]:
-    """The readings that are referred to from elsewhere, be it by a value that was computed from them."""
+    """The readings that are referred to from elsewhere, for example by a value that was computed from them."""
     return [reading for reading in readings if sys.getrefcount(reading) > unused]
 
 
@@ -71,7 +71,7 @@ class ReplacedReadings:
         self._own_lock = threading.RLock()
 
     def replace(self, reading: Any, latest: Any) -> None:
-        """Take note that a location gives another reading from now on."""
+        """Note that a location has a new reading."""
         (source,) = values.sources(reading)
         value = values.untracked(latest)
         with self._own_lock:
@@ -107,7 +107,7 @@ class Refresher:
 
     def __init__(self) -> None:
         self._last: Dict[int, _Leaf] = {}  # by its index, what the message before had
-        # What was met lately, by the id of its value, which it keeps alive; and what was met in the round before.
+        # Leaves of this round by the ids of their values, which they keep alive; and leaves of the round before.
         self._known: Dict[int, _Leaf] = {}
         self._older: Dict[int, _Leaf] = {}
         self._round = 0
@@ -194,7 +194,7 @@ class _Leaf:
             return self.value
         if type(found) is type(self.value) or (self._kind in 'df' and _is_number(found)):
             return found
-        # A literal that was an int may be a float by now; a field of whole numbers takes none.
+        # An int literal may have become a float; a field of whole numbers accepts no float.
         whole = values.to_int(found) if self._kind == 'i' and isinstance(found, float) else None
         return whole if whole is not None and whole == found else self.value
 

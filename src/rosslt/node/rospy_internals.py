@@ -1,4 +1,4 @@
-"""What rosslt uses of rospy's inside, all of it, and why: rospy offers no public way.
+"""All private parts of rospy that rosslt uses, and why: rospy offers no public way.
 
 Nothing else in the package reaches into `rospy.impl`, `rospy.core` or `rospy.msg`. A test imports each of these
 names and says which one is gone, so that a change of rospy is seen before a robot runs with it.
@@ -15,10 +15,10 @@ args_kwds_to_message = rospy.msg.args_kwds_to_message
 #: What a service handler may return (a tuple, a dict, a response) made a response, before its provenance is added.
 convert_return_to_response = rospy.impl.tcpros_service.convert_return_to_response
 
-#: Whether `init_node` was called, by whomever.
+#: Whether `init_node` was called, by rospy or rosslt.
 is_initialized = rospy.core.is_initialized
 
-#: A master that was restarted has to be told anew what this node publishes, subscribes to and serves.
+#: After a restart of the master, this node's publishers, subscribers and services are registered again.
 Registration = rospy.impl.registration.Registration
 get_registration_listeners = rospy.impl.registration.get_registration_listeners
 get_service_manager = rospy.impl.registration.get_service_manager

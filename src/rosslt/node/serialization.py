@@ -113,7 +113,7 @@ def received_class(message_class: Any, channel: str) -> Any:
 
 
 def serialization_fault(message: Any, error: Exception) -> str:
-    """What is wrong with a message. genpy looks for the culprit by exact types, and would blame a tracked value."""
+    """What is wrong with a message. genpy compares exact types and would name a tracked value instead."""
     try:
         values.untracked(message).serialize(io.BytesIO())
     except genpy.SerializationError as found:

@@ -1,4 +1,4 @@
-"""This node as the owner of its locations: what it tells of them, and the changes that it takes.
+"""This node as the owner of its locations: what it reports about them, and the changes that it accepts.
 
 The paper's `apply_source_change` and the service for reevaluation (section IV-A, figure 3). Below `<node>/rosslt`: the
 services `change_sources`, `request_changes`, `get_values`, `list_locations`, `list_edits`, `get_history`, `undo`,
@@ -27,8 +27,8 @@ from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, Param
 from rosslt.node.serialization import Sending
 from rosslt.node.source_files import SOURCE_FILES
 
-#: How long an acknowledgement waits for the parameter server to follow, in seconds; the change holds all the
-#: same.
+#: How long an acknowledgement waits for the parameter server, in seconds; the change is in force in any
+#: case.
 FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
@@ -227,7 +227,7 @@ class Owner:
         return undone
 
     def reset(self, ids: Sequence[int], requester: str) -> Tuple[List[str], List[Change]]:
-        """Give locations the values again that the code says, all or none; as of the service ResetLocations.
+        """Restore the values in the code, of all locations or none; as of the service ResetLocations.
 
         Returns:
             (reasons of refusals, [(location, value until now, value now)]).
@@ -251,7 +251,7 @@ class Owner:
         return [], changed
 
     def applied(self, changes: Sequence[Change], requester: str, request_id: str = '', record: bool = True) -> None:
-        """Tell of changes that have been applied, and remember them."""
+        """Publish changes that have been applied, and add them to the history."""
         changes = differing(changes)
         stamp = rospy.Time.now()
         for location, old, new in changes:
@@ -313,7 +313,7 @@ class Owner:
         return srv.ListLocationsResponse([found for found in map(self._described, asked) if found is not None])
 
     def _described(self, location_id: int) -> Optional[msg.Location]:
-        """What this node tells of a location, None where it has no such one."""
+        """What this node reports about a location; None where it has no location of that id."""
         location = self.locations.by_id.get(location_id)
         return location and described(location)
 
@@ -400,7 +400,7 @@ class Owner:
                     raise Refused(reasons[0])
 
     def _namespace_set(self, name: str, value: Any) -> None:
-        """`rosparam set` of what stands in the namespace of the locations and is none."""
+        """`rosparam set` of a name in the namespace of the locations that is not the parameter of a location."""
         if name == 'accept_changes':
             accepted = value is True or value == {}
             self.locked = (
@@ -431,7 +431,7 @@ def _messages(changes: Sequence[Change], requester: str) -> List[msg.AppliedChan
 
 
 def described(location: Location) -> msg.Location:
-    """What a node tells of a location of its own."""
+    """What a node reports about one of its locations."""
 
     def text(value: Any) -> str:
         return '' if value is None else to_json(value)

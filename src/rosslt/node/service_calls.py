@@ -1,5 +1,4 @@
-"""Calling a service of several nodes at once, never waiting for longer than told to: rospy's calls know no
-timeout."""
+"""Calling a service of several nodes at once, within a timeout, which rospy's own calls do not have."""
 
 import threading
 import time
@@ -55,7 +54,7 @@ class _Call(threading.Thread):
     def run(self) -> None:
         try:
             self._response = self._proxy(self._request)
-        except Exception as error:  # whatever rospy or the network throws here is for the one who waits
+        except Exception as error:  # the waiting thread handles every exception of rospy and the network
             self._error = error
         finally:
             self._done.set()

@@ -63,8 +63,8 @@ class Publisher(rospy.Publisher):
         if lock is None or not is_initialized():  # unregistered, closed, or too early
             super().publish(outgoing)
             return
-        # As rospy does it, without looking again for what is known by now. What it has written of a message that cannot
-        # be serialized would be sent in front of the next one.
+        # As in rospy, without repeating checks. Unlike in rospy, what has been written of a message that cannot be
+        # serialized is removed: it would be sent in front of the next message.
         with lock:
             try:
                 impl.publish(outgoing)

@@ -65,7 +65,7 @@ class Editor(QMainWindow):
             self.statusBar().showMessage('{} is not there yet: Ctrl-S writes it'.format(path))
         # The watch has a thread of its own, and only the main one may touch the window.
         self._written.connect(self._file_written)
-        self._watch = files.Watch(path, self._written.emit)
+        self._watch = files.FileWatch(path, self._written.emit)
 
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802  (the name is Qt's)
         """Ask before anything is lost."""

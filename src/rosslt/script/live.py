@@ -111,7 +111,7 @@ class LiveScript:
             self._reserved.clear()
             self._come_into_force(made, False)
 
-    def look(self) -> None:
+    def reload(self) -> None:
         """Take in the text that is in the file, if it is another one than that in force."""
         for _ in range(ATTEMPTS):
             with self._lock:

@@ -53,8 +53,8 @@ def run() -> None:
     script = LiveScript(
         path, node.add_location, node.remove_location, take, report, settings, memory.recall, memory.keep
     )
-    files.Watch(path, script.look)
-    script.look()  # what was saved before the watch began
+    files.FileWatch(path, script.reload)
+    script.reload()  # what was saved before the watch began
     rospy.loginfo('%s is in force', path)
     _loop(player.tick)
 
@@ -73,7 +73,7 @@ def run_parameters() -> None:
     rospy.Service('~save', Trigger, save)
 
     def tick() -> None:
-        waypoints.look()
+        waypoints.update()
         player.tick()
 
     _loop(tick)

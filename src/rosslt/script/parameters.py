@@ -21,8 +21,8 @@ class Waypoints:
         self._name, self._pause, self._take = name, pause, take
         self._present: Optional[Tuple[Any, float]] = None
 
-    def look(self) -> None:
-        """Look at the parameters, which makes no network call."""
+    def update(self) -> None:
+        """Take in what the parameters say now, which makes no network call."""
         pause = float(node.get_param(self._pause, 1.0))
         waypoints = node.get_param(self._name)
         present = (values.untracked(waypoints), pause)

@@ -1,8 +1,8 @@
-"""Values that know where they came from and what was done to them (paper, section IV.B).
+"""Values that know where they came from and how they were computed (paper, section IV-B).
 
-This room answers: what was done to a value, and what must its sources become to make it another? It
-is pure Python and imports no ROS; NumPy is used where the caller brings it. It may import the standard
-library only. Other rooms use the names below and nothing behind them.
+This room answers: how was a value computed, and which source values give a wanted result? It is pure Python and
+imports no ROS. It may import the standard library, and NumPy and SciPy where they are installed. Other rooms use the
+names below and nothing behind them.
 """
 
 import importlib
@@ -11,6 +11,7 @@ from typing import Any, Callable, Dict
 from . import operators  # noqa: F401, completes the tracked classes
 from .affine import affine
 from .calls import operation
+from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
 from .functions import MATH, to_bool, to_float, to_int
@@ -49,6 +50,7 @@ __all__ = [
     'evaluate',
     'explain',
     'from_affine',
+    'is_same',
     'is_tracked',
     'lazy',
     'leaves',

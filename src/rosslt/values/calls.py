@@ -139,7 +139,7 @@ def operation(
 
 
 def _tracked(result: Any, record: tuple, size: int) -> Any:
-    """A result with its record; a NumPy scalar as the number it is, what is no number as it is."""
+    """A result with its record; a NumPy scalar as its number, anything that is not a number unchanged."""
     if hasattr(result, 'dtype') and getattr(result, 'shape', None) == ():
         result = result.item()
     return make(result, record, size) if type(result) in CLASSES else result

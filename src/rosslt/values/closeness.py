@@ -1,4 +1,4 @@
-"""When a number counts as another one: every tolerance of solving stands here.
+"""When two numbers are treated as equal: every tolerance of solving is here.
 
 Whole numbers, bools and texts are equal or they are not; only floats are compared with a tolerance.
 """
@@ -10,7 +10,7 @@ RELATIVE = 1e-9
 """The relative error that the law PutGet allows for a result."""
 
 ABSOLUTE = 1e-12
-"""Next to 0, where rounding lets no result come as near as that, for a value that was of ordinary size."""
+"""The absolute error allowed next to 0, where rounding makes the relative one impossible; for values of size 1."""
 
 ROUNDING = 1e-12
 """The relative error that the rounding of a few operations makes."""
@@ -58,7 +58,7 @@ def is_near(found: Any, wanted: Any) -> bool:
 
 
 def is_same(present: Any, wanted: Any) -> bool:
-    """Whether a value without a source is what is wanted of it: a number, a text, or a list of such."""
+    """Whether a value is the wanted one, apart from rounding: a number, a text, or a list of these."""
     try:
         return bool(present == wanted) or math.isclose(present, wanted, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
     except (TypeError, ValueError):

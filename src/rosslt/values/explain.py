@@ -1,4 +1,4 @@
-"""Expressions as a line for people, shortened in the middle where they are long."""
+"""Expressions as one readable line, shortened in the middle where they are long."""
 
 from typing import Any, Dict
 

@@ -124,7 +124,7 @@ def assemble(
 
 
 def _check_size(value: Any) -> None:
-    """Refuse what only grows: a few squarings make a whole number that fills the memory."""
+    """Refuse operations that only make numbers longer: a few squarings give an integer that fills the memory."""
     size = len(value) if isinstance(value, str) else value.bit_length() if isinstance(value, int) else 0
     if size > MOST_BITS:
         raise OverflowError('a value of size %d' % size)

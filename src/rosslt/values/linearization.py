@@ -1,4 +1,4 @@
-"""What a value comes to near its present one, whatever its expression is."""
+"""The linearization of any expression at the present values of its sources."""
 
 from typing import Any, Tuple
 

@@ -64,7 +64,7 @@ def array_ufunc(apply: Callable[..., Any], plain: Callable[[Any], Any]) -> Calla
         try:
             return getattr(ufunc, method)(*[boxed(numpy, operand) for operand in inputs], **options)
         except TypeError:
-            # A question about numbers (isfinite), a plain array to write to: no place for provenance.
+            # A predicate (isfinite) or a plain array to write to: neither can hold provenance.
             return getattr(ufunc, method)(*[plain(operand) for operand in inputs], **options)
 
     return called

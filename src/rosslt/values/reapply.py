@@ -1,4 +1,4 @@
-"""Applying what was done to a value once more, to other source values, without losing its provenance."""
+"""Evaluating an expression with other source values, keeping its provenance."""
 
 from typing import Any, Dict
 

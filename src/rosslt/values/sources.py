@@ -1,4 +1,4 @@
-"""Sources: the places that numbers come from, and how to call them in a sentence."""
+"""Sources: the places that numbers come from, and their names in texts."""
 
 from typing import Any, Callable, Iterator, NamedTuple, Optional
 
@@ -35,7 +35,7 @@ class UnnamedSource(Source):
         return self.__dict__.get('name', '')
 
     def name_node(self, node: str) -> None:
-        """Say what the node is called, once."""
+        """Set the name of the node, once."""
         self.__dict__['name'] = node
 
     def __getitem__(self, index: Any) -> Any:
@@ -84,5 +84,5 @@ def describe_sources_with(function: Optional[Callable[[Source], Optional[str]]])
 
 
 def describe_source(source: Source) -> str:
-    """What to call a source in a sentence: its place in a file where that is known."""
+    """The name of a source in a text: its place in a file where that is known."""
     return (_describe and _describe(source)) or str(source)

@@ -37,7 +37,7 @@ class TrackedInt(int, metaclass=TrackedType):
 
 
 class TrackedBool(int, metaclass=TrackedType):
-    """A bool with provenance: an int that shows itself as a bool, since bool takes no subclasses."""
+    """A bool with provenance: an int that prints as a bool, because bool cannot be subclassed."""
 
     _plain: bool
 
@@ -156,7 +156,9 @@ def _of_terms(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> tuple:
     leaves = tuple([(new(at, (SOURCE, source, None), 1), slope) for source, at, slope in terms])
     if len(leaves) == 1 and leaves[0][1] == 1:
         leaf = leaves[0][0]
-        if leaf == value and type(leaf._plain) is type(value):
+        # A location that is not set yet may hold NaN, which does not equal itself.
+        is_same = leaf == value or (leaf != leaf and value != value)
+        if is_same and type(leaf._plain) is type(value):
             return leaf._record
     return AFFINE, leaves, True
 
@@ -172,7 +174,7 @@ def resolve(value: Any) -> tuple:
         size = made._size
         difference = 0 if isinstance(made, str) else value._plain - made._plain
         if difference and record[0] is not AFFINE:
-            # The value was rounded on its way, to 32 bits say; what was lost stays as a constant.
+            # The value was rounded on its way, for example to 32 bits; the difference is kept as a constant.
             record, size = (ops.ADD.left, made, difference), size + 1
     else:
         record = _of_terms(value._plain, made)

@@ -1,1 +1,1 @@
-"""The verbs of the command, a module each, with the names that `rosslt.cli.verb.Verb` tells of."""
+"""The verbs of the command: a module each, with the names that `rosslt.cli.verb.Verb` lists."""

@@ -48,7 +48,7 @@ ARGUMENTS = [
 ]
 
 
-class Asker:
+class Requester:
     """What the command has of a node that asks others: its name, and what it knows of their locations."""
 
     def __init__(self, name: str, directory: Directory) -> None:
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> None:
             changes = _planned(directory, part, wanted, source)
         else:
             inbox.clear()
-            changes = node.force_value_as(Asker(rospy.get_name(), directory), part, wanted, source, TIMEOUT)
+            changes = node.force_value_as(Requester(rospy.get_name(), directory), part, wanted, source, TIMEOUT)
         changes = {changing: change for changing, change in changes.items() if change.old != change.new}
         if not changes and is_terminal():
             print('nothing to change: it is so already')
@@ -120,7 +120,7 @@ def _chosen(directory: Directory, parts: Dict[str, Any], text: Optional[str]) ->
 def _planned(
     directory: Directory, part: Any, wanted: Any, source: Optional[values.Source]
 ) -> Dict[values.Source, node.Change]:
-    """{Source: Change(old, new)} as far as it is known without asking for the change."""
+    """{Source: Change(old, new)} as far as it is known without requesting the change."""
     new = values.solve(part, wanted, source, **directory.limits(values.sources(part), TIMEOUT))
     old = source_values(part)
     return {changing: node.Change(old[changing], value) for changing, value in new.items()}
@@ -134,7 +134,7 @@ def _wait_until_seen(
     changes: Dict[values.Source, node.Change],
     options: argparse.Namespace,
 ) -> None:
-    """Wait for a message of the same publisher that was made after the change, and look what it says.
+    """Wait for a message of the same publisher that was made after the change, and check its value.
 
     Raises:
         Failure: it does not have the wanted value.

@@ -1,4 +1,4 @@
-"""`rosslt reset`: go back to what the code says."""
+"""`rosslt reset`: restore the values in the code."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""`rosslt run`: a node that was not written for this, with provenance."""
+"""`rosslt run`: an unmodified node, with provenance."""
 
 import argparse
 import os
@@ -7,7 +7,7 @@ import sys
 from rosslt.cli.verb import RUN, Argument
 
 GROUP = RUN
-SUMMARY = 'a node that was not written for this, with provenance'
+SUMMARY = 'an unmodified node, with provenance'
 DESCRIPTION = """\
 Run a rospy node as it is, with its number literals as locations and its parameters as sources. It behaves as when it
 is run by itself. What cannot be tracked runs untracked, with a line that says why.
@@ -30,7 +30,7 @@ ARGUMENTS = [
     Argument('node', nargs=argparse.REMAINDER, metavar='PACKAGE NODE | FILE', help='and the arguments of the node'),
 ]
 
-#: It becomes the node: what that raises, and how it exits, is its own.
+#: This verb becomes the node: exceptions and the exit code are the node's own.
 TAKES_OVER = True
 
 

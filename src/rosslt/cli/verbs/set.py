@@ -8,7 +8,7 @@ from rosslt.cli.directory import Directory, call, find
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
 from rosslt.cli.output import write_change
-from rosslt.cli.scalars import scalar
+from rosslt.cli.scalars import parse_scalar
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> None:
     master, directory = find_master(), Directory()
     place = find(master, directory, options.location)
     try:
-        value = scalar(options.value, place.location.type)
+        value = parse_scalar(options.value, place.location.type)
     except ValueError as error:
         raise Failure(f'{place.name}: {error}') from None
     request = srv.ChangeSourcesRequest([place.location.id], [node.to_json(value)], 'rosslt set')

@@ -1,4 +1,4 @@
-"""Drags: what hands on handles ask of the sources, and what comes of it.
+"""Drags: which changes of sources a dragged handle requests, and what happens to them.
 
 Like `scene`, nothing here knows of RViz: a view reports what a hand does (`Drags.move`, `Drags.release`). `drag` is one
 drag, `changes` turns a wanted pose into changes of sources, `guard` holds back answers that leap, and `wording` says in

@@ -1,16 +1,16 @@
-"""From where a hand wants a thing to what its sources must become, and on to their owners."""
+"""From the pose that a drag asks for to new values of the sources, and the request to their owners."""
 
 import math
 from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt import node, values
 
-#: A little change, against the size of what is changed.
+#: A small change, relative to the size of the value.
 NUDGE = 1e-3
 
 
 class Plan(NamedTuple):
-    """What sources are to become.
+    """The planned values of sources.
 
     Attributes:
         before: {Source: present value}.
@@ -81,7 +81,7 @@ def to_request(found: Plan, applied: Dict[Any, Any]) -> Dict[Any, Tuple[Any, Any
 
 
 def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float, request_id: str) -> Dict[Any, Any]:
-    """Have sources become what is wanted of them.
+    """Request new values of sources from their owners.
 
     Args:
         wanted: {Source: (present value, new value)}.
@@ -111,7 +111,7 @@ def held_for(source: Any, tracked: Sequence[Any]) -> List[Any]:
 def _nearest(
     tracked: Sequence[Any], targets: Sequence[float], present: Dict[Any, Any], limits: Dict[str, Any]
 ) -> Tuple[Dict[Any, Any], float]:
-    """As `values.nearest`, by the sources of the lowest rank that come any nearer: counters and times stay."""
+    """As `values.nearest`, with the sources of the lowest rank that help: counters and times do not change."""
     ranks = limits.get('rank', {})
     found: Dict[Any, Any] = {}
     gap = math.inf

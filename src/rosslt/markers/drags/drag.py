@@ -8,7 +8,7 @@ from rosslt.markers.drags.guard import Guard
 from rosslt.markers.geometry import PoseTuple, are_same_rotation, normalized, turn_without_noise, without_noise
 from rosslt.markers.scene.handle import Handle
 
-#: What numbers in 32 bits may be off, against their size or 1.
+#: The rounding error of 32-bit numbers, relative to their size or 1.
 NOISE = 1e-6
 
 

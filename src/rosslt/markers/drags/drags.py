@@ -1,4 +1,4 @@
-"""All drags of a scene: what is asked of the sources while a hand moves, and what is said of it.
+"""All drags of a scene: which changes are requested while the mouse moves, and which messages are shown.
 
 What hands do is only noted as it is reported. One thread of its own asks the owners, the newest
 position first and as often as the rate allows, and waits for their answers.
@@ -19,10 +19,10 @@ from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
 
-#: A view reports several times a second while a button is down; a hand that is silent for so many is gone.
+#: A view reports several times a second while a button is down; after so many seconds of silence, the drag is over.
 HAND_TIMEOUT = 3.0
 
-#: How far off its target, in the unit of the thing, a drag may end without a word.
+#: How far from its target a drag may end without a message, in the unit of the coordinate.
 NOTICEABLE = 1e-3
 
 #: How many drags of one handle can be undone.
@@ -101,7 +101,7 @@ class Drags:
                 self._wake.notify()
 
     def undo(self, name: str) -> None:
-        """Have the sources of a handle become what they were before its last drag."""
+        """Restore the values that the sources of a handle had before its last drag."""
         handle, past = self._scene.handle(name), self._past.get(name)
         if handle is None:
             return
@@ -139,7 +139,7 @@ class Drags:
                 self._follow(drag)
             except rospy.ROSInterruptException:
                 return
-            except Exception:  # one drag that goes wrong must not end all others
+            except Exception:  # an error in one drag must not end the others
                 rospy.logerr('%s: the drag failed\n%s', drag.handle.name, traceback.format_exc())
                 self._scene.let_go(drag.handle.name)
 
@@ -165,7 +165,7 @@ class Drags:
         return None
 
     def _follow(self, drag: Drag) -> None:
-        """Have the sources follow a drag to where it is."""
+        """Change the sources so that the handle is where the drag is."""
         pose, is_last = drag.pose, drag.is_over
         # An owner that was silent until after the release is not asked again: it has been waited for.
         is_silent = isinstance(drag.refusal, node.SourceUnreachable) and drag.answered > drag.heard
@@ -218,7 +218,7 @@ class Drags:
         # What has been applied already may not be in the last message yet.
         before = {**plan.before, **{source: value for source, value in drag.after.items() if source in plan.before}}
         source = drag.guard.leap(drag.applied_at or drag.start, pose, before, plan.after, tracked)
-        # Whoever lets go there has been told what will become of it, or has not seen the sources follow at all.
+        # On release it is applied: the handle has shown the value, or the sources have not followed this drag at all.
         if source is None or (drag.is_over and (drag.is_withheld or drag.applied_at is None)):
             drag.is_withheld = False
             return False
@@ -226,12 +226,12 @@ class Drags:
         text = '{} would leap from {:.4g} to {:.4g}'.format(
             self._name_of(source), plan.before[source], plan.after[source]
         )
-        self._scene.say(handle, text if drag.is_over else text + ': let go here to have it so')
+        self._scene.say(handle, text if drag.is_over else text + ': release here to apply it')
         return True
 
     def _say_how_far(self, handle: Handle, plan: changes.Plan) -> None:
-        # A whole number always stays a little off; that is no limit that anybody has to be told of.
+        # A whole number rarely fits exactly; that is not worth a message.
         is_whole = any(isinstance(value, int) for value in plan.after.values())
         if plan.gap > NOTICEABLE and not is_whole:
             reasons: List[str] = [wording.limit(plan.stops, self._name_of)] if plan.stops else []
-            self._scene.say(handle, '; '.join(reasons) or 'as far as it goes')
+            self._scene.say(handle, '; '.join(reasons) or 'as near as possible')

@@ -1,4 +1,4 @@
-"""Answers that leap: a small move of the hand that would move a source far.
+"""Leaps: answers in which a small movement of the mouse would move a source far.
 
 It happens near singular places (an arrow that points at the eye), and where an equation has many answers of which the
 near one has just gone. Such an answer is not applied while the mouse moves.

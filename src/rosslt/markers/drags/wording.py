@@ -1,11 +1,11 @@
-"""What hands are told, in few words, with what matters first."""
+"""Short texts for handles, with the important part first."""
 
 import re
 from typing import Any, Dict
 
 from rosslt import node
 
-#: What is cut to a few digits: nobody reads sixteen of them beside a marker.
+#: Numbers that are shortened to a few digits beside a marker.
 LONG_NUMBER = re.compile(r'-?\d+\.\d{4,}(e[-+]?\d+)?')
 
 #: What a node says before the reason of a setter that refuses, and the name of the error that it raised.

@@ -43,7 +43,7 @@ class Display:
         self._differ: Set[str] = set()
 
     def connect(self, drags: Drags, add_menu: Callable[[Any, Handle], None]) -> None:
-        """Before the first handle is put: what comes of hands.
+        """Connect drags and menus, before the first handle is added.
 
         Args:
             drags: told of what hands do.
@@ -76,7 +76,7 @@ class Display:
         """Put a note beside a handle."""
         self._notes.put(handle, text)
 
-    # What the node asks.
+    # For the node.
 
     def redraw(self, name: str) -> None:
         """Have a marker drawn anew, as its menu has changed."""
@@ -121,7 +121,7 @@ class Display:
             try:
                 self._server.insert(controls.handle_marker(handle, self._can_change, name in self.free), self._feedback)
                 self._add_menu(self._server, handle)
-            except Exception:  # one thing that cannot be drawn must not keep all others from being shown
+            except Exception:  # a thing that cannot be drawn must not prevent the others from being shown
                 rospy.logerr('%s cannot be shown\n%s', name, traceback.format_exc())
         elif shown[1] != handle.pose:
             self._server.setPose(name, controls.pose_message(handle.pose))

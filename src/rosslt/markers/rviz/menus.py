@@ -15,10 +15,10 @@ from rosslt.markers.rviz.display import Display
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
 
-#: For how long values have to stay before a menu is drawn anew with them, in seconds: RViz closes one that is open.
-SETTLED = 2.0
+#: For how long values must stay the same before a menu shows them, in seconds: RViz closes an open menu that changes.
+SETTLING_TIME = 2.0
 
-#: Slopes below this count as none.
+#: Slopes below this are treated as 0.
 NO_EFFECT = 1e-6
 
 HEADING = 'A drag changes'
@@ -96,7 +96,7 @@ class Menus:
         menu.apply(server, name)
 
     def check(self, count: int) -> None:
-        """Look at some handles, in turns: whether their menus say what is so."""
+        """Check whether the menus of some handles, in turns, are up to date."""
         if not self._unchecked:
             self._unchecked = self._display.names()
         for name in self._unchecked[-count:]:
@@ -125,7 +125,7 @@ class Menus:
         if latest != present:
             self._latest[name] = (present, now)
             return False
-        return now - since > SETTLED
+        return now - since > SETTLING_TIME
 
     def _draw(self, handle: Handle) -> Drawn:
         sources = tuple(values.sources(handle.tracked))
@@ -164,7 +164,7 @@ def choices_of(tracked: List[Any], read_only: Tuple[Any, ...]) -> List[Choice]:
         if source not in read_only and max(map(abs, slopes)) > NO_EFFECT
     ]
     default = changes.default_sources(tracked, read_only) or can
-    # To choose a source makes a difference only where a value has another one, too.
+    # Choosing a source makes a difference only where a value has several.
     others = [
         source
         for source in can

@@ -18,7 +18,7 @@ from rosslt.markers.scene.topics import Watch
 #: How often markers follow messages, in Hz: as often as RViz draws.
 FRAME_RATE = 30.0
 
-#: In how many menus, each time, to look for sources that are new.
+#: How many menus are checked for new sources each time.
 MENUS_CHECKED = 10
 
 

@@ -1,4 +1,4 @@
-"""Notes: what a hand ought to be told, as text in front of the handle for a few seconds."""
+"""Notes: messages about a drag, as text in front of the handle for a few seconds."""
 
 import textwrap
 import time

@@ -1,4 +1,4 @@
-"""Handles on messages that are no Markers but stand in RViz all the same: one row of a table for each type.
+"""Handles on messages that are not Markers but are shown in RViz: one row of a table for each type.
 
 RViz draws most of them without a size, or with one that is set in RViz itself; the handles on them are balls.
 """
@@ -112,7 +112,7 @@ ACTION_GOAL = MessageKind(action_goal)
 
 
 def kind_of(message_class: Any) -> Optional[MessageKind]:
-    """The row for a class of messages, None where it is nothing to be seen."""
+    """The row for a class of messages; None for classes that RViz does not show."""
     row = KINDS.get(message_class._type)
     if row is None and message_class._type.endswith('ActionGoal'):
         fields = dict(zip(message_class.__slots__, message_class._slot_types))

@@ -1,4 +1,4 @@
-"""What a handle is to those who show it and to those who drag it."""
+"""The interface of a handle, for views that show it and for drags."""
 
 from typing import Any, Hashable, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
@@ -109,7 +109,7 @@ class View(Protocol):
         ...
 
     def say(self, handle: Handle, text: str) -> None:
-        """Tell whoever looks something about a handle."""
+        """Show a message at a handle."""
         ...
 
 

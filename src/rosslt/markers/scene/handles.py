@@ -20,7 +20,7 @@ from rosslt.markers.scene.shapes import AXIS_COLORS, cube, pose_tuple, sphere
 #: The smallest size of a scaled thing that a drag can ask for, in metres: RViz draws nothing of size zero.
 SMALLEST_SCALE = 1e-3
 
-#: What a computation with floats may be off.
+#: The rounding error of a computation with floats.
 ROUNDING = 1e-12
 
 
@@ -243,7 +243,7 @@ class ScaleHandle:
 
     @property
     def position(self) -> Optional[Tuple[Any, ...]]:
-        """None: a size is no position."""
+        """None: a size has no position."""
         return None
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:

@@ -1,6 +1,5 @@
-"""Why a handle is left alone: a hand holds it, or has dropped it at a place that no message shows yet."""
+"""Why a handle is not moved: it is being dragged, or was dropped at a place that no message shows yet."""
 
-import math
 import time
 from typing import Any, Dict, Optional
 
@@ -53,10 +52,4 @@ class Hold:
     def _shows_the_change(self, handle: Handle) -> bool:
         present = values.source_values(handle.tracked)
         known = [source for source in self._changed or () if source in present]
-        return bool(known) and all(_are_equal(present[source], (self._changed or {})[source]) for source in known)
-
-
-def _are_equal(first: Any, second: Any) -> bool:
-    if isinstance(first, str) or isinstance(second, str):
-        return bool(first == second)
-    return math.isclose(first, second, rel_tol=1e-9, abs_tol=1e-12)
+        return bool(known) and all(values.is_same(present[source], (self._changed or {})[source]) for source in known)

@@ -81,7 +81,7 @@ class JointHandle:
 
     @property
     def position(self) -> Optional[Tuple[Any, ...]]:
-        """None: it is no position."""
+        """None: a joint has no position of its own."""
         return None
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:

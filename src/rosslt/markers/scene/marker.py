@@ -1,7 +1,7 @@
 """Which handles follow from Markers.
 
 RViz shows ordinary messages by itself. Tracked types (`MarkerTracked`) it does not know, so that the handles
-draw the thing as well; over what RViz shows they lay a ghost of the thing to grab.
+draw the thing as well; over what RViz shows they lay a see-through copy of the thing to grab.
 """
 
 from typing import Any, Hashable, Iterator, List, Sequence
@@ -25,7 +25,7 @@ COLOR: Vector = (1.0, 0.6, 0.1)
 OVERLAP, LEAST_OVERLAP = 1.03, 0.014
 
 #: How opaque that shape is, against the one it covers: over it, it is not noticed; dragged away, it is seen.
-GHOST = 0.3
+OVERLAY_ALPHA = 0.3
 
 SHAPES = frozenset([Marker.CUBE, Marker.SPHERE, Marker.CYLINDER])
 LINES = frozenset([Marker.LINE_STRIP, Marker.LINE_LIST])
@@ -87,7 +87,7 @@ def marker_handles(topic: str, marker: Any, is_shown: bool, settings: Settings) 
 def scale_handles(
     name: str, frame: str, place: PoseTuple, marker: Any, has_points: bool, size: float
 ) -> Iterator[ScaleHandle]:
-    """A handle for each tracked size of a marker that RViz heeds."""
+    """A handle for each tracked size of a marker that RViz uses."""
     scale = marker.scale
     for axis, (field, value) in enumerate((('x', scale.x), ('y', scale.y), ('z', scale.z))):
         if has_source(value):
@@ -195,11 +195,11 @@ def marker_shape(marker: Any, is_shown: bool) -> Any:
     place.orientation.w = 1.0
     shape.pose = place
     if is_shown:
-        # The scale of these two is a factor, and no size.
+        # The scale of these two is a factor, not a size.
         least = 0.0 if marker.type in (Marker.MESH_RESOURCE, Marker.TRIANGLE_LIST) else LEAST_OVERLAP
         for axis in 'xyz':
             size = getattr(shape.scale, axis)
             setattr(shape.scale, axis, max(OVERLAP * size, size + least))
         for color in (shape.color, *shape.colors):
-            color.a *= GHOST
+            color.a *= OVERLAY_ALPHA
     return shape

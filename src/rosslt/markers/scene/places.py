@@ -29,7 +29,7 @@ class Places:
         self._hidden: Dict[str, None] = {}
 
     def is_shown(self, name: str) -> bool:
-        """Whether a handle need not give way to another one."""
+        """Whether a handle is shown, not hidden by another one at its place."""
         return name not in self._hidden
 
     def put(self, handle: Handle) -> List[str]:
@@ -86,7 +86,7 @@ def _place_of(handle: Handle) -> Optional[Place]:
     if not tracked:
         return None
     which = tuple([has_source(value) for value in position])
-    # Most values come straight from a source, which is told much faster.
+    # Most values are a source itself, which is recognized much faster.
     origins = values.origins(tracked)
     if origins is not None:
         return (handle.frame, which, tuple([(source,) for source in origins]))

@@ -7,7 +7,7 @@ import numpy
 from rosslt import values
 from rosslt.markers.geometry import AXES, Vector, inverse, normalized, product, rotate_vector
 
-#: Rates below this count as none.
+#: Rates below this are treated as 0.
 SMALL = 1e-6
 
 

@@ -51,7 +51,7 @@ class Scene:
         self._mortal: Dict[Tuple[str, Key], Any] = {}  # (topic, key) -> when it expires, a rospy.Time
         self._warned: Dict[str, float] = {}  # what has been warned of -> when
 
-    # What views and drags ask.
+    # For views and drags.
 
     def add_view(self, view: View) -> None:
         """Show everything to a view, now and from now on."""
@@ -80,7 +80,7 @@ class Scene:
             return found
 
     def say(self, handle: Handle, text: str) -> None:
-        """Tell whoever looks something about a handle."""
+        """Show a message at a handle."""
         with self.lock:
             for view in self._views:
                 view.say(handle, text)
@@ -99,10 +99,10 @@ class Scene:
                     self.say(handle, '{}: {}'.format(node, text))
                     return
 
-    # What hands do.
+    # For drags.
 
     def hold(self, name: str) -> None:
-        """A hand has taken hold of a handle: leave it alone."""
+        """A drag of a handle begins: messages do not move it until the drag is over."""
         with self.lock:
             self._holds[name] = Hold()
 
@@ -137,7 +137,7 @@ class Scene:
                 if handle is not None and hold.is_left_alone():
                     self.say(handle, 'changed, but not shown yet: nothing has been sent again')
 
-    # What messages do.
+    # For messages.
 
     def take(self, topic: str, message: Any, is_shown: bool) -> None:
         """Follow a message of any type that is watched.
@@ -208,7 +208,7 @@ class Scene:
             self._warn('{} on {}: marker {}/{} has the unknown action {}'.format(publisher, topic, *key, marker.action))
 
     def _warn(self, text: str) -> None:
-        """Say what is wrong with a message, not with each one of its kind."""
+        """Warn of a fault in a message, once for messages with the same fault."""
         now = time.monotonic()
         if now - self._warned.get(text, -WARN_PERIOD) >= WARN_PERIOD:
             self._warned = {known: when for known, when in self._warned.items() if now - when < WARN_PERIOD}
@@ -266,7 +266,7 @@ class Scene:
 
 
 def _fault(marker: Any) -> Optional[str]:
-    """What keeps a marker from being shown, or None."""
+    """Why a marker cannot be shown, or None."""
     if not marker.header.frame_id:
         return 'has no frame_id'
     if marker.type not in markers.KINDS:

@@ -1,4 +1,4 @@
-"""What is watched: topics of types that RViz shows, ordinary ones and tracked ones, as they come and go."""
+"""The watched topics: those of types that RViz shows, ordinary and tracked ones, as they appear and disappear."""
 
 import threading
 import traceback
@@ -22,7 +22,7 @@ def visible_types() -> Set[str]:
 
 
 class Watch:
-    """Subscriptions to everything worth watching.
+    """Subscriptions to all topics whose messages can have handles.
 
     Args:
         scene: takes the messages.

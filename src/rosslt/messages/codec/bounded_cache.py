@@ -1,4 +1,4 @@
-"""A cache that forgets what was put into it first."""
+"""A cache of limited size that drops its oldest entries."""
 
 import threading
 from typing import Dict, Generic, Hashable, Optional, TypeVar
@@ -7,7 +7,7 @@ Value = TypeVar('Value')
 
 
 class BoundedCache(Generic[Value]):
-    """Remembers the values that were put into it last. Several threads may use it.
+    """Keeps the values that were put into it last. Several threads may use it.
 
     Args:
         size: how many.

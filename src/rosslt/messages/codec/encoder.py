@@ -71,7 +71,7 @@ def encode(message: Any, full_history: bool = False) -> bytes:
         )
         del found[FIELD_LIMIT:]
     while found:
-        data = _encoded(message._type, found, full_history)
+        data = _like_the_last(message._type, found, full_history)
         if len(data) <= BYTES_LIMIT:
             return data
         warn_once(
@@ -82,6 +82,30 @@ def encode(message: Any, full_history: bool = False) -> bytes:
         )
         del found[len(found) // 2 :]
     return b''
+
+
+class _Last(NamedTuple):
+    """What was encoded last of a message type: its leaves, by index and identity, and the result."""
+
+    indices: List[int]
+    ids: List[int]
+    leaves: Sequence[Leaf]  # which keeps the identities from being given to others
+    data: bytes
+
+
+_last: Dict[Tuple[str, bool], _Last] = {}
+
+
+def _like_the_last(message_type: str, leaves: Sequence[Leaf], full_history: bool) -> bytes:
+    """`_encoded`, remembered for the next message: what stands still is the same values again and again."""
+    key = message_type, full_history
+    indices, ids = [index for index, _, _ in leaves], [id(value) for _, value, _ in leaves]
+    last = _last.get(key)
+    if last is not None and last.ids == ids and last.indices == indices:
+        return last.data
+    data = _encoded(message_type, leaves, full_history)
+    _last[key] = _Last(indices, ids, list(leaves), data)
+    return data
 
 
 def provenance_to_send(message: Any, full_history: bool = False) -> bytes:
@@ -158,7 +182,7 @@ class _KnownTemplate(NamedTuple):
     """The template of fields of one shape."""
 
     template: Optional[Template]
-    """None where a field cannot be sent, of which there is a warning each time."""
+    """None where a field cannot be sent; then each message logs a warning."""
     order: Optional[Tuple[int, ...]]
     """In which order the values of sources come in it; None where that is the order of their appearance."""
 
@@ -296,7 +320,7 @@ class _Encoder:
         for (index, leaf, kind), root in zip(leaves, roots):
             code, *operands = instructions[root]
             if root in sourceless:
-                continue  # What was received with it was refused.
+                continue  # its received provenance was refused
             if code == SOURCE and type(operands[1]) is TYPE_OF_KIND[kind] and _is_same(operands[1], leaf):
                 self.fields.append((index, self.tables.source(operands[0]), None, False))
             else:

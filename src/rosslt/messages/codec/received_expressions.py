@@ -46,7 +46,7 @@ class ReceivedExpressions:
             try:
                 self._made = computed(self._instructions)
             except Exception as error:
-                # This happens where somebody asks for the provenance, who has nothing to do with what was sent.
+                # Raised here, it would reach the code that reads the value, which did not send the message.
                 self._fault = str(error) or type(error).__name__
         fault = self._fault
         if self._made is not None:
@@ -116,9 +116,10 @@ def _text_size(operation: Operation, operands: Sequence[Any], kinds: Any) -> int
 
 
 def agrees(made: Any, expected: Any, kind: str) -> bool:
-    """Whether a value is the one in a field, as far as fields and machines can agree.
+    """Whether a value equals the one in a field, but for the rounding of fields and machines.
 
-    A field of 32 bits rounds, and the last digits of a sine differ from one machine to another.
+    A field of 32 bits rounds, and the last digits of a sine differ from one machine to another. The tolerances are
+    wider than those of `values.is_same`, as the numbers may have been large on the way.
     """
     if kind == 's' or isinstance(made, str):
         return isinstance(made, str) and made == expected

@@ -27,7 +27,7 @@ class SourceTable(NamedTuple):
 
     nodes: Sequence[str]
     source_nodes: Sequence[int]
-    """Of each source the number of its node."""
+    """For each source the number of its node."""
     ids: bytes
     """The location ids, 6 bytes each."""
 
@@ -60,7 +60,7 @@ class ReceivedTables(NamedTuple):
 
     sources: SourceTable
     values: Sequence[Any]
-    """Of each source its value; None where there is none."""
+    """For each source its value; None where no value was sent."""
     coefficients: Sequence[Any]
     """From number 1; number 0 is None."""
     source_lists: Sequence[Tuple[int, ...]]

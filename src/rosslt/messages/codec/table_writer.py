@@ -54,7 +54,7 @@ def checked(value: Any) -> Any:
 
 
 def _key(value: Any) -> Any:
-    """What tells a value from all others: 0.0 and -0.0 are equal, and so are 1, 1.0 and True."""
+    """A key that is different for different values, also for 0.0 and -0.0, and for 1, 1.0 and True."""
     kind = type(value)
     return (kind, value) if value or kind is not float else (kind, str(value))
 

@@ -13,7 +13,7 @@ from rosslt.values import Source
 Terms = Sequence[Tuple[Source, Any, Any]]
 
 AffineField = Tuple[int, Optional[Source], Terms]
-"""What the wire says of one affine leaf: its index, and its source where it is that itself, else None and its terms."""
+"""One affine leaf on the wire: its index, and its source where it is a source itself, else None and its terms."""
 
 
 class Parts(NamedTuple):

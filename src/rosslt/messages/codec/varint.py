@@ -23,12 +23,12 @@ def zigzag(number: int) -> int:
 
 
 def unzigzag(number: int) -> int:
-    """What `zigzag` was given."""
+    """The inverse of `zigzag`."""
     return number >> 1 if not number & 1 else -(number >> 1) - 1
 
 
 def is_whole(number: float) -> bool:
-    """Whether a float is sent as an integer. Of a negative zero the sign would be lost."""
+    """Whether a float is sent as an integer. Negative zero is not: it would lose its sign."""
     return number.is_integer() and -SMALL < number < SMALL and (number != 0 or math.copysign(1, number) > 0)
 
 
@@ -46,7 +46,7 @@ def packed(numbers: Sequence[int]) -> bytes:
 
 
 class Reader:
-    """Reads columns from bytes, and checks each length against what is there before it makes anything of it."""
+    """Reads columns from bytes, and checks each length against the remaining data before using it."""
 
     def __init__(self, data: bytes) -> None:
         self.data = data

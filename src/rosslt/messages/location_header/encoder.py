@@ -24,7 +24,7 @@ from rosslt.values import (
 def to_paper_header(message: Any, ids: PaperIds) -> LocationHeader:
     """The provenance of a message's tracked leaves, as the C++ library has it.
 
-    A leaf that no expression of it can express (the slope of its left-most source is zero, say) is left out.
+    A leaf that its expressions cannot express (for example because the slope of its left-most source is 0) is left out.
 
     Args:
         message: any message.

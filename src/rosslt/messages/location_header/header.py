@@ -38,7 +38,7 @@ class LocationHeader(NamedTuple):
 
 
 class PaperIds:
-    """Gives locations ids of 31 bits, and knows them again: a bridge holds one for all messages."""
+    """Gives locations ids of 31 bits and remembers them: a bridge has one for all messages."""
 
     def __init__(self) -> None:
         self._numbers: Dict[Source, int] = {}

@@ -23,7 +23,7 @@ from rosslt.values import Error
 
 
 class CannotGenerate(Error):
-    """What was asked for cannot be written; nothing was."""
+    """The files cannot be written; none was changed."""
 
 
 def tracked_names(types: Sequence[str], name: Optional[str] = None) -> Dict[str, str]:
@@ -100,7 +100,7 @@ class File(NamedTuple):
     path: str
     text: str
     present: Optional[str]
-    """What is in it now; None if there is none."""
+    """The present content; None if the file does not exist."""
 
 
 def plan_files(folder: str, names: Dict[str, str]) -> List[File]:

@@ -19,7 +19,7 @@ from rosslt.values import is_tracked
 #: How long tf2 keeps transforms where it is not told, in seconds.
 DEFAULT_CACHE_TIME = 10.0
 
-#: How far a number may be off what tf2 says, against its size, or 1 where it is smaller.
+#: How far a number may differ from tf2's, relative to its size, or absolutely below 1.
 TOLERANCE = 1e-9
 
 
@@ -73,7 +73,7 @@ class Buffer(tf2_ros.Buffer):
     def _forget(self) -> None:
         self._parents: Dict[str, str] = {}
         self._static: Set[str] = set()
-        # Of the frames with provenance only: a program whose frames have none pays next to nothing.
+        # Only for frames with provenance: without them, lookups cost almost nothing extra.
         self._samples: Dict[str, Union[StaticSamples, MovingSamples]] = {}
 
     def _keep(self, transform: Any, is_static: bool) -> None:

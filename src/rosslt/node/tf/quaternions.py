@@ -14,7 +14,7 @@ Numbers = Tuple[Any, ...]
 
 _sin, _cos, _atan2, _hypot = (MATH[name] for name in ('sin', 'cos', 'atan2', 'hypot'))
 
-#: A quaternion this near to straight up or down, against its own length, does not tell roll from yaw.
+#: A quaternion this near to a pitch of +-90 degrees, relative to its length, does not determine roll and yaw.
 _GIMBAL_LOCK = 1e-15
 
 
@@ -73,7 +73,7 @@ def rotated(vector: Any, quaternion: Any) -> Numbers:
 
 
 def products(*pairs: Any) -> Any:
-    """The sum of the products of pairs. What a plain 0 multiplies counts for nothing, and does not become a source."""
+    """The sum of the products of pairs. A factor of a plain 0 is left out, so it does not become a source."""
     counting = [a * b for a, b in pairs if not (_is_zero(a) or _is_zero(b))]
     return functools.reduce(operator.add, counting) if counting else 0.0
 

@@ -228,7 +228,7 @@ def where(condition: Any, *choices: Any) -> Any:
 
 
 def question(name: str) -> Callable[..., Any]:
-    """A ufunc that asks about numbers; the answer is plain."""
+    """A ufunc that is a predicate of numbers; its result is plain."""
     ufunc = getattr(np, name)
 
     @functools.wraps(ufunc)

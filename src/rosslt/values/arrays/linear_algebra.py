@@ -53,7 +53,7 @@ def eliminated(matrix: Any, right: Any) -> Tuple[List[List[Any]], List[List[Any]
 
 
 def divided(row: List[Any], head: Any) -> List[Any]:
-    """A row divided by a number; what is 0 and stays so is left out of the expressions."""
+    """A row divided by a number; plain zeros are left out of the expressions."""
     return [part if is_plain_zero(part) else part / head for part in row]
 
 
@@ -63,7 +63,7 @@ def reduced(row: List[Any], factor: Any, other: List[Any]) -> List[Any]:
 
 
 def is_plain_zero(x: Any) -> bool:
-    """Whether a number is 0 and stays so: a tracked 0 may change."""
+    """Whether a number is a plain 0: a tracked 0 may change."""
     return type(x) in (float, int) and x == 0
 
 

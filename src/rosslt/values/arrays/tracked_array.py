@@ -59,7 +59,7 @@ def with_objects_or_plain(function: Callable[..., Any], args: Iterable[Any], kwa
     try:
         result = function(*each(unwrapped, list(args)), **each(unwrapped, dict(kwargs)))
     except TypeError:
-        # A question about numbers (isfinite), a computation in floats (fft), an array of floats to write to.
+        # A predicate (isfinite), a computation in floats (fft), or an array of floats to write to.
         result = function(*each(plain_array, list(args)), **each(plain_array, dict(kwargs)))
     return wrapped(result)
 

@@ -49,18 +49,18 @@ QUARTER = TURN / 4
 
 MOST_BITS = 2**20
 MOST_DIGITS = 10**4
-"""While a solver tries out exponents, counts and digits it must not fill the memory."""
+"""Limits for exponents, counts and digits that a solver tries, so that it does not fill the memory."""
 
 
 def power(a: Any, b: Any) -> Any:
-    """`a ** b`, refused for whole numbers that would take longer to write down than anybody waits for."""
+    """`a ** b`, refused for whole numbers too long to be computed."""
     if isinstance(a, int) and isinstance(b, int) and a.bit_length() * b > MOST_BITS and a not in (1, -1):
         raise OverflowError('%r ** %r is too large' % (a, b))
     return a**b
 
 
 def repetition(a: str, b: int) -> str:
-    """`a * b`, refused for texts that no message holds."""
+    """`a * b`, refused for texts that are too long for a message."""
     if len(a) * b > MOST_BITS:
         raise OverflowError('a text of %d characters is too large' % (len(a) * b))
     return a * b
@@ -82,7 +82,7 @@ def cube_root(a: float) -> float:
     return root - (root - a / (root * root)) / 3 if root else root
 
 
-# A formula sheet: it is set by hand.
+# A formula sheet, formatted by hand.
 # fmt: off
 
 ADD = operation(

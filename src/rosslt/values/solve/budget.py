@@ -19,7 +19,10 @@ MOST_WORK_OF_RESULTS = 400_000
 """... and for all of them, in expressions of ordinary size."""
 
 WORK_PER_NODE = 60
-"""What may be done beyond that for each node of a large expression."""
+"""What may be done beyond that for each node of a large expression ..."""
+
+WORK_PER_NODE_ALONE = 400
+"""... and what more for each that belongs to one result alone, of which a long chain may need many evaluations."""
 
 WORK_OF_A_CALL = 12
 """What an evaluation costs besides its operations."""
@@ -51,7 +54,8 @@ class Budget:
     @classmethod
     def of(cls, graph: Graph, results: int = 1) -> 'Budget':
         """The budget for solving for so many results of a graph."""
-        return cls(min(WORK_OF_A_RESULT * results, MOST_WORK_OF_RESULTS) + WORK_PER_NODE * len(graph.nodes))
+        work = min(WORK_OF_A_RESULT * results, MOST_WORK_OF_RESULTS)
+        return cls(work + (WORK_PER_NODE + WORK_PER_NODE_ALONE / results) * len(graph.nodes))
 
     def share(self, part: float) -> 'Budget':
         """A part of what is left, taken out of it; give back with `refund` what of it was not needed."""

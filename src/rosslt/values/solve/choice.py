@@ -14,19 +14,18 @@ from ..explain import brief
 from ..graph import Graph, evaluate
 from ..operations import SOURCE
 from ..operations.inverses import refuse
-from ..operations.table import ADD, DIVIDE, MULTIPLY, SUBTRACT
 from ..sources import Source, describe_source
 from ..tracked import TRACKED, TrackedFloat, plain_scalar
 from ..tree import paired
 from .budget import UNDEFINED, Budget
+from .chain import solve_chain
 from .equations import Goal, size_of
 from .one import Attempt, written
 from .several import System
+from .simplest import simplest
 
 Bounds = Mapping[Source, Tuple[Any, Any]]
 Rank = Union[Mapping[Source, int], Callable[[Source], int]]
-
-PLUS, MINUS, TIMES, OVER = ADD.left, SUBTRACT.left, MULTIPLY.left, DIVIDE.left
 
 
 class Freedom(NamedTuple):
@@ -110,7 +109,7 @@ def solve(
     """
     if type(value) is TrackedFloat and source is None and sources is None and not bounds and not read_only:
         # A chain has one source, so that ranks do not matter.
-        answer = _along_chain(value, target)
+        answer = solve_chain(value, target)
         if answer is not None:
             return answer
     only = sources if source is None else [source]
@@ -131,57 +130,6 @@ def _rank_of(rank: Optional[Rank]) -> Callable[[Source], int]:
         ranks = rank
         return lambda source: ranks.get(source, 0)
     return rank
-
-
-def _along_chain(value: Any, target: Any) -> Optional[Dict[Source, float]]:
-    """The answer for a chain of operations on one float source; None where that is not so simple.
-
-    The four operations that most chains consist of are written out, which saves two calls each; what they do is
-    what the table says. Without it, solving a chain of 50 operations takes 10 times as long.
-    """
-    if type(target) is not float:
-        return None
-    records = []
-    wanted = target
-    record = value._record
-    try:
-        while True:
-            form, first, second = record
-            if form is PLUS:
-                wanted = wanted - second
-            elif form is TIMES:
-                wanted = wanted / second
-            elif form is MINUS:
-                wanted = wanted + second
-            elif form is OVER:
-                wanted = wanted * second
-            elif form.single_operand:
-                wanted = form.inverse(wanted, first._plain, second)
-            else:
-                break
-            records.append(record)
-            record = first._record
-        leaf = records[-1][1] if records else value
-        if form is not SOURCE or type(leaf) is not TrackedFloat or type(wanted) is not float:
-            return None
-        if target == value._plain:
-            return {first: leaf._plain}
-        found = wanted
-        for form, _, second in reversed(records):
-            if form is PLUS:
-                found = found + second
-            elif form is TIMES:
-                found = found * second
-            elif form is MINUS:
-                found = found - second
-            elif form is OVER:
-                found = found / second
-            else:
-                found = form.forward(found, second)
-        meets = type(found) is float and abs(found - target) <= 1e-9 * abs(target) and wanted - wanted == 0
-        return {first: wanted} if meets else None
-    except (ArithmeticError, ValueError, TypeError):
-        return None
 
 
 def target_of(value: Any, target: Any) -> Any:
@@ -442,7 +390,7 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
         movable = []
     found = _moved_together(graph, goals, movable, freedom, budget)
     if found is not None and _missed(graph, goals, found) is None:
-        return found
+        return simplest(graph, goals, found, freedom.limits)
     try:
         return _one_after_the_other(graph, goals, freedom, budget)
     except NotInvertible:

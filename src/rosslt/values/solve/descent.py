@@ -77,6 +77,8 @@ class Descents(Equations):
     def _step(self, x: Point, rows: Rows, missing: List[float], damping: float, by_row: bool = True) -> Point:
         """A step towards the results; an unknown at a bound that it would leave stays there."""
         self._budget.spend(work_of_step(rows, len(x)))
+        # With more results than unknowns, one that hardly moves must not count as much as the others.
+        by_row = by_row and len(rows) <= len(x)
         at_bounds = [place for place, (value, (low, high)) in enumerate(zip(x, self._limits)) if not low < value < high]
         if not at_bounds:
             return shortest_step(rows, missing, self._scales, damping, by_row)

@@ -5,7 +5,7 @@ import math
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from ..graph import Graph
-from ..operations.table import DIVIDE
+from ..operations.table import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Trial
 from .least_squares import Rows
@@ -14,26 +14,30 @@ from .one import undone
 Goal = Tuple[str, Any, Any]
 """`(path, tracked value, wanted value)`."""
 
+POLYNOMIAL = (ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE)
+"""Through these, poles are seen."""
+
+MOST_DENOMINATORS, MOST_LOOKED_AT = 6, 40
+
 Point = List[float]
 """A value for each unknown."""
 
 
 class Equation(NamedTuple):
-    """A node's value that is wanted: `value == wanted + factor * other value`.
+    """A node's value that is wanted.
 
     Attributes:
         place: the node's place in the graph.
         wanted: what is wanted of it.
         unit: what a difference of 1 counts.
-        other: the place of another node, None for none.
-        factor: how often that one's value is added.
+        denominators: the places of nodes by which the difference is multiplied, so that it has no poles where these are
+            0: that of `1 / x - 2` is then the one of `1 - 2 * x`.
     """
 
     place: int
     wanted: Any
     unit: float
-    other: Optional[int] = None
-    factor: float = 0.0
+    denominators: Tuple[int, ...] = ()
 
 
 class Equations:
@@ -71,6 +75,9 @@ class Equations:
         self.start = [float(base[graph.occurrences[source][0]]) for source in unknowns]
 
     def _tried(self, x: Point) -> Optional[List[Any]]:
+        """The nodes' values at a point; None where one is not defined, or the point is not finite."""
+        if not all(map(math.isfinite, x)):
+            return None
         return self._trial.tried(dict(zip(self._unknowns, x)))
 
     def _missing(self, values: Optional[List[Any]], equations: Sequence[Equation]) -> Optional[List[float]]:
@@ -79,11 +86,8 @@ class Equations:
             return None
         try:
             missing = [
-                float(
-                    (wanted - values[place] if other is None else wanted + factor * values[other] - values[place])
-                    * unit
-                )
-                for place, wanted, unit, other, factor in equations
+                float((wanted - values[place]) * (unit if not by else unit * _product(values, by)))
+                for place, wanted, unit, by in equations
             ]
         except UNDEFINED:
             return None
@@ -93,10 +97,7 @@ class Equations:
         """The slopes of each node's value, in its unit, for each unknown; without zeros."""
         partials = self._trial.partials(values)
         rows: Rows = [{} for _ in equations]
-        terms = [(row, one.place, one.unit) for row, one in zip(rows, equations)]
-        terms += [
-            (row, one.other, -one.factor * one.unit) for row, one in zip(rows, equations) if one.other is not None
-        ]
+        terms = [term for row, one in zip(rows, equations) for term in _terms(row, one, values)]
         if len(self._unknowns) * 4 < len(equations):
             self._budget.spend(len(self._unknowns) * len(partials))
             for column, source in enumerate(self._unknowns):
@@ -118,7 +119,7 @@ class Equations:
         return rows
 
     def _undone(self, x: Point) -> Optional[List[Equation]]:
-        """The equations with the outermost operations undone, on the branches of a point, quotients as products.
+        """The equations with the outermost operations undone, on the branches of a point, without poles of quotients.
 
         Returns:
             None where there is nothing to undo, or the results are not defined there.
@@ -144,16 +145,56 @@ class Equations:
                     continue
                 b = index[id(second)]
                 if depends[a] and depends[b]:
-                    if form.operation is DIVIDE:
-                        unit = _unit(values[a], wanted * values[b], 0.0)
-                        return Equation(a, 0.0, unit, b, float(wanted))
                     break
                 side = 0 if depends[a] else 1
                 wanted = float(undone(form, form.inverse[side], wanted, values[a], values[b]))
                 place = b if side else a
-            return equation if place == equation.place else Equation(place, wanted, _unit(wanted, values[place], 0.0))
         except UNDEFINED:
-            return equation if place == equation.place else Equation(place, wanted, _unit(wanted, values[place], 0.0))
+            pass
+        denominators = self._denominators(place)
+        if place == equation.place and not denominators:
+            return equation
+        unit = _unit(wanted, values[place], 0.0)
+        try:
+            return Equation(place, wanted, unit * _unit(_product(values, denominators), 0.0, 0.0), denominators)
+        except UNDEFINED:
+            return Equation(place, wanted, unit)
+
+    def _denominators(self, root: int) -> Tuple[int, ...]:
+        """What a sum of products and quotients is to be multiplied by so that it has no poles."""
+        records, index, depends = self._graph.records, self._graph.index, self._trial.depends
+        found: List[int] = []
+        stack = [root]
+        for _ in range(MOST_LOOKED_AT):
+            if not stack:
+                break
+            place = stack.pop()
+            form, first, second = records[place]
+            if not depends[place] or form.operation not in POLYNOMIAL:
+                continue
+            a = index[id(first)]
+            operands = [a] if form.single_operand else [a, index[id(second)]]
+            if form.operation is DIVIDE and (form.position == 1 or not form.single_operand) and depends[operands[-1]]:
+                found.append(operands[-1])
+            stack += operands
+        return tuple(found[:MOST_DENOMINATORS])
+
+
+def _product(values: List[Any], places: Sequence[int]) -> float:
+    product: Any = 1.0
+    for place in places:
+        product *= values[place]
+    return float(product)
+
+
+def _terms(row: Dict[int, float], equation: Equation, values: List[Any]) -> List[Tuple[Dict[int, float], int, Any]]:
+    """The nodes whose slopes, so many times each, add up to a row of the Jacobian."""
+    place, wanted, unit, denominators = equation
+    terms = [(row, place, unit * _product(values, denominators))]
+    for number, other in enumerate(denominators):
+        others = denominators[:number] + denominators[number + 1 :]
+        terms.append((row, other, (values[place] - wanted) * unit * _product(values, others)))
+    return terms
 
 
 def _unit(wanted: Any, present: Any, least: float) -> float:

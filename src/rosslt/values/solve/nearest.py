@@ -82,7 +82,11 @@ def nearest(
     present = _distance(xs, targets, {})
     if not unknowns:
         return {}, present
-    found = System(graph, goals, unknowns, freedom, Budget.of(graph, len(goals))).closest()
+    try:
+        found = System(graph, goals, unknowns, freedom, Budget.of(graph, len(goals))).closest()
+    except UNDEFINED:
+        # There is a result that no float holds.
+        return {}, present
     changes: Dict[Source, Any] = {}
     for source, value in zip(unknowns, found):
         old = graph.nodes[graph.occurrences[source][0]]._plain

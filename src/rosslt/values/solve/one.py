@@ -250,7 +250,7 @@ class Attempt:
         if self._kind is str:
             return refuse('a text that gives a number is not solved for')
         start = values[self._graph.occurrences[self._source][0]]
-        if self._graph.straight(self._depends, place):
+        if self._graph.is_affine(self._depends, place):
             rise = self._graph.tangent(self._source, self._trial.partials(values)).get(place, 0)
             if not rise:
                 refuse('its occurrences cancel out')

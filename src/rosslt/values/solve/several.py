@@ -8,7 +8,7 @@ it can.
 import itertools
 import math
 import random
-from typing import Any, Dict, Iterator, List, Optional, Sequence
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence
 
 from ..closeness import ROUNDING, almost_meets, is_at
 from .budget import UNDEFINED, Exhausted
@@ -57,6 +57,9 @@ class System(Descents):
         base: the values of the graph's nodes while nothing changes; the present ones by default.
     """
 
+    _dead_end: Optional[Descent] = None
+    """The end of a descent that came nearest without meeting the results."""
+
     def solution(self) -> Optional[Point]:
         """The unknowns' values that give all results, None where none were found."""
         dead_ends: Dict[str, int] = {}
@@ -65,6 +68,8 @@ class System(Descents):
                 for end in self._ends(start):
                     if self.accepts(end.x):
                         return self._tidied(self._nearest(end.x))
+                    if self._dead_end is None or end.size < self._dead_end.size:
+                        self._dead_end = end
                     key = '%.3g' % end.size
                     dead_ends[key] = dead_ends.get(key, 0) + 1
                     if dead_ends[key] >= ENOUGH_DEAD_ENDS:
@@ -77,14 +82,14 @@ class System(Descents):
         """The nearest of some answers, from one: looked for from other starts where that one is far away."""
         best = x
         try:
-            best = x = self._nearer(self._unwound(x))
+            best = x = self._nearer(self._unwound(x, self._polished))
             turned = has_periods(self._graph) and max([abs(a - b) for a, b in zip(x, self.start)]) > LARGE_TURN
             if self._way(x) <= LONG * self._promised and not turned:
                 return best
             for start in itertools.islice(self._scattered(SECOND_RADII), MOST_SECOND_STARTS):
                 for end in self._ends(start):
                     if self.accepts(end.x):
-                        x = self._nearer(self._unwound(end.x))
+                        x = self._nearer(self._unwound(end.x, self._polished))
                         best = x if self._way(x) < self._way(best) else best
         except Exhausted:
             pass
@@ -128,18 +133,29 @@ class System(Descents):
             for stir in (0.0,) + STIRS[:2]:
                 end = self._approach(self._stirred(stir) if stir else self.start)
                 if end is not None and end.size < least * (1 - 1e-12):
-                    if stir and end.size >= self._distance_at_start() * (1 - 1e-9):
+                    if stir and end.size >= self._distance(self.start) * (1 - 1e-9):
                         continue
                     best, least = end.x, end.size
                 if best != self.start:
                     break
+            best = self._unwound(best, self._as_close_as(best))
         except Exhausted:
             pass
         return best
 
-    def _distance_at_start(self) -> float:
-        missing = self._missing(self._tried(self.start), self._equations)
+    def _distance(self, x: Point) -> float:
+        missing = self._missing(self._tried(x), self._equations)
         return math.inf if missing is None else math.hypot(*missing)
+
+    def _as_close_as(self, x: Point) -> Callable[[Point], Optional[Point]]:
+        """What takes a point that brings the results as near as another one does, but for roundings."""
+        limit = self._distance(x) * (1 + ROUNDING) + ROUNDING * min(1.0, self._size)
+        return lambda turned: turned if self._distance(turned) <= limit else None
+
+    def _polished(self, turned: Point) -> Optional[Point]:
+        """The answer at a point that was turned by a whole period, None where it has none."""
+        end = self._descend(turned, self._equations, rounds=3)
+        return end.x if end is not None and self.accepts(end.x) else None
 
     def accepts(self, x: Point) -> bool:
         """Whether such values give all results."""
@@ -160,7 +176,11 @@ class System(Descents):
         yield from itertools.islice(self._scattered(RADII), MOST_STARTS)
 
     def _scattered(self, radii: Sequence[float]) -> Iterator[Point]:
-        """Points around the present values, at such radii in turn, and anywhere within the bounds."""
+        """Points around the present values, at such radii in turn, and anywhere within the bounds.
+
+        Every other pair of them keeps half of the unknowns where the descent that came nearest left them, as most
+        results may be met there.
+        """
         chance = random.Random(1)
         turns = self._turns()
         for number in itertools.count():
@@ -172,6 +192,8 @@ class System(Descents):
                 else:
                     reach = scale if number % 3 else max(scale, abs(value), turn)
                     start.append(min(max(value + reach * chance.uniform(-radius, radius), low), high))
+            if number % 4 > 1 and self._dead_end is not None:
+                start = [kept if chance.random() < 0.5 else new for kept, new in zip(self._dead_end.x, start)]
             yield start
 
     def _turns(self) -> List[float]:
@@ -206,8 +228,13 @@ class System(Descents):
             x = end.x
         return x
 
-    def _unwound(self, x: Point) -> Point:
-        """The same answer with each unknown within half a period of its present value, where that is an answer, too."""
+    def _unwound(self, x: Point, kept: Callable[[Point], Optional[Point]]) -> Point:
+        """A point with each unknown within half a period of its present value, where that does as well.
+
+        Args:
+            x: the point.
+            kept: of a point with one unknown turned back, what is taken of it; None where it does not do as well.
+        """
         far = [place for place, value in enumerate(x) if abs(value - self.start[place]) > SHORT_WAY]
         if not far or not has_periods(self._graph):
             return x
@@ -226,9 +253,9 @@ class System(Descents):
                 turned[place] = self._clamped(place, x[place] - turns * period)
                 if abs(turned[place] - self.start[place]) >= abs(x[place] - self.start[place]):
                     continue
-                end = self._descend(turned, self._equations, rounds=3)
-                if end is not None and self.accepts(end.x) and self._way(end.x) < self._way(x):
-                    x = end.x
+                end = kept(turned)
+                if end is not None and self._way(end) < self._way(x):
+                    x = end
         return x
 
     def _nearer(self, x: Point) -> Point:

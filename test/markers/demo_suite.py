@@ -56,4 +56,4 @@ class Demo(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    rostest.rosrun('rosslt', 'check_demo', Demo)
+    rostest.rosrun('rosslt', 'demo', Demo)

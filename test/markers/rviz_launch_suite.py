@@ -27,4 +27,4 @@ class RvizLaunch(unittest.TestCase):
 
 if __name__ == '__main__':
     rosslt.init_node('check_rviz_launch')
-    rostest.rosrun('rosslt', 'check_rviz_launch', RvizLaunch)
+    rostest.rosrun('rosslt', 'rviz_launch', RvizLaunch)

@@ -286,4 +286,4 @@ class Dragging(unittest.TestCase):
 
 if __name__ == '__main__':
     rosslt.init_node('check_dragging')
-    rostest.rosrun('rosslt', 'check_dragging', Dragging)
+    rostest.rosrun('rosslt', 'dragging', Dragging)

@@ -140,7 +140,7 @@ def test_instructions_that_do_not_fit_or_fill_the_memory_are_refused(instruction
         assemble(instructions)
 
 
-def test_a_deferred_value_is_made_when_it_is_needed():
+def test_a_lazy_value_is_made_when_it_is_needed():
     x = track(0.3, A)
     made = []
 
@@ -162,7 +162,7 @@ def test_a_deferred_value_is_made_when_it_is_needed():
     assert sources(text) == [B]
 
 
-def test_a_deferred_value_that_was_rounded_on_its_way_keeps_the_laws():
+def test_a_lazy_value_that_was_rounded_on_its_way_keeps_the_laws():
     x = track(0.3, A)
     for made in (x, math.sin(x), x * 2 + 1):
         rounded = untracked(made) + 1.19e-8

@@ -60,4 +60,4 @@ class Arm(MouseCase):
 
 if __name__ == '__main__':
     rosslt.init_node('check_arm')
-    rostest.rosrun('rosslt', 'check_arm', Arm, sys.argv)
+    rostest.rosrun('rosslt', 'arm', Arm, sys.argv)

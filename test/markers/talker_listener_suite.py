@@ -26,4 +26,4 @@ class TalkerListener(unittest.TestCase):
 
 if __name__ == '__main__':
     rosslt.init_node('check_talker_listener')
-    rostest.rosrun('rosslt', 'check_talker_listener', TalkerListener)
+    rostest.rosrun('rosslt', 'talker_listener', TalkerListener)

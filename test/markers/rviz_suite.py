@@ -128,4 +128,4 @@ class Mouse(MouseCase):
 
 if __name__ == '__main__':
     rosslt.init_node('check_rviz')
-    rostest.rosrun('rosslt', 'check_rviz', Mouse, sys.argv)
+    rostest.rosrun('rosslt', 'rviz', Mouse, sys.argv)

@@ -218,4 +218,4 @@ class Watching(unittest.TestCase):
 
 if __name__ == '__main__':
     rosslt.init_node('check_watching')
-    rostest.rosrun('rosslt', 'check_watching', Watching)
+    rostest.rosrun('rosslt', 'watching', Watching)

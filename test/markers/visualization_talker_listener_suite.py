@@ -62,4 +62,4 @@ class LinkedMarkers(unittest.TestCase):
 
 if __name__ == '__main__':
     rosslt.init_node('check_visualization_talker_listener')
-    rostest.rosrun('rosslt', 'check_visualization_talker_listener', LinkedMarkers)
+    rostest.rosrun('rosslt', 'visualization_talker_listener', LinkedMarkers)

@@ -1,0 +1,45 @@
+"""Source values that people would write: 0.5, where a search came to 0.49999999999999983."""
+
+from typing import Any, Callable, Dict, List, Mapping, Tuple
+
+from ..graph import Graph
+from ..sources import Source
+from .budget import UNDEFINED
+from .equations import Goal
+
+DIGITS = 13
+"""The significant digits that are tried. The roundings of a search of some dozens of steps change those behind."""
+
+
+def simplest(
+    graph: Graph, goals: List[Goal], found: Dict[Source, Any], limits: Callable[[Source], Tuple[Any, Any]]
+) -> Dict[Source, Any]:
+    """Round the float source values of an answer, where the results come as near to what is wanted.
+
+    Args:
+        graph: of the goals.
+        goals: with the wanted results.
+        found: source values that meet the goals.
+        limits: gives the lowest and the highest value of a source.
+
+    Returns:
+        The rounded source values, or `found` where these are nearer.
+    """
+    rounded = {source: _rounded(value, *limits(source)) for source, value in found.items()}
+    if rounded == found:
+        return found
+    try:
+        return rounded if _error(graph, goals, rounded) <= _error(graph, goals, found) else found
+    except UNDEFINED:
+        return found
+
+
+def _rounded(value: Any, low: Any, high: Any) -> Any:
+    short = float('%.*g' % (DIGITS, value)) if type(value) is float else value
+    return short if low <= short <= high else value
+
+
+def _error(graph: Graph, goals: List[Goal], changes: Mapping[Source, Any]) -> float:
+    """The largest distance of a result from what is wanted."""
+    values = graph.values(changes)
+    return max(abs(values[graph.index[id(value)]] - wanted) for _, value, wanted in goals)
