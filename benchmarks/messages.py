@@ -130,7 +130,7 @@ def receiving():
 
 
 def moving():
-    """What moves: no provenance is like the one before. As with genpy, each message is sent once."""
+    """Changing provenance: it is different in each message. As with genpy, each message is sent once."""
     x, y, z, radius = (track(value, Source(NODE, place)) for place, value in enumerate((0.1, 0.2, 0.3, 0.75)))
     steps = itertools.count(1)
 
@@ -167,7 +167,7 @@ def parts():
         found = []
         collect(strip, 0, found.append)
 
-    # Lazily: what nobody looks at is never decoded.
+    # Lazily: provenance that is not used is never decoded.
     attached = microseconds_each(lambda message: attach(message, provenance), lambda: Marker().deserialize(plain))
     looked_at = microseconds_each(
         lambda message: [values.affine(point.x) for point in message.points], lambda: receive(send(strip), Marker)

@@ -1,9 +1,11 @@
 """How often solving refuses targets that are known to be within reach: random expressions by the million.
 
-Run as `./run exec python3 benchmarks/solving_cases.py [--cases N] [--seed N]`. A target is made by evaluating an
-expression at random source values, so that an answer exists. For each category it prints how many cases there were,
-what was refused, and what must never happen: a wrong answer, another exception than NotInvertible, a value that is not
-finite, a solve that takes longer than `--longest` seconds.
+Run as `./run exec python3 benchmarks/solving_cases.py [--cases N] [--seed N] [--drags N]`.
+
+A target is made by evaluating an expression at random source values, so that an answer exists. For each category it
+prints how many cases there were, what was refused, and what must never happen: a wrong answer, another exception than
+NotInvertible, a value that is not finite, a solve that takes longer than `--longest` seconds. `--drags` moves the tips
+of arms instead, and counts the joints that turned further than they had to.
 """
 
 import argparse
@@ -257,7 +259,7 @@ def cases_of(make: Callable[[random.Random], Optional[Case]], seed: str, count: 
 
 
 def verdict(case: Case) -> str:
-    """What became of a case: '' where it was solved rightly."""
+    """The fault in a case; '' where it was solved rightly."""
     try:
         answer = solve(case.values, case.target, **case.options)
     except NotInvertible:
@@ -279,6 +281,79 @@ def verdict(case: Case) -> str:
     return ''
 
 
+def tip_of(lengths: List[float], angles: List[Any]) -> List[Any]:
+    """Where the tip of an arm in the plane is, each joint's angle counted from the link before it."""
+    x: Any = 0.0
+    y: Any = 0.0
+    angle: Any = 0.0
+    for length, joint in zip(lengths, angles):
+        angle = angle + joint
+        x = x + length * math.cos(angle)
+        y = y + length * math.sin(angle)
+    return [x, y]
+
+
+def way_of_two_joints(lengths: List[float], angles: List[float], target: List[float]) -> float:
+    """How far the nearer of a two-joint arm's two ways to reach a point is away, in radians."""
+    upper, lower = lengths
+    x, y = target
+    bend = plain_math.acos((x * x + y * y - upper * upper - lower * lower) / (2 * upper * lower))
+    ways = []
+    for elbow in (bend, -bend):
+        shoulder = plain_math.atan2(y, x)
+        shoulder -= plain_math.atan2(lower * plain_math.sin(elbow), upper + lower * plain_math.cos(elbow))
+        turned = [plain_math.remainder(new - old, 2 * plain_math.pi) for new, old in zip((shoulder, elbow), angles)]
+        ways.append(plain_math.hypot(*turned))
+    return min(ways)
+
+
+def drags_of_arms(seed: str, count: int) -> None:
+    """Drag the tips of two- and three-joint arms to points within reach, and print what the joints did.
+
+    A joint turns too far where it turns by more than half a turn, as a whole turn less gives the same.
+    """
+    print('seed %s' % seed)
+    print('%-32s %9s %9s %9s %9s %9s' % ('drags by at most', 'drags', 'refused', 'wrong', 'too far', 'not nearest'))
+    for joints in (2, 3):
+        names = sources_of(joints)
+        for part in (0.1, 0.4, 0.8):
+            chance = random.Random('%s/%d/%s' % (seed, joints, part))
+            done = refused = wrong = too_far = longer = 0
+            while done < count:
+                lengths = [chance.uniform(0.2, 1) for _ in names]
+                angles = [chance.uniform(-3, 3) for _ in names]
+                tip = tip_of(lengths, [track(angle, name) for angle, name in zip(angles, names)])
+                far = part * sum(lengths)
+                target = [float(at) + chance.uniform(-far, far) for at in tip]
+                hole = max(0.0, 2 * max(lengths) - sum(lengths))
+                if not 1.0001 * hole < plain_math.hypot(*target) < 0.9999 * sum(lengths):
+                    continue
+                done += 1
+                try:
+                    answer = solve(tip, target)
+                except NotInvertible:
+                    refused += 1
+                    continue
+                turns = [answer.get(name, angle) - angle for name, angle in zip(names, angles)]
+                reached = evaluate(tip, answer)
+                wrong += max(abs(a - b) for a, b in zip(reached, target)) > 1e-9
+                too_far += max(map(abs, turns)) > plain_math.pi + 1e-9
+                if joints == 2:
+                    longer += plain_math.hypot(*turns) > way_of_two_joints(lengths, angles, target) + 1e-6
+            print(
+                '%-32s %9d %9d %9d %9d %9s'
+                % (
+                    '%d joints, %g of the reach' % (joints, part),
+                    done,
+                    refused,
+                    wrong,
+                    too_far,
+                    longer if joints == 2 else '',
+                ),
+                flush=True,
+            )
+
+
 def main() -> None:
     """Solve the cases and print a line for each category."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -287,7 +362,11 @@ def main() -> None:
     parser.add_argument('--longest', type=float, default=0.2, help='the seconds that a solve may take (default: 0.2)')
     parser.add_argument('--only', default='', help='only categories with this text in their name')
     parser.add_argument('--show', type=int, default=0, help='print the seeds of so many bad cases of each category')
+    parser.add_argument('--drags', type=int, default=0, help="drag arms' tips instead, so many times of each kind")
     options = parser.parse_args()
+    if options.drags:
+        drags_of_arms(options.seed, options.drags)
+        return
     chosen = [category for category in CATEGORIES if options.only in category[0]]
     total = sum(part for _, _, part, _ in chosen)
     print('seed %s' % options.seed)

@@ -1,10 +1,12 @@
-"""What holds for every test run."""
+"""Settings and checks for every test run."""
 
 import pytest
 from hypothesis import settings
 
-# How long an example takes says more about what else the machine does than about the code.
-settings.register_profile('rosslt', deadline=None)
+# How long an example takes says more about what else the machine does than about the code. The examples are the same
+# in every run, so that a change is judged by what it changes; `--hypothesis-profile=hunt` looks for new ones.
+settings.register_profile('rosslt', deadline=None, derandomize=True)
+settings.register_profile('hunt', deadline=None, derandomize=False, print_blob=True)
 settings.load_profile('rosslt')
 
 

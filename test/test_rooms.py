@@ -25,6 +25,7 @@ IMPORTED_WHEN_NEEDED = {
     'instrument/__init__.py': 'roslaunch takes long to import',
     'instrument/loader.py': 'what routes imports, for programs that are rewritten',
     'instrument/routing.py': 'NumPy and tf, which most nodes do without',
+    'instrument/runner.py': 'how values are shown, for programs that are rewritten',
     'node/tf/__init__.py': 'tf2, which most nodes do without',
 }
 

@@ -118,7 +118,7 @@ def test_exec_finds_the_python_of_ros_and_nothing_of_another_workspace():
 def test_it_takes_no_time_and_no_words_when_there_is_nothing_to_do():
     run('build', check=True)
     found = []
-    for _ in range(5):  # what else the machine does, another ./run say, may slow down some
+    for _ in range(5):  # another program, perhaps another ./run, may slow down some
         start = time.monotonic()
         said = run('build', check=True).stderr
         found.append((time.monotonic() - start, said))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What holds for actions that carry provenance, also with peers that know nothing of it."""
+"""Actions that carry provenance, also with plain clients and servers."""
 
 import queue
 import unittest

@@ -350,7 +350,7 @@ class TestForce:
     def test_says_what_the_sources_are_where_it_is_told_another(self, talker):
         assert (
             failure('force', '/goal/pose/position/x', '5', '--source', '/talker/count')
-            == 'rosslt force: /talker/count is none of its sources, which are /talker/radius'
+            == 'rosslt force: /talker/count is not among its sources, which are /talker/radius'
         )
 
     def test_does_not_wait_for_a_message_for_ever(self, talker):

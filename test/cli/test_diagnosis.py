@@ -1,4 +1,4 @@
-"""What the command says where something is amiss: no message, a node that has gone, a name that is misspelt; and what
+"""What the command says when something is wrong: no message, a node that has ended, a name that is misspelt; and what
 `rosslt doctor` finds."""
 
 import re
@@ -204,7 +204,7 @@ class TestDoctor:
             with Node('owner', owner):
                 wait_until(lambda: '/owner' in rosslt('doctor', '/kept').stdout, 'it keeps a message')
             found, code = findings('/kept')
-            assert ('fault', '/owner: it has ended, and nobody takes a change of its locations') in found
+            assert ('fault', '/owner: it has ended, so its locations cannot be changed') in found
             assert code == 1
 
     def test_finds_a_message_that_is_not_sent_again(self, nodes):
@@ -220,7 +220,7 @@ class TestDoctor:
             wait_until(lambda: 'no topic' not in rosslt('doctor', '/once', '--time', '0.1').stderr, 'it publishes')
             shown = [rosslt('doctor', '/once').stdout for _ in range(2)]
             assert any(
-                'reaches nobody who comes later' in text or 'sent one message within 3 s' in text for text in shown
+                'does not reach later subscribers' in text or 'sent one message within 3 s' in text for text in shown
             )
 
     def test_finds_handles_that_nobody_shows(self, nodes):
@@ -249,7 +249,7 @@ class TestDoctor:
             )
             with Node('viewer', viewer.format('handles')):
                 wait_until(
-                    lambda: ('ok', 'its handles are shown, by way of /handles/update') in findings('/goal')[0], 'shown'
+                    lambda: ('ok', 'its handles are shown, through /handles/update') in findings('/goal')[0], 'shown'
                 )
 
     def test_says_so_where_nobody_publishes(self, nodes):

@@ -38,7 +38,7 @@ MESSAGES['layout'].layout.dim = [MultiArrayDimension('x', 1, 1)]
 
 
 class NoDirectory:
-    """Stands in for nodes that tell nothing."""
+    """Stands for nodes that report nothing."""
 
     def of(self, source):
         return None

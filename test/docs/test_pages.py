@@ -12,10 +12,12 @@ import rosslt
 from support.pages import Reader, sessions
 from support.processes import Master
 
-DOCS = Path(__file__).parents[2] / 'docs'
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / 'docs'
+ROOMS = sorted(door.parent.name for door in (ROOT / 'src' / 'rosslt').glob('*/__init__.py'))
 
-#: The pages that a reader plays from their beginning to their end. Those on values, nodes, messages and their like show
-#: parts of code, and are held by the tests of what they are about.
+#: The pages that a reader follows from beginning to end. Those on values, nodes and messages show parts of code, which
+#: the tests of those rooms check.
 PLAYED = ['command.md', 'concepts.md', 'first_drag.md', 'tutorial.md']
 PAGES = PLAYED + sorted(str(path.relative_to(DOCS)) for path in (DOCS / 'howto').glob('*.md'))
 BUILDING = 'howto/track_a_message_type.md'
@@ -41,6 +43,20 @@ def reader(tmp_path, monkeypatch):
 @pytest.mark.parametrize('page', [pytest.param(page, marks=[pytest.mark.slow] * (page == BUILDING)) for page in PAGES])
 def test_what_a_page_shows_is_what_happens(reader, page):
     reader.play((DOCS / page).read_text(encoding='utf-8'))
+
+
+@pytest.mark.parametrize(
+    'page', ['README.md', 'CONTRIBUTING.md', *sorted(str(path.relative_to(ROOT)) for path in DOCS.rglob('*.md'))]
+)
+def test_files_and_pages_that_a_page_names_exist(page):
+    text = (ROOT / page).read_text(encoding='utf-8')
+    code = re.findall(r'`((?:src/rosslt|test|docs|scripts|benchmarks|launch|examples|config|cmake)/[\w/.]+)`', text)
+    modules = re.findall(r'`((?:%s)/[\w/]+\.py)`' % '|'.join(ROOMS), text)
+    links = re.findall(r'\]\((?!https?:)([^)#]+)', text)
+    missing = [name for name in code if not (ROOT / name).exists()]
+    missing += [name for name in modules if not (ROOT / 'src' / 'rosslt' / name).exists()]
+    missing += [name for name in links if not (ROOT / page).parent.joinpath(name).exists()]
+    assert not missing
 
 
 def test_the_site_is_built_without_a_warning(tmp_path):

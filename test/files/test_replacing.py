@@ -1,4 +1,4 @@
-"""A script's file: replaced at one blow, never over what somebody else has just saved, and watched."""
+"""A script's file: replaced atomically, never over a text that somebody else has just saved, and watched."""
 
 import os
 import stat
@@ -20,7 +20,7 @@ def path(tmp_path):
 
 @pytest.fixture(params=['exchange', 'rename'])
 def system(request, monkeypatch):
-    """A system that can exchange two files at one blow, and one that cannot."""
+    """A system that can exchange two files atomically, and one that cannot."""
     if request.param == 'rename':
         monkeypatch.setattr(replacing, '_exchange', lambda first, second: False)
 

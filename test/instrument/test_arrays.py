@@ -69,6 +69,13 @@ OPERATIONS = {
     'copied': lambda n, v, w, m: v.copy() + n.array(w) + n.asarray(v),
     'differences': lambda n, v, w, m: n.diff(v),
     'running': lambda n, v, w, m: n.cumsum(v),
+    'sorted': lambda n, v, w, m: n.sort(v),
+    'largest': lambda n, v, w, m: [n.max(v), n.min(w), n.max([v[0], w[1]]), n.min([v[0], w[1]])],
+    'between': lambda n, v, w, m: [n.interp(0.25, [0.0, 1.0], v[:2]), n.interp(v[0], [0.0, 1.0], [2.0, 3.5])],
+    'polynomial': lambda n, v, w, m: [n.polyval(v, 0.5), n.polyval([1.0, 2.0], w[1])],
+    'mesh': lambda n, v, w, m: [n.meshgrid(v, w)[0], n.meshgrid(v, w)[1]],
+    'appended': lambda n, v, w, m: [n.append(v, w[0]), n.insert(v, 1, w[1]), n.hstack(([v[0]], w, [v[1], w[2]]))],
+    'blocks': lambda n, v, w, m: n.block([[m, m]]),
     'masked': lambda n, v, w, m: v[v > 0],
     'fancy': lambda n, v, w, m: v[[2, 0]],
 }
@@ -252,3 +259,33 @@ def test_a_quaternion_is_solved_for_its_angles():
 def test_plain_numbers_take_the_original():
     assert math.isclose(tf.quaternion_from_euler(0.1, 0.0, 0.0)[0], math.sin(0.05))
     assert type(tf.quaternion_from_euler(0.1, 0.0, 0.0)) is numpy.ndarray
+
+
+def test_what_is_multiplied_by_a_plain_0_has_no_provenance():
+    made = np.eye(2) * tracked(0.5)
+    assert [values.is_tracked(part) for part in made.ravel()] == [True, False, False, True]
+
+
+@pytest.mark.parametrize(
+    'ask',
+    [
+        lambda x: x.item(),
+        lambda x: x.tolist(),
+        lambda x: x.copy(),
+        lambda x: x.round(1),
+        lambda x: x.astype(int),
+        lambda x: x.astype(float),
+        lambda x: x.sum(),
+        lambda x: x.T,
+    ],
+)
+def test_a_tracked_number_has_what_a_number_of_numpy_has(ask):
+    ours, theirs = ask(np.array(tracked([2.53]))[0]), ask(numpy.array([2.53])[0])
+    assert values.untracked(ours) == theirs
+    assert values.is_tracked(ours)
+
+
+def test_a_tracked_number_has_the_shape_of_a_number_of_numpy():
+    x, y = np.sqrt(tracked(2.0)), numpy.sqrt(2.0)
+    assert (x.shape, x.size, x.ndim, x.clip(0, 1), x.any()) == (y.shape, y.size, y.ndim, y.clip(0, 1), y.any())
+    assert x.astype(numpy.float32).dtype == numpy.float32

@@ -448,3 +448,60 @@ def test_a_point_in_another_frame_keeps_its_sources(run):
         heard.comes(lambda message: (message.point.x, message.point.y) == (2.0, -1.0))
         with Listener('/handles/update_full', InteractiveMarkerInit) as shown:
             assert values.is_tracked(shown.last.markers[0].scale)
+
+
+WAVE = """
+import math
+import rospy
+from geometry_msgs.msg import PointStamped
+pub = rospy.Publisher('wave', PointStamped, queue_size=1)
+rospy.init_node('wave')
+count = 0
+while not rospy.is_shutdown():
+    p = PointStamped()
+    p.point.x = math.cos(count / 50.0)
+    p.point.y = 2.5 * math.cos(count / 40.0)
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+
+
+def test_what_gives_a_formula_its_shape_is_tracked_where_nothing_else_is(run):
+    with run(WAVE, 'wave'), Listener('wave', PointStamped) as heard:
+        for _ in range(10):
+            point = heard.next().point
+        assert values.is_tracked(point.x)
+        assert len(values.sources(point.y)) == 1
+        names = names_of('wave')
+        assert {columns[2] for columns in names.values()} == {'50.0', '2.5', '40.0'}
+
+
+WHOLE_PARAMETERS = """
+import rospy
+from geometry_msgs.msg import PointStamped
+rospy.init_node('whole')
+x, y = rospy.get_param('~x'), float(rospy.get_param('~y'))
+n = rospy.get_param('~n')
+msg = PointStamped()
+msg.point.x = x
+msg.point.y = y
+msg.point.z = 5.0 / n
+pub = rospy.Publisher('whole', PointStamped, queue_size=1)
+while not rospy.is_shutdown():
+    msg.header.frame_id = repr([rospy.get_param('~n') for i in range(n)])
+    pub.publish(msg)
+    rospy.sleep(0.03)
+"""
+
+
+def test_a_parameter_that_says_3_where_a_float_is_meant_takes_fractions(run):
+    arguments = '_x:=3', '_y:=4', '_n:=2'
+    with run(WHOLE_PARAMETERS, 'whole', *arguments), Listener('whole', PointStamped) as heard:
+        heard.next()
+        node.force_value(heard.next().point.x, 3.25)
+        node.force_value(heard.next().point.y, 4.5)
+        message = heard.comes(lambda message: (message.point.x, message.point.y) == (3.25, 4.5))
+        assert rospy.get_param('/whole/x') == 3.25
+        assert message.header.frame_id == '[2, 2]'
+        node.force_value(message.point.z, 1.25)
+        heard.comes(lambda message: message.point.z == 1.25)

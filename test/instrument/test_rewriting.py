@@ -203,6 +203,31 @@ def step(z):
     return estimate
 state, given = [step(z) for z in (1.0, 2.0)][-1], gain * 3
 """,
+    'several at once': """\
+gain = 2.0
+class Robot:
+    def __init__(self):
+        self.x, self.y = 0.0, 0.0
+    def step(self, t):
+        x_new, y_new = self.x + gain * t, self.y + 1.5 * t
+        self.x, self.y = x_new, y_new
+        return self.x + self.y
+r = Robot()
+state, given = [r.step(t) for t in (1.0, 2.0)][-1], gain * 3
+""",
+    'an array': """\
+import numpy as np
+gain = 2.0
+class Filter:
+    def __init__(self):
+        self.x = np.zeros((2, 1))
+        self.A = np.array([[1.0, 0.1], [0.0, 1.0]])
+    def step(self, u):
+        self.x = self.A @ self.x + np.array([[0.5], [1.0]]) * u
+        return self.x[0, 0]
+f = Filter()
+state, given = [f.step(u) for u in (1.0, 2.0)][-1], gain * 3
+""",
     'a controller and what it controls': """\
 gain, goal, x = 2.0, 5.0, 0.0
 sleep = len
@@ -252,7 +277,14 @@ del math, turned
     assert shown(names) == shown(plain_run(text))
 
 
-@pytest.mark.parametrize('text', ['x = 0\ny = 0\nz = x is y, x is not y\n', 'x = 2.5\ny = x\nz = x is y\n'])
+@pytest.mark.parametrize(
+    'text',
+    [
+        'x = 0\ny = 0\nz = x is y, x is not y\n',
+        'x = 2.5\ny = x\nz = x is y\n',
+        't = (1, 2.5)\nu = t\nz = t is u, t is None\n',
+    ],
+)
 def test_what_is_the_same_number_is_the_same_object(text):
     assert run_rewritten(text)['z'] == plain_run(text)['z']
 
@@ -260,3 +292,13 @@ def test_what_is_the_same_number_is_the_same_object(text):
 def test_the_type_of_a_number_is_the_one_it_has_without_provenance():
     names = run_rewritten('x = 2.5\nn = 3\nz = type(x) is float, type(n) == int, type(x)("1.5"), type("a") is str\n')
     assert names['z'] == (True, True, 1.5, True)
+
+
+def test_the_default_of_a_parameter_keeps_its_provenance():
+    text = 'class Controller:\n    def __init__(self, gain=2.0, offset=1):\n'
+    text += '        self.gain, self.offset = gain, offset\n'
+    text += 'c = Controller()\nx = c.gain * 0.5\ny = c.offset / 4\ndel c, Controller\n'
+    names = run_rewritten(text)
+    assert values.is_tracked(names['x'])
+    assert values.is_tracked(names['y'])
+    assert shown(names) == shown(plain_run(text))

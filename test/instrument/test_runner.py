@@ -122,7 +122,7 @@ def test_a_relay_of_a_catkin_workspace_is_followed(folder):
     ('arguments', 'words'),
     [
         ((), 'which node?'),
-        (('--what', 'x'), '--what is not understood'),
+        (('--what', 'x'), 'unrecognized arguments: --what'),
         (('nothing_of_this_name',), 'there is no file nothing_of_this_name'),
         (('no_such_package', 'node'), 'there is no package no_such_package'),
         (('rosslt', 'no_such_node'), 'there is no executable no_such_node in the package rosslt'),

@@ -29,7 +29,7 @@ def test_each_rule_judges_the_literal_of_its_example(rule):
             ast.parse(rule.example)
         return
     found = judged(rule.example)
-    mine = [name for text, name in found if '7' in text or '1' in text.replace('0x', '')]
+    mine = [name for text, name in found if '7' in text or text == '0.0' or '1' in text.replace('0x', '')]
     assert rule.name in mine, found
 
 
@@ -45,6 +45,14 @@ def test_each_rule_gives_a_reason_in_plain_words():
         ('x = [1, 2, 3.5]', 'number number number'),
         ('way = [((1.0, 2.0), 0)]', 'number number number'),
         ('yaw = 3 * math.pi / 4', 'number number'),
+        ('def f(self, gain=2.5, *, constant=6): pass', 'number number'),
+        ('def f(timeout=2.5, id=6): pass', 'plain plain'),
+        ('def f(n=6):\n    return range(n)', 'plain'),
+        ('q = quaternion_from_euler(0, 0, yaw)', 'form form'),
+        ('q = quaternion_from_euler(0, 0, 1.5)', 'number number number'),
+        ('q = quaternion_from_euler(0, 0, -0.2 * math.pi)', 'number number number'),
+        ('q = quaternion_from_euler(0, 0, math.radians(90))', 'number number number'),
+        ('q = quaternion_from_euler(0, 1.5, yaw)', 'form number'),
         ('x = radius * math.cos(0.5)', 'number'),
         ('x = 1.5 + 2.0 * math.cos(t * 0.1)', 'number number form'),
         ('rate = rospy.Rate(10)', 'plain'),

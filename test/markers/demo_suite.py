@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the demo promises without a display: one drag that travels back, told in words, and nothing left behind."""
+"""The demo without a display: one drag that changes its source, described in words, and nothing left behind."""
 
 import contextlib
 import signal

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a drag does, and how it feels: when sources follow, what happens where they refuse, and the menu."""
+"""What a drag does: when sources follow, what happens where they refuse, and the menu."""
 
 import math
 import os

@@ -110,7 +110,7 @@ class Mouse(MouseCase):
         self.screen.screenshot('refused')
 
     def around(self, x, y):
-        """The box of pixels about a place: left, top, right, bottom."""
+        """The box of pixels around a place: left, top, right, bottom."""
         (left, top), (right, bottom) = self.screen.pixel(x - 1.5, y + 1.0), self.screen.pixel(x + 1.5, y - 0.5)
         return left, top, right, bottom
 

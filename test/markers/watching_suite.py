@@ -28,7 +28,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 import rosslt
 from support.hand import Hand, wait_until
 
-WAIT = 30.0  # s, with a machine in mind that does other things
+WAIT = 30.0  # s, enough for a busy machine
 
 #: Publishes one tracked marker on a topic until it is killed.
 PUBLISHER = """
@@ -164,7 +164,7 @@ class Watching(unittest.TestCase):
         self.assert_gone('/passing:cubes:0')
 
     def test_what_a_killed_publisher_showed_goes(self):
-        # Another one stays: the topic itself does not go.
+        # Another publisher stays, so the topic itself stays.
         self.publisher('shared', Marker).publish(cube())
         process = subprocess.Popen([sys.executable, '-c', PUBLISHER, 'shared'])
         self.addCleanup(process.wait)

@@ -96,7 +96,7 @@ def test_a_bad_provenance_comes_with_the_untracked_message():
 
 
 class Unforeseen(Exception):
-    """No exception that anybody expects."""
+    """An exception that the decoder does not expect."""
 
 
 def fail_half_way(message, data):

@@ -1,4 +1,4 @@
-"""Provenance that is written and read by the template of an earlier one is what it is without one."""
+"""Provenance that is written and read with a template of an earlier one is the same as without it."""
 
 import math
 import struct
@@ -64,7 +64,7 @@ def provenances(message):
 
 
 @given(shapes, st.data())
-def test_other_numbers_in_a_template_are_written_and_read_as_without_it(shape, data):
+def test_other_numbers_in_an_outline_are_written_and_read_as_without_it(shape, data):
     alone, together = both_ways(*[pose(shape, data.draw) for _ in range(4)])
     assert together == alone
 
@@ -99,7 +99,7 @@ A, B = SOURCES[:2]
     ],
     ids=repr,
 )
-def test_numbers_that_are_equal_and_not_the_same_have_templates_of_their_own(coordinates):
+def test_numbers_that_are_equal_and_not_the_same_have_outlines_of_their_own(coordinates):
     one, other = (from_affine(2.0, terms) for terms in coordinates)
     alone, together = both_ways(*[Pose(position=Point(x, y, 0.0)) for x in (one, other) for y in (one, other)])
     assert together == alone
@@ -141,7 +141,7 @@ def test_what_moves_is_checked_and_written_once(monkeypatch):
     assert counts == {'written': 1, 'checked': 1}
 
 
-def test_publishers_with_templates_of_the_same_length_do_not_mix():
+def test_publishers_with_outlines_of_the_same_length_do_not_mix():
     for step in range(1, 5):
         for node in ('/node', '/edon', '/nope'):
             message = moved(0.1 * step, node=node)
@@ -155,7 +155,7 @@ def test_many_publishers_are_told_apart_too():
             assert sources(arrived(message, encode(message)).position.y)[0].node == '/node_%d' % number
 
 
-def test_a_float_that_is_not_finite_is_refused_in_a_known_template():
+def test_a_float_that_is_not_finite_is_refused_in_a_known_outline():
     data = encode(moved(0.1))
     arrived(moved(0.1), data)
     spoilt = data.replace(b'\0\0\0\0\0\0\xf8\x3f', b'\0\0\0\0\0\0\xf8\x7f')
@@ -164,7 +164,7 @@ def test_a_float_that_is_not_finite_is_refused_in_a_known_template():
         arrived(moved(0.1), spoilt)
 
 
-def test_what_cannot_be_sent_is_left_out_of_a_known_template(caplog):
+def test_what_cannot_be_sent_is_left_out_of_a_known_outline(caplog):
     encode(moved(0.1))
     message = moved(0.1, at=-math.inf)
     result = arrived(message, encode(message))
@@ -173,7 +173,7 @@ def test_what_cannot_be_sent_is_left_out_of_a_known_template(caplog):
     assert '-inf, which is not finite' in caplog.text
 
 
-def test_a_template_is_of_its_message_class():
+def test_an_outline_is_of_its_message_class():
     message = moved(0.1)
     data = encode(message)
     arrived(message, data)

@@ -1,4 +1,4 @@
-"""What is used of rospy's inside is in one module, is still there, and costs a node nothing that it does not need."""
+"""Private parts of rospy are used in one module, still exist, and are imported only where they are needed."""
 
 import ast
 import importlib
@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
+import rospy.impl.tcpros_base
+import rospy.impl.tcpros_pubsub
 import rospy.topics
 from std_msgs.msg import String
 
@@ -49,6 +51,13 @@ def test_what_is_used_of_a_publisher_and_a_subscriber_is_there(kind):
     assert not gone, f'the implementation of a {kind} has no {gone} any more; rosslt/node/topics.py needs it'
 
 
+def test_what_is_used_of_a_connection_is_there():
+    protocol = rospy.impl.tcpros_pubsub.TCPROSSub('/topic', String)
+    made = rospy.impl.tcpros_base.TCPROSTransport(protocol, '/topic')
+    gone = [name for name in rospy_internals.USED_OF_CONNECTIONS if not hasattr(made, name)]
+    assert not gone, f'a connection of rospy has no {gone} any more; rosslt/node/rospy_internals.py needs it'
+
+
 def test_nothing_else_reaches_into_rospy():
     assert len(list(used())) >= 7
     faults = []
@@ -60,6 +69,8 @@ def test_nothing_else_reaches_into_rospy():
             names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.Attribute):
                 names.append(dotted(node))
+                if node.attr == 'impl' and path.name != 'topics.py':
+                    names.append('rospy.impl')
             faults += [f'{path}:{node.lineno}: {name}' for name in names if name.startswith(HIDDEN)]
     assert not faults, '\n'.join(faults)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What holds for messages and services that carry provenance, also with those who know nothing of it."""
+"""Messages and services that carry provenance, also with plain publishers, subscribers and services."""
 
 import io
 import os

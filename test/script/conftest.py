@@ -1,4 +1,4 @@
-"""Lets the tests of this folder use what those of its neighbours are made of."""
+"""Fixtures of neighbouring folders for the tests of this folder."""
 
 from pathlib import Path
 

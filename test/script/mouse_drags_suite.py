@@ -85,7 +85,7 @@ class MouseDrags(MouseCase):
             lambda: 'the curve to pass {}; the script is {}'.format(dropped, SCRIPT.read_text()),
         )
         latest = self.progress()
-        # Not any curve through there: the one that is there at that part of the flight, which goes on meanwhile.
+        # Not any curve through that point: the one that is there at that part of the flight, which continues meanwhile.
         start, end = self.curve[0], self.waypoint()
         part = (dropped.x - start.x) / (end[0] - start.x)
         self.assertGreater(part, earliest - 0.01)

@@ -128,7 +128,7 @@ class ScriptNode(unittest.TestCase):
         self.script.write_text(TOUR + 'goto(1, 2\n')
         where = '{}:5:5: '.format(self.script)
         wait_until(lambda: [entry for entry in self.log if entry.msg.startswith(where)], 'the error at ' + where)
-        with self.assertRaisesRegex(rosslt.ChangeRejected, 'has to be mended first'):
+        with self.assertRaisesRegex(rosslt.ChangeRejected, 'has to be corrected first'):
             rosslt.force_value(self.position.x, 3.0)
         self.script.write_text(TOUR + 'goto(1, 2, 3)\n')
         wait_until(lambda: len(self.locations()) == 10, 'the mended script')

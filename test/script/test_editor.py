@@ -1,4 +1,4 @@
-"""The editor window, on a screen that nobody looks at: keys are pressed, and the screen and the file are looked at."""
+"""The editor window on a virtual screen: keys are pressed, and the screen and the file are checked."""
 
 import os
 import re

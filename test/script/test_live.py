@@ -75,7 +75,7 @@ class Stage:
         return self.path.read_text()
 
     def save(self, text):
-        """As a person's editor does it; the watch then looks."""
+        """Save as a person's editor does; then the watch checks the file."""
         self.path.write_text(text)
         self.script.reload()
 
@@ -180,7 +180,7 @@ def test_the_last_good_script_stays_in_force_when_a_saved_one_has_an_error(stage
 def test_a_change_while_the_saved_script_has_an_error_is_refused(stage):
     location = stage.at(3, 6)
     stage.path.write_text('goto(2.0,')
-    with pytest.raises(ScriptError, match='has an error, which has to be mended first'):
+    with pytest.raises(ScriptError, match='has an error, which has to be corrected first'):
         stage.change(location, 5.0)
     assert stage.text == 'goto(2.0,'
 
@@ -211,7 +211,7 @@ def test_a_script_that_is_gone_for_a_while_stays_in_force(stage):
 
 def test_a_change_against_a_text_that_has_moved_lands_on_the_number_it_was_meant_for(stage):
     location = stage.at(5, 6)
-    stage.path.write_text('goto(9, 9, 9)\n' + TOUR)  # the watch has not come to it yet
+    stage.path.write_text('goto(9, 9, 9)\n' + TOUR)  # the watch has not read it yet
     stage.change(location, 5.0)
     assert stage.text == 'goto(9, 9, 9)\n' + TOUR.replace('-1', '5')
     assert location.site[1:3] == (6, 6)
@@ -238,7 +238,7 @@ def test_a_change_is_refused_where_lines_were_swapped_that_look_alike(tmp_path):
 
 
 def test_an_id_never_comes_to_mean_another_number(tmp_path):
-    """Lines that look alike come and go at random: what an id once meant is told by the comment on its line."""
+    """Equal lines are added and removed at random: the comment on a line says what its id meant at first."""
     dice, path = random.Random(7), tmp_path / 'tour.script'
     lines = ['goto(0, 0, 0)  # {}'.format(number) for number in range(4)]
     path.write_text('\n'.join(lines))

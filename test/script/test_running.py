@@ -1,4 +1,4 @@
-"""What a script can do, what it must not, and that it ends."""
+"""What a script can do, what it must not do, and that it ends."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""What docs/tutorial.md shows of the nodes is what they are, and it counts right.
+"""The nodes and the counts in docs/tutorial.md are right.
 
 The page itself is played by test/docs.
 """

@@ -1,1 +1,1 @@
-"""What several test files share: nodes in processes of their own, a hand in RViz, random expressions and messages."""
+"""What several test files share: nodes in processes of their own, drags, random expressions and messages."""

@@ -1,4 +1,4 @@
-"""Messages of any type with something tracked in every field, and what must hold of them when they arrive."""
+"""Messages of any type with tracked values in every field, and checks of received ones."""
 
 import io
 import random

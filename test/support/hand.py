@@ -1,4 +1,4 @@
-"""A hand without RViz: sees the interactive markers of a server, and reports drags as RViz does."""
+"""Drags without RViz: sees the interactive markers of a server, and reports drags as RViz does."""
 
 import copy
 import struct

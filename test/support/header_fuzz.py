@@ -1,4 +1,4 @@
-"""Provenance that was changed at random, and what must hold of whatever comes of it.
+"""Provenance that was changed at random, and checks of its decoding.
 
 `cd test; ../run exec python3 -m support.header_fuzz --cases 200000` prints a line for each fault that it finds; the
 suites run fewer cases.

@@ -46,7 +46,7 @@ class MouseCase(unittest.TestCase):
         publisher.publish([spots])
         cls.screen.calibrate(SPOT_COLOR, *cls.spots)
         cls.status_of_nothing = cls.status_at(EMPTY)
-        # They have served, and would only be in the way of the screenshots.
+        # They are no longer needed, and would hide parts of the screenshots.
         spots.action = Marker.DELETE
         publisher.publish([spots])
 

@@ -1,4 +1,4 @@
-"""Pages of the documentation, played as a reader would: files are saved, commands are typed, sessions are held.
+"""Pages of the documentation, followed as a reader would: files are saved, commands are typed, sessions are run.
 
 A block of a page is one of these:
 

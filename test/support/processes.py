@@ -20,7 +20,7 @@ class Node:
     Args:
         name: its name.
         code: what it does, after the imports; it may be indented. `SPIN` stands for waiting until shutdown.
-        options: further arguments, remappings or private parameters say.
+        options: further arguments, for example remappings or private parameters.
         wait_for: the service below its name that says that it has started; None to wait for none.
         calls_init_node: whether the code calls `rosslt.init_node` itself, not as its first line.
         environment: further environment variables.
@@ -137,7 +137,7 @@ class Master:
 
 
 def node_pid(uri):
-    """The process of a node, asked at its own door."""
+    """The process id of a node, from the node itself."""
     try:
         return xmlrpc.client.ServerProxy(uri).getPid('/test')[2]
     except OSError:

@@ -1,4 +1,4 @@
-"""Programs for the tests of the room `instrument`: their literals, and what comes of running them rewritten."""
+"""Programs for the tests of the room `instrument`: their literals, and the results of running them rewritten."""
 
 import ast
 

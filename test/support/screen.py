@@ -1,4 +1,4 @@
-"""A screen nobody looks at, with RViz and a mouse on it."""
+"""A virtual screen with RViz and a mouse on it."""
 
 import os
 import pathlib
@@ -56,7 +56,7 @@ class Screen:
         self.origin = self.scale = None
 
     def _is_placed(self):
-        """Have RViz's window fill the screen; False where it is not there yet, or only that of its start."""
+        """Have RViz's window fill the screen; False where it is not there yet, or only the splash screen."""
         windows = self._xdotool('search', '--onlyvisible', '--name', r'\.rviz\*? - RViz', is_checked=False).split()
         if not windows:
             return False
@@ -75,7 +75,7 @@ class Screen:
                 process.wait()
 
     def calibrate(self, color, first, second):
-        """Learn where the metres are, from the only two spots of a color.
+        """Calibrate pixels to metres, by the only two spots of a color.
 
         Args:
             color: (red, green, blue), 0 to 255.

@@ -1,4 +1,4 @@
-"""The command as a shell has it: with its output in a pipe, and on a terminal."""
+"""The command as a shell runs it: with its output in a pipe, and on a terminal."""
 
 import fcntl
 import os

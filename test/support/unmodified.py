@@ -1,4 +1,4 @@
-"""Nodes that know nothing of rosslt, run by `rosslt run`, or by themselves."""
+"""Unmodified nodes, run by `rosslt run` or by themselves."""
 
 import os
 import signal

@@ -21,11 +21,10 @@ from support.expressions import (
     usable,
 )
 
-# Without a database and without its search for extremes, Hypothesis spends its time on examples. A deadline would make
-# the laws fail on a busy machine.
+# Without a database and without its search for extremes, Hypothesis spends its time on examples. Which examples these
+# are, and that none has a deadline, the profile says (test/conftest.py).
 many = settings(
     max_examples=2000,
-    deadline=None,
     suppress_health_check=list(HealthCheck),
     database=None,
     phases=(Phase.explicit, Phase.generate, Phase.shrink),
@@ -72,9 +71,12 @@ def test_put_get_holds_for_targets_that_some_source_value_gives(value, source, n
     assume(source in sources(value))
     try:
         target = evaluate(value, {source: new})
-        assume(usable(target))
+    except (ArithmeticError, ValueError, TypeError):
+        return
+    assume(usable(target))
+    try:
         answer = solve(value, target, source)
-    except (NotInvertible, ArithmeticError, ValueError, TypeError):
+    except NotInvertible:
         return
     assert list(answer) == [source]
     check_answer(value, target, answer)
@@ -138,7 +140,7 @@ def test_a_target_that_a_source_value_gives_is_reached():
             refused += 1
             continue
         check_answer(value, target, answer)
-    assert refused <= 0.003 * asked
+    assert refused <= 0.001 * asked
 
 
 @pytest.mark.parametrize('name', ['add', 'sub', 'mul', 'neg', 'float'])

@@ -78,6 +78,11 @@ def test_no_other_than_the_chosen_sources_change(x, y):
     assert 'does not depend on' in refusal(x + y, 3.0, sources=[C])
 
 
+def test_the_chosen_sources_may_come_one_by_one():
+    a, b = track(2.0, A), track(3.0, B)
+    assert solve(a + b, 6.0, sources=(source for source in (B,))) == {B: 4.0}
+
+
 def test_a_source_that_the_value_does_not_have_is_named(x):
     assert refusal(x * 2, 1.0, B) == 'cannot make 0.3 [/node#1] * 2 become 1.0: it does not depend on /node#2'
 

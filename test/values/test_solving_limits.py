@@ -234,6 +234,26 @@ def test_several_sources_move_where_none_alone_can():
     assert 'above its maximum' in refusal(a + b, 2.1, bounds=bounds)
 
 
+@pytest.mark.parametrize('count', [50, 2000])
+def test_many_sources_move_where_none_alone_can(count):
+    leaves = [track(1.0, Source('/sum', number)) for number in range(count)]
+    bounds = {Source('/sum', number): (0.0, 1.5) for number in range(count)}
+    answer = solve(sum(leaves), 1.2 * count, bounds=bounds)
+    assert list(answer.values()) == pytest.approx([1.2] * count)
+    assert 'above its maximum 1.5' in refusal(sum(leaves), 1.6 * count, bounds=bounds)
+
+
+@pytest.mark.parametrize('function', [math.sin, math.exp, lambda x: x * x + x], ids=['sin', 'exp', 'twice'])
+def test_many_curved_sources_move_where_none_alone_can(function):
+    leaves = [track(1.0, Source('/sum', number)) for number in range(50)]
+    bounds = {Source('/sum', number): (0.0, 1.3) for number in range(50)}
+    total = math.sqrt(sum(map(function, leaves)))
+    wanted = plain_math.sqrt(50 * function(1.2))
+    answer = solve(total, wanted, bounds=bounds)
+    assert evaluate(total, answer) == pytest.approx(wanted)
+    assert all(0.0 <= new <= 1.3 for new in answer.values())
+
+
 def test_bounds_and_weights_say_which_source_moves_further():
     a, b = track(1.0, A), track(1.0, B)
     values, targets = [a + b, a + b], [5.0, 5.0]

@@ -114,7 +114,7 @@ class Examination:
         if not count:
             why = problem_of(self._master, publisher)
             silent = f'{publisher} sends nothing within {self._traffic.seconds:g} s: '
-            once = 'a message that was published once, without latch=True, reaches nobody who comes later'
+            once = 'a message that was published once, without latch=True, does not reach later subscribers'
             yield Finding(FAULT, f'{publisher}: {why}' if why else silent + once)
         elif not tracked:
             yield Finding(FAULT, self._why_plain(topic, publisher))
@@ -138,7 +138,7 @@ class Examination:
         elif entering:
             how = (
                 f"{publisher} loses it: it uses rospy's Publisher or Subscriber in place of rosslt's, or turns the "
-                'numbers into something else, with the functions of `math` for one'
+                'numbers into plain ones, for example with the functions of `math`'
             )
         else:
             how = (
@@ -152,11 +152,7 @@ class Examination:
     def _of_sources(self, sources: List[values.Source]) -> Iterator[Finding]:
         can_change = []
         for node in dict.fromkeys(source.node for source in sources):
-            why = (
-                None
-                if node in self._state.tracked_nodes
-                else 'it has ended, and nobody takes a change of its locations'
-            )
+            why = None if node in self._state.tracked_nodes else 'it has ended, so its locations cannot be changed'
             why = why or problem_of(self._master, node) or self._why_locked(node)
             if why:
                 yield Finding(FAULT, f'{node}: {why}')
@@ -172,7 +168,7 @@ class Examination:
         if can_change:
             yield Finding(FINE, 'it comes from ' + ', '.join(can_change))
         elif sources:
-            yield Finding(FAULT, 'none of the locations that it comes from takes a change')
+            yield Finding(FAULT, 'none of the locations that it comes from can be changed')
 
     def _why_locked(self, node: str) -> str:
         name = f'{node}/rosslt/accept_changes'
@@ -197,12 +193,12 @@ class Examination:
             makers = ', '.join(sorted({node for nodes in updates.values() for node in nodes}))
             yield Finding(
                 NOTE,
-                f'{makers} makes no handles for it: {self._types.get(topic)} is drawn by no marker, or not watched',
+                f'{makers} makes no handles for it: {self._types.get(topic)} has no handles, or is not watched',
             )
             return
         shown = {name for name in updates if set(self._state.subscribers.get(name, ())) - updates[name]}
         if serving & shown:
-            yield Finding(FINE, 'its handles are shown, by way of ' + ', '.join(sorted(serving & shown)))
+            yield Finding(FINE, 'its handles are shown, through ' + ', '.join(sorted(serving & shown)))
             return
         elsewhere = f'; RViz shows {", ".join(sorted(shown))}' if shown else ''
         yield Finding(

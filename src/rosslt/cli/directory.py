@@ -102,5 +102,5 @@ def find(master: rosgraph.Master, directory: Directory, text: str) -> Place:
         meant = did_you_mean(wanted, [place.local_name for place in places])
         raise Failure(f'{name} has no location {wanted}{meant}; see rosslt list {name}')
     if len(called) > 1:
-        raise Failure('{} may be {}'.format(text, ' or '.join(str(place.source) for place in called)))
+        raise Failure('{} is ambiguous: it may be {}'.format(text, ' or '.join(str(place.source) for place in called)))
     return called[0]

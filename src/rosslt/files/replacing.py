@@ -76,7 +76,7 @@ def read_settled_bytes(path: str) -> bytes:
         if outcome == before:
             return read_bytes(path) if outcome is None else outcome
         if time.monotonic() > deadline:
-            raise Unsettled(path, None, None, 'others write it all the time')
+            raise Unsettled(path, None, None, 'other programs keep writing it')
         before = outcome
 
 
@@ -89,7 +89,7 @@ def _attempt(path: str) -> Optional[bytes]:
 
 
 def replace(path: str, expected: str, text: str) -> bool:
-    """Replace a file's text at one blow; its mode, its owner and a link that leads to it stay.
+    """Replace a file's text atomically; its mode, its owner and a link that leads to it stay.
 
     Args:
         expected: the text that is to be replaced.

@@ -6,6 +6,7 @@ from typing import Any, Callable, Dict, List, Tuple
 import numpy
 
 from rosslt import values
+from rosslt.instrument import cells, functions, scalars
 from rosslt.instrument.arrays import (
     LARGEST,
     TrackedArray,
@@ -63,11 +64,27 @@ def _moved(function: Any, arguments: Any, options: Any) -> Any:
 
 def _all_moved(function: Any, arguments: Any, options: Any) -> Any:
     """Of a function that puts the elements of several arrays elsewhere."""
-    return function(*[_besides(one) if _is_array_like(one) else plain(one) for one in arguments], **plain(options))
+    first = arguments[0]
+    if function is numpy.block:
+        return function(_beside_each(first))
+    if type(first) in (list, tuple) and function not in (numpy.append, numpy.insert):
+        return function([_beside_array(part) for part in first], *plain(list(arguments[1:])), **plain(options))
+    places = arguments[1:2] if function is numpy.insert else ()
+    rest = arguments[2:] if function is numpy.insert else arguments[1:]
+    return function(_beside_array(first), *plain(list(places)), *map(_beside_array, rest), **plain(options))
 
 
-def _is_array_like(x: Any) -> bool:
-    return isinstance(x, (numpy.ndarray, list, tuple))
+def _beside_each(x: Any) -> Any:
+    return [_beside_each(part) for part in x] if type(x) is list else _beside_array(x)
+
+
+def _beside_array(x: Any) -> numpy.ndarray:
+    """The provenance of a number, a list or an array, in an array of objects of its shape with None elsewhere."""
+    made = numpy.empty(numpy.shape(plain(x)), dtype=object)
+    beside = provenance_of(x)
+    if beside is not None:
+        made[...] = beside
+    return made
 
 
 def _added(function: Any, arguments: Any, options: Any) -> Any:
@@ -178,12 +195,65 @@ def _chosen(function: Any, arguments: Any, options: Any) -> Any:
     return numpy.where(plain(condition), _besides(one), _besides(other))
 
 
+def _largest(function: Any, arguments: Any, options: Any) -> Any:
+    """Of `numpy.max` and `numpy.min` of a list."""
+    ufunc = numpy.maximum if function in (numpy.max, numpy.amax) else numpy.minimum
+    return provenance_of(
+        compute(
+            ufunc,
+            'reduce',
+            (with_provenance(numpy.asarray(plain(arguments[0])), provenance_of(arguments[0])),),
+            {'axis': None, **options},
+        )
+    )
+
+
+def _interpolated(function: Any, arguments: Any, options: Any) -> Any:
+    if options or len(arguments) != 3:
+        return None
+    x, places, heights = arguments
+    known = numpy.asarray(plain(places), dtype=float)
+    known_objects, objects = (
+        filled(numpy.asarray(plain(one)), provenance_of(one)).tolist() for one in (places, heights)
+    )
+
+    def at(value: Any) -> Any:
+        after = int(numpy.searchsorted(known, plain(value), side='right'))
+        if after == 0 or after == len(known):
+            return objects[min(after, len(known) - 1)]
+        before = after - 1
+        slope = (objects[after] - objects[before]) / (known_objects[after] - known_objects[before])
+        return objects[before] + slope * (value - known_objects[before])
+
+    return only_tracked(numpy.frompyfunc(at, 1, 1)(filled(numpy.asarray(plain(x)), provenance_of(x))))
+
+
+def _polynomial(function: Any, arguments: Any, options: Any) -> Any:
+    if options or len(arguments) != 2:
+        return None
+    result: Any = 0.0
+    x = _objects(arguments[1])
+    for factor in _objects(arguments[0]).tolist() if provenance_of(arguments[0]) is not None else plain(arguments[0]):
+        result = result * x + factor
+    return only_tracked(result)
+
+
+def _meshed(function: Any, arguments: Any, options: Any) -> Any:
+    return numpy.meshgrid(*[_besides(one) for one in arguments], **plain(options))
+
+
+def _sorted(function: Any, arguments: Any, options: Any) -> Any:
+    order = numpy.argsort(plain(arguments[0]), **plain(options))
+    return numpy.take_along_axis(_besides(arguments[0]), order, options.get('axis', -1))
+
+
 def _rounded(function: Any, arguments: Any, options: Any) -> Any:
     decimals = plain(options.get('decimals', arguments[1] if len(arguments) > 1 else 0))
     return each(lambda x: round(x, decimals), [plain(arguments[0])], [provenance_of(arguments[0])])
 
 
 _RULES: Dict[Any, Callable[..., Any]] = {}
+_RULED: List[str] = []
 for _rule, _names in {
     _moved: 'array_split atleast_1d atleast_2d atleast_3d broadcast_to copy delete diag diagflat diagonal '
     'expand_dims flip fliplr flipud moveaxis ravel repeat reshape resize roll rollaxis rot90 split '
@@ -194,8 +264,14 @@ for _rule, _names in {
     _clipped: 'clip',
     _chosen: 'where',
     _rounded: 'round around round_',
+    _largest: 'max min amax amin',
+    _interpolated: 'interp',
+    _polynomial: 'polyval',
+    _meshed: 'meshgrid',
+    _sorted: 'sort',
 }.items():
     _RULES.update((getattr(numpy, name), _rule) for name in _names.split() if hasattr(numpy, name))
+    _RULED += _names.split()
 _RULES[numpy.linalg.norm] = _norm
 _RULES[numpy.linalg.inv] = _inverse
 _RULES[numpy.linalg.solve] = _solution
@@ -325,9 +401,7 @@ def _between(made: numpy.ndarray, value_at: Callable[[int], Any]) -> Any:
 def numpy_functions() -> Dict[str, Any]:
     """What a node's own code gets in place of functions of `numpy`, by name."""
     found: Dict[str, Any] = {
-        function.__name__: _noticing(function)
-        for function in _RULES
-        if getattr(numpy, function.__name__, None) is function
+        name: _noticing(getattr(numpy, name)) for name in _RULED if getattr(numpy, name, None) in _RULES
     }
     for name in ('array', 'asarray', 'asanyarray', 'asfarray', 'ascontiguousarray'):
         if hasattr(numpy, name):
@@ -363,3 +437,6 @@ TrackedArray.__array_function__ = _array_function  # type: ignore[method-assign,
 def keep_provenance_in_numpy() -> None:
     """Have tracked numbers and plain arrays make arrays of floats, as NumPy does, not of objects."""
     values.compute_ufuncs_with(compute)
+    scalars.give_attributes_of_numpy()
+    functions.see_tracked_beside(numpy.float64)
+    cells.strip_by(TrackedArray, plain)

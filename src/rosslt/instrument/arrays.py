@@ -22,10 +22,18 @@ LARGEST = 1024
 #: How far a number computed by NumPy may be from the same one computed by `math`, against its size.
 _ROUNDING = 1e-9
 
+
+def _product(a: Any, b: Any) -> Any:
+    """A product, without provenance where it is 0 whatever the other factor is: most of a matrix is such."""
+    if (type(a) not in _TRACKED and a == 0) or (type(b) not in _TRACKED and b == 0):
+        return 0.0
+    return a * b
+
+
 _OPERATORS: Dict[str, Callable[..., Any]] = {
+    'multiply': _product,
     'add': operator.add,
     'subtract': operator.sub,
-    'multiply': operator.mul,
     'divide': operator.truediv,
     'true_divide': operator.truediv,
     'floor_divide': operator.floordiv,

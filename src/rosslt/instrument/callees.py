@@ -81,6 +81,9 @@ STRICT_DECORATORS = {'jit', 'njit', 'vectorize', 'guvectorize', 'stencil', 'cfun
 #: Functions that repeat themselves.
 WAVES = {'sin', 'cos', 'tan', 'exp'}
 
+#: Functions of which the first three arguments are angles about three axes.
+TURN_CALLS = {'quaternion_from_euler', 'euler_matrix'}
+
 #: Names of a turn or a part of it.
 TURNS = {'pi', 'tau', 'PI', 'M_PI', 'TWO_PI', 'twopi'}
 
@@ -111,3 +114,19 @@ CLOCKS = {'to_sec', 'to_nsec', 'get_time', 'time', 'monotonic', 'perf_counter', 
 
 #: Modules of which a function or a constant of numbers is a number.
 MODULES_OF_NUMBERS = {'math', 'numpy', 'np', 'm'}
+
+#: Functions that give random numbers.
+CHANCE = {
+    'random',
+    'uniform',
+    'gauss',
+    'normal',
+    'normalvariate',
+    'rand',
+    'randn',
+    'random_sample',
+    'standard_normal',
+    'triangular',
+    'betavariate',
+    'expovariate',
+}

@@ -9,7 +9,7 @@ import linecache
 import os
 import re
 import threading
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 import rospy
 
@@ -19,12 +19,37 @@ from rosslt.instrument.verdicts import NUMBER
 
 _files: Dict[str, 'Cells'] = {}
 _by_source: Dict[values.Source, 'CellLocation'] = {}
+_undecided: List['CellLocation'] = []
 _lock = threading.RLock()
 
 
-def plain(value: Any) -> Any:
-    """A value without its provenance, to carry a state on."""
+def plain_object(value: Any) -> Any:
+    """What `is` compares: the plain number or text that a tracked one stands for, anything else itself."""
     return value._plain if type(value) in values.TRACKED_CLASSES else value
+
+
+def plain(value: Any) -> Any:
+    """A value without its provenance, to carry a state on. Lists keep theirs: they are extended in place."""
+    kind = type(value)
+    if kind in values.TRACKED_CLASSES:
+        return value._plain
+    if kind is tuple:
+        return tuple([plain(part) for part in value])
+    strip = _stripped_by.get(kind)
+    return value if strip is None else strip(value)
+
+
+_stripped_by: Dict[type, Callable[[Any], Any]] = {}
+
+
+def strip_by(kind: type, strip: Callable[[Any], Any]) -> None:
+    """Have `plain` take the provenance from values of another class.
+
+    Args:
+        kind: the class.
+        strip: gives a value of it without provenance.
+    """
+    _stripped_by[kind] = strip
 
 
 def cells_of(path: str, literals: List[Literal], digest: str) -> 'Cells':
@@ -93,10 +118,8 @@ class Cells(list):
         if location is None:
             return ()
         source = values.track(float(value) if location.type is float else value, location.source)
-        if location.is_shape:
-            # It is known by its name from here on. What is computed with it from now on does without its provenance,
-            # which makes affine again what moves, and so costs a fraction.
-            self[number] = location.value
+        if location.keeps is None:
+            _undecided.append(location)
         # An int that may become a float: what is said of it must hold for floats.
         return source if type(values.untracked(source)) is type(value) else source + 0
 
@@ -121,6 +144,33 @@ def location_of(source: values.Source) -> 'Optional[CellLocation]':
     return _by_source.get(source)
 
 
+def decide_shapes(leaves: Iterable[Any]) -> None:
+    """Have what gives formulas their shape do without provenance from now on, where nothing is lost by that.
+
+    That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
+    shapes, the one that is changed most willingly, or one that another leaf keeps.
+
+    Args:
+        leaves: of a message in which they came up.
+    """
+    with _lock:
+        undecided, _undecided[:] = list(_undecided), []
+        if not undecided:
+            return
+        several = []
+        for leaf in leaves:
+            locations = [_by_source.get(source) for source in values.sources(leaf)]
+            shapes = [location for location in locations if location is not None and location.is_shape]
+            if len(shapes) == len(locations) and not any(shape.keeps for shape in shapes):
+                several.append(shapes)
+        # What has one shape only has no choice, and may be enough for what has more.
+        for shapes in sorted(several, key=len):
+            if shapes and not any(shape.keeps for shape in shapes):
+                min(shapes, key=lambda shape: shape.rank).keep()
+        for location in undecided:
+            location.drop()
+
+
 def read_step(cells: Cells, number: int) -> Any:
     """The plain number in a cell that carries a state on; it is known by name from now on, where there is a node."""
     if number not in cells.locations and node.is_started():
@@ -133,16 +183,18 @@ class CellLocation(node.LiteralLocation):
 
     Attributes:
         cells, number: where its value is read.
-        is_shape: whether it gives a formula its shape, and is read without provenance once it is known.
+        is_shape: whether it gives a formula its shape.
+        keeps: whether it is read with its provenance; None while it is not decided yet.
         rank: how willingly it is changed.
     """
 
-    __slots__ = ('cells', 'is_shape', 'number', 'rank')
+    __slots__ = ('cells', 'is_shape', 'keeps', 'number', 'rank')
 
     def __init__(self, cells: Cells, number: int) -> None:
         literal = cells.literals[number]
         self.cells, self.number, self.rank = cells, number, literal.rank
         self.is_shape = literal.is_shape
+        self.keeps: Optional[bool] = None if self.is_shape else True
         site = node.CallSite(literal.file, literal.line, literal.column, linecache.getline(literal.file, literal.line))
         super().__init__(
             literal.identity,
@@ -173,7 +225,18 @@ class CellLocation(node.LiteralLocation):
             self._value, self._tracked = value, self.cells[self.number]
             return
         super().put(value)
-        self.cells[self.number] = self.value if self.is_shape else self.tracked
+        self.cells[self.number] = self.value if self.keeps is False else self.tracked
+
+    def keep(self) -> None:
+        """Be read with its provenance from now on, as something comes from it alone."""
+        self.keeps = True
+        self.cells[self.number] = self.tracked
+
+    def drop(self) -> None:
+        """Be read without its provenance from now on, unless something comes from it alone."""
+        if not self.keeps:
+            self.keeps = False
+            self.cells[self.number] = self.value
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
         literal = self.cells.literals[self.number]

@@ -2,7 +2,7 @@
 
 import math
 import operator
-from typing import Any, Callable, Dict
+from typing import Any, Callable, Dict, Tuple
 
 from rosslt import values
 
@@ -66,10 +66,11 @@ def type_of(thing: Any) -> Any:
 _PLAIN_CLASSES: Dict[type, type] = {
     type(values.track(kind(), values.Source('/', 0))): kind for kind in (float, int, bool, str)
 }
+_TRACKED_FLOAT = type(values.track(0.0, values.Source('/', 0)))
 _TRACKED_INT = type(values.track(0, values.Source('/', 0)))
 
 
-def show_as_plain(tracked: type, plain: type) -> None:
+def show_as_plain(tracked: type, plain: Any) -> None:
     """Have a class call itself as the plain one does, in texts and error messages, and be known as that one.
 
     Args:
@@ -86,22 +87,34 @@ def show_numbers_as_plain() -> None:
         show_as_plain(tracked, kind)
 
 
-def _reflecting(name: str) -> Callable[[Any, Any], Any]:
-    """An operator that lets an int with provenance compute with the plain float on its left.
+#: The classes on whose right a tracked number would be taken for a plain one, and the classes of such numbers.
+_BESIDE: Dict[type, Tuple[type, ...]] = {float: (_TRACKED_INT,)}
 
-    A float takes every int for a plain one, and so would not ask it.
+
+def see_tracked_beside(kind: type) -> None:
+    """Have tracked floats and ints keep their provenance on the right of plain numbers of another class."""
+    _BESIDE[kind] = (_TRACKED_FLOAT, _TRACKED_INT)
+
+
+def _reflecting(name: str) -> Callable[[Any, Any], Any]:
+    """An operator that lets a number with provenance compute with the plain one on its left.
+
+    A float takes every int for a plain one, and NumPy's float every float, and so would not ask it.
     """
-    plain, reflected = getattr(operator, name), getattr(_TRACKED_INT, f'__r{name}__')
+    plain = getattr(operator, name)
+    reflected = {kind: getattr(kind, f'__r{name}__') for kind in (_TRACKED_FLOAT, _TRACKED_INT)}
 
     def compute(left: Any, right: Any) -> Any:
-        if type(right) is _TRACKED_INT and type(left) is float:
-            return reflected(right, left)
+        kinds = _BESIDE.get(type(left))
+        # What is divided by 0 is left to NumPy, which knows infinity.
+        if kinds is not None and type(right) in kinds and (right or plain is not operator.truediv):
+            return reflected[type(right)](right, float(left))
         return plain(left, right)
 
     return compute
 
 
-#: Operators by their names, which see the provenance of an int on the right of a plain float.
+#: Operators by their names, which see the provenance on the right of a plain number.
 REFLECTING: Dict[str, Callable[[Any, Any], Any]] = {
     name: _reflecting(name) for name in ('add', 'sub', 'mul', 'truediv')
 }

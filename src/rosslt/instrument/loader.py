@@ -22,6 +22,7 @@ from rosslt.instrument.literals import Literal, digest_of
 from rosslt.instrument.rewriting import (
     CELLS,
     CONVERSIONS,
+    OBJECT,
     OPERATORS,
     PLAIN,
     ROUTE,
@@ -103,6 +104,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     reloading.watch(os.path.realpath(path))
     names[STEP] = cells.read_step
     names[PLAIN] = cells.plain
+    names[OBJECT] = cells.plain_object
     names[ROUTE] = routing.route
     names[ROUTE_ALL] = routing.route_all
     names[CONVERSIONS['float']] = functions.to_float

@@ -2,13 +2,12 @@
 
 import contextlib
 import time
-from typing import Any
+from typing import Any, List
 
 import rospy
-from rospy.msg import args_kwds_to_message
 
 from rosslt import messages, node, values
-from rosslt.instrument.cells import location_of
+from rosslt.instrument.cells import decide_shapes, location_of
 
 #: The first messages of a publisher are looked into, and later ones as often as that, in seconds.
 FIRST_MESSAGES = 3
@@ -33,7 +32,7 @@ class Publisher(node.Publisher):
             self._look_again = now + PERIOD
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, rospy.ROSException):
-                reach(args_kwds_to_message(self.data_class, args, kwds))
+                reach(node.args_kwds_to_message(self.data_class, args, kwds))
         super().publish(*args, **kwds)
 
 
@@ -42,8 +41,23 @@ def reach(message: Any) -> None:
     if isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message)):
         return
     fields = messages.tracked_fields(message)
-    values.sources(list({id(value): value for _, value, _ in fields}.values()))
+    leaves = list({id(value): value for _, value, _ in fields}.values())
+    sources = values.sources(leaves)
+    decide_shapes(leaves)
     for source in values.sources([value for _, value, kind in fields if kind == 'i']):
         location = location_of(source)
         if location is not None:
             location.keep_whole()
+    if any(map(node.is_whole_parameter, sources)):
+        _take_fractions([value for _, value, kind in fields if kind in 'df'])
+
+
+def _take_fractions(leaves: List[Any]) -> None:
+    """Have parameters take fractions that say 1 where 1.0 is meant: those that are all that is in a field of floats.
+
+    What is computed with other numbers as well may be a count.
+    """
+    for leaf in leaves:
+        (kind, *rest), *functions = values.disassemble([leaf])[0]
+        if kind == values.SOURCE and node.is_whole_parameter(rest[0]) and all(len(one) == 2 for one in functions):
+            node.take_fractions(rest[0])

@@ -6,20 +6,22 @@ import ast
 import copy
 from typing import Any, Dict, Iterator, List, NamedTuple, Set, Tuple
 
+from rosslt.instrument.callees import CHANCE
 from rosslt.instrument.literals import Literal, SourceText, find_literals
 from rosslt.instrument.states import find_states
 
 #: The names that rewritten code finds in its module, beside its own.
-CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN = (
+CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN, OBJECT = (
     '__rosslt_cells__',
     '__rosslt_step__',
     '__rosslt_route__',
     '__rosslt_route_all__',
     '__rosslt_plain__',
+    '__rosslt_object__',
 )
 #: Conversions of which the argument may be tracked.
 CONVERSIONS = {'float': '__rosslt_float__', 'int': '__rosslt_int__', 'type': '__rosslt_type__'}
-#: Operators of which a plain float on the left would take no notice of an int with provenance on the right.
+#: Operators of which a plain float, or NumPy's, on the left would take no notice of the provenance on the right.
 OPERATORS = {
     ast.Add: '__rosslt_add__',
     ast.Sub: '__rosslt_sub__',
@@ -61,7 +63,7 @@ def rewrite(content: bytes, path: str, named: str) -> Rewritten:
     found = find_literals(tree, source, states)
     literals = [literal for _, literal in found]
     cells = {id(node): (number, literal) for number, (node, literal) in enumerate(found)}
-    rewriter = _Rewriter(cells, states.steps, _bound_names(tree), _names_of_ints(tree, cells))
+    rewriter = _Rewriter(cells, states.steps, _bound_names(tree), *_hidden(tree, cells))
     tree = ast.fix_missing_locations(rewriter.visit(tree))
     return Rewritten(compile(tree, named, 'exec', dont_inherit=True), literals, source.digest)
 
@@ -81,8 +83,14 @@ def _bound_names(tree: ast.AST) -> Set[str]:
     return names
 
 
-def _names_of_ints(tree: ast.AST, cells: Any) -> Set[str]:
-    """The names, without what they are attributes of, that may stand for ints with provenance."""
+def _hidden(tree: ast.AST, cells: Any) -> Tuple[Set[str], Tuple[type, ...]]:
+    """What a plain number on the left would not ask for its provenance.
+
+    Returns:
+        The names, without what they are attributes of, that may stand for such numbers, and the classes of those: ints,
+        and floats too where there is NumPy.
+    """
+    kinds: Tuple[type, ...] = (int, float) if _uses_numpy(tree) else (int,)
     names: Set[str] = set()
     functions: Dict[str, List[ast.AST]] = {}
     for node in ast.walk(tree):
@@ -92,16 +100,32 @@ def _names_of_ints(tree: ast.AST, cells: Any) -> Set[str]:
             made = [part for part in node.body if isinstance(part, _FUNCTIONS) and part.name == '__init__']
             functions.setdefault(node.name, []).extend(made)
     for node in ast.walk(tree):
-        if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value is not None and _makes_int(node.value, cells):
+        if (
+            isinstance(node, (ast.Assign, ast.AnnAssign))
+            and node.value is not None
+            and _makes(kinds, node.value, cells)
+        ):
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
             names |= {_last_name(part) for target in targets for part in getattr(target, 'elts', [target])}
-        elif isinstance(node, (ast.For, ast.comprehension)) and _makes_int(node.iter, cells):
+        elif isinstance(node, (ast.For, ast.comprehension)) and _makes(kinds, node.iter, cells):
             names |= {_last_name(part) for part in getattr(node.target, 'elts', [node.target])}
         elif isinstance(node, ast.Call):
-            names |= {keyword.arg for keyword in node.keywords if keyword.arg and _makes_int(keyword.value, cells)}
+            names |= {keyword.arg for keyword in node.keywords if keyword.arg and _makes(kinds, keyword.value, cells)}
             for function in functions.get(_last_name(node.func), ()):
-                names |= {arg.arg for arg, value in _bound_arguments(function, node) if _makes_int(value, cells)}
-    return names - {''}
+                names |= {arg.arg for arg, value in _bound_arguments(function, node) if _makes(kinds, value, cells)}
+    return names - {''}, kinds
+
+
+def _uses_numpy(tree: ast.AST) -> bool:
+    return any(
+        (isinstance(node, ast.Import) and any(alias.name.split('.')[0] in _OF_NUMPY for alias in node.names))
+        or (isinstance(node, ast.ImportFrom) and (node.module or '').split('.')[0] in _OF_NUMPY)
+        for node in ast.walk(tree)
+    )
+
+
+#: Modules of which functions give numbers of NumPy.
+_OF_NUMPY = ('numpy', 'scipy', 'tf', 'tf_conversions')
 
 
 def _bound_arguments(function: Any, call: ast.Call) -> Iterator[Tuple[ast.arg, ast.expr]]:
@@ -111,9 +135,9 @@ def _bound_arguments(function: Any, call: ast.Call) -> Iterator[Tuple[ast.arg, a
     return zip(parameters, call.args)
 
 
-def _makes_int(node: ast.AST, cells: Any) -> bool:
+def _makes(kinds: Tuple[type, ...], node: ast.AST, cells: Any) -> bool:
     return any(
-        (id(part) in cells and type(cells[id(part)][1].value) is int)
+        (id(part) in cells and type(cells[id(part)][1].value) in kinds)
         or (isinstance(part, ast.Call) and _last_name(part.func) in ('get_param', 'get_param_cached'))
         for part in ast.walk(node)
     )
@@ -126,11 +150,14 @@ def _last_name(node: ast.AST) -> str:
 
 
 class _Rewriter(ast.NodeTransformer):
-    def __init__(self, cells: Any, steps: Set[ast.AST], bound: Set[str], ints: Set[str]) -> None:
+    def __init__(
+        self, cells: Any, steps: Set[ast.AST], bound: Set[str], hidden: Set[str], kinds: Tuple[type, ...]
+    ) -> None:
         self._cells = cells
         self._steps = steps
         self._bound = bound
-        self._ints = ints
+        self._hidden = hidden
+        self._kinds = kinds
 
     def visit(self, node: ast.AST) -> Any:
         cell = self._cells.get(id(node))
@@ -163,26 +190,30 @@ class _Rewriter(ast.NodeTransformer):
 
     def visit_BinOp(self, node: ast.BinOp) -> Any:
         operator = OPERATORS.get(type(node.op))
-        is_needed = operator is not None and not self._is_known(node.left) and self._may_be_int(node.right)
+        is_needed = operator is not None and not self._is_known(node.left) and self._may_be_hidden(node.right)
         self.generic_visit(node)
         return _call(operator, [node.left, node.right], node) if operator and is_needed else node
 
     def _is_known(self, node: ast.AST) -> bool:
-        """Whether an operand is a literal, which keeps its own provenance or is no number."""
-        return id(node) in self._cells or isinstance(
-            node, (ast.Constant, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.ListComp)
+        """Whether an operand is a literal, which keeps its own provenance or is no number, or is mere chance."""
+        return (
+            id(node) in self._cells
+            or isinstance(node, (ast.Constant, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.ListComp))
+            or any(isinstance(part, ast.Call) and _last_name(part.func) in CHANCE for part in ast.walk(node))
         )
 
-    def _may_be_int(self, node: ast.AST) -> bool:
+    def _may_be_hidden(self, node: ast.AST) -> bool:
         if id(node) in self._cells:
-            return type(self._cells[id(node)][1].value) is int
+            return type(self._cells[id(node)][1].value) in self._kinds
         if isinstance(node, ast.BinOp):
-            return not isinstance(node.op, ast.Div) and (self._may_be_int(node.left) or self._may_be_int(node.right))
+            return (float in self._kinds or not isinstance(node.op, ast.Div)) and (
+                self._may_be_hidden(node.left) or self._may_be_hidden(node.right)
+            )
         if isinstance(node, ast.UnaryOp):
-            return self._may_be_int(node.operand)
+            return self._may_be_hidden(node.operand)
         if isinstance(node, ast.Call):
             return _last_name(node.func) in ('int', 'round', 'len', 'abs')
-        return _last_name(node) in self._ints
+        return _last_name(node) in self._hidden
 
     def visit_Compare(self, node: ast.Compare) -> Any:
         self.generic_visit(node)
@@ -191,7 +222,7 @@ class _Rewriter(ast.NodeTransformer):
             if not any(isinstance(operand, ast.Constant) and operand.value is None for operand in operands):
                 # What is the same number must be the same object, as it is without provenance.
                 made: List[ast.expr] = [
-                    operand if isinstance(operand, ast.Constant) else _call(PLAIN, [operand], operand)
+                    operand if isinstance(operand, ast.Constant) else _call(OBJECT, [operand], operand)
                     for operand in operands
                 ]
                 node.left, node.comparators = made[0], made[1:]
@@ -205,13 +236,9 @@ class _Rewriter(ast.NodeTransformer):
         if node.module == '__future__':
             return node
         if any(alias.name == '*' for alias in node.names):
-            call = ast.Call(
-                func=_name(ROUTE_ALL, node),
-                args=[ast.copy_location(ast.Call(func=_name('globals', node), args=[], keywords=[]), node)],
-                keywords=[],
-            )
-            return [node, ast.copy_location(ast.Expr(value=ast.copy_location(call, node)), node)]
-        return [node, *(_routed(alias.asname or alias.name, node) for alias in node.names)]
+            call = _call(ROUTE_ALL, [_call('globals', [], node), *_origin(node)], node)
+            return [node, ast.copy_location(ast.Expr(value=call), node)]
+        return [node, *(_routed(alias.asname or alias.name, node, *_origin(node)) for alias in node.names)]
 
     def visit_Assign(self, node: ast.Assign) -> Any:
         is_step = node in self._steps
@@ -250,10 +277,19 @@ def _name(name: str, where: ast.AST) -> ast.Name:
     return ast.copy_location(ast.Name(id=name, ctx=ast.Load()), where)
 
 
+def _origin(node: ast.ImportFrom) -> List[ast.expr]:
+    """The module that is imported from, as an argument; none for one that is relative to the file's own."""
+    return (
+        [] if node.level or not node.module else [ast.copy_location(ast.Constant(value=node.module, kind=None), node)]
+    )
+
+
 def _call(function: str, arguments: List[ast.expr], where: ast.AST) -> ast.Call:
     return ast.copy_location(ast.Call(func=_name(function, where), args=arguments, keywords=[]), where)
 
 
-def _routed(name: str, where: ast.stmt) -> ast.stmt:
+def _routed(name: str, where: ast.stmt, *origin: ast.expr) -> ast.stmt:
     target = ast.copy_location(ast.Name(id=name, ctx=ast.Store()), where)
-    return ast.copy_location(ast.Assign(targets=[target], value=_call(ROUTE, [_name(name, where)], where)), where)
+    return ast.copy_location(
+        ast.Assign(targets=[target], value=_call(ROUTE, [_name(name, where), *origin], where)), where
+    )

@@ -63,20 +63,32 @@ class Counterpart(types.ModuleType):
         return dir(self.__original__)
 
 
-def route(thing: Any) -> Any:
-    """What rewritten code gets in place of something that it imported: itself mostly."""
+def route(thing: Any, origin: str = '') -> Any:
+    """What rewritten code gets in place of something that it imported: itself mostly.
+
+    Args:
+        thing: what was imported.
+        origin: the module from which it was imported, where it was taken from one.
+    """
     _tell_libraries()
-    if type(thing) is types.ModuleType:
-        make = _LATE.get(thing.__name__)
-        if make is not None and id(thing) not in _counterparts:
-            replace(thing, make(thing))
+    _make_counterparts(thing.__name__ if type(thing) is types.ModuleType else origin)
     return _counterparts.get(id(thing), thing)
 
 
-def route_all(names: Dict[str, Any]) -> None:
+def _make_counterparts(name: str) -> None:
+    """Make those of a module, and of the packages that it is in, which have not been made."""
+    parts = name.split('.')
+    for end in range(1, len(parts) + 1):
+        package = '.'.join(parts[:end])
+        module = sys.modules.get(package)
+        if package in _LATE and module is not None:
+            replace(module, _LATE.pop(package)(module))
+
+
+def route_all(names: Dict[str, Any], origin: str = '') -> None:
     """`route` for all that a module has, after `from ... import *`."""
     for name, thing in list(names.items()):
-        routed = route(thing)
+        routed = route(thing, origin)
         if routed is not thing:
             names[name] = routed
 

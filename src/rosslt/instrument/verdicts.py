@@ -17,6 +17,7 @@ from rosslt.instrument.callees import (
     PLAIN_MODULES,
     SHAPE_CALLS,
     STRICT_DECORATORS,
+    TURN_CALLS,
     TURNS,
     UNITS,
     WAVES,
@@ -46,6 +47,7 @@ RULES = {
     rule.name: rule
     for rule in (
         Rule('named', NUMBER, 'the value of a name: what a person would change first', 'speed = 7.0'),
+        Rule('parameter', NUMBER, 'the value of a parameter that is left out in a call', 'def f(x=7.0): pass'),
         Rule('value', NUMBER, 'a value of its own', 'send(7.0)'),
         Rule('term', NUMBER, 'a term or a factor of a formula', 'x = 7.0 * y'),
         Rule('counting name', WHOLE, 'an int that names, selects or counts: it stays an int', 'marker.id = 7'),
@@ -54,6 +56,12 @@ RULES = {
         Rule('divisor', FORM, 'what is divided by is a unit or a count', 'x = y / 7.0'),
         Rule('turn', FORM, 'a part of a turn', 'x = 7 * math.pi * y'),
         Rule('phase', FORM, 'how a wave depends on its time', 'x = math.cos(t * 7.0)'),
+        Rule(
+            'no turn',
+            FORM,
+            'a 0 beside an angle that is computed: it turns about that axis alone',
+            'q = quaternion_from_euler(0.0, 0, yaw)',
+        ),
         Rule('unit', FORM, 'a conversion of units', 'x = y * 1000'),
         Rule('sign', FORM, 'a change of the sign', 'x = -1 * y'),
         Rule('clock', FORM, 'how a clock runs', 'x = rospy.get_time() * 7.0'),
@@ -79,7 +87,7 @@ RULES = {
         Rule('repetition', PLAIN, 'how often something is repeated', 'x = [y] * 7'),
         Rule('text', PLAIN, 'what is formatted becomes a text', "x = f'{7}'"),
         Rule('decorator', PLAIN, 'belongs to the definition', '@retry(7)\ndef f(): pass'),
-        Rule('default', PLAIN, 'a default is made once, with the function', 'def f(x=7.0): pass'),
+        Rule('default', PLAIN, 'of a lambda, of a count, or part of a formula', 'f = lambda x=7.0: x'),
         Rule('annotation', PLAIN, 'belongs to the definition', 'def f(x: limited(7)): pass'),
         Rule('pattern', PLAIN, 'a pattern must stay a constant', 'match x:\n    case 7: pass'),
         Rule('key', PLAIN, 'the key of a dictionary', 'x = {7: y}'),
@@ -175,6 +183,9 @@ class _Judge:
         child: ast.AST = node
         while id(child) in self._parents:
             parent, field = self._parents[id(child)]
+            parameter = self._parameter(parent, field, node, is_whole) if child is node else None
+            if parameter:
+                return parameter, 'parameter'
             rule = self._outright(parent, field, child, node, is_whole)
             if rule and not (rule == 'step' and in_container):
                 return None, rule
@@ -184,6 +195,8 @@ class _Judge:
                 if found is None:
                     found = self._in_formula(parent, field, child is node, value)
                 in_formula = True
+            elif isinstance(parent, ast.Call) and child is node and value == 0 and _is_turn_about_one_axis(parent):
+                found = 'no turn'
             elif isinstance(parent, ast.Call) and in_formula and found is None and _last(parent.func) in WAVES:
                 found = 'phase'
             elif isinstance(parent, ast.stmt):
@@ -196,6 +209,22 @@ class _Judge:
                 return parent.arg, 'counting name'
             child = parent
         return None, found or 'value'
+
+    def _parameter(self, parent: ast.AST, field: str, node: ast.expr, is_whole: bool) -> Optional[str]:
+        """The parameter of which a literal is the default, where it is the value of something."""
+        if field not in ('defaults', 'kw_defaults') or not isinstance(parent, ast.arguments):
+            return None
+        if isinstance(self._parents[id(parent)][0], ast.Lambda):
+            return None
+        with_default = parent.kwonlyargs
+        defaults: List[Optional[ast.expr]] = list(parent.kw_defaults)
+        if field == 'defaults':
+            defaults = list(parent.defaults)
+            with_default = [*getattr(parent, 'posonlyargs', ()), *parent.args][-len(defaults) :]
+        name = next(arg.arg for arg, default in zip(with_default, defaults) if default is node)
+        if name in PLAIN_KEYWORDS or (is_whole and name.lower() in COUNT_ATTRIBUTES | self._counts | self._indices):
+            return None
+        return name
 
     def _outright(self, parent: ast.AST, field: str, child: ast.AST, node: ast.AST, is_whole: bool) -> Optional[str]:
         """The rule that speaks for all below a field of a node, whatever else they are."""
@@ -281,6 +310,12 @@ class _Judge:
             if isinstance(owner, ast.ClassDef) and targets and all(target.isupper() for target in targets):
                 return 'enumeration'
         return 'named' if is_all and name else 'value'
+
+
+def _is_turn_about_one_axis(call: ast.Call) -> bool:
+    angles = call.args[:3]
+    computed = [angle for angle in angles if not isinstance(angle, ast.Constant) and not _is_constant(angle)]
+    return _last(call.func) in TURN_CALLS and len(angles) == 3 and len(computed) == 1
 
 
 def _is_strict(node: ast.AST) -> bool:

@@ -20,18 +20,18 @@ class Descriptions:
         self._directory = node.directory()
         self._directory.when_found(found)
 
-    def look_up(self, sources: Collection[Any]) -> None:
+    def look_up(self, sources: Collection[values.Source]) -> None:
         """Ask for what is not known of sources, or has not been asked for long; it is known some time later."""
         self._directory.look_up(sources, STALE_AFTER)
 
-    def name(self, source: Any) -> str:
+    def name(self, source: values.Source) -> str:
         """What a source is called: its name, else where it is."""
         place = self._directory.of(source)
         if place is None:
             return '{} of {}'.format(source.location_id, source.node)
         return place.local_name if place.location.is_named else place.short_file
 
-    def one(self, source: Any, present: Dict[Any, Any]) -> str:
+    def one(self, source: values.Source, present: Dict[values.Source, Any]) -> str:
         """`shoulder = 0.4 (arm.py:48)`, and the node where more than one has such a location.
 
         Args:
@@ -51,18 +51,18 @@ class Descriptions:
             return '{} = {} ({})'.format(place.local_name, value, where)
         return '{} ({})'.format(value, where)
 
-    def several(self, sources: List[Any], present: Dict[Any, Any]) -> str:
+    def several(self, sources: List[values.Source], present: Dict[values.Source, Any]) -> str:
         """Several sources as one text."""
         return ', '.join(self.one(source, present) for source in sources)
 
-    def in_full(self, source: Any) -> str:
+    def in_full(self, source: values.Source) -> str:
         """Where a source is, with the whole path: `/home/me/arm.py:48:24, shoulder of /arm`."""
         place = self._directory.of(source)
         if place is None:
             return self.name(source)
         return '{}, {} of {}'.format(place.file, place.local_name, source.node)
 
-    def read_only(self, sources: Collection[Any]) -> Tuple[Any, ...]:
+    def read_only(self, sources: Collection[values.Source]) -> Tuple[values.Source, ...]:
         """Those of the sources that are known to take no change."""
         places = [(source, self._directory.of(source)) for source in sources]
         return tuple([source for source, place in places if place is not None and place.read_only])

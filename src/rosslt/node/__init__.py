@@ -14,6 +14,7 @@ from rosslt.node.api import (
     init_node,
     is_saved_here,
     is_started,
+    is_whole_parameter,
     keep_source,
     limits,
     location,
@@ -24,6 +25,7 @@ from rosslt.node.api import (
     remove_location,
     reread,
     start,
+    take_fractions,
     undo,
 )
 from rosslt.node.call_sites import CallSite
@@ -33,7 +35,7 @@ from rosslt.node.directory import Directory, Place
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.locations import HeldLocation, LiteralLocation
-from rosslt.node.rospy_internals import is_initialized
+from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.tf import counterparts as tf_counterparts
@@ -57,7 +59,9 @@ __all__ = [
     'Undone',
     'add_literal',
     'add_location',
+    'args_kwds_to_message',
     'ask_all',
+    'connected_publishers',
     'directory',
     'force_value',
     'force_value_as',
@@ -67,6 +71,7 @@ __all__ = [
     'is_initialized',
     'is_saved_here',
     'is_started',
+    'is_whole_parameter',
     'keep_source',
     'limits',
     'location',
@@ -79,6 +84,7 @@ __all__ = [
     'reread',
     'rotated',
     'start',
+    'take_fractions',
     'tf_counterparts',
     'tf_functions',
     'to_json',

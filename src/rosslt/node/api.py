@@ -17,7 +17,7 @@ from rosslt.node import client
 from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
 from rosslt.node.directory import Directory
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, checked_limits
+from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, ParameterLocation, checked_limits
 from rosslt.node.rospy_internals import is_initialized
 from rosslt.node.server import SETTINGS, Owner
 from rosslt.node.source_files import SOURCE_FILES
@@ -146,7 +146,7 @@ def _add_literal(
     """The location of one leaf of what `location` was given."""
     if isinstance(literal, (str, bool)):
         if not path and (limits['minimum'], limits['maximum']) != (None, None):
-            raise TypeError(f'bounds are for numbers, and {literal!r} is none')
+            raise TypeError(f'bounds are for numbers, and {literal!r} is not a number')
         limits = {**limits, 'minimum': None, 'maximum': None}
     return _owner.add_literal(
         LiteralLocation('\n'.join([identity, *path]), '/'.join([base, *path]), site, literal, **limits)
@@ -273,6 +273,21 @@ def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
 def read_parameter(frame: FrameType, name: str, *default: Any, as_float: bool = False) -> Any:
     """`get_param` for the call that a frame is making."""
     return _owner.parameter(rospy.resolve_name(name), frame, *default, as_float=as_float).read()
+
+
+def is_whole_parameter(source: values.Source) -> bool:
+    """Whether a source is a ROS parameter that this node reads, and takes whole numbers only."""
+    location = _owner.locations.by_id.get(source.location_id) if source.node == _owner.name else None
+    return isinstance(location, ParameterLocation) and location.type is int
+
+
+def take_fractions(source: values.Source) -> None:
+    """Have a parameter for which `is_whole_parameter` holds take fractions from now on: it means a float."""
+    with _owner.lock:
+        location = _owner.locations.by_id[source.location_id]
+        if isinstance(location, ParameterLocation):
+            location.parameter.as_float = True
+            location.retype(float(location.value))
 
 
 def undo() -> Dict[values.Source, client.Change]:

@@ -142,7 +142,7 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
     """Take back what a request has changed in nodes: in all that have a part in it.
 
     Args:
-        request_id: as their histories say.
+        request_id: as in their histories.
         nodes: their full names.
         requester: who asks.
         timeout: for all together, in seconds.

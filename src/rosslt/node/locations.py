@@ -446,7 +446,7 @@ def checked_limits(minimum: Any, maximum: Any, weight: Any) -> Dict[str, Union[i
         if type(number) not in (int, float):
             raise TypeError(f'{word}={given!r} is no number: give an int, a float or None')
         if not math.isfinite(number):
-            raise ValueError(f'{word}={given!r} is not a finite number; leave it out where there is none')
+            raise ValueError(f'{word}={given!r} is not a finite number; leave it out for no limit')
         limits[word] = number
     low, high, hard = limits['minimum'], limits['maximum'], limits['weight']
     if low is not None and high is not None and low > high:

@@ -179,7 +179,8 @@ class _Leaf:
         for source, reading in self._readings.items():
             if source in outdated and source not in self._undecided:
                 replaced, latest = outdated[source]
-                if reading != latest and reading in replaced and _is_number(reading) == _is_number(latest):
+                is_other = reading != latest or type(reading) is not type(latest)
+                if is_other and reading in replaced and _is_number(reading) == _is_number(latest):
                     changes[source] = latest
         if changes != self._changes:
             self._changes = changes
@@ -190,7 +191,7 @@ class _Leaf:
         try:
             found = values.reapply(self.value, changes)
         except (ArithmeticError, ValueError, TypeError) as error:
-            rospy.logwarn('%s is sent as it was: it has no value any more: %s', values.explain(self.value), error)
+            rospy.logwarn('%s is sent unchanged, as it has no value any more: %s', values.explain(self.value), error)
             return self.value
         if type(found) is type(self.value) or (self._kind in 'df' and _is_number(found)):
             return found

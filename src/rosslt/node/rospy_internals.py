@@ -4,6 +4,8 @@ Nothing else in the package reaches into `rospy.impl`, `rospy.core` or `rospy.ms
 names and says which one is gone, so that a change of rospy is seen before a robot runs with it.
 """
 
+from typing import Set
+
 import rospy.core
 import rospy.impl.registration
 import rospy.impl.tcpros_service
@@ -32,3 +34,14 @@ USED_OF_IMPLEMENTATIONS = {
     'publisher': ('publock', 'publish', 'closed', 'buff', 'is_latch', 'latch'),
     'subscriber': ('resolved_name', 'data_class', 'c_lock', 'connections'),
 }
+
+#: What `connected_publishers` uses of a connection.
+USED_OF_CONNECTIONS = ('callerid_pub', 'done')
+
+
+def connected_publishers(subscriber: rospy.Subscriber) -> Set[str]:
+    """The names of the nodes that a subscriber is connected to.
+
+    A node that crashed stays in the master's list, and rospy counts connections without saying to whom.
+    """
+    return {connection.callerid_pub for connection in subscriber.impl.connections if not connection.done}

@@ -187,7 +187,7 @@ class Owner:
 
     def _wait_for_parameters(self, written: int) -> None:
         if not self.mirror.wait(written, FOLLOW_TIMEOUT):
-            rospy.logwarn('the change is in force, but the parameter server does not follow')
+            rospy.logwarn('the change is in force, but its parameter could not be set yet')
 
     def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
         """The current values of several locations; serves `~rosslt/get_values`."""
@@ -240,7 +240,7 @@ class Owner:
                     if location.literal is not None and location.value != location.literal:
                         wanted.append((self._changeable(location), location.literal))
                     elif location.literal is None and ids:
-                        raise Refused(f'{location.name} is no literal: the code says no value that it could go back to')
+                        raise Refused(f'{location.name} is no literal: there is no value in the code to restore')
             except Refused as refused:
                 return [str(refused)], []
             reasons, changed = self._apply(wanted, requester)
@@ -408,7 +408,7 @@ class Owner:
                 if accepted
                 else (f'{self.name} takes no changes now: {self.name}/rosslt/accept_changes is {to_json(value)}')
             )
-            rospy.loginfo('%s', self.locked or self.name + ' takes changes')
+            rospy.loginfo('%s', self.locked or self.name + ' accepts changes')
         elif name == 'history':
             Sending.full_history = value == 'full'
             if value not in ('full', 'folded', {}):

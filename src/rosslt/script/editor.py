@@ -91,7 +91,7 @@ class Editor(QMainWindow):
             text = self._to_write()
             while not files.replace(self._path, self._saved, text):
                 if not self._follow():
-                    # It has been shown that the file holds something else. Whoever saves again means it.
+                    # The user was told that the file has another text, and saves again on purpose.
                     self._saved = files.read_settled(self._path)
                     return False
                 text = self._to_write()

@@ -139,10 +139,10 @@ class LiveScript:
             with self._lock:
                 state, text = self._state, files.read(self.path)
                 if text == self._refused:
-                    raise ScriptError(self.path, None, None, 'it has an error, which has to be mended first')
+                    raise ScriptError(self.path, None, None, 'it has an error, which has to be corrected first')
                 if text == state.parsed.text:
                     if place not in state.places:
-                        raise ScriptError(self.path, None, None, '{} is gone from it'.format(place.name))
+                        raise ScriptError(self.path, None, None, '{} is no longer in it'.format(place.name))
                     index = state.places.index(place)
                     parsed = literals.rewritten(state.parsed, index, value, self._settings.precision, self.path)
                     if parsed is state.parsed:
@@ -151,9 +151,9 @@ class LiveScript:
                     if files.replace(self.path, text, parsed.text):
                         self._come_into_force(_State(parsed, state.places, steps), True)
                         return
-            # Somebody has saved another text, and the watch has not come to it yet.
+            # Somebody has saved another text, and the watch has not read it yet.
             self._take_in(files.read_settled(self.path))
-        raise files.Unsettled(self.path, None, None, 'others write it all the time')
+        raise files.Unsettled(self.path, None, None, 'other programs keep writing it')
 
     def _take_in(self, text: str) -> bool:
         """Have a text that somebody has saved come into force, or report why it cannot.

@@ -22,7 +22,7 @@ RATE = 20.0
 
 
 def run() -> None:
-    """Keep a script in force until this node is shut down, as its private parameters say.
+    """Keep a script in force until this node is shut down. Private parameters are the settings.
 
     Raises:
         ScriptError: there is no script.
@@ -41,7 +41,7 @@ def run() -> None:
         nonlocal is_refused
         if is_refused:
             is_refused = False
-            rospy.loginfo('%s is mended, and in force again', path)
+            rospy.loginfo('%s is corrected, and in force again', path)
         rospy.logdebug('%s runs: %d steps', path, len(steps))
         player.play(steps, is_same_but_for_numbers)
 

@@ -1,7 +1,7 @@
-"""Running a script: the names that it has, how far it may go, and the steps that come of it.
+"""Running a script: the names that it can use, the limits on its run, and the steps that it makes.
 
-What a script can do is kept small, and how long it may take is limited. That is meant for accidents, a loop
-without an end say. It does not keep anybody out who wants to get out.
+A script can do little, and its run time is limited. This protects against accidents, for example an endless loop. It
+is no protection against attackers.
 """
 
 import ast

@@ -109,10 +109,10 @@ def _chosen(directory: Directory, parts: Dict[str, Any], text: Optional[str]) ->
     if not found:
         sources = dict.fromkeys(source for part in parts.values() for source in values.sources(part))
         raise Failure(
-            '{} is none of its sources, which are {}'.format(text, ', '.join(map(directory.name, sources)) or 'none')
+            '{} is not among its sources, which are {}'.format(text, ', '.join(map(directory.name, sources)) or 'none')
         )
     if len(found) > 1:
-        raise Failure('{} may be {}'.format(text, ' or '.join(map(directory.name, found))))
+        raise Failure('{} is ambiguous: it may be {}'.format(text, ' or '.join(map(directory.name, found))))
     ((source, name),) = found.items()
     return name, source
 

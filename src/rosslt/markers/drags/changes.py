@@ -19,13 +19,15 @@ class Plan(NamedTuple):
         stops: {Source: a bound that it has come to, such as 'maximum 4.5'}.
     """
 
-    before: Dict[Any, Any]
-    after: Dict[Any, Any]
+    before: Dict[values.Source, Any]
+    after: Dict[values.Source, Any]
     gap: float = 0.0
-    stops: Optional[Dict[Any, str]] = None
+    stops: Optional[Dict[values.Source, str]] = None
 
 
-def plan(tracked: Sequence[Any], targets: Sequence[float], source: Any = None, timeout: float = 1.0) -> Plan:
+def plan(
+    tracked: Sequence[Any], targets: Sequence[float], source: Optional[values.Source] = None, timeout: float = 1.0
+) -> Plan:
     """What the sources of tracked values must become so that these become their targets, or come as near as they can.
 
     Args:
@@ -50,13 +52,13 @@ def plan(tracked: Sequence[Any], targets: Sequence[float], source: Any = None, t
         return Plan(present, after, gap, stops)
 
 
-def default_sources(tracked: Sequence[Any], read_only: Collection[Any] = ()) -> List[Any]:
+def default_sources(tracked: Sequence[Any], read_only: Collection[values.Source] = ()) -> List[values.Source]:
     """The sources that a drag changes where none has been chosen, in order of appearance.
 
     Found by asking for a little change of each of the tracked values.
     """
     numbers = [value for value in tracked if not isinstance(value, str)]
-    found: Set[Any] = set()
+    found: Set[values.Source] = set()
     for index in range(len(numbers)):
         targets = list(map(float, numbers))
         targets[index] += NUDGE * max(1.0, abs(targets[index]))
@@ -67,7 +69,7 @@ def default_sources(tracked: Sequence[Any], read_only: Collection[Any] = ()) -> 
     return [source for source in values.sources(tracked) if source in found]
 
 
-def to_request(found: Plan, applied: Dict[Any, Any]) -> Dict[Any, Tuple[Any, Any]]:
+def to_request(found: Plan, applied: Dict[values.Source, Any]) -> Dict[values.Source, Tuple[Any, Any]]:
     """What has to be asked of the owners for a plan, {Source: (value that it has, new value)}.
 
     Args:
@@ -80,7 +82,7 @@ def to_request(found: Plan, applied: Dict[Any, Any]) -> Dict[Any, Tuple[Any, Any
     return {source: (value, wanted[source]) for source, value in present.items() if wanted[source] != value}
 
 
-def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float, request_id: str) -> Dict[Any, Any]:
+def request(wanted: Dict[values.Source, Tuple[Any, Any]], timeout: float, request_id: str) -> Dict[values.Source, Any]:
     """Request new values of sources from their owners.
 
     Args:
@@ -89,7 +91,7 @@ def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float, request_id: str)
         request_id: that of the drag, all of whose changes are one in the owners' histories.
 
     Returns:
-        {Source: Change(old, new)} as the owners say.
+        {Source: Change(old, new)} as the owners report.
 
     Raises:
         node.ChangeRejected, node.SourceUnreachable: as of `node.force_value`.
@@ -102,18 +104,18 @@ def request(wanted: Dict[Any, Tuple[Any, Any]], timeout: float, request_id: str)
     )
 
 
-def held_for(source: Any, tracked: Sequence[Any]) -> List[Any]:
+def held_for(source: values.Source, tracked: Sequence[Any]) -> List[values.Source]:
     """The sources that stay where a drag changes one alone: all others of the values that depend on that one."""
     concerned = [sources for sources in map(values.sources, tracked) if source in sources]
     return [other for sources in concerned for other in sources if other != source]
 
 
 def _nearest(
-    tracked: Sequence[Any], targets: Sequence[float], present: Dict[Any, Any], limits: Dict[str, Any]
-) -> Tuple[Dict[Any, Any], float]:
+    tracked: Sequence[Any], targets: Sequence[float], present: Dict[values.Source, Any], limits: Dict[str, Any]
+) -> Tuple[Dict[values.Source, Any], float]:
     """As `values.nearest`, with the sources of the lowest rank that help: counters and times do not change."""
     ranks = limits.get('rank', {})
-    found: Dict[Any, Any] = {}
+    found: Dict[values.Source, Any] = {}
     gap = math.inf
     for rank in sorted({ranks.get(source, 0) for source in present}):
         found, gap = values.nearest(
@@ -128,7 +130,7 @@ def _nearest(
     return found, gap
 
 
-def _stops(found: Dict[Any, Any], bounds: Dict[Any, Tuple[Any, Any]]) -> Dict[Any, str]:
+def _stops(found: Dict[values.Source, Any], bounds: Dict[values.Source, Tuple[Any, Any]]) -> Dict[values.Source, str]:
     stops = {}
     for source, (minimum, maximum) in bounds.items():
         for word, bound in (('minimum', minimum), ('maximum', maximum)):

@@ -4,6 +4,7 @@ import math
 import time
 from typing import Any, Dict, Optional
 
+from rosslt import values
 from rosslt.markers.drags.guard import Guard
 from rosslt.markers.geometry import PoseTuple, are_same_rotation, normalized, turn_without_noise, without_noise
 from rosslt.markers.scene.handle import Handle
@@ -46,8 +47,8 @@ class Drag:
         self.due = self.answered = 0.0
         self.fault: Optional[str] = None
         self.refusal: Optional[Exception] = None
-        self.before: Dict[Any, Any] = {}
-        self.after: Dict[Any, Any] = {}
+        self.before: Dict[values.Source, Any] = {}
+        self.after: Dict[values.Source, Any] = {}
 
     def move(self, frame: str, pose: PoseTuple) -> None:
         """The hand is at a pose now."""
@@ -66,7 +67,7 @@ class Drag:
         self.is_moved = self.is_moved or (x, y, z) != self.start[:3]
         self.is_turned = self.is_turned or not are_same_rotation(rotation, start, NOISE**2)
 
-    def remember(self, changes: Dict[Any, Any]) -> None:
+    def remember(self, changes: Dict[values.Source, Any]) -> None:
         """Keep what it has changed, {Source: Change}, to be undone."""
         for source, change in changes.items():
             self.before.setdefault(source, change.old)

@@ -62,7 +62,7 @@ class Drags:
         self._held: Dict[str, Drag] = {}
         self._over: Deque[Drag] = collections.deque()
         self._wake = threading.Condition()
-        self.chosen: Dict[str, Any] = {}
+        self.chosen: Dict[str, Optional[values.Source]] = {}
         self._past: Dict[str, Deque[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
         threading.Thread(target=self._work, name='drags', daemon=True).start()
 

@@ -31,14 +31,14 @@ class Guard:
     def __init__(self, limit: float, size: float) -> None:
         self._limit, self._size = limit, size
         self._longest_step = size
-        self._ratios: Dict[Any, float] = {}  # Source -> the most that it has moved for each metre of the hand
+        self._ratios: Dict[values.Source, float] = {}  # Source -> the most that it has moved for each metre of the hand
 
     def leap(
         self,
         start: Sequence[float],
         end: Sequence[float],
-        before: Dict[Any, Any],
-        after: Dict[Any, Any],
+        before: Dict[values.Source, Any],
+        after: Dict[values.Source, Any],
         tracked: Sequence[Any],
     ) -> Optional[Any]:
         """The source that would move by far more than the hand, or None; what is not a leap is remembered.
@@ -68,7 +68,11 @@ class Guard:
         return None
 
     def _is_elsewhere(
-        self, tracked: Sequence[Any], before: Dict[Any, Any], after: Dict[Any, Any], moved: Dict[Any, float]
+        self,
+        tracked: Sequence[Any],
+        before: Dict[values.Source, Any],
+        after: Dict[values.Source, Any],
+        moved: Dict[values.Source, float],
     ) -> bool:
         """Whether the answer is on another branch: the slopes on the way there account for a much shorter one."""
         there = {**before, **after}
@@ -85,9 +89,9 @@ class Guard:
     def _accounted(
         self,
         tracked: Sequence[Any],
-        before: Dict[Any, Any],
-        there: Dict[Any, Any],
-        moved: Dict[Any, float],
+        before: Dict[values.Source, Any],
+        there: Dict[values.Source, Any],
+        moved: Dict[values.Source, float],
         part: float,
         change: Any,
     ) -> float:

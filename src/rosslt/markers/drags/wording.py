@@ -1,9 +1,9 @@
 """Short texts for handles, with the important part first."""
 
 import re
-from typing import Any, Dict
+from typing import Callable, Dict
 
-from rosslt import node
+from rosslt import node, values
 
 #: Numbers that are shortened to a few digits beside a marker.
 LONG_NUMBER = re.compile(r'-?\d+\.\d{4,}(e[-+]?\d+)?')
@@ -27,6 +27,6 @@ def short_numbers(text: str) -> str:
     return LONG_NUMBER.sub(lambda number: '%.4g' % float(number.group()), text)
 
 
-def limit(stops: Dict[Any, str], name_of: Any) -> str:
+def limit(stops: Dict[values.Source, str], name_of: Callable[[values.Source], str]) -> str:
     """That sources have come to their bounds: `distance is at its minimum 0.5`."""
     return ', '.join('{} is at its {}'.format(name_of(source), stop) for source, stop in stops.items())

@@ -14,6 +14,7 @@ from rosslt.markers.drags.drags import Drags
 from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.rviz import controls
 from rosslt.markers.rviz.notes import Notes
+from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import CanChange, Handle
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.shapes import pose_tuple
@@ -32,7 +33,7 @@ class Display:
         free: the names of handles whose bodies move in the plane of the screen.
     """
 
-    def __init__(self, server: Any, scene: Scene, can_change: CanChange, notes: Notes) -> None:
+    def __init__(self, server: Server, scene: Scene, can_change: CanChange, notes: Notes) -> None:
         self.lock = scene.lock
         self.free: Set[str] = set()
         self._server, self._scene, self._can_change, self._notes = server, scene, can_change, notes

@@ -12,6 +12,7 @@ from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags import changes
 from rosslt.markers.drags.drags import Drags
 from rosslt.markers.rviz.display import Display
+from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
 
@@ -35,17 +36,17 @@ class Choice(NamedTuple):
         changed: the sources that a drag changes then.
     """
 
-    source: Any
-    changed: List[Any]
+    source: Optional[values.Source]
+    changed: List[values.Source]
 
 
 class Drawn(NamedTuple):
     """What a menu has been drawn from."""
 
-    sources: Tuple[Any, ...]
-    read_only: Tuple[Any, ...]
+    sources: Tuple[values.Source, ...]
+    read_only: Tuple[values.Source, ...]
     choices: List[Choice]
-    present: Dict[Any, Any]
+    present: Dict[values.Source, Any]
 
 
 class Menus:
@@ -61,10 +62,12 @@ class Menus:
     def __init__(self, scene: Scene, display: Display, drags: Drags, descriptions: Descriptions) -> None:
         self._scene, self._display, self._drags, self._descriptions = scene, display, drags, descriptions
         self._drawn: Dict[str, Drawn] = {}
-        self._latest: Dict[str, Tuple[Dict[Any, Any], float]] = {}  # name -> (values that a menu lacks, since when)
+        self._latest: Dict[
+            str, Tuple[Dict[values.Source, Any], float]
+        ] = {}  # name -> (values that a menu lacks, since when)
         self._unchecked: List[str] = []
 
-    def add(self, server: Any, handle: Handle) -> None:
+    def add(self, server: Server, handle: Handle) -> None:
         """Add the menu to a handle that has just been inserted."""
         name = handle.name
         if not handle.tracked:
@@ -137,7 +140,7 @@ class Menus:
             choices = choices_of(handle.tracked, read_only)
         return Drawn(sources, read_only, choices, values.source_values(handle.tracked))
 
-    def _choose(self, name: str, source: Optional[Any], _feedback: Any) -> None:
+    def _choose(self, name: str, source: Optional[values.Source], _feedback: Any) -> None:
         self._drags.chosen[name] = source
         self._display.redraw(name)
 
@@ -148,7 +151,7 @@ class Menus:
     def _undo(self, name: str, _feedback: Any) -> None:
         self._drags.undo(name)
 
-    def _tell(self, name: str, source: Any, _feedback: Any) -> None:
+    def _tell(self, name: str, source: values.Source, _feedback: Any) -> None:
         text = self._descriptions.in_full(source)
         rospy.loginfo('%s', text)
         handle = self._scene.handle(name)
@@ -156,7 +159,7 @@ class Menus:
             self._scene.say(handle, text)
 
 
-def choices_of(tracked: List[Any], read_only: Tuple[Any, ...]) -> List[Choice]:
+def choices_of(tracked: List[Any], read_only: Tuple[values.Source, ...]) -> List[Choice]:
     """What there is to choose from where a drag changes tracked values, the default first."""
     can = [
         source

@@ -1,4 +1,4 @@
-"""`slt_visualization`: a scene of all tracked topics, shown in RViz, as private parameters say."""
+"""`slt_visualization`: a scene of all tracked topics, shown in RViz; private parameters are its settings."""
 
 from typing import List
 
@@ -23,7 +23,7 @@ MENUS_CHECKED = 10
 
 
 def run() -> None:
-    """Show interactive markers until this node is shut down, as its private parameters say.
+    """Show interactive markers until this node is shut down. Private parameters are the settings.
 
     Raises:
         ValueError: a parameter has a value that it cannot have.

@@ -9,6 +9,7 @@ from visualization_msgs.msg import Marker
 from rosslt.markers.drags.wording import short_numbers
 from rosslt.markers.geometry import IDENTITY
 from rosslt.markers.rviz import controls
+from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.shapes import paint
 
@@ -43,7 +44,7 @@ class Notes:
         self._news[name] = self._drawn(name, handle, text)
         self._notes[name] = (time.monotonic() + DURATION, None)
 
-    def update(self, server: Any) -> bool:
+    def update(self, server: Server) -> bool:
         """Insert new notes, and take away those that have been there long enough; True if there are any."""
         now = time.monotonic()
         ended = [name for name, (end, _) in self._notes.items() if end <= now]

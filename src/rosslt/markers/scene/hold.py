@@ -17,11 +17,11 @@ class Hold:
     """One hand on one handle, and the wait for a message once it has let go."""
 
     def __init__(self) -> None:
-        self._changed: Optional[Dict[Any, Any]] = None
+        self._changed: Optional[Dict[values.Source, Any]] = None
         self._dropped_at = self._seen_at = 0.0
         self._is_over = self._is_told = False
 
-    def drop(self, changed: Dict[Any, Any]) -> None:
+    def drop(self, changed: Dict[values.Source, Any]) -> None:
         """The hand has let go after sources have changed, {Source: new value}, which a message will show soon."""
         self._changed = changed
         self._dropped_at = self._seen_at = time.monotonic()

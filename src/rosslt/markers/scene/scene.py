@@ -106,7 +106,7 @@ class Scene:
         with self.lock:
             self._holds[name] = Hold()
 
-    def let_go(self, name: str, changed: Optional[Dict[Any, Any]] = None) -> None:
+    def let_go(self, name: str, changed: Optional[Dict[values.Source, Any]] = None) -> None:
         """The hand has let go of a handle.
 
         Args:

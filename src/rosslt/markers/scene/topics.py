@@ -62,8 +62,7 @@ class Watch:
                 self._subscribe(topic, kind)
         for topic, (_, subscriber) in self._subscribers.items():
             # A node that crashed stays in the master's list: who is connected tells who is there.
-            connected = [one for one in subscriber.impl.connections if not one.done]
-            self._scene.keep_publishers(topic, {one.callerid_pub for one in connected})
+            self._scene.keep_publishers(topic, node.connected_publishers(subscriber))
 
     def _subscribe(self, topic: str, kind: Optional[str]) -> None:
         if kind is None or kind == '*':

@@ -242,7 +242,7 @@ def _functions() -> Dict[str, Any]:
     """`{name: function}`, and the same for the names of `numpy.linalg` with that in front of them."""
     made: Dict[str, Any] = {
         name: keeping_provenance(getattr(np, name))
-        for name in np.__all__
+        for name in [*np.__all__, 'abs', 'max', 'min']  # these three are not in all lists of NumPy's names
         if callable(getattr(np, name, None)) and not isinstance(getattr(np, name), type)
     }
     made.update({name: storage(getattr(np, name)) for name in ('zeros', 'ones', 'empty', 'identity', 'eye')})

@@ -239,7 +239,7 @@ def without_beginning(y: str, a: str, b: str) -> str:
 def repeated(y: str, a: str, b: int) -> str:
     """The `a` with `a * b == y`."""
     part = y[: len(y) // b] if b > 0 else ''
-    return part if len(part) * b == len(y) and part * b == y else refuse('%r is not a text %r times', y, b)
+    return part if len(part) * b == len(y) and part * b == y else refuse('%r is not a text repeated %r times', y, b)
 
 
 def times(y: str, a: str, b: int) -> int:
@@ -247,4 +247,4 @@ def times(y: str, a: str, b: int) -> int:
     if len(a) * b == len(y) and a * b == y:
         return b
     count = len(y) // len(a) if a else 0
-    return count if a * count == y else refuse('%r is not %r some times', y, a)
+    return count if a * count == y else refuse('%r is not a repetition of %r', y, a)

@@ -20,9 +20,15 @@ from ..tree import paired
 from .budget import UNDEFINED, Budget
 from .chain import solve_chain
 from .equations import Goal, size_of
-from .one import Attempt, written
+from .one import Attempt, beyond_bounds, written
 from .several import System
 from .simplest import simplest
+
+MANY_SOURCES = 16
+"""Of more sources than these, it is first looked up which ones cannot give the result alone."""
+
+ALONE = 0.8
+"""The part of the work that may go into looking for one source that does it alone; the rest is for several."""
 
 Bounds = Mapping[Source, Tuple[Any, Any]]
 Rank = Union[Mapping[Source, int], Callable[[Source], int]]
@@ -112,7 +118,7 @@ def solve(
         answer = solve_chain(value, target)
         if answer is not None:
             return answer
-    only = sources if source is None else [source]
+    only = [source] if source is not None else None if sources is None else list(sources)
     if weights and not all(weight > 0 for weight in weights.values()):
         raise ValueError('weights are greater than 0, found %r' % (dict(weights),))
     freedom = Freedom(only, bounds or {}, read_only, _rank_of(rank), weights or {})
@@ -190,18 +196,25 @@ def solve_one(
         for source in freedom.ranked(candidates)
         if source not in changes and (freedom.only is None or source in freedom.only)
     ]
-    for source in free if base else ():
-        share = budget.share(0.5)
-        try:
-            if source in freedom.read_only:
-                refuse('{source} is read-only')
-            attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
-            return {source: attempt.answer()}
-        except UNDEFINED as reason:
-            text = str(reason).replace('{source}', describe_source(source))
-            if text not in reasons:
-                reasons.append(text)
-        budget.refund(share)
+    beyond = beyond_bounds(value, wanted, freedom.limits) if len(free) > MANY_SOURCES and not changes else {}
+    alone = budget.share(ALONE if len(free) > 1 else 1.0)
+    try:
+        for source in free if base else ():
+            share = alone.share(0.5)
+            try:
+                if source in freedom.read_only:
+                    refuse('{source} is read-only')
+                if source in beyond:
+                    refuse('%s', beyond[source])
+                attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
+                return {source: attempt.answer()}
+            except UNDEFINED as reason:
+                text = str(reason).replace('{source}', describe_source(source))
+                if text not in reasons:
+                    reasons.append(text)
+            alone.refund(share)
+    finally:
+        budget.refund(alone)
     if base and wanted == base[root]:
         kept = _unchanged(graph, root, base, [source for source in free if freedom.allows(source)])
         if kept is not None:

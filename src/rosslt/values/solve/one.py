@@ -8,9 +8,10 @@ answer, or to one out of bounds, other source values are started from, and at la
 
 import math
 from fractions import Fraction
-from typing import Any, Callable, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
-from ..closeness import almost_meets, is_at, is_near, meets
+from ..affine import affine
+from ..closeness import RELATIVE, almost_meets, is_at, is_near, meets
 from ..graph import Graph
 from ..operations import SOURCE, Form
 from ..operations.inverses import NoPreimage, refuse
@@ -93,7 +94,7 @@ class Attempt:
         except Exhausted:
             raise
         except NoPreimage as reason:
-            if self._kind is str:
+            if self._kind is str or self._is_final(reason):
                 raise
             try:
                 found = self._elsewhere(wanted)
@@ -102,6 +103,10 @@ class Attempt:
             if found is None:
                 raise
             return found
+
+    def _is_final(self, reason: NoPreimage) -> bool:
+        """Whether an answer beyond a bound is the only one there is."""
+        return isinstance(reason, OutOfBounds) and self._graph.is_affine(self._depends, self._root)
 
     def _elsewhere(self, wanted: Any) -> Optional[Any]:
         """An answer found from other source values, or by a search over all of them; None where there is none."""
@@ -192,7 +197,7 @@ class Attempt:
                 if math.isfinite(bound) and self._accepts(self._result(self._kind(bound)), wanted):
                     return self._kind(bound)
                 if is_beyond:
-                    raise OutOfBounds('{source} would have to be %s, %s %r' % (written(value), word, bound))
+                    raise OutOfBounds(beyond_bound(value, bound, word))
         return value
 
     def _result(self, value: Any) -> Any:
@@ -347,6 +352,34 @@ class Attempt:
         return [nearest, nearest + 1, nearest - 1]
 
 
+def beyond_bounds(value: Any, wanted: Any, limits_of: Callable[[Source], Limits]) -> Dict[Source, str]:
+    """Why sources cannot give a value alone, where it is affine in them and the answer is clearly beyond their bounds.
+
+    Trying each of many sources takes time in proportion to their square.
+
+    Args:
+        value: the tracked value.
+        wanted: what it should become.
+        limits_of: gives a source's minimum and maximum.
+
+    Returns:
+        `{Source: reason}` of those sources.
+    """
+    found: Dict[Source, str] = {}
+    try:
+        for source, at, slope in affine(value) or ():
+            low, high = limits_of(source)
+            needed = at + (wanted - value._plain) / slope if slope else at
+            margin = RELATIVE * max(abs(at), abs(needed))
+            if slope and needed < low - margin:
+                found[source] = beyond_bound(needed, low, 'below its minimum')
+            elif slope and needed > high + margin:
+                found[source] = beyond_bound(needed, high, 'above its maximum')
+    except UNDEFINED:
+        return {}
+    return found
+
+
 def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> Any:
     """The operand that gives a wanted result.
 
@@ -400,6 +433,11 @@ def quotient(missing: Any, slope: Any) -> Any:
 def shown(number: Any) -> str:
     """A number found on the way, for a message."""
     return '%.6g' % number if isinstance(number, float) else written(number)
+
+
+def beyond_bound(value: Any, bound: Any, word: str) -> str:
+    """Why a source does not take a value."""
+    return '{source} would have to be %s, %s %r' % (written(value), word, bound)
 
 
 def written(number: Any) -> str:

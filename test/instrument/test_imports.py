@@ -1,0 +1,44 @@
+"""However a node imports what keeps provenance, it gets that: each way in a program of its own."""
+
+import subprocess
+import sys
+
+import pytest
+
+IMPORTS = {
+    'a function of numpy': ('from numpy import sin', 'sin(x)'),
+    'a maker of arrays': ('from numpy import array', 'array([x, 1.0])[0]'),
+    'all of numpy': ('from numpy import *', 'clip(x, 0.0, 9.0)'),
+    'a function of numpy.linalg': ('from numpy.linalg import norm', 'norm([x, 1.0])'),
+    'numpy.linalg by another name': ('import numpy.linalg as la', 'la.norm([x, 1.0])'),
+    'numpy.linalg from numpy': ('from numpy import linalg', 'linalg.norm([x, 1.0])'),
+    'a function of tf.transformations': (
+        'from tf.transformations import quaternion_from_euler',
+        'quaternion_from_euler(0, 0, x)[2]',
+    ),
+    'tf.transformations from tf': (
+        'from tf import transformations as t',
+        't.quaternion_from_euler(0, 0, x)[2]',
+    ),
+    'a function of math': ('from math import sin', 'sin(x)'),
+}
+
+RUN = """
+from rosslt import values
+from support.programs import run_rewritten
+names = run_rewritten({program!r})
+assert values.is_tracked(names['y']), names['y']
+"""
+
+
+@pytest.mark.parametrize(('line', 'formula'), IMPORTS.values(), ids=IMPORTS)
+def test_what_is_imported_keeps_provenance(line, formula, request):
+    program = f'{line}\nx = 0.5\ny = {formula}\n'
+    ran = subprocess.run(
+        [sys.executable, '-c', RUN.format(program=program)],
+        cwd=str(request.config.rootpath / 'test'),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
