@@ -16,6 +16,7 @@ from typing import Any, Callable, Dict, Optional
 import rospy
 
 from rosslt import node, values
+from rosslt.instrument import reloading
 from rosslt.instrument.cells import node_started
 from rosslt.instrument.functions import MATH
 from rosslt.instrument.publishing import Publisher
@@ -122,6 +123,7 @@ def init_node(*args: Any, **kwds: Any) -> None:
     rospy.init_node(*args, **kwds)
     node.start()
     node_started()
+    reloading.start()
 
 
 _UNSET = object()
