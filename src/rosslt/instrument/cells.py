@@ -152,7 +152,7 @@ def decide_shapes(leaves: Iterable[Any], rate: float) -> None:
     """Have what gives formulas their shape do without provenance from now on, where nothing is lost by that.
 
     That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
-    shapes, the one that is changed most willingly; where very many such leaves are sent none does, as they would hold up
+    shapes, the one that is changed most willingly; where very many such leaves are sent, none does: they would delay
     the node.
 
     Args:
