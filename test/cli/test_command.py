@@ -72,7 +72,8 @@ class TestEveryVerb:
             ('force', '/goal/pose'),
             ('graph', '--dot', '--svg'),
             ('bag',),
-            ('save', '/talker'),
+            ('save',),
+            ('save', '/talker', 'talker.yaml', '--diff'),
             ('generate',),
         ],
     )

@@ -32,6 +32,38 @@ print(sys.modules['__main__'].__dict__ is globals(), __package__, __spec__, type
     'a thread': 'import threading\nt = threading.Thread(target=lambda: print(2.0 / 3))\nt.start()\nt.join()\n',
     'an enumeration': 'from enum import Enum, IntEnum\nclass A(Enum):\n    B = 1\nclass C(IntEnum):\n    D = 2\n'
     'print(A.B, A(1), C.D + 1, C(2))\n',
+    'texts of errors': """
+x, n = 5.5, 2
+for wrong in (
+    lambda: [1][x], lambda: range(x), lambda: x(), lambda: x[0], lambda: list(x), lambda: n.foo, lambda: 'a' + n,
+    lambda: x + 'a', lambda: len(n),
+):
+    try:
+        wrong()
+    except (TypeError, AttributeError) as error:
+        print(type(error).__name__, error)
+print(type(x), x.__class__, type(n).__name__, type(x) is float, isinstance(n, int))
+""",
+    'the same object': """
+state = 0
+def change(new):
+    global state
+    if new is not state:
+        print('changed to', new)
+        state = new
+change(0); change(1); change(1)
+""",
+    'a printed message': """
+from geometry_msgs.msg import Point
+from sensor_msgs.msg import Joy
+print(Joy(axes=[0.5, 1.0], buttons=[1, 0]))
+print(Point(1, 2.5, -0.5), [Point(1, 2, 3)])
+""",
+    'numbers of numpy': """
+import numpy as np
+a = np.array([1.5, 2.5])
+print(a[0].item(), a.mean().astype(int), a.max().round(1), np.floor(a[0]), np.linalg.norm(a).shape, a[1].tolist())
+""",
     'a data class': """\
 import dataclasses
 @dataclasses.dataclass
@@ -146,10 +178,10 @@ def test_an_installed_module_is_tracked_on_request(folder):
     (package / 'part.py').write_text('VALUE = 2.5\n')
     code = (
         'import sys, os\nsys.path.append(os.path.join(os.path.dirname(__file__), "site-packages"))\n'
-        'import far_away\nprint(type(far_away.VALUE).__name__)\n'
+        'import far_away, rosslt\nprint(rosslt.is_tracked(far_away.VALUE))\n'
     )
-    assert Unmodified(folder, 'program', code).end()[1] == 'float\n'
-    assert Unmodified(folder, 'program', code, options=('--include', 'far_away')).end()[1] == 'TrackedFloat\n'
+    assert Unmodified(folder, 'program', code).end()[1] == 'False\n'
+    assert Unmodified(folder, 'program', code, options=('--include', 'far_away')).end()[1] == 'True\n'
 
 
 def test_signals_reach_the_program(folder):

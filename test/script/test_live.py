@@ -6,7 +6,8 @@ import threading
 import pytest
 
 import rosslt
-from rosslt.script import LiveScript, ScriptError, Settings, files
+from rosslt import files
+from rosslt.script import LiveScript, ScriptError, Settings
 from support.processes import wait_until
 
 TOUR = """# tour

@@ -62,6 +62,9 @@ PLAIN_KEYWORDS = _words(
     """
 )
 
+#: Such keywords that are fields of messages too.
+FIELDS = {'axes', 'width', 'size', 'shape'}
+
 #: Attributes, keywords and names (in small letters) whose ints name, select or count.
 COUNT_ATTRIBUTES = _words(
     """

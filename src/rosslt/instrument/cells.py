@@ -13,7 +13,7 @@ from typing import Any, Callable, Dict, Iterable, List, Optional, Set, Tuple
 
 import rospy
 
-from rosslt import node, values
+from rosslt import files, node, values
 from rosslt.instrument.literals import Literal
 from rosslt.instrument.verdicts import NUMBER
 
@@ -152,7 +152,7 @@ def decide_shapes(leaves: Iterable[Any], rate: float) -> None:
     """Have what gives formulas their shape do without provenance from now on, where nothing is lost by that.
 
     That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
-    shapes, the one that is changed most willingly; where very many such leaves are sent none does, as they would hold up
+    shapes, the one that is changed most willingly; where very many such leaves are sent, none does: they would delay
     the node.
 
     Args:
@@ -241,6 +241,10 @@ class CellLocation(node.LiteralLocation):
         """Be read with its provenance from now on, or without it."""
         self.keeps = keeps
         self.cells[self.number] = self.tracked if keeps else self.value
+
+    def find_in(self, source: files.SourceText) -> Optional[int]:
+        literal = self.cells.literals[self.number]
+        return source.number_at(literal.line, literal.column)
 
     def keep_whole(self) -> None:
         """Take whole numbers only from now on: it reaches a field that takes no other."""

@@ -1,16 +1,20 @@
 """Starts a launch file with its Python nodes run by `rosslt run`."""
 
+import functools
 import os
 import re
 import shutil
 from typing import Any, Collection, List
 
 import roslaunch
+import roslaunch.config
 import roslaunch.core
 import roslaunch.parent
 import roslaunch.rlutil
 import rospkg
 
+from rosslt.files import ORIGINS
+from rosslt.instrument.parameter_origins import NotingLoader, with_earlier
 from rosslt.instrument.runner import NoNode, find_node, is_python_node
 
 MARKERS = 'slt_visualization'
@@ -69,7 +73,15 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
         self._markers, self._only, self._others = markers, only, others
 
     def _load_config(self) -> None:
-        super()._load_config()
+        loader, load = NotingLoader(), roslaunch.config.load_config_default
+        # roslaunch hands on no loader of ours.
+        roslaunch.config.load_config_default = functools.partial(load, loader=loader)
+        try:
+            super()._load_config()
+        finally:
+            roslaunch.config.load_config_default = load
+        if loader.origins:
+            self.config.add_param(roslaunch.core.Param(ORIGINS, with_earlier(loader.origins)), verbose=False)
         command = shutil.which('rosslt') or 'rosslt'
         for one in self.config.nodes:
             if self._is_wanted(one) and _is_trackable(one):

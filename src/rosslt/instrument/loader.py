@@ -16,7 +16,8 @@ import tempfile
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from typing import Any, Collection, Dict, List, Optional
 
-from rosslt.instrument import cells, functions
+from rosslt import node
+from rosslt.instrument import cells, functions, reloading
 from rosslt.instrument.literals import Literal, digest_of
 from rosslt.instrument.rewriting import (
     CELLS,
@@ -50,6 +51,7 @@ def rewritten(path: str, content: bytes, named: str) -> Rewritten:
     Raises:
         SyntaxError: as of `compile`.
     """
+    node.keep_source(path, content)
     key = hashlib.blake2b(
         b'\0'.join([_version(), os.path.realpath(path).encode('utf-8', 'surrogateescape'), named.encode(), content]),
         digest_size=20,
@@ -99,6 +101,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     from rosslt.instrument import routing
 
     names[CELLS] = cells.cells_of(os.path.realpath(path), made.literals, made.digest)
+    reloading.watch(os.path.realpath(path))
     names[STEP] = cells.read_step
     names[PLAIN] = cells.plain
     names[OBJECT] = cells.plain_object

@@ -5,6 +5,7 @@ how it is called, so that `import rospy`, `from rospy import *` and names handed
 Other packages go on with their own, but for those that publish for the node (`LIBRARIES`): they get another rospy.
 """
 
+import contextlib
 import functools
 import importlib
 import math
@@ -15,6 +16,7 @@ from typing import Any, Callable, Dict, Optional
 import rospy
 
 from rosslt import node, values
+from rosslt.instrument import reloading
 from rosslt.instrument.cells import node_started
 from rosslt.instrument.functions import MATH
 from rosslt.instrument.publishing import Publisher
@@ -121,6 +123,7 @@ def init_node(*args: Any, **kwds: Any) -> None:
     rospy.init_node(*args, **kwds)
     node.start()
     node_started()
+    reloading.start()
 
 
 _UNSET = object()
@@ -134,8 +137,9 @@ def get_param(param_name: str, default: Any = _UNSET) -> Any:
     defaults = () if default is _UNSET else (default,)
     if not node.is_started() or not isinstance(param_name, str):
         return rospy.get_param(param_name, *defaults)
-    found = node.read_parameter(sys._getframe(1), param_name, *defaults)
-    return _with_plain_truths(found)
+    with contextlib.suppress(KeyError):
+        return _with_plain_truths(node.read_parameter(sys._getframe(1), param_name, *defaults))
+    return rospy.get_param(param_name, *defaults)  # which says what is missing
 
 
 def _with_plain_truths(value: Any) -> Any:

@@ -11,6 +11,7 @@ from rosslt.instrument.callees import (
     CLOCKS,
     COUNT_ATTRIBUTES,
     ENUMERATIONS,
+    FIELDS,
     MODULES_OF_NUMBERS,
     PLAIN_CALLS,
     PLAIN_KEYWORDS,
@@ -183,9 +184,9 @@ class _Judge:
         child: ast.AST = node
         while id(child) in self._parents:
             parent, field = self._parents[id(child)]
-            parameter = self._parameter(parent, field, node, is_whole) if child is node else None
+            parameter = self._parameter(parent, field, child, is_whole)
             if parameter:
-                return parameter, 'parameter'
+                return (parameter if child is node else None), 'parameter'
             rule = self._outright(parent, field, child, node, is_whole)
             if rule and not (rule == 'step' and in_container):
                 return None, rule
@@ -210,9 +211,11 @@ class _Judge:
             child = parent
         return None, found or 'value'
 
-    def _parameter(self, parent: ast.AST, field: str, node: ast.expr, is_whole: bool) -> Optional[str]:
+    def _parameter(self, parent: ast.AST, field: str, value: ast.AST, is_whole: bool) -> Optional[str]:
         """The parameter of which a literal is the default, where it is the value of something."""
         if field not in ('defaults', 'kw_defaults') or not isinstance(parent, ast.arguments):
+            return None
+        if not isinstance(value, (ast.Constant, ast.UnaryOp, ast.Tuple, ast.List)):
             return None
         if isinstance(self._parents[id(parent)][0], ast.Lambda):
             return None
@@ -221,10 +224,15 @@ class _Judge:
         if field == 'defaults':
             defaults = list(parent.defaults)
             with_default = [*getattr(parent, 'posonlyargs', ()), *parent.args][-len(defaults) :]
-        name = next(arg.arg for arg, default in zip(with_default, defaults) if default is node)
+        name = next(arg.arg for arg, default in zip(with_default, defaults) if default is value)
         if name in PLAIN_KEYWORDS or (is_whole and name.lower() in COUNT_ATTRIBUTES | self._counts | self._indices):
             return None
         return name
+
+    def _is_field(self, keyword: ast.keyword) -> bool:
+        """Whether a keyword may be a field of a message that is made, `Joy(axes=[0.5])`."""
+        call = self._parents[id(keyword)][0]
+        return keyword.arg in FIELDS and isinstance(call, ast.Call) and _last(call.func)[:1].isupper()
 
     def _outright(self, parent: ast.AST, field: str, child: ast.AST, node: ast.AST, is_whole: bool) -> Optional[str]:
         """The rule that speaks for all below a field of a node, whatever else they are."""
@@ -250,7 +258,7 @@ class _Judge:
             return 'statement'
         if isinstance(parent, ast.Call):
             return self._of_argument(parent, child, field)
-        if isinstance(parent, ast.keyword) and parent.arg in PLAIN_KEYWORDS:
+        if isinstance(parent, ast.keyword) and parent.arg in PLAIN_KEYWORDS and not self._is_field(parent):
             return 'option'
         if isinstance(parent, ast.BinOp) or (isinstance(parent, ast.AugAssign) and field == 'value'):
             rule = _of_operator(parent, field, child, is_whole and child is node)

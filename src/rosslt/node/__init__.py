@@ -1,7 +1,7 @@
 """The room of rospy: this node's locations, how they are read and changed, and messages that carry
 provenance.
 
-It may import the rooms `messages` and `values`, and rospy. Its door is this module: the names mirror rospy's,
+It may import the rooms `messages`, `files` and `values`, and rospy. Its door is this module: the names mirror rospy's,
 so that a node becomes tracked by changing the names of a few calls.
 """
 
@@ -12,13 +12,18 @@ from rosslt.node.api import (
     force_value,
     get_param,
     init_node,
+    is_saved_here,
     is_started,
     is_whole_parameter,
+    keep_source,
     limits,
     location,
+    original_source,
+    read_at,
     read_parameter,
     reevaluate,
     remove_location,
+    reread,
     start,
     take_fractions,
     undo,
@@ -64,14 +69,19 @@ __all__ = [
     'get_param',
     'init_node',
     'is_initialized',
+    'is_saved_here',
     'is_started',
     'is_whole_parameter',
+    'keep_source',
     'limits',
     'location',
     'new_request_id',
+    'original_source',
+    'read_at',
     'read_parameter',
     'reevaluate',
     'remove_location',
+    'reread',
     'rotated',
     'start',
     'take_fractions',

@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import functools
+import os
 import re
 import sys
 import threading
@@ -11,7 +12,7 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tupl
 
 import rospy
 
-from rosslt import values
+from rosslt import files, values
 from rosslt.node import client
 from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
 from rosslt.node.directory import Directory
@@ -19,6 +20,7 @@ from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, ParameterLocation, checked_limits
 from rosslt.node.rospy_internals import is_initialized
 from rosslt.node.server import SETTINGS, Owner
+from rosslt.node.source_files import SOURCE_FILES
 
 _owner = Owner()
 _starting = threading.Lock()
@@ -199,6 +201,53 @@ def add_literal(location: LiteralLocation) -> Location:
 def remove_location(location: Location) -> None:
     """Forget a location that `add_location` made: a change to it is refused from now on, as of an unknown one."""
     _owner.locations.remove(location)
+
+
+def keep_source(path: str, content: bytes) -> None:
+    """Remember what a source file of this node said when it was loaded, where a room above loads it."""
+    SOURCE_FILES.keep(path, content)
+
+
+def original_source(path: str) -> files.SourceText:
+    """A source file of this node as it was loaded.
+
+    Raises:
+        files.FileError: that is not known.
+    """
+    return SOURCE_FILES.original(path)
+
+
+def is_saved_here(digest: str) -> bool:
+    """Whether a content of a source file is what `rosslt save` was told to make of it; answered once for each."""
+    with _owner.lock:
+        return SOURCE_FILES.is_saved_here(digest)
+
+
+def reread(location: Location, said: Any, is_saved_here: bool = False) -> None:
+    """Take in what the code says of a location since it was edited, and have it in force.
+
+    Args:
+        is_saved_here: it was written there by a save: the value in force may be a newer one, and stays.
+
+    Raises:
+        ValueError: the location does not take it; it stays as it is.
+    """
+    try:
+        _owner.reread(location, said, is_saved_here)
+    except Refused as refused:
+        raise ValueError(str(refused)) from None
+
+
+def read_at(file: str) -> Dict[int, Location]:
+    """{index of a number in a file as it was loaded: the location that was read there}."""
+    source = SOURCE_FILES.original(file)
+    with _owner.lock:
+        there = [
+            one
+            for one in _owner.locations.by_id.values()
+            if one.said is not None and os.path.realpath(one.site.file) == os.path.realpath(file)
+        ]
+        return {index: one for index, one in ((one.find_in(source), one) for one in there) if index is not None}
 
 
 def get_param(name: str, *default: Any, as_float: bool = False) -> Any:

@@ -11,7 +11,7 @@ import math
 from types import FrameType
 from typing import Any, Callable, Dict, List, Optional, Tuple, Type, Union
 
-from rosslt import values
+from rosslt import files, values
 from rosslt.node.call_sites import CallSite
 from rosslt.node.json_scalars import Refused
 from rosslt.node.refresh import READINGS
@@ -37,6 +37,7 @@ class Location:
         parameter: the Parameter that follows it, or None.
         remembered: True while the value in force is one that the parameter had when the node started.
         changed: called without arguments when a change of its value is in force.
+        is_shared: True where several places of the code give its name, each with a literal.
     """
 
     __slots__ = (
@@ -53,6 +54,7 @@ class Location:
         'parameter',
         'remembered',
         'changed',
+        'is_shared',
     )
     rank = 0
 
@@ -79,6 +81,7 @@ class Location:
         self.parameter: Any = None
         self.remembered = False
         self.changed = changed
+        self.is_shared = False
         self.checked(value)
 
     @property
@@ -88,6 +91,16 @@ class Location:
 
     @property
     def literal(self) -> Any:
+        return None
+
+    @property
+    def said(self) -> Any:
+        """What the code says where its value was read; None where it was not read there."""
+        return self.literal
+
+    def find_in(self, source: files.SourceText) -> Optional[int]:
+        """The index of the number in its file, as that was when it was loaded, that is its value; None where none
+        is."""
         return None
 
     @property
@@ -130,6 +143,9 @@ class Location:
         if self.maximum is not None and value > self.maximum:
             raise Refused(f'{value!r} is above its maximum {self.maximum!r}')
         return value
+
+    def reread(self, said: Any) -> None:
+        """Take in what the code says since it was edited; the value in force stays."""
 
     def put(self, value: Any) -> None:
         """Make a checked value the one in force.
@@ -185,11 +201,37 @@ class LiteralLocation(HeldLocation):
     def literal(self) -> Any:
         return self._literal
 
+    def find_in(self, source: files.SourceText) -> Optional[int]:
+        return source.argument_of_call(self.site.line, self.site.column, 0, 'value')
+
+    def reread(self, said: Any) -> None:
+        self._literal = said
+
 
 class ParameterLocation(HeldLocation):
-    """The location of a scalar in a ROS parameter; its type is what the parameter says."""
+    """The location of a scalar in a ROS parameter; its type is what the parameter says.
 
-    __slots__ = ()
+    Attributes:
+        default: the default in the code where that was read, as the parameter was not set; else None.
+    """
+
+    __slots__ = ('default',)
+
+    def __init__(self, identity: str, name: str, site: CallSite, value: Any) -> None:
+        super().__init__(identity, name, site, value)
+        self.default: Any = None
+
+    @property
+    def said(self) -> Any:
+        return self.default
+
+    def find_in(self, source: files.SourceText) -> Optional[int]:
+        if self.default is None:
+            return None
+        return source.argument_of_call(self.site.line, self.site.column, 1, 'default')
+
+    def reread(self, said: Any) -> None:
+        self.default = said
 
     def retype(self, value: Any) -> None:
         """Make `value` the one in force, and its type the location's."""
@@ -328,6 +370,7 @@ class Locations:
                 return location
             if _is_same(other, location):
                 other.changed += location.changed
+                other.is_shared = other.is_shared or other.site != location.site
                 return other
             raise ValueError(
                 f'the location {location.name} at {location.place} meets {other.name} at '

@@ -75,6 +75,9 @@ class Branch(Parameter):
         for part in (self._parts or {}).values():
             part.make_float()
 
+    def note_default(self) -> None:
+        """Note that it is not set, and was read as the default in the code."""
+
     def read(self) -> Any:
         """The current value, tracked."""
         if self._parts is None:
@@ -122,6 +125,12 @@ class Leaf(Parameter):
 
     def value(self) -> Any:
         return self._plain()
+
+    def note_default(self) -> None:
+        """Note that it is not set, and was read as the default in the code."""
+        location = self._locations.get(self.key)
+        if location is not None and type(location.value) in (int, float):
+            location.default = location.value
 
     def make_float(self) -> None:
         """Take each int in it for a float from now on."""

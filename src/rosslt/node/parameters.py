@@ -184,6 +184,12 @@ class ParameterMirror:
             self._wake.notify_all()
             return self._asked
 
+    def renew_literal(self, parameter: Parameter) -> None:
+        """Record what the code says now beside a parameter that shows the value of a literal."""
+        if parameter in self._recorded:
+            self._recorded.discard(parameter)
+            self.write(parameter)
+
     def wait(self, written: int, timeout: float) -> bool:
         """Wait until what `write` returned is done, for at most `timeout` seconds; True if it is."""
         with self._wake:

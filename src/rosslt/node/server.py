@@ -1,9 +1,9 @@
 """This node as the owner of its locations: what it reports about them, and the changes that it accepts.
 
 The paper's `apply_source_change` and the service for reevaluation (section IV-A, figure 3). Below `<node>/rosslt`: the
-services `change_sources`, `request_changes`, `get_values`, `list_locations`, `get_history`, `undo`, `undo_request` and
-`reset`, the topics `changes` and `locations`, and the parameters `accept_changes` and `history`. For all nodes: the
-topic `/rosslt/source_change`.
+services `change_sources`, `request_changes`, `get_values`, `list_locations`, `list_edits`, `get_history`, `undo`,
+`undo_request` and `reset`, the topics `changes` and `locations`, and the parameters `accept_changes` and `history`.
+For all nodes: the topic `/rosslt/source_change`.
 """
 
 import os
@@ -25,6 +25,7 @@ from rosslt.node.master_watch import MasterWatch
 from rosslt.node.parameter_trees import Branch, Leaf, ParameterTrees
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
 from rosslt.node.serialization import Sending
+from rosslt.node.source_files import SOURCE_FILES
 
 #: How long an acknowledgement waits for the parameter server, in seconds; the change is in force in any
 #: case.
@@ -86,6 +87,7 @@ class Owner:
         rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
         rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
         rospy.Service('~rosslt/list_locations', srv.ListLocations, self._list_locations)
+        rospy.Service('~rosslt/list_edits', srv.ListEdits, self._list_edits)
         rospy.Service('~rosslt/request_changes', srv.RequestChanges, self.request_changes)
         rospy.Service('~rosslt/get_history', srv.GetHistory, self._get_history)
         rospy.Service('~rosslt/undo_request', srv.UndoRequest, self._undo_request)
@@ -102,6 +104,7 @@ class Owner:
             is_written: whether the parameter shows the literal before it has been changed.
         """
         with self.lock:
+            SOURCE_FILES.keep(location.site.file)
             in_force = self.locations.add(location)
             if in_force is location and self.name:
                 self._follow(location, is_written)
@@ -124,8 +127,17 @@ class Owner:
         known = self._trees.get(key)
         if known is None:
             with self.lock:
-                value, site = self.mirror.read(key, *default), call_site(frame)
+                try:
+                    value, is_default = self.mirror.read(key), False
+                except KeyError:
+                    if not default:
+                        raise
+                    value, is_default = default[0], True
+                site = call_site(frame)
                 known = self._trees.at(key, site, value)
+                if is_default:
+                    SOURCE_FILES.keep(site.file)
+                    known.note_default()
                 if not as_float and type(value) is int and default and type(values.untracked(default[0])) is float:
                     rospy.logwarn(
                         '%s: the parameter %s is the int %r, though its default is a float: it takes no fractions, and '
@@ -308,6 +320,41 @@ class Owner:
     def _all_described(self) -> List[msg.Location]:
         with self.lock:
             return [described(location) for location in self.locations.by_id.values()]
+
+    def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
+        with self.lock:
+            edits, left = SOURCE_FILES.edits(self.locations.by_id.values())
+            read = [location.id for location in self.locations.by_id.values() if location.said is not None]
+        return srv.ListEditsResponse(
+            [
+                msg.FileEdit(
+                    location.id, edit.file, edit.digest, edit.start, edit.end, edit.old.decode(), edit.new.decode()
+                )
+                for location, edit in edits
+            ],
+            [location.id for location, _ in left],
+            [reason for _, reason in left],
+            read,
+        )
+
+    def reread(self, location: Location, said: Any, is_saved_here: bool) -> None:
+        """Take in what the code says of a location since it was edited, and have it in force.
+
+        Args:
+            is_saved_here: it was written there by a save: the value in force may be a newer one, and stays.
+
+        Raises:
+            Refused: the location does not take it; it stays as it is.
+        """
+        with self.lock:
+            said = location.checked(said)
+            if location.value != said and not is_saved_here:
+                reasons, _ = self._apply([(self._changeable(location), said)], 'editor')
+                if any(reasons):
+                    raise Refused(reasons[0])
+            location.reread(said)
+            if location.parameter is not None:
+                self.mirror.renew_literal(location.parameter)
 
     def _get_history(self, request: srv.GetHistoryRequest) -> srv.GetHistoryResponse:
         with self.lock:

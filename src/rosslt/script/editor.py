@@ -25,7 +25,8 @@ from PyQt5.QtGui import (
 )
 from PyQt5.QtWidgets import QApplication, QMainWindow, QMessageBox, QPlainTextEdit, QShortcut, QTextEdit, QWidget
 
-from rosslt.script import files, literals, running
+from rosslt import files
+from rosslt.script import literals, running
 from rosslt.script.errors import ScriptError
 
 #: For how long a number that was changed from outside is marked, in milliseconds.

@@ -1,20 +1,6 @@
-"""What can be wrong with a script, and where."""
+"""What can be wrong with a script, and where: what can be with any text file."""
 
-from typing import Optional
+from rosslt.files import FileError
 
-from rosslt import values
-
-
-class ScriptError(values.Error):
-    """A script, or a change of one, that cannot come into force.
-
-    Attributes:
-        file: the script's path.
-        line, column: where, from 1; None where it concerns the file as a whole.
-        reason: why.
-    """
-
-    def __init__(self, file: str, line: Optional[int], column: Optional[int], reason: str) -> None:
-        self.file, self.line, self.column, self.reason = file, line, column, reason
-        place = file if line is None else '{}:{}:{}'.format(file, line, column)
-        super().__init__('{}: {}'.format(place, reason))
+#: A script, or a change of one, that cannot come into force.
+ScriptError = FileError

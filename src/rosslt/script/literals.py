@@ -5,22 +5,13 @@ A script is text in Python syntax. Everything here is about its text alone; noth
 """
 
 import ast
-import math
-import re
 from decimal import Decimal
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Tuple, Union
+from typing import Dict, Iterator, List, NamedTuple, Tuple
 
+from rosslt.files import LITERALS, Number, numbers_in, without_numbers
 from rosslt.script.errors import ScriptError
 
-
-class Literal(NamedTuple):
-    """A number in a text: text[start:end] at a line and a column, from 1. A minus sign belongs to it."""
-
-    start: int
-    end: int
-    line: int
-    column: int
-    value: Union[int, float]
+__all__ = ['LITERALS', 'Parsed', 'difference', 'followed', 'parse', 'rewritten', 'spelled']
 
 
 class Parsed(NamedTuple):
@@ -29,17 +20,12 @@ class Parsed(NamedTuple):
     text: str
     tree: ast.Module
     """Its syntax tree with all literals taken out."""
-    literals: List[Literal]
+    literals: List[Number]
     """In the order of the text."""
     skeleton: str
     """What two texts have in common that differ in their numbers, comments and layout alone."""
 
 
-#: What stands for the literals in a tree: they are taken from a list of that name.
-LITERALS = '__literals__'
-
-MINUS = re.compile(r'-[ \t]*')
-NEWLINE = re.compile(r'\r\n|\r|\n')
 BYTE_ORDER_MARK = '\ufeff'
 
 
@@ -58,10 +44,11 @@ def parse(text: str, file: str) -> Parsed:
     source = text[skipped:]
     try:
         tree = ast.parse(source, file)
-        nodes = _number_nodes(tree, _Positions(source))
-        found = [(Literal(place.start + skipped, place.end + skipped, *place[2:]), node) for place, node in nodes]
-        found.sort(key=lambda pair: pair[0].start)
-        tree = _Substitution({id(node): index for index, (_, node) in enumerate(found)}).visit(tree)
+        found = [
+            (Number(place.start + skipped, place.end + skipped, *place[2:]), node)
+            for place, node in numbers_in(tree, source)
+        ]
+        tree = without_numbers(tree, [node for _, node in found])
         skeleton = ast.dump(tree)
     except SyntaxError as error:
         raise ScriptError(file, error.lineno or 1, error.offset or 1, error.msg) from None
@@ -182,84 +169,3 @@ def _whole_lines(old: str, new: str, before: int, after: int) -> Tuple[int, int]
 
 def _begins_line(text: str, index: int) -> bool:
     return index == 0 or text[index - 1] == '\n'
-
-
-class _Positions:
-    """Places in a text by their line and their column in UTF-8 bytes, as `ast` has them."""
-
-    def __init__(self, text: str) -> None:
-        self._text = text
-        self._starts = [0] + [match.end() for match in NEWLINE.finditer(text)]
-
-    def of(self, line: int, byte: int) -> int:
-        """The index in the text."""
-        start = self._starts[line - 1]
-        # a character has no more bytes than that the slice of as many characters holds it
-        return start + len(self._text[start : start + byte].encode('utf-8')[:byte].decode('utf-8'))
-
-    def literal(self, node: Any, value: Union[int, float]) -> Literal:
-        start = self.of(node.lineno, node.col_offset)
-        return Literal(
-            start,
-            self.of(node.end_lineno, node.end_col_offset),
-            node.lineno,
-            start - self._starts[node.lineno - 1] + 1,
-            value,
-        )
-
-    def is_sign_of(self, node: Any, number: Any) -> bool:
-        """Whether nothing but a minus and blanks stands before the number: no parenthesis and no comment."""
-        start, end = self.of(node.lineno, node.col_offset), self.of(number.lineno, number.col_offset)
-        return MINUS.fullmatch(self._text[start:end]) is not None
-
-
-def _number_nodes(tree: ast.AST, positions: '_Positions') -> List[Tuple[Literal, ast.AST]]:
-    """(Literal, node of the tree) for each number."""
-    found: List[Tuple[Literal, ast.AST]] = []
-    nodes = [tree]
-    while nodes:
-        node: Any = nodes.pop()
-        # Inside of an f-string, Python before 3.12 does not know where things are.
-        if isinstance(node, ast.JoinedStr):
-            continue
-        if _is_number(node):
-            found.append((positions.literal(node, node.value), node))
-        elif (
-            isinstance(node, ast.UnaryOp)
-            and isinstance(node.op, ast.USub)
-            and _is_number(node.operand)
-            and positions.is_sign_of(node, node.operand)
-        ):
-            operand: Any = node.operand
-            found.append((positions.literal(node, -operand.value), node))
-        else:
-            nodes.extend(ast.iter_child_nodes(node))
-    return found
-
-
-def _is_number(node: Any) -> bool:
-    return isinstance(node, ast.Constant) and type(node.value) in (int, float) and _is_finite(node.value)
-
-
-def _is_finite(number: Union[int, float]) -> bool:
-    try:
-        return math.isfinite(number)
-    except OverflowError:
-        return False
-
-
-class _Substitution(ast.NodeTransformer):
-    """Takes the literals out of a tree, and puts `__literals__[index]` in their places."""
-
-    def __init__(self, indices: Mapping[int, int]) -> None:
-        self._indices = indices
-
-    def visit(self, node: ast.AST) -> Any:
-        index = self._indices.get(id(node))
-        if index is None:
-            return super().visit(node)
-        name = ast.copy_location(ast.Name(LITERALS, ast.Load()), node)
-        number: Any = ast.copy_location(ast.Constant(index, kind=None), node)
-        if not hasattr(ast, 'unparse'):  # Python 3.8 has a node of its own around an index
-            number = ast.copy_location(ast.Index(number), node)
-        return ast.copy_location(ast.Subscript(name, number, ast.Load()), node)

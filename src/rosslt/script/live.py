@@ -26,8 +26,8 @@ from typing import (
     Tuple,
 )
 
-from rosslt import node, values
-from rosslt.script import files, literals, running
+from rosslt import files, node, values
+from rosslt.script import literals, running
 from rosslt.script.errors import ScriptError
 from rosslt.script.running import Step
 
@@ -289,7 +289,7 @@ class LiveScript:
             if place not in kept:
                 self._remove(place.location)
 
-    def _site(self, text: str, literal: literals.Literal) -> node.CallSite:
+    def _site(self, text: str, literal: files.Number) -> node.CallSite:
         line = text[: literal.start].rpartition('\n')[2] + text[literal.start :].partition('\n')[0]
         return node.CallSite(os.path.abspath(self.path), literal.line, literal.column, line)
 

@@ -9,11 +9,10 @@ from typing import Any, Callable, Dict, List, Optional, Sequence
 import rospy
 from std_srvs.srv import Trigger, TriggerResponse
 
-from rosslt import node
+from rosslt import files, node
 from rosslt.msg import PoseStampedTracked
 from rosslt.script import parameters
 from rosslt.script.errors import ScriptError
-from rosslt.script.files import FileWatch
 from rosslt.script.live import DEFAULT_SETTINGS, LiveScript, Settings
 from rosslt.script.player import make_player
 from rosslt.script.running import Step
@@ -54,7 +53,7 @@ def run() -> None:
     script = LiveScript(
         path, node.add_location, node.remove_location, take, report, settings, memory.recall, memory.keep
     )
-    FileWatch(path, script.reload)
+    files.FileWatch(path, script.reload)
     script.reload()  # what was saved before the watch began
     rospy.loginfo('%s is in force', path)
     _loop(player.tick)

@@ -4,8 +4,7 @@ from typing import Any, Callable, List, Optional, Tuple
 
 import rospy
 
-from rosslt import node, values
-from rosslt.script import files, yaml_text
+from rosslt import files, node, values
 from rosslt.script.running import Goto, Step, Wait
 
 
@@ -53,7 +52,7 @@ class Waypoints:
         """
         key = self._name.lstrip('~')
         text = files.read(path)
-        new = yaml_text.with_values(text, {key: values.untracked(node.get_param(self._name))}, path)
+        new = files.yaml_with_values(text, {key: values.untracked(node.get_param(self._name))}, path)
         if new == text:
             return '{} holds these values already'.format(path)
         if not files.replace(path, text, new):

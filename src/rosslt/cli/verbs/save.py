@@ -1,35 +1,80 @@
-"""`rosslt save`: a node's current values as YAML that rosparam load takes."""
+"""`rosslt save`: changed values written back to where they were read, or into a YAML file."""
 
 import argparse
 import contextlib
 import sys
 from typing import Any, Dict, List, Sequence, Union
 
+import rosgraph
 import yaml
 
+from rosslt import files
 from rosslt.cli.completers import nodes
 from rosslt.cli.directory import Directory, locations_of, tracked_node
-from rosslt.cli.failure import Failure
+from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import find_master
+from rosslt.cli.output import is_terminal, write_row
+from rosslt.cli.saving import changes_to_save
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
-SUMMARY = "a node's current values as YAML that rosparam load takes"
-DESCRIPTION = """Write the current values of a node's locations as YAML. `rosparam load FILE` puts them in force again,
-and so does <rosparam file="FILE"/> in a launch file, before the node starts."""
+SUMMARY = 'changed values where they were read: in the code, in launch and YAML files'
+DESCRIPTION = """Write each changed value of a node back to where it was read: a literal in its source file; a parameter
+in the YAML file or the <param> that `rosslt launch` has read it from. Only the numbers change. All files are written,
+or none; what cannot be written back is named, and left. A file that was edited since is written where it is certain
+which number is which.
+
+With FILE, write the current values of all of its locations as YAML instead. `rosparam load FILE` puts them in force
+again, and so does <rosparam file="FILE"/> in a launch file, before the node starts."""
 EXAMPLE = """\
-example:
+examples:
+  rosslt save /talker --diff
+  rosslt save /talker
   rosslt save /talker talker.yaml && rosparam load talker.yaml
+
+In a pipe each number that was written is a line of columns between tabs: NODE/LOCATION, old text, new text, file.
 """
 ARGUMENTS = [
+    Argument('--diff', action='store_true', help='print what would be written as a unified diff, and write nothing'),
     Argument('node', completer=nodes, metavar='NODE'),
-    Argument('file', metavar='FILE', help='- for standard output'),
+    Argument('file', nargs='?', metavar='FILE', help='of the YAML; - for standard output'),
 ]
 
 
 def run(options: argparse.Namespace) -> None:
+    if options.diff and options.file:
+        raise Misused('--diff is about the files that values were read from; leave FILE out')
     master = find_master()
     name = tracked_node(master, options.node)
+    if options.file is None:
+        _save_where_it_stands(master, name, options.diff)
+    else:
+        _write_yaml(master, name, options)
+
+
+def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> None:
+    edits, unsaved = changes_to_save(master, name)
+    try:
+        if is_diff:
+            sys.stdout.write(files.unified_diff(edits))
+        else:
+            files.write(edits)
+    except files.FileError as error:
+        raise Failure(f'nothing is written: {error}') from None
+    if not is_diff:
+        for edit in edits:
+            called, old, new = f'{name}/{edit.what}', edit.old.decode(), edit.new.decode()
+            if is_terminal():
+                print(f'{called}: {old} -> {new}  [{edit.file}]')
+            else:
+                write_row(called, old, new, edit.file)
+    if not edits and not unsaved and is_terminal():
+        print('nothing to save: all is as the files say')
+    if unsaved:
+        raise Failure('not saved: ' + '; '.join(f'{one.name} ({one.reason})' for one in unsaved))
+
+
+def _write_yaml(master: rosgraph.Master, name: str, options: argparse.Namespace) -> None:
     parameters = master.getParam('/')
     saved: Dict[str, Any] = {}
     left_out: List[str] = []

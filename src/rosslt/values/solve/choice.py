@@ -198,21 +198,23 @@ def solve_one(
     ]
     beyond = beyond_bounds(value, wanted, freedom.limits) if len(free) > MANY_SOURCES and not changes else {}
     alone = budget.share(ALONE if len(free) > 1 else 1.0)
-    for source in free if base else ():
-        share = alone.share(0.5)
-        try:
-            if source in freedom.read_only:
-                refuse('{source} is read-only')
-            if source in beyond:
-                refuse('%s', beyond[source])
-            attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
-            return {source: attempt.answer()}
-        except UNDEFINED as reason:
-            text = str(reason).replace('{source}', describe_source(source))
-            if text not in reasons:
-                reasons.append(text)
-        alone.refund(share)
-    budget.refund(alone)
+    try:
+        for source in free if base else ():
+            share = alone.share(0.5)
+            try:
+                if source in freedom.read_only:
+                    refuse('{source} is read-only')
+                if source in beyond:
+                    refuse('%s', beyond[source])
+                attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
+                return {source: attempt.answer()}
+            except UNDEFINED as reason:
+                text = str(reason).replace('{source}', describe_source(source))
+                if text not in reasons:
+                    reasons.append(text)
+            alone.refund(share)
+    finally:
+        budget.refund(alone)
     if base and wanted == base[root]:
         kept = _unchanged(graph, root, base, [source for source in free if freedom.allows(source)])
         if kept is not None:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from rosslt.script import ScriptError
-from rosslt.script.yaml_text import with_values
+from rosslt.files import FileError
+from rosslt.files import yaml_with_values as with_values
 
 FILE = """# A tour.
 pause: 1.50   # seconds
@@ -46,11 +46,11 @@ def test_an_anchor_stays_and_what_it_names_is_rewritten():
     ],
 )
 def test_what_cannot_be_written_is_refused_with_the_place(data, reason):
-    with pytest.raises(ScriptError) as caught:
+    with pytest.raises(FileError) as caught:
         with_values(FILE, data, 'tour.yaml')
     assert str(caught.value).startswith(reason)
 
 
 def test_a_file_that_is_no_yaml_is_refused_with_the_place():
-    with pytest.raises(ScriptError, match=r'tour\.yaml:2:1'):
+    with pytest.raises(FileError, match=r'tour\.yaml:2:1'):
         with_values('a: [1,\n', {'a': [1]}, 'tour.yaml')

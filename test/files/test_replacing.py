@@ -6,7 +6,8 @@ import threading
 
 import pytest
 
-from rosslt.script import ScriptError, files
+from rosslt import files
+from rosslt.files import FileError, replacing
 from support.processes import wait_until
 
 
@@ -21,7 +22,7 @@ def path(tmp_path):
 def system(request, monkeypatch):
     """A system that can exchange two files atomically, and one that cannot."""
     if request.param == 'rename':
-        monkeypatch.setattr(files, '_exchange', lambda first, second: False)
+        monkeypatch.setattr(replacing, '_exchange', lambda first, second: False)
 
 
 def test_a_file_is_read_with_its_newlines_as_they_are(path):
@@ -31,9 +32,9 @@ def test_a_file_is_read_with_its_newlines_as_they_are(path):
 
 def test_a_file_that_cannot_be_read_says_why_and_where(path):
     path.write_bytes(b'a = 1\nb = "\xff"\n')
-    with pytest.raises(ScriptError, match=r'tour\.script:2:6: it is not in UTF-8'):
+    with pytest.raises(FileError, match=r'tour\.script:2:6: it is not in UTF-8'):
         files.read(str(path))
-    with pytest.raises(ScriptError, match='cannot be read: No such file'):
+    with pytest.raises(FileError, match='cannot be read: No such file'):
         files.read(str(path) + '.none')
 
 
@@ -64,7 +65,7 @@ def test_a_text_that_was_not_expected_is_not_replaced(path):
 
 def test_what_is_saved_in_the_very_moment_of_replacing_is_not_lost(path, monkeypatch):
     saves = iter(['a = 10\n', 'a = 20\n'])
-    exchange = files._exchange
+    exchange = replacing._exchange
 
     def interrupted(first, second):
         text = next(saves, None)
@@ -73,7 +74,7 @@ def test_what_is_saved_in_the_very_moment_of_replacing_is_not_lost(path, monkeyp
             path.with_suffix('.new').replace(path)
         return exchange(first, second)
 
-    monkeypatch.setattr(files, '_exchange', interrupted)
+    monkeypatch.setattr(replacing, '_exchange', interrupted)
     assert not files.replace(str(path), 'a = 1\n', 'a = 2\n')
     assert path.read_text() == 'a = 20\n'
     assert os.listdir(str(path.parent)) == ['tour.script']
@@ -102,8 +103,8 @@ def test_a_folder_that_cannot_be_written_says_so(path, monkeypatch):
     def refuse(*_arguments, **_options):
         raise PermissionError(13, 'Permission denied')
 
-    monkeypatch.setattr(files.tempfile, 'mkstemp', refuse)
-    with pytest.raises(ScriptError, match='cannot be written: Permission denied'):
+    monkeypatch.setattr(replacing.tempfile, 'mkstemp', refuse)
+    with pytest.raises(FileError, match='cannot be written: Permission denied'):
         files.replace(str(path), 'a = 1\n', 'a = 2\n')
 
 

@@ -1,0 +1,142 @@
+"""Changed values of a node, and where in files they stand."""
+
+import contextlib
+import functools
+import json
+from typing import Any, Collection, Dict, List, NamedTuple, Tuple
+
+import rosgraph
+
+from rosslt import files, srv
+from rosslt import node as nodes
+from rosslt.cli.directory import Directory, Place, call, locations_of
+
+
+class Unsaved(NamedTuple):
+    """A changed value that cannot be written back: what it is called, and why."""
+
+    name: str
+    reason: str
+
+
+def changes_to_save(master: rosgraph.Master, node: str) -> Tuple[List[files.Edit], List[Unsaved]]:
+    """What would write the changed values of a node back to where they were read.
+
+    Raises:
+        Failure: the node does not answer.
+    """
+    places = locations_of(master, Directory(), node)
+    answer: Any = call(master, node, 'list_edits', srv.ListEdits, srv.ListEditsRequest())
+    edits, unsaved = _in_sources(answer, places)
+    in_files, others = _in_parameter_files(master, node, places, answer.read_ids)
+    return edits + in_files, unsaved + others
+
+
+def _in_sources(answer: Any, places: List[Place]) -> Tuple[List[files.Edit], List[Unsaved]]:
+    """What the node itself says: it knows what it has read of its code."""
+    by_id = {place.location.id: place for place in places}
+
+    def name(location_id: int) -> str:
+        return by_id[location_id].local_name if location_id in by_id else str(location_id)
+
+    edits = [
+        files.Edit(
+            edit.file, edit.digest, edit.start, edit.end, edit.old.encode(), edit.new.encode(), name(edit.location_id)
+        )
+        for edit in answer.edits
+    ]
+    return edits, [Unsaved(name(one), reason) for one, reason in zip(answer.left_ids, answer.reasons)]
+
+
+def _in_parameter_files(
+    master: rosgraph.Master, node: str, places: List[Place], in_sources: Collection[int]
+) -> Tuple[List[files.Edit], List[Unsaved]]:
+    """What would write changed parameters into the YAML and launch files that `rosslt launch` has read them from.
+
+    Args:
+        in_sources: the ids of the locations that are read from source files.
+    """
+    answer: Any = call(master, node, 'get_history', srv.GetHistory, srv.GetHistoryRequest())
+    first: Dict[int, Any] = {}
+    for one in answer.changes:
+        first.setdefault(one.change.location_id, nodes.from_json(one.change.old_value))
+    changed = [
+        place
+        for place in places
+        if place.location.name.startswith('/')
+        and place.location.id not in in_sources
+        and place.location.id in first
+        and place.value != first[place.location.id]
+    ]
+    if not changed:
+        return [], []
+    origins: Any = {}
+    with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
+        origins = json.loads(master.getParam(files.ORIGINS))
+    by_file: Dict[str, List[Tuple[Place, Dict[str, Any]]]] = {}
+    unsaved: List[Unsaved] = []
+    for place in changed:
+        origin = origins.get(place.location.name)
+        reason = _why_not(place, origin)
+        if reason:
+            unsaved.append(Unsaved(place.local_name, reason))
+        else:
+            by_file.setdefault(origin['file'], []).append((place, origin))
+    edits: List[files.Edit] = []
+    for file, those in by_file.items():
+        try:
+            made, left = _edits_of(file, those)
+        except files.FileError as error:
+            unsaved += [Unsaved(place.local_name, str(error)) for place, _ in those]
+        else:
+            edits += made
+            unsaved += [Unsaved(name, reason) for name, reason in left]
+    return edits, unsaved
+
+
+def _why_not(place: Place, origin: Any) -> str:
+    """Why a parameter cannot be written back; '' where it can."""
+    if type(place.value) not in (int, float):
+        return 'it is no number'
+    if not origin:
+        return 'no file is known that it was read from; rosslt launch notes them'
+    if origin.get('is_substituted'):
+        return f'it stands in {origin["file"]} through a substitution'
+    if origin.get('is_inline'):
+        return f'it stands in a <rosparam> within {origin["file"]}'
+    return ''
+
+
+def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
+    """What would write parameters into one file."""
+    content = files.read_bytes(file)
+    import rosparam  # noqa: F401 - teaches yaml to read angles
+
+    in_yaml = [
+        files.YamlChange(origin['path'], origin['said'], place.value, place.local_name)
+        for place, origin in those
+        if 'path' in origin
+    ]
+    if in_yaml:
+        return files.yaml_edits(file, content, in_yaml)
+    from roslaunch.loader import convert_value
+
+    return files.param_edits(
+        file,
+        content,
+        [
+            files.ParamChange(
+                origin['tag'],
+                origin['name'],
+                origin['text'],
+                place.value,
+                functools.partial(_read_param, convert_value, origin['type']),
+                place.local_name,
+            )
+            for place, origin in those
+        ],
+    )
+
+
+def _read_param(convert_value: Any, kind: str, text: str) -> Any:
+    return convert_value(text, kind)

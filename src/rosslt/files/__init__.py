@@ -1,0 +1,78 @@
+"""The room of text files: how is one number in a file changed, and nobody's edit lost?
+
+It may import the room `values`. `python_numbers` finds the numbers of a Python text, `source_text` replaces them and
+follows them through edits, `yaml_text` and `launch_text` do so for YAML and launch files; `notation` writes a number in
+the manner of the one before. `replacing` reads and replaces files as a whole, `transaction` several of them, and
+`watching` hears what others write.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from rosslt.files.errors import FileError
+from rosslt.files.launch_text import ORIGINS, ParamChange, ParamTag, param_edits, param_tags
+from rosslt.files.notation import in_manner_of
+from rosslt.files.python_numbers import LITERALS, Number, numbers_in, without_numbers
+from rosslt.files.replacing import (
+    Unsettled,
+    holds,
+    read,
+    read_bytes,
+    read_settled,
+    read_settled_bytes,
+    replace,
+    replace_bytes,
+)
+from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest_of, followed, replaced
+from rosslt.files.transaction import unified_diff, write
+
+if TYPE_CHECKING:
+    from rosslt.files.watching import FileWatch
+    from rosslt.files.yaml_text import YamlChange, yaml_edits
+    from rosslt.files.yaml_text import with_values as yaml_with_values
+
+__all__ = [
+    'LITERALS',
+    'ORIGINS',
+    'Edit',
+    'FileError',
+    'Number',
+    'SourceText',
+    'Unsettled',
+    'ParamChange',
+    'ParamTag',
+    'FileWatch',
+    'YamlChange',
+    'changed_elsewhere',
+    'digest_of',
+    'followed',
+    'holds',
+    'in_manner_of',
+    'numbers_in',
+    'param_edits',
+    'param_tags',
+    'read',
+    'read_bytes',
+    'read_settled',
+    'read_settled_bytes',
+    'replace',
+    'replace_bytes',
+    'replaced',
+    'unified_diff',
+    'without_numbers',
+    'write',
+    'yaml_edits',
+    'yaml_with_values',
+]
+
+
+def __getattr__(name: str) -> Any:
+    # Only those who use them wait for watchdog and YAML.
+    if name == 'FileWatch':
+        from rosslt.files.watching import FileWatch
+
+        return FileWatch
+    if name in ('YamlChange', 'yaml_edits', 'yaml_with_values'):
+        from rosslt.files import yaml_text
+
+        return getattr(yaml_text, name.replace('yaml_with', 'with'))
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -1,0 +1,20 @@
+"""What can be wrong with a text file, or with a change of one, and where."""
+
+from typing import Optional
+
+from rosslt import values
+
+
+class FileError(values.Error):
+    """A text file, or a change of one, that cannot be taken.
+
+    Attributes:
+        file: its path.
+        line, column: where, from 1; None where it concerns the file as a whole.
+        reason: why.
+    """
+
+    def __init__(self, file: str, line: Optional[int], column: Optional[int], reason: str) -> None:
+        self.file, self.line, self.column, self.reason = file, line, column, reason
+        place = file if line is None else '{}:{}:{}'.format(file, line, column)
+        super().__init__('{}: {}'.format(place, reason))

@@ -1,0 +1,139 @@
+"""Launch files as text: other values in their <param> tags, and every other byte as it is."""
+
+import re
+from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
+from xml.parsers import expat
+
+from rosslt.files.errors import FileError
+from rosslt.files.notation import written_as
+from rosslt.files.source_text import Edit, digest_of
+
+#: The ROS parameter in which `rosslt launch` notes which file says a parameter, as JSON: {full name: {'file': ...}}.
+ORIGINS = '/rosslt/parameter_origins'
+
+_ATTRIBUTE = re.compile(rb'([\w:.-]+)\s*=\s*("[^"]*"|\'[^\']*\')')
+
+
+class ParamTag(NamedTuple):
+    """A <param> in a launch file.
+
+    Attributes:
+        start: where it begins, in bytes.
+        name, value: these attributes as they are written, '' where it has none.
+        line: from 1.
+    """
+
+    start: int
+    name: str
+    value: str
+    line: int
+
+
+class ParamChange(NamedTuple):
+    """A <param> that is to have another value.
+
+    Attributes:
+        nth: which <param> of the file it was when that was loaded.
+        name, text: its attributes `name` and `value` then, as they were written.
+        value: what it should say.
+        read: reads the attribute as roslaunch does.
+        what: what people call it.
+    """
+
+    nth: int
+    name: str
+    text: str
+    value: float
+    read: Callable[[str], Any]
+    what: str
+
+
+def param_tags(file: str, content: bytes) -> List[ParamTag]:
+    """All <param> of a launch file, in the order in which they begin.
+
+    Raises:
+        FileError: it is no XML.
+    """
+    parser = expat.ParserCreate()
+    found: List[ParamTag] = []
+
+    def begin(name: str, attributes: Dict[str, str]) -> None:
+        if name == 'param':
+            found.append(
+                ParamTag(
+                    parser.CurrentByteIndex,
+                    attributes.get('name', ''),
+                    attributes.get('value', ''),
+                    parser.CurrentLineNumber,
+                )
+            )
+
+    parser.StartElementHandler = begin
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        raise FileError(file, error.lineno, error.offset + 1, expat.ErrorString(error.code)) from None
+    return found
+
+
+def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tuple[List[Edit], List[Tuple[str, str]]]:
+    """What gives <param> tags other values.
+
+    Returns:
+        (edits, [(what a change is called, why it cannot be made), ...]).
+
+    Raises:
+        FileError: the file is no XML.
+    """
+    tags = param_tags(file, content)
+    edits, left = [], []
+    for change in changes:
+        try:
+            tag = _tag_of(tags, change, file)
+            if change.read(tag.value) == change.value:
+                continue
+            start, end = _range_of_value(content, tag)
+            if content[start:end].decode('ascii', 'replace') != tag.value:
+                raise ValueError(f'{file}:{tag.line} has it in a notation of XML that is not rewritten')
+            new = written_as(tag.value, change.value, change.read)
+        except ValueError as error:
+            left.append((change.what, str(error)))
+            continue
+        edits.append(Edit(file, digest_of(content), start, end, content[start:end], new.encode(), change.what))
+    return edits, left
+
+
+def _tag_of(tags: List[ParamTag], change: ParamChange, file: str) -> ParamTag:
+    """Where the <param> of a change is now; ValueError where that is not certain."""
+    found = [tag for tag in tags if tag.name == change.name]
+    same = [tag for tag in found if tag.value == change.text]
+    if change.nth < len(tags) and tags[change.nth] in same:
+        return tags[change.nth]
+    if len(same) == 1:
+        return same[0]
+    if len(found) == 1:
+        if found[0].value and _reads(change, found[0].value):
+            return found[0]
+        raise ValueError(
+            f'it was edited since it was loaded: {file}:{found[0].line} says {found[0].value} instead of {change.text}'
+        )
+    raise ValueError(f'it is not certain which <param name="{change.name}"> of {file} it is since that was edited')
+
+
+def _reads(change: ParamChange, text: str) -> bool:
+    try:
+        return bool(change.read(text) == change.value)
+    except ValueError:
+        return False
+
+
+def _range_of_value(content: bytes, tag: ParamTag) -> Tuple[int, int]:
+    """Where the attribute `value` of a tag stands, without its quotes."""
+    place = tag.start + len(b'<param')
+    while True:
+        match = _ATTRIBUTE.search(content, place)
+        if match is None or b'>' in content[place : match.start()]:
+            raise ValueError(f'the <param> in line {tag.line} has no value')
+        if match.group(1) == b'value':
+            return match.start(2) + 1, match.end(2) - 1
+        place = match.end()

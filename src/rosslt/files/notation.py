@@ -1,0 +1,95 @@
+"""How a number is written: in the manner of the one that it takes the place of, and never as another number."""
+
+import re
+from decimal import Decimal
+from typing import Callable, Iterator, Union
+
+_NUMBER = re.compile(r'(?P<sign>[-+]?)[ \t]*(?P<whole>\d*)(?P<point>\.?)(?P<fraction>\d*)(?P<exponent>[eE][-+]?\d+)?')
+
+#: Up to how many places a number is written out that an exponent would make shorter.
+_LONGEST = 16
+
+_Value = Union[int, float]
+
+
+def _python(text: str) -> _Value:
+    return float(text) if re.search(r'[.eE]', text) else int(text)
+
+
+def in_manner_of(old: str, value: _Value, read: Callable[[str], object] = _python) -> str:
+    """A number as it is written in the place of another one.
+
+    `2.50` becomes `3.25` or `3.00`, `.5` becomes `.25`, `1e-3` becomes `2.5e-3`; where the manner cannot hold the value
+    exactly, `repr` does.
+
+    Args:
+        old: how the number before is written.
+        value: a finite number.
+        read: reads what is written, in the language of the file; by default as Python does.
+
+    Returns:
+        A text that reads back to exactly that value.
+    """
+    match = _NUMBER.fullmatch(old.strip())
+    for candidate in _candidates(match, value) if match else ():
+        if _says(read(candidate), value):
+            return candidate
+    return repr(value)
+
+
+def written_as(old: str, value: _Value, read: Callable[[str], object]) -> str:
+    """`in_manner_of`, in a language that does not read all numbers that Python writes.
+
+    Raises:
+        ValueError: it can say no such number.
+    """
+
+    def reads(text: str) -> object:
+        found = read(text)
+        return found if type(found) is type(value) else None
+
+    expanded = '{:f}'.format(Decimal(repr(value)))
+    mantissa, exponent, power = repr(value).partition('e')
+    pointed = mantissa if '.' in mantissa else mantissa + '.0'
+    for candidate in (
+        in_manner_of(old, value, reads),
+        pointed + exponent + power,
+        expanded if '.' in expanded or type(value) is int else expanded + '.0',
+    ):
+        if _says(reads(candidate), value):
+            return candidate
+    raise ValueError(f'{value!r} cannot be written in the place of {old}')
+
+
+def _says(read: object, value: _Value) -> bool:
+    # A whole number may be written as one where it stands for a float: `x = 3` after `x = 2`.
+    return isinstance(read, (int, float)) and float(read) == value and repr(float(read)) == repr(float(value))
+
+
+def _candidates(old: 're.Match[str]', value: _Value) -> Iterator[str]:
+    # repr has the fewest digits that say the number, and Decimal moves its point without rounding.
+    exact = Decimal(repr(value))
+    sign, exact = '-' if exact.is_signed() else '+' if old['sign'] == '+' else '', abs(exact)
+    if old['exponent']:
+        mantissa = exact.scaleb(-int(old['exponent'][1:]))
+        if mantissa == 0 or Decimal('0.01') <= mantissa < 1000:
+            yield sign + _positional(old, mantissa) + old['exponent']
+        elif type(value) is float:
+            power = exact.adjusted()
+            letter, width = old['exponent'][0], len(old['exponent'].lstrip('eE+-'))
+            mark = '-' if power < 0 else '+' if '+' in old['exponent'] else ''
+            yield f'{sign}{_positional(old, exact.scaleb(-power))}{letter}{mark}{abs(power):0{width}d}'
+    elif exact == 0 or -_LONGEST < exact.adjusted() < _LONGEST:
+        yield sign + _positional(old, exact)
+
+
+def _positional(old: 're.Match[str]', number: Decimal) -> str:
+    """A number without an exponent, with as many decimals as the old one, or more where it needs them."""
+    whole, _, fraction = '{:f}'.format(number).partition('.')
+    fraction = fraction.rstrip('0')
+    if not fraction and not old['point']:
+        return whole
+    if old['point'] and not old['whole'] and whole == '0' and fraction:
+        whole = ''
+    # `5.` and a whole number that gets decimals have no width to keep.
+    return f'{whole}.{fraction.ljust(len(old["fraction"]), "0")}'

@@ -1,0 +1,66 @@
+"""Several edits of several files: all of them or none, and as text for people beforehand."""
+
+import difflib
+import os
+from typing import Dict, List, Sequence, Tuple
+
+from rosslt.files.errors import FileError
+from rosslt.files.replacing import read_bytes, replace_bytes
+from rosslt.files.source_text import Edit, digest_of, replaced
+
+_EDITED = 'it was edited at this moment; try again'
+
+
+def _contents(edits: Sequence[Edit]) -> Dict[str, Tuple[bytes, bytes]]:
+    """{path: (content, content after the edits)}.
+
+    Raises:
+        FileError: a file is not there, or holds another content than the edits are meant for.
+    """
+    by_file: Dict[str, List[Edit]] = {}
+    for edit in edits:
+        by_file.setdefault(os.path.realpath(edit.file), []).append(edit)
+    contents = {}
+    for path, parts in by_file.items():
+        content = read_bytes(path)
+        if any(digest_of(content) != edit.digest or content[edit.start : edit.end] != edit.old for edit in parts):
+            raise FileError(path, None, None, _EDITED)
+        contents[path] = content, replaced(content, parts)
+    return contents
+
+
+def write(edits: Sequence[Edit]) -> None:
+    """Write edits into their files: all of them, or none.
+
+    Raises:
+        FileError: a file cannot be written, or was edited meanwhile; then all are as they were.
+    """
+    contents = _contents(edits)
+    done: List[str] = []
+    try:
+        for path, (before, after) in contents.items():
+            if not replace_bytes(path, before, after):
+                raise FileError(path, None, None, _EDITED)
+            done.append(path)
+    except FileError as error:
+        for path in reversed(done):
+            before, after = contents[path]
+            if not replace_bytes(path, after, before):
+                raise FileError(
+                    error.file, None, None, f'{error.reason}; {path}, which was edited since, stays changed'
+                ) from None
+        raise
+
+
+def unified_diff(edits: Sequence[Edit]) -> str:
+    """What edits would do, as a unified diff that `patch -p0` takes.
+
+    Raises:
+        FileError: as of `write`.
+    """
+    lines: List[str] = []
+    for path, (before, after) in _contents(edits).items():
+        old, new = (text.decode('utf-8', 'surrogateescape').splitlines(keepends=True) for text in (before, after))
+        for line in difflib.unified_diff(old, new, path, path):
+            lines.append(line if line.endswith('\n') else line + '\n\\ No newline at end of file\n')
+    return ''.join(lines)

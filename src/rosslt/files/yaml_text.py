@@ -1,0 +1,182 @@
+"""YAML files as text: other scalars in them, and everything else as it is: comments, layout, quotes."""
+
+import math
+import re
+from collections import Counter
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+import yaml
+
+from rosslt.files.errors import FileError
+from rosslt.files.notation import in_manner_of, written_as
+from rosslt.files.source_text import Edit, digest_of
+
+#: An anchor or a tag, which stands in front of a scalar and stays there.
+PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
+
+#: {(start, end) in the text: what takes its place, or None where it stays}
+Edits = Dict[Tuple[int, int], Optional[str]]
+
+
+def with_values(text: str, data: Any, file: str) -> str:
+    """A YAML text with other scalars.
+
+    Args:
+        text: the YAML.
+        data: what it is to say: dicts, lists and scalars in the shape of the text. What a dict lacks stays as it is.
+        file: its path, for errors.
+
+    Raises:
+        FileError: the text is no YAML, or is of another shape than the data.
+    """
+    try:
+        root, present = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        raise FileError(file, line, column, getattr(error, 'problem', None) or str(error)) from None
+    edits: Edits = {}
+    _collect(root, present, data, edits, file)
+    for (start, end), spelling in sorted(edits.items(), key=lambda edit: edit[0], reverse=True):
+        if spelling is not None:
+            properties = PROPERTIES.match(text, start, end)
+            start = properties.end() if properties else start
+            text = text[:start] + spelling + text[end:]
+    return text
+
+
+class YamlChange(NamedTuple):
+    """A number of a YAML file that is to be another one.
+
+    Attributes:
+        path: of keys and indices, from the root of the document.
+        said: what stood there when the file was read.
+        value: what should stand there.
+        what: what people call it.
+    """
+
+    path: Sequence[Union[str, int]]
+    said: float
+    value: float
+    what: str
+
+
+def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tuple[List[Edit], List[Tuple[str, str]]]:
+    """What gives a YAML file other numbers, and leaves every other byte as it is.
+
+    Returns:
+        (edits, [(what a change is called, why it cannot be made), ...]).
+
+    Raises:
+        FileError: the file is no YAML, or not in UTF-8.
+    """
+    try:
+        text = content.decode('utf-8')
+        root = yaml.compose(text, Loader=yaml.SafeLoader)
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        raise FileError(file, None, None, f'it cannot be read: {error}') from None
+    # PyYAML does not count a byte order mark.
+    skipped = len(text) - len(text.lstrip('\ufeff'))
+    uses: Counter = Counter()
+    _count_uses(root, uses)
+    edits, left = [], []
+    for change in changes:
+        try:
+            node = _node_at(root, change.path, uses)
+            start, end = node.start_mark.index + skipped, node.end_mark.index + skipped
+            properties = PROPERTIES.match(text, start, end)
+            start = properties.end() if properties else start
+            old = text[start:end]
+            present = yaml.safe_load(old)
+            if present == change.value:
+                continue
+            if type(present) not in (int, float) or present != change.said:
+                raise ValueError(f'it was edited since it was loaded: {file} says {old} instead of {change.said!r}')
+            new = _angle(old, change.value) or written_as(old, change.value, yaml.safe_load)
+        except ValueError as error:
+            left.append((change.what, str(error)))
+            continue
+        first, last = (len(text[:place].encode('utf-8')) for place in (start, end))
+        edits.append(Edit(file, digest_of(content), first, last, content[first:last], new.encode(), change.what))
+    return edits, left
+
+
+def _count_uses(node: Any, uses: Counter) -> None:
+    """Count how often each scalar is used, by an alias say."""
+    waiting, seen = [node], set()
+    while waiting:
+        node = waiting.pop()
+        uses[id(node)] += 1
+        if node is None or id(node) in seen:
+            continue
+        seen.add(id(node))
+        if isinstance(node, yaml.MappingNode):
+            waiting += [part for pair in node.value for part in pair]
+        elif isinstance(node, yaml.SequenceNode):
+            waiting += node.value
+
+
+def _node_at(node: Any, path: Sequence[Union[str, int]], uses: Counter) -> Any:
+    """The scalar at a path; ValueError where there is none that is used once."""
+    for step in path:
+        found: List[Any] = []
+        if isinstance(node, yaml.MappingNode):
+            found = [part for key, part in node.value if key.value == str(step)]
+        elif isinstance(node, yaml.SequenceNode) and isinstance(step, int) and step < len(node.value):
+            found = [node.value[step]]
+        if len(found) != 1:
+            raise ValueError(f'the file has no {"/".join(map(str, path))} any more')
+        node = found[0]
+        if uses[id(node)] > 1:
+            raise ValueError('it is one value in several places, and would have to be two')
+    if not isinstance(node, yaml.ScalarNode):
+        raise ValueError(f'{"/".join(map(str, path))} is no number any more')
+    return node
+
+
+def _angle(old: str, value: float) -> Optional[str]:
+    """A number as the angle of rosparam that it was, `deg(45)` or `rad(pi/4)`; None where it cannot be."""
+    match = re.fullmatch(r'(deg|rad)\(\s*(.*?)\s*\)', old)
+    if not match:
+        return None
+    unit, inner = match.groups()
+    if unit == 'deg':
+        candidates = [in_manner_of(inner, round(math.degrees(value), digits)) for digits in (0, 3, 9, 15)]
+    elif 'pi' in inner:
+        candidates = [
+            f'{"" if turns == 1 else "-" if turns == -1 else f"{turns}*"}pi{"" if parts == 1 else f"/{parts}"}'
+            for parts in (1, 2, 3, 4, 5, 6, 8, 9, 10, 12, 16, 18, 24, 36, 180)
+            for turns in [round(value * parts / math.pi)]
+        ]
+    else:
+        candidates = [in_manner_of(inner, value)]
+    for candidate in candidates:
+        text = f'{unit}({candidate})'
+        if repr(yaml.safe_load(text)) == repr(value):
+            return text
+    return None
+
+
+def _collect(node: Any, present: Any, wanted: Any, edits: Edits, file: str) -> None:
+    """Note {(start, end): new text, or None where it stays} for the scalars of a YAML node."""
+    mark: Any = getattr(node, 'start_mark', None)
+    line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+    if isinstance(node, yaml.MappingNode) and isinstance(wanted, dict) and wanted.keys() <= present.keys():
+        for key, part in node.value:
+            if key.value in wanted:
+                _collect(part, present[key.value], wanted[key.value], edits, file)
+    elif isinstance(node, yaml.SequenceNode) and isinstance(wanted, (list, tuple)) and len(wanted) == len(present):
+        for part, now, then in zip(node.value, present, wanted):
+            _collect(part, now, then, edits, file)
+    elif isinstance(node, yaml.ScalarNode) and not isinstance(wanted, (dict, list, tuple)):
+        spelling = None if wanted == present and type(wanted) is type(present) else _spelled(wanted)
+        # An anchor and its aliases are one scalar.
+        if edits.setdefault((mark.index, node.end_mark.index), spelling) != spelling:
+            raise FileError(file, line, column, 'this is one value in several places, and would have to be two')
+    else:
+        raise FileError(file, line, column, 'the file has another shape here than {!r}'.format(wanted))
+
+
+def _spelled(value: Any) -> str:
+    dumped: str = yaml.safe_dump(value, default_flow_style=True, allow_unicode=True, width=float('inf'))
+    return dumped.splitlines()[0]

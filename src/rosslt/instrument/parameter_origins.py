@@ -1,0 +1,109 @@
+"""Which file says a parameter: noted by `rosslt launch` while it reads launch files, for who writes values back."""
+
+import json
+import os
+import xmlrpc.client
+from typing import Any, Dict, Iterator, List, Optional, Tuple, Union
+from xml.dom.minidom import Element
+
+import rosgraph
+import roslaunch.xmlloader
+from rosgraph.names import ns_join
+
+from rosslt.files import ORIGINS
+
+_Step = Union[str, int]
+
+
+class NotingLoader(roslaunch.xmlloader.XmlLoader):
+    """roslaunch's loader, which notes where each number that becomes a parameter stands.
+
+    Attributes:
+        origins: {full name of a parameter, with the index below a list: where it stands}.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.origins: Dict[str, Dict[str, Any]] = {}
+
+    def _param_tag(self, tag: Element, context: Any, ros_config: Any, *args: Any, **kwds: Any) -> Any:
+        made = super()._param_tag(tag, context, ros_config, *args, **kwds)
+        if made is not None:
+            origin = {
+                'file': os.path.realpath(context.filename),
+                'tag': _index_of(tag),
+                'name': tag.getAttribute('name'),
+                'text': tag.getAttribute('value'),
+                'type': (tag.getAttribute('type') or 'auto').lower().strip(),
+                'said': made.value,
+                'is_substituted': '$(' in tag.getAttribute('value') or not tag.hasAttribute('value'),
+            }
+            self._note(ns_join(context.ns, made.key), made.value, origin)
+        return made
+
+    def load_rosparam(
+        self,
+        context: Any,
+        ros_config: Any,
+        cmd: str,
+        param: Optional[str],
+        file_: Optional[str],
+        text: str,
+        verbose: bool = True,
+        subst_function: Any = None,
+    ) -> None:
+        """As of roslaunch."""
+        before = dict(ros_config.params)
+        super().load_rosparam(
+            context, ros_config, cmd, param, file_, text, verbose=verbose, subst_function=subst_function
+        )
+        if cmd != 'load':
+            return
+        base = ns_join(context.ns, param) if param else context.ns
+        loaded = {key: one for key, one in ros_config.params.items() if before.get(key) is not one}
+        for key, one in loaded.items():
+            if not file_:
+                # Inside of the launch file: another language within it.
+                self._note(key, one.value, {'file': os.path.realpath(context.filename), 'is_inline': True})
+                continue
+            path: List[_Step] = [step for step in key[len(base) :].split('/') if step]
+            origin = {'file': os.path.realpath(file_), 'is_substituted': subst_function is not None}
+            self._note(key, one.value, origin, path)
+
+    def _note(self, key: str, value: Any, origin: Dict[str, Any], path: Optional[List[_Step]] = None) -> None:
+        for name in [one for one in self.origins if one == key or one.startswith(key + '/')]:
+            del self.origins[name]  # the last declaration wins
+        for steps, number in _numbers(value):
+            full = '/'.join([key, *map(str, steps)])
+            self.origins[full] = {**origin, 'said': number}
+            if path is not None:
+                self.origins[full]['path'] = [*path, *steps]
+
+
+def _numbers(value: Any) -> Iterator[Tuple[List[_Step], float]]:
+    """The numbers in a parameter, each with the steps to it."""
+    if isinstance(value, list):
+        for index, part in enumerate(value):
+            for steps, number in _numbers(part):
+                yield [index, *steps], number
+    elif isinstance(value, dict):
+        for name, part in value.items():
+            for steps, number in _numbers(part):
+                yield [name, *steps], number
+    elif type(value) in (int, float):
+        yield [], value
+
+
+def _index_of(tag: Element) -> int:
+    """Which <param> of its file a tag is."""
+    document: Any = tag.ownerDocument
+    return next(index for index, one in enumerate(document.getElementsByTagName('param')) if one is tag)
+
+
+def with_earlier(origins: Dict[str, Dict[str, Any]]) -> str:
+    """The text of the parameter `ORIGINS`: these origins, and those that other launch files have noted."""
+    try:
+        earlier = json.loads(rosgraph.Master('/rosslt').getParam(ORIGINS))
+    except (OSError, xmlrpc.client.Error, rosgraph.MasterException, ValueError, TypeError):
+        earlier = {}
+    return json.dumps({**(earlier if isinstance(earlier, dict) else {}), **origins})

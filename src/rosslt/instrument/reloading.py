@@ -1,0 +1,153 @@
+"""Takes in what somebody edits in the source files of a running node.
+
+Literals that were edited take effect at once: each is followed to where it stands now, and its location gets the number
+that stands there. Everything else that is another than when the node was started is named, and needs a restart.
+"""
+
+import os
+import threading
+from typing import Any, Callable, Dict, List, Set, Tuple
+
+import rospy
+
+from rosslt import files, node
+from rosslt.instrument.cells import Cells, loaded_files
+
+_lock = threading.Lock()
+_watched: Set[str] = set()
+_watch: Any = None
+_is_started = False
+
+
+def start() -> None:
+    """Begin, once there is a node. The files are watched from a thread of their own: the node does not wait for it."""
+    global _is_started
+    with _lock:
+        if _is_started:
+            return
+        _is_started = True
+    threading.Thread(target=_begin, name='rosslt reloading', daemon=True).start()
+
+
+def _begin() -> None:
+    for cells in loaded_files():
+        watch(cells.path)
+
+
+def watch(path: str) -> None:
+    """FileWatch a file that runs rewritten, where there is a node already."""
+    global _watch
+    with _lock:
+        if not _is_started or path in _watched:
+            return
+        _watched.add(path)
+        try:
+            if _watch is None:
+                _watch = files.FileWatch(path, _look)
+            else:
+                _watch.add(path)
+        except OSError as error:  # the system watches no more folders
+            rospy.logwarn('edits of %s take no effect before a restart: it cannot be watched (%s)', path, error)
+
+
+def _look() -> None:
+    """Take in what the files say now."""
+    for cells in loaded_files():
+        _Reader.of(cells).look()
+
+
+class _Reader:
+    """What was taken in of a file.
+
+    Args:
+        cells: its numbers.
+    """
+
+    def __init__(self, cells: Cells) -> None:
+        self._cells = cells
+        self._digest = cells.digest
+        self._said: Dict[int, float] = {}  # {index in the file as it was loaded: what was taken in last}
+        self._named: Tuple[List[int], bool] = ([], False)
+
+    @classmethod
+    def of(cls, cells: Cells) -> '_Reader':
+        """The one of these cells."""
+        return _readers.setdefault(id(cells), cls(cells))
+
+    def look(self) -> None:
+        """Take in what the file says, if it is something else than before."""
+        try:
+            content = files.read_settled_bytes(self._cells.path)
+            digest = files.digest_of(content)
+            if digest == self._digest:
+                return
+            self._digest = digest
+            new = files.SourceText(self._cells.path, content)
+            original = node.original_source(self._cells.path)
+        except files.Unsettled:
+            return  # who writes it goes on, and is heard again
+        except files.FileError as error:
+            rospy.logwarn('%s: the node goes on with what was read before', error)
+            return
+        self._take(original, new, node.is_saved_here(digest))
+
+    def _take(self, original: files.SourceText, new: files.SourceText, is_saved_here: bool) -> None:
+        locations = self._locations(original)
+        result = files.followed(original, new)
+        taken, refused = [], []
+        for before, after in sorted(result.numbers.items()):
+            number = new.numbers[after]
+            if before not in locations or number.value == self._said.get(before, original.numbers[before].value):
+                continue
+            self._said[before] = number.value
+            location = locations[before]()
+            if location is None:
+                continue
+            try:
+                node.reread(location, number.value, is_saved_here)
+                taken.append(f'{location.name} = {number.value!r}')
+            except ValueError as error:
+                refused.append(f'{number.value!r} in line {number.line} ({error})')
+        lines = files.changed_elsewhere(original, new, result, set(locations))
+        self._tell([] if is_saved_here else taken, refused, (lines, result.has_lost_lines))
+
+    def _locations(self, original: files.SourceText) -> Dict[int, Callable[[], Any]]:
+        """{index of a number in the file as it was loaded: gives the location that is read there}."""
+        found: Dict[int, Callable[[], Any]] = {}
+        for number, literal in enumerate(self._cells.literals):
+            index = original.number_at(literal.line, literal.column)
+            if index is not None:
+                found[index] = lambda number=number: self._cells.location(number)  # type: ignore[misc]
+        # The default of a parameter that is not set is that parameter's.
+        for index, location in node.read_at(self._cells.path).items():
+            if location.literal is None:
+                found[index] = lambda location=location: location  # type: ignore[misc]
+        return found
+
+    def _tell(self, taken: List[str], refused: List[str], elsewhere: Tuple[List[int], bool]) -> None:
+        """Say in one line what was taken in, and what was not."""
+        parts = [', '.join(taken) + ' from now on'] if taken else []
+        parts += [f'not taken: {", ".join(refused)}'] if refused else []
+        if elsewhere != self._named:
+            self._named = lines, has_lost_lines = elsewhere
+            named = [f'line{"s" if len(lines) > 1 else ""} {_ranges(lines)}'] if lines else []
+            named += ['lines that are gone'] if has_lost_lines else []
+            if named:
+                parts.append(f'{" and ".join(named)} changed in other ways, which needs a restart of the node')
+        if parts:
+            say = rospy.logwarn if refused else rospy.loginfo
+            say('%s was edited: %s', os.path.basename(self._cells.path), '; '.join(parts))
+
+
+_readers: Dict[int, _Reader] = {}
+
+
+def _ranges(lines: List[int]) -> str:
+    """Lines as people write them: `3, 7-9`."""
+    ranges: List[List[int]] = []
+    for line in lines:
+        if ranges and line == ranges[-1][1] + 1:
+            ranges[-1][1] = line
+        else:
+            ranges.append([line, line])
+    return ', '.join(str(first) if first == last else f'{first}-{last}' for first, last in ranges)

@@ -1,0 +1,175 @@
+"""Where in source files the values of this node were read, and what would write changed values back there."""
+
+import os
+from typing import Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
+
+from rosslt import files
+from rosslt.node.locations import Location
+
+
+class Written(NamedTuple):
+    """Where the value of a location stands in a file now.
+
+    Attributes:
+        source: the file as it is now.
+        number: the index of the number in it.
+    """
+
+    source: files.SourceText
+    number: int
+
+    @property
+    def value(self) -> float:
+        """What the file says."""
+        return self.source.numbers[self.number].value
+
+
+class NotWritten(Exception):
+    """A value that stands in no file, or no longer; the text says why."""
+
+
+class SourceFiles:
+    """The source files of this process, as they were when their code was loaded."""
+
+    def __init__(self) -> None:
+        self._contents: Dict[str, bytes] = {}
+        self._originals: Dict[str, files.SourceText] = {}
+        # What was offered to be written: where the file says it, it is no edit of somebody else.
+        self._offered: Dict[Location, Set[float]] = {}
+        self._offered_digests: Set[str] = set()
+
+    def keep(self, path: str, content: Optional[bytes] = None) -> None:
+        """Remember a file.
+
+        Args:
+            path: of the file. One that is known already stays as it is.
+            content: what was loaded; by default what is there now.
+        """
+        path = os.path.realpath(path)
+        if path not in self._contents:
+            try:
+                self._contents[path] = files.read_bytes(path) if content is None else content
+            except files.FileError:  # code that came from no file
+                self._contents[path] = b''
+
+    def original(self, path: str) -> files.SourceText:
+        """A file as it was loaded.
+
+        Raises:
+            files.FileError: it has no content that could be read.
+        """
+        path = os.path.realpath(path)
+        known = self._originals.get(path)
+        if known is None:
+            content = self._contents.get(path)
+            if not content:
+                raise files.FileError(path, None, None, 'it is not known what it said when it was loaded')
+            known = self._originals[path] = files.SourceText(path, content)
+        return known
+
+    def is_saved_here(self, digest: str) -> bool:
+        """Whether a content that a file has now is what `edits` made of it; each is answered once, as somebody may
+        bring it back later on."""
+        if digest in self._offered_digests:
+            self._offered_digests.discard(digest)
+            return True
+        return False
+
+    def edits(
+        self, locations: Iterable[Location]
+    ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
+        """What would write the changed values of locations back to where they were read.
+
+        Args:
+            locations: all those of this node.
+
+        Returns:
+            ([(location, edit), ...], [(changed location, why it cannot be written back), ...]).
+        """
+        by_file: Dict[str, List[Location]] = {}
+        for location in locations:
+            if location.said is not None:
+                by_file.setdefault(os.path.realpath(location.site.file), []).append(location)
+        edits: List[Tuple[Location, files.Edit]] = []
+        left: List[Tuple[Location, str]] = []
+        for path, those in by_file.items():
+            changed = [location for location in those if location.value != location.said or location in self._offered]
+            if not changed:
+                continue
+            try:
+                made, others = _edits_of_file(self.original(path), those, changed, self._offered)
+            except files.FileError as error:
+                left += [(location, str(error)) for location in changed]
+            else:
+                edits += made
+                left += others
+                for location, _ in made:
+                    self._offered.setdefault(location, set()).add(location.value)
+                if made:
+                    content = files.replaced(files.read_bytes(path), [edit for _, edit in made])
+                    self._offered_digests.add(files.digest_of(content))
+        return edits, left
+
+
+def _edits_of_file(
+    original: files.SourceText, those: List[Location], changed: List[Location], offered: Dict[Location, Set[float]]
+) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
+    """What `SourceFiles.edits` gives, of one file."""
+    readers: Dict[int, List[Location]] = {}
+    for location in those:
+        index = location.find_in(original)
+        if index is not None:
+            readers.setdefault(index, []).append(location)
+    present = files.SourceText(original.path, files.read_bytes(original.path))
+    indices = files.followed(original, present).numbers
+    wanted: Dict[int, float] = {}
+    owners: Dict[int, Location] = {}
+    left: List[Tuple[Location, str]] = []
+    for location in changed:
+        try:
+            written = _place(location, original, present, indices, readers)
+            _check_unedited(location, written, offered.get(location, ()))
+        except NotWritten as why:
+            left.append((location, str(why)))
+            continue
+        if written.value != location.value:
+            wanted[written.number] = location.value
+            owners[written.number] = location
+    return list(zip((owners[index] for index in sorted(wanted)), present.edits(wanted))), left
+
+
+def _place(
+    location: Location,
+    original: files.SourceText,
+    present: files.SourceText,
+    indices: Dict[int, int],
+    readers: Dict[int, List[Location]],
+) -> Written:
+    """Where the value of a location stands now.
+
+    Raises:
+        NotWritten: nowhere, or it must not be written there.
+    """
+    index = location.find_in(original)
+    if type(location.value) not in (int, float) or index is None:
+        raise NotWritten(f'it is no number of its own at {location.place}')
+    if location.is_shared:
+        raise NotWritten(f'its name is given in several places of the code, not at {location.place} alone')
+    if any(other.value != location.value for other in readers[index]):
+        raise NotWritten(f'the number at {location.place} is that of several locations, with other values')
+    if index not in indices:
+        raise NotWritten(f'the line of {location.place} was edited since it was read')
+    return Written(present, indices[index])
+
+
+def _check_unedited(location: Location, written: Written, offered: Collection[float]) -> None:
+    """Raise NotWritten where somebody else has edited the number itself."""
+    if written.value not in (location.said, location.value, *offered):
+        raise NotWritten(
+            f'the number at {location.place} was edited since it was read: '
+            f'{written.source.path} says {written.value!r} instead of {location.said!r}'
+        )
+
+
+#: Those of this process.
+SOURCE_FILES = SourceFiles()

@@ -1,0 +1,209 @@
+"""Numbers in Python files: written in their manner, every other byte kept, and followed through edits."""
+
+import math
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rosslt.files import (
+    Edit,
+    FileError,
+    SourceText,
+    changed_elsewhere,
+    followed,
+    in_manner_of,
+    replaced,
+    unified_diff,
+    write,
+)
+
+PROGRAM = b"""#!/usr/bin/env python
+# -*- coding: utf-8 -*-
+import math
+
+speed = 2.50  # \xc3\xa4 2.5
+def f(x):
+    a, b = -2, .5
+    return x ** 2 + 1e-3 * b - 4
+class C:
+\tdef g(self):
+\t\tself.h = (math.pi / 4, 1_000.0,
+\t\t          -  7.25)
+"""
+
+
+def source(content):
+    return SourceText('node.py', content)
+
+
+@pytest.mark.parametrize(
+    ('old', 'value', 'new'),
+    [
+        ('2.50', 3.0, '3.00'),
+        ('2.50', 3.25, '3.25'),
+        ('2.50', 0.125, '0.125'),
+        ('2.50', -1.5, '-1.50'),
+        ('.5', 0.25, '.25'),
+        ('.5', 2.0, '2.0'),
+        ('-.5', -0.75, '-.75'),
+        ('5.', 6.0, '6.'),
+        ('1e-3', 0.0025, '2.5e-3'),
+        ('1e-3', 0.004, '4e-3'),
+        ('1.0E+03', 2500.0, '2.5E+03'),
+        ('1e-3', 12.0, '1.2e1'),
+        ('-2', 3, '3'),
+        ('-2', -7, '-7'),
+        ('2', 3.0, '3'),
+        ('2', 2.5, '2.5'),
+        ('+2.0', 3.0, '+3.0'),
+        ('2', -0.0, '-0.0'),
+        ('2.0', 1e300, '1e+300'),
+        ('1_000.0', 2000.0, '2000.0'),
+        ('2.0', 0.1 + 0.2, '0.30000000000000004'),
+    ],
+)
+def test_a_number_keeps_the_manner_in_which_the_one_before_was_written(old, value, new):
+    assert in_manner_of(old, value) == new
+
+
+@given(
+    st.sampled_from(['2', '-2', '2.50', '.5', '5.', '1e-3', '2.5E+10', '0x10', '1_000', '+1.0']),
+    st.floats(allow_nan=False, allow_infinity=False),
+)
+def test_what_is_written_reads_back_to_exactly_the_value(old, value):
+    read = float(in_manner_of(old, value))
+    assert struct.pack('d', read) == struct.pack('d', value)
+
+
+@given(st.data())
+def test_every_other_byte_stays_and_the_program_has_the_new_values(data):
+    before = source(PROGRAM)
+    values = data.draw(
+        st.dictionaries(
+            st.integers(0, len(before.numbers) - 1), st.floats(allow_nan=False, allow_infinity=False), min_size=1
+        )
+    )
+    edits = before.edits(values)
+    after = source(replaced(PROGRAM, edits))
+    assert [number.value for number in after.numbers] == [
+        values.get(index, number.value) for index, number in enumerate(before.numbers)
+    ]
+    assert after.skeleton == before.skeleton
+    kept, place = [], 0
+    for edit in sorted(edits, key=lambda one: one.start):
+        kept.append(PROGRAM[place : edit.start])
+        assert PROGRAM[edit.start : edit.end] == edit.old
+        place = edit.end
+    rest = replaced(PROGRAM, edits)
+    for part in [*kept, PROGRAM[place:]]:
+        assert part in rest
+        rest = rest[rest.index(part) + len(part) :]
+
+
+@pytest.mark.parametrize(
+    ('text', 'index', 'value', 'expected'),
+    [
+        ('y = 2 ** x', 0, -2, 'y = (-2) ** x'),
+        ('y = x - 2', 0, -3, 'y = x - -3'),
+        ('y = -2', 0, 3, 'y = 3'),
+        ('def f():\n    return-1', 0, 3, 'def f():\n    return(3)'),
+        ('y = 1 if x else 2', 0, -1.5, 'y = -1.5 if x else 2'),
+        ('y = x-1', 0, 2, 'y = x-2'),
+    ],
+)
+def test_a_number_with_another_sign_means_the_same_program(text, index, value, expected):
+    made = source(text.encode())
+    assert replaced(made.content, made.edits({index: value})).decode() == expected
+
+
+@pytest.mark.parametrize(
+    'content',
+    [
+        b'# coding: latin-1\nx = "\xe4", 2.5\n',
+        b'\xef\xbb\xbfx = "\xc3\xa4", 2.5\n',
+        b'x = "\xc3\xa4"\r\ny = 2.5\r\n',
+        b'x = """\r\n\x0c"""\ny = 2.5',
+    ],
+)
+def test_encodings_marks_and_line_ends_stay(content):
+    made = source(content)
+    (number,) = [index for index, number in enumerate(made.numbers) if number.value == 2.5]
+    assert replaced(content, made.edits({number: 3.75})) == content.replace(b'2.5', b'3.75')
+
+
+def test_a_number_that_has_its_value_already_is_not_written():
+    assert source(b'x = 2.50\n').edits({0: 2.5}) == []
+
+
+def values_after(old, new):
+    before, after = source(old.encode()), source(new.encode())
+    result = followed(before, after)
+    return {before.numbers[a].value: after.numbers[b].value for a, b in result.numbers.items()}
+
+
+def test_numbers_are_followed_through_edits_of_other_lines_and_of_themselves():
+    old = 'a = 1.5\nb = 2.5\ndef f():\n    return 3.5 + 4.5\n'
+    new = 'import os\na = 1.75  # more\n\ndef f():\n    print(9)\n    return 3.5+-4.5\nb = 2.5\n'
+    assert values_after(old, new) == {1.5: 1.75, 2.5: 2.5, 3.5: 3.5, 4.5: -4.5}
+
+
+def test_a_number_that_could_be_another_one_is_not_followed():
+    assert values_after('move(1.5)\nmove(2.5)\n', 'move(1.5)\n') == {}
+    assert values_after('a = 1.5\n', 'b = 1.5\n') == {}
+    assert values_after('def f():\n    return 1.5\n', 'def g():\n    return 1.5\n') == {}
+
+
+def test_lines_are_named_in_which_more_has_changed_than_locations():
+    old, new = (
+        source(b'a = 1.5\nfor i in range(3): pass\nb = 2\n'),
+        source(b'a = 2.5\nfor i in range(4): pass\nb = 2 + a\nc = 1\n'),
+    )
+    result = followed(old, new)
+    assert changed_elsewhere(old, new, result, {0}) == [2, 3, 4]
+    assert result.has_lost_lines
+
+
+def edit_of(path, old, new):
+    content = path.read_bytes()
+    made = SourceText(str(path), content)
+    (index,) = [index for index, number in enumerate(made.numbers) if number.value == old]
+    return made.edits({index: new})
+
+
+def test_several_files_are_written_all_or_none(tmp_path, monkeypatch):
+    first, second = tmp_path / 'a.py', tmp_path / 'b.py'
+    first.write_text('x = 1.0\n')
+    second.write_text('y = 2.0')
+    edits = [*edit_of(first, 1.0, 1.5), *edit_of(second, 2.0, 2.5)]
+    assert unified_diff(edits) == (
+        f'--- {first}\n+++ {first}\n@@ -1 +1 @@\n-x = 1.0\n+x = 1.5\n'
+        f'--- {second}\n+++ {second}\n@@ -1 +1 @@\n-y = 2.0\n\\ No newline at end of file\n'
+        '+y = 2.5\n\\ No newline at end of file\n'
+    )
+    second.write_text('y = 3.0')
+    with pytest.raises(FileError, match='edited'):
+        write(edits)
+    assert first.read_text() == 'x = 1.0\n'
+
+    from rosslt.files import transaction
+
+    second.write_text('y = 2.0')
+    replace = transaction.replace_bytes
+
+    def edited_meanwhile(path, expected, content):
+        if path == str(second):
+            second.write_text('y = 9.0')
+        return replace(path, expected, content)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(transaction, 'replace_bytes', edited_meanwhile)
+        with pytest.raises(FileError, match='edited'):
+            write(edits)
+    assert (first.read_text(), second.read_text()) == ('x = 1.0\n', 'y = 9.0')
+    second.write_text('y = 2.0')
+    write(edits)
+    assert (first.read_text(), second.read_text()) == ('x = 1.5\n', 'y = 2.5')
+    assert isinstance(edits[0], Edit)
+    assert math.isfinite(2.5)

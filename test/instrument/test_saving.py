@@ -1,0 +1,368 @@
+"""Changed values are written back into the files that they were read from, and edits of these files are taken in."""
+
+import math
+import os
+import random
+import re
+import signal
+import subprocess
+
+import pytest
+import rosgraph
+import rospy
+from geometry_msgs.msg import PointStamped
+from rosgraph_msgs.msg import Log as RosoutMessage
+
+import rosslt
+from rosslt import files, node, srv
+from rosslt.cli.saving import changes_to_save
+from support.processes import wait_until
+from support.shell import rosslt as command
+from support.unmodified import Unmodified
+
+ORBIT = '''#!/usr/bin/env python3
+# -*- coding: utf-8 -*-
+"""A point, written in many manners."""
+import math
+import rospy
+from geometry_msgs.msg import PointStamped
+
+radius = 2.50   # in m, 2.50 ä
+heights = [1e-3, .5, -2, 5.]
+
+
+def offset(scale):
+    lift = 0.25
+    return scale * lift + 1
+
+
+class Orbit:
+    def __init__(self):
+        self.gain = -1.25
+        self.pub = rospy.Publisher('orbit', PointStamped, queue_size=1)
+        self.far = rospy.get_param('~far', 7.5)
+
+    def step(self):
+        p = PointStamped()
+        p.point.x = radius * self.gain
+        p.point.y = sum(heights) + offset(3.0)
+        p.point.z = self.far * 2 - 4
+        self.pub.publish(p)
+
+
+rospy.init_node('orbit')
+orbit = Orbit()
+while not rospy.is_shutdown():
+    orbit.step()
+    rospy.sleep(0.03)
+'''
+
+
+class Hearing:
+    """What arrives on a topic."""
+
+    def __init__(self, topic, kind):
+        self.messages = []
+        self._subscriber = rosslt.Subscriber(topic, kind, self.messages.append, queue_size=10)
+
+    def next(self, condition=lambda message: True):
+        """The next message that begins after now and for which a condition holds."""
+        del self.messages[:]
+        found = []
+
+        def look():
+            found.extend(message for message in list(self.messages[1:]) if condition(message))
+            return found
+
+        wait_until(look, 'a message', 60)
+        return found[0]
+
+    def stop(self):
+        self._subscriber.unregister()
+
+
+@pytest.fixture
+def hearing(master):
+    made = []
+
+    def hear(topic, kind):
+        made.append(Hearing(topic, kind))
+        return made[-1]
+
+    yield hear
+    for one in made:
+        one.stop()
+
+
+def point(message):
+    return [float(value) for value in (message.point.x, message.point.y, message.point.z)]
+
+
+def save(name, *options):
+    result = command('save', *options, name)
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def forget(name):
+    """Have nothing of a node outlive it but its files, as after a restart of the master."""
+    for key in ('rosslt', 'rosslt_literals', 'far'):
+        if rospy.has_param(f'{name}/{key}'):
+            rospy.delete_param(f'{name}/{key}')
+
+
+def places(name):
+    found, silent = node.Directory().ask([name])
+    assert not silent
+    return found[name]
+
+
+def change(name, values):
+    """Set locations of a node at once: {id: value}."""
+    request = srv.ChangeSourcesRequest(list(values), [node.to_json(value) for value in values.values()], 'test')
+    answer = rospy.ServiceProxy(name + '/rosslt/change_sources', srv.ChangeSources)(request)
+    assert answer.applied, answer.reasons
+
+
+def numbers_blanked(content, path):
+    """All bytes of a file but those of its numbers."""
+    made, parts, place = files.SourceText(str(path), content), [], 0
+    for number in made.numbers:
+        start, end = (len(made.text[:one].encode()) for one in (number.start, number.end))
+        parts.append(content[place:start])
+        place = end
+    return [*parts, content[place:]]
+
+
+def test_what_was_dragged_is_written_where_it_was_read_and_published_again(master, hearing, tmp_path):
+    heard = hearing('orbit', PointStamped)
+    with Unmodified(tmp_path, 'orbit', ORBIT) as started:
+        before = started.file.read_bytes()
+        message = heard.next()
+        rosslt.force_value(message.point.x, -6.25)
+        rosslt.force_value(message.point.z, 21.0)
+        wanted = point(heard.next(lambda message: point(message)[0] == -6.25 and point(message)[2] == 21.0))
+        diff = save('/orbit', '--diff')
+        assert started.file.read_bytes() == before
+        assert re.findall(r'^[-+] *(\w.*)$', diff, re.MULTILINE) == [
+            'radius = 2.50   # in m, 2.50 ä',
+            'radius = 5.00   # in m, 2.50 ä',
+            "self.far = rospy.get_param('~far', 7.5)",
+            "self.far = rospy.get_param('~far', 12.5)",
+        ]
+        assert save('/orbit').splitlines() == [
+            f'/orbit/radius\t2.50\t5.00\t{started.file}',
+            f'/orbit/~far\t7.5\t12.5\t{started.file}',
+        ]
+        expected = before.replace(b'radius = 2.50', b'radius = 5.00').replace(b'7.5', b'12.5')
+        assert started.file.read_bytes() == expected
+        assert save('/orbit') == ''
+        started.stop()
+    forget('/orbit')
+    with Unmodified(tmp_path, 'orbit', expected.decode()):
+        assert point(heard.next()) == wanted
+
+
+def test_a_thousand_changes_leave_every_other_byte_and_are_published_after_a_restart(master, hearing, tmp_path):
+    heard, chance = hearing('orbit', PointStamped), random.Random(16)
+    text, changes = ORBIT, 0
+    for _ in range(4):
+        with Unmodified(tmp_path, 'orbit', text) as started:
+            heard.next()
+            for _ in range(25):
+                content = started.file.read_bytes()
+                numbers = [place for place in places('/orbit') if place.location.type == 'float']
+                assert len(numbers) >= 10
+                drawn = {
+                    place.location.id: chance.choice(
+                        [chance.uniform(-9, 9), round(chance.uniform(-9, 9), 2), float(chance.randint(-9, 9))]
+                    )
+                    for place in chance.sample(numbers, 10)
+                }
+                change('/orbit', drawn)
+                changes += len(drawn)
+                edits, unsaved = changes_to_save(rosgraph.Master('/test'), '/orbit')
+                called = {one.local_name for one in numbers if drawn.get(one.location.id, one.value) != one.value}
+                assert ({one.what for one in edits}, unsaved) == (called, [])
+                files.write(edits)
+                after = started.file.read_bytes()
+                assert numbers_blanked(after, started.file) == numbers_blanked(content, started.file)
+            assert save('/orbit', '--diff') == ''
+            heard.next()
+            wanted = point(heard.next())
+            text = started.file.read_text(encoding='utf-8')
+            started.stop()
+        forget('/orbit')
+        with Unmodified(tmp_path, 'orbit', text) as started:
+            assert point(heard.next()) == pytest.approx(wanted, rel=1e-15)
+            started.stop()
+        forget('/orbit')
+    assert changes == 1000
+
+
+def edit(path, *pairs):
+    """Save a text as an editor does: under another name first."""
+    text = path.read_text(encoding='utf-8')
+    for old, new in pairs:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    temporary = path.with_suffix('.tmp')
+    temporary.write_text(text, encoding='utf-8')
+    temporary.rename(path)
+
+
+class Log:
+    """What a node logs."""
+
+    def __init__(self, name):
+        self.lines = []
+        self._name = name
+        self._subscriber = rospy.Subscriber('/rosout', RosoutMessage, self._take)
+
+    def _take(self, message):
+        if message.name == self._name:
+            self.lines.append(message.msg)
+
+    def wait_for(self, text):
+        wait_until(lambda: any(text in line for line in list(self.lines)), f'a log line with {text!r}', 60)
+        return next(line for line in self.lines if text in line)
+
+
+def test_edited_literals_take_effect_at_once_and_other_edits_are_named(master, hearing, tmp_path):
+    heard, log = hearing('orbit', PointStamped), Log('/orbit')
+    with Unmodified(tmp_path, 'orbit', ORBIT) as started:
+        beginning = point(heard.next())
+        edit(started.file, ('radius = 2.50', 'radius = 4.0'), ('-2, 5.]', '-2, 6.]  # taller'))
+        heard.next(lambda message: point(message)[:2] == [-5.0, beginning[1] + 1.0])
+        assert 'changed in other ways' not in log.wait_for('radius = 4.0')
+        edit(
+            started.file,
+            ('import math\n', 'import math, os\n'),
+            ('lift = 0.25', 'lift = 0.75'),
+            ("'~far', 7.5", "'~far', 8.0"),
+        )
+        heard.next(lambda message: point(message) == [-5.0, beginning[1] + 2.5, beginning[2] + 1.0])
+        assert log.wait_for('lift = 0.75').endswith(
+            'from now on; line 4 and lines that are gone changed in other ways, which needs a restart of the node'
+        )
+        assert not rospy.has_param('/orbit/far')
+        assert save('/orbit') == ''
+        edit(started.file, ('lift = 0.75', 'lift = = 0.75'))
+        log.wait_for('goes on with what was read before')
+        assert started.process.poll() is None
+
+
+def test_a_number_that_somebody_has_edited_is_mapped_or_refused(master, hearing, tmp_path):
+    """A node written with rosslt, which takes in no edits while it runs."""
+    code = """
+import rospy, rosslt
+from geometry_msgs.msg import PointStamped
+rosslt.init_node('tracked')
+pub = rosslt.Publisher('tracked', PointStamped, queue_size=1)
+while not rospy.is_shutdown():
+    p = PointStamped()
+    p.point.x = rosslt.location(2.50, name='x')
+    p.point.y = rosslt.location(value=3, name='y') * 1.0
+    p.point.z = sum(rosslt.location(.5, name='z', key=leg) for leg in 'ab')
+    p.header.frame_id = rosslt.location('map', name='frame')
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+    heard = hearing('tracked', PointStamped)
+    with Unmodified(tmp_path, 'tracked', code, tracked=False) as started:
+        heard.next()
+        ids = {place.local_name: place.location.id for place in places('/tracked')}
+        change('/tracked', {ids['x']: 4.0, ids['y']: 7, ids['z/a']: 1.5, ids['frame']: 'odom'})
+        result = command('save', '/tracked')
+        assert result.returncode == 1
+        assert 'z/a (the number at tracked.py:10:21 is that of several locations, with other values)' in result.stderr
+        assert 'frame (it is no number of its own at tracked.py:11:25)' in result.stderr
+        text = started.file.read_text()
+        assert text == code.replace('2.50', '4.00').replace('value=3', 'value=7')
+        change('/tracked', {ids['x']: 5.0, ids['y']: 9, ids['z/a']: 0.5, ids['frame']: 'map'})
+        edit(started.file, ('import rospy, rosslt', 'import rosslt\n\nimport rospy'), ('value=7', 'value=8'))
+        result = command('save', '/tracked')
+        assert result.returncode == 1
+        assert 'was edited since it was read: ' in result.stderr
+        assert 'says 8 instead of 3' in result.stderr
+        assert 'location(5.00, name' in started.file.read_text()
+        assert 'value=8' in started.file.read_text()
+
+
+LAUNCHED = """
+import rospy
+from geometry_msgs.msg import PointStamped
+
+rospy.init_node('launched')
+pub = rospy.Publisher('launched', PointStamped, queue_size=1)
+x = rospy.get_param('~x')
+y = rospy.get_param('/tall/heights')[1]
+z = rospy.get_param('~turn')
+w = rospy.get_param('~given')
+while not rospy.is_shutdown():
+    p = PointStamped()
+    p.point.x, p.point.y, p.point.z = x, y, z + w
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+
+LAUNCH_FILE = """<launch>
+  <!-- <param name="x" value="0"/> ä -->
+  <arg name="given" default="1.5"/>
+  <rosparam file="{folder}/tall.yaml" ns="tall"/>
+  <node pkg="rosslt" type="none" name="other" if="false"><param name="x" value="2.50"/></node>
+  <node pkg="{package}" type="launched.py" name="launched" output="screen">
+    <param  type = "double" value='2.50' name="x" />
+    <param name="given" value="$(arg given)"/>
+    <rosparam file="{folder}/turn.yaml" command="load"/>
+  </node>
+</launch>
+"""
+
+
+def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_from(master, hearing, tmp_path):
+    package = tmp_path / 'launched_package'
+    package.mkdir()
+    (package / 'package.xml').write_text(
+        '<package><name>launched_package</name><version>1.0.0</version><description>d</description>'
+        '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
+    )
+    script = package / 'launched.py'
+    script.write_text('#!/usr/bin/env python3\n' + LAUNCHED)
+    script.chmod(0o755)
+    launch, tall, turn = tmp_path / 'all.launch', tmp_path / 'tall.yaml', tmp_path / 'turn.yaml'
+    launch.write_text(LAUNCH_FILE.format(folder=tmp_path, package='launched_package'), encoding='utf-8')
+    tall.write_text('# ä\nheights: [1.0, 2.50,  3]  # 2.50\nother: .5\n', encoding='utf-8')
+    turn.write_text('turn: rad(pi/4)\n')
+    before = [file.read_bytes() for file in (launch, tall, turn)]
+    heard = hearing('launched', PointStamped)
+    environment = dict(os.environ, ROS_PACKAGE_PATH=f'{tmp_path}:{os.environ["ROS_PACKAGE_PATH"]}')
+    start = ['rosslt', 'launch', '--no-markers', str(launch)]
+    process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        heard.next()
+        ids = {place.local_name: place.location.id for place in places('/launched')}
+        change('/launched', {ids['~x']: 3.25, ids['/tall/heights/1']: 4.0, ids['~turn']: math.pi / 8})
+        wanted = point(heard.next(lambda message: message.point.x == 3.25))
+        change('/launched', {ids['~given']: 9.5})
+        result = command('save', '--diff', '/launched')
+        assert result.returncode == 1
+        assert 'not saved: ~given (it stands in' in result.stderr
+        assert 'through a substitution)' in result.stderr
+        assert [file.read_bytes() for file in (launch, tall, turn)] == before
+        change('/launched', {ids['~given']: 1.5})
+        assert len(save('/launched').splitlines()) == 3
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(60)
+    assert [file.read_bytes() for file in (launch, tall, turn)] == [
+        before[0].replace(b"value='2.50'", b"value='3.25'"),
+        before[1].replace(b'[1.0, 2.50,', b'[1.0, 4.00,'),
+        b'turn: rad(pi/8)\n',
+    ]
+    process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        assert point(heard.next(lambda message: point(message) == wanted)) == wanted
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(60)
