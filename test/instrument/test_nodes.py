@@ -1,5 +1,6 @@
 """Nodes in the manner of those that people have written: what they publish knows where it comes from, and follows."""
 
+import contextlib
 import os
 import subprocess
 import threading
@@ -389,35 +390,48 @@ def test_a_thread_publishes_by_keywords(run):
         heard.comes(lambda message: message.data == 2.5)
 
 
-def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path):
-    (tmp_path / 'talker.py').write_text(
-        '#!/usr/bin/env python3' + LATCHED.replace("'latched', Float64", "'launched', Float64")
-    )
-    file = tmp_path / 'all.launch'
+@pytest.fixture
+def launched_nodes(tmp_path):
+    """A package with a node; the environment in which it is found."""
     script = tmp_path / 'talker.py'
+    script.write_text('#!/usr/bin/env python3' + LATCHED.replace("'latched', Float64", "'launched', Float64"))
     script.chmod(0o755)
-    package = tmp_path / 'package.xml'
-    package.write_text(
+    (tmp_path / 'package.xml').write_text(
         '<package><name>launched_nodes</name><version>0.0.0</version><description>x</description>'
         '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
     )
+    return dict(os.environ, ROS_PACKAGE_PATH=f'{tmp_path}:{os.environ.get("ROS_PACKAGE_PATH", "")}')
+
+
+@contextlib.contextmanager
+def launched(environment, *words):
+    process = subprocess.Popen(words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path, launched_nodes):
+    file = tmp_path / 'all.launch'
     file.write_text(
         '<launch><arg name="name"/><node pkg="launched_nodes" type="talker.py" name="$(arg name)"/>'
         '<node pkg="launched_nodes" type="talker.py" name="other"/></launch>'
     )
-    environment = dict(os.environ, ROS_PACKAGE_PATH=f'{tmp_path}:{os.environ.get("ROS_PACKAGE_PATH", "")}')
-    process = subprocess.Popen(
-        ['rosslt', 'launch', '--no-markers', '--except', 'other', str(file), 'name:=one'],
-        env=environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
+    words = ['rosslt', 'launch', '--no-markers', '--except', 'other', str(file), 'name:=one']
+    with launched(launched_nodes, *words):
         wait_until(lambda: names_of('one'), 'the node is tracked', 60)
         assert command('list', '/other').returncode != 0
-    finally:
-        process.terminate()
-        process.wait(30)
+
+
+def test_a_launch_prefix_tracks_one_node(run, tmp_path, launched_nodes):
+    file = tmp_path / 'prefix.launch'
+    file.write_text(
+        '<launch><node pkg="launched_nodes" type="talker.py" name="prefixed" launch-prefix="rosslt run"/></launch>'
+    )
+    with launched(launched_nodes, 'roslaunch', str(file)):
+        wait_until(lambda: names_of('prefixed'), 'the node is tracked', 60)
 
 
 TRANSFORMED = """
@@ -532,3 +546,36 @@ def test_very_many_leaves_of_shapes_alone_do_not_hold_up_a_node(run):
     with run(WAVES, 'waves'), Listener('waves', Float64MultiArray) as heard:
         heard.comes(lambda message: message.data and values.is_tracked(message.data[0]))
         heard.comes(lambda message: len(message.data) == 100 and not any(map(values.is_tracked, message.data)))
+
+
+FILTERED = """
+import message_filters, rospy
+from geometry_msgs.msg import PointStamped
+rospy.init_node('filtered')
+pub = rospy.Publisher('sum', PointStamped, queue_size=1)
+def both(a, b):
+    total = PointStamped(header=a.header)
+    total.point.x = a.point.x + b.point.x
+    pub.publish(total)
+parts = [message_filters.Subscriber(name, PointStamped) for name in ('left', 'right')]
+message_filters.TimeSynchronizer(parts, 10).registerCallback(both)
+left = rospy.Publisher('left', PointStamped, queue_size=1)
+right = rospy.Publisher('right', PointStamped, queue_size=1)
+while not rospy.is_shutdown():
+    point = PointStamped()
+    point.header.stamp = rospy.Time.now()
+    point.point.x = 1.5
+    left.publish(point)
+    point.point.x = 2.25
+    right.publish(point)
+    rospy.sleep(0.03)
+"""
+
+
+def test_synchronized_messages_keep_their_sources(run):
+    with run(FILTERED, 'filtered'), Listener('sum', PointStamped) as heard:
+        message = heard.next()
+        assert message.point.x == 3.75
+        assert len(values.sources(message.point.x)) == 2
+        node.force_value(message.point.x, 5.0)
+        heard.comes(lambda message: message.point.x == 5.0)

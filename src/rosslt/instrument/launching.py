@@ -88,6 +88,7 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
                 one.launch_prefix = prefix_of(one.launch_prefix, command)
         if self._markers and not any(one.type == MARKERS for one in self.config.nodes):
             self.config.add_node(roslaunch.core.Node('rosslt', MARKERS, name=MARKERS), verbose=False)
+            self.config.assign_machines()
 
     def _is_wanted(self, one: Any) -> bool:
         names = {one.name, one.namespace + one.name, one.type}
