@@ -425,6 +425,19 @@ def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path, launched_nodes):
         assert command('list', '/other').returncode != 0
 
 
+def test_interactive_markers_run_beside_a_launch_file(run, tmp_path, launched_nodes):
+    file = tmp_path / 'one.launch'
+    file.write_text('<launch><node pkg="launched_nodes" type="talker.py" name="alone"/></launch>')
+
+    def is_there():
+        with contextlib.suppress(rosgraph.MasterError):
+            return rosgraph.Master('/test').lookupNode('/slt_visualization')
+
+    with launched(launched_nodes, 'rosslt', 'launch', str(file)):
+        wait_until(is_there, 'slt_visualization is started, too', 60)
+        wait_until(lambda: names_of('alone'), 'the node is tracked', 60)
+
+
 def test_a_launch_prefix_tracks_one_node(run, tmp_path, launched_nodes):
     file = tmp_path / 'prefix.launch'
     file.write_text(

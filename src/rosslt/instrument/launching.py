@@ -87,8 +87,9 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
             if self._is_wanted(one) and _is_trackable(one):
                 one.launch_prefix = prefix_of(one.launch_prefix, command)
         if self._markers and not any(one.type == MARKERS for one in self.config.nodes):
-            self.config.add_node(roslaunch.core.Node('rosslt', MARKERS, name=MARKERS), verbose=False)
-            self.config.assign_machines()
+            beside = roslaunch.core.Node('rosslt', MARKERS, name=MARKERS)
+            beside.machine = self.config.machines['']  # this one: the others have theirs already
+            self.config.add_node(beside, verbose=False)
 
     def _is_wanted(self, one: Any) -> bool:
         names = {one.name, one.namespace + one.name, one.type}
