@@ -100,7 +100,6 @@ class MouseDrags(MouseCase):
 
         def end(start):
             self.held_at = start
-            self.poses.clear()
             return start[0] + dx, start[1] + dy
 
         self.drag(on_rotor, end, QUADCOPTER)
