@@ -1,9 +1,11 @@
-"""A master for the tests beside this file."""
+"""A master for the tests beside this file, and what `rosslt run` sets for a whole process."""
 
 import pytest
 import rospy
 
 import rosslt
+from rosslt import values
+from rosslt.instrument import array_functions
 from support.processes import Master
 
 
@@ -19,3 +21,11 @@ def master(tmp_path_factory):
         yield started
         rospy.signal_shutdown('the tests are over')
         started.kill()
+
+
+@pytest.fixture(autouse=True)
+def numpy_as_in_rosslt_run():
+    """Let tracked numbers compute as under `rosslt run` in these tests, and in no others of this process."""
+    array_functions.keep_provenance_in_numpy()
+    yield
+    values.compute_ufuncs_with(None)

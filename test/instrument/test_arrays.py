@@ -13,6 +13,7 @@ from rosslt.instrument import routing
 np = routing.route(numpy)
 plain_tf = importlib.import_module('tf.transformations')
 tf = routing.route(plain_tf)
+values.compute_ufuncs_with(None)  # which routing has set for the process: each test here sets it for itself
 count = iter(range(1, 1 << 30))
 
 
@@ -146,6 +147,13 @@ def test_ranges_keep_their_ends():
     ends = np.linspace(tracked(0.0), tracked(1.0), 5)
     assert ends.tolist() == numpy.linspace(0.0, 1.0, 5).tolist()
     assert values.is_tracked(ends[2])
+
+
+def test_arrays_of_objects_stay_what_a_node_made_them():
+    x = tracked(0.5)
+    for made in (rosslt.math.sin(numpy.array([x, 1.0], dtype=object)), numpy.array([x, 1.0], dtype=object) * x):
+        assert made.dtype == object
+        assert rosslt.is_tracked(made[0])
 
 
 def test_large_arrays_are_data():

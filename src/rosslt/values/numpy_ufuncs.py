@@ -20,7 +20,8 @@ def compute_ufuncs_with(function: Optional[Callable[..., Any]]) -> None:
     """Set what computes with arrays and tracked scalars, in place of arrays of objects.
 
     Args:
-        function: called with the ufunc, its method's name, its operands and its options; None restores the default.
+        function: called with the ufunc, its method's name, its operands and its options, where none of the operands
+            is an array of objects; None restores the default.
     """
     global _compute
     _compute = function
@@ -31,10 +32,14 @@ def is_array(x: Any) -> bool:
     return hasattr(x, '__array_ufunc__') and hasattr(x, 'dtype') and hasattr(x, 'astype')
 
 
+def _has_objects(operands: Any) -> bool:
+    return any(is_array(operand) and operand.dtype == object for operand in operands)
+
+
 def broadcast(apply: Callable[..., Any], operation: Operation, *operands: Any) -> Any:
     """An operation on each element of arrays, broadcast as in NumPy: an object array, or a scalar."""
     numpy = sys.modules['numpy']
-    if _compute is not None and operation.numpy:
+    if operation.numpy and _compute is not None and not _has_objects(operands):
         return _compute(getattr(numpy, operation.numpy[0]), '__call__', operands, {})
     each = numpy.frompyfunc(lambda *scalars: apply(operation, *scalars), len(operands), 1)
     return each(*[boxed(numpy, operand) for operand in operands])
@@ -42,7 +47,7 @@ def broadcast(apply: Callable[..., Any], operation: Operation, *operands: Any) -
 
 def boxed(numpy: Any, operand: Any) -> Any:
     """An operand as an object array, in which a tracked scalar stays itself."""
-    if hasattr(operand, 'astype'):
+    if is_array(operand):
         return operand.astype(object)
     if isinstance(operand, (list, tuple)):
         return numpy.array(operand, dtype=object)
@@ -56,7 +61,7 @@ def array_ufunc(apply: Callable[..., Any], plain: Callable[[Any], Any]) -> Calla
 
     def called(self: Any, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         numpy = sys.modules['numpy']
-        if _compute is not None:
+        if _compute is not None and not _has_objects(inputs):
             return _compute(ufunc, method, inputs, options)
         row = BY_UFUNC.get(ufunc.__name__)
         if row is not None and row.arity == len(inputs) and method == '__call__' and not options:
