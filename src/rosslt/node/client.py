@@ -5,7 +5,7 @@ node's service, all nodes at once, and waits for the answer, but never longer th
 """
 
 import time
-from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Protocol, Tuple
+from typing import Any, Collection, Dict, Iterable, List, NamedTuple, Optional, Protocol, Tuple
 
 from rosslt import msg, srv, values
 from rosslt.node.directory import Directory
@@ -71,10 +71,11 @@ def force_value(
     source: Optional[values.Source] = None,
     timeout: float = 1.0,
     request_id: str = '',
+    sources: Optional[Collection[values.Source]] = None,
 ) -> Dict[values.Source, Change]:
     """`rosslt.force_value`, for a node that owns locations itself, or for a command that owns none."""
     deadline = time.monotonic() + timeout
-    wanted = values.solve(x, target, source, **owner.directory.limits(values.sources(x), timeout / 2))
+    wanted = values.solve(x, target, source, sources=sources, **owner.directory.limits(values.sources(x), timeout / 2))
     by_node: Dict[str, List[Tuple[values.Source, Any]]] = {}
     for changing, value in wanted.items():
         by_node.setdefault(changing.node, []).append((changing, value))
