@@ -5,8 +5,8 @@ Run as `./run exec python3 benchmarks/solving_cases.py [--cases N] [--seed N] [-
 A target is made by evaluating an expression at random source values, so that an answer exists. For each category it
 prints how many cases there were, what was refused, and what must never happen: a wrong answer, another exception than
 NotInvertible, a value that is not finite, a solve that takes longer than `--longest` seconds. `--drags` moves the tips
-of arms instead, and counts the joints that turned further than they had to. `--paths` follows closed paths of 1,000 steps,
-and prints how far from where they began the sources are at the end.
+of arms instead, and counts the joints that turned further than they had to. `--paths` follows closed paths of 1,000
+steps, and prints how far from where they began the sources are at the end.
 """
 
 import argparse

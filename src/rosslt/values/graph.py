@@ -93,7 +93,7 @@ class Graph:
                     flags[place] = True
         for place, forward, first, second, _ in self.steps():
             if forward is None:
-                flags[place] = any([flags[operand] for operand in first])
+                flags[place] = any(flags[operand] for operand in first)
             else:
                 flags[place] = flags[first] if second is None else flags[first] or flags[second]
         return flags
@@ -185,9 +185,7 @@ class Graph:
         begin = self.begins.get(root, root)
         own = range(root, begin - 1, -1)
         # What other roots brought in, too.
-        shared = {
-            operand for place in own if place in partials for operand, _ in partials[place] if operand < begin
-        }
+        shared = {operand for place in own if place in partials for operand, _ in partials[place] if operand < begin}
         stack = list(shared)
         while stack:
             for operand, _ in partials.get(stack.pop(), ()):
