@@ -18,7 +18,7 @@ from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
 from rosslt.node.directory import Directory
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, ParameterLocation, checked_limits
-from rosslt.node.rospy_internals import is_initialized
+from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 from rosslt.node.server import SETTINGS, Owner
 from rosslt.node.source_files import SOURCE_FILES
 
@@ -52,6 +52,7 @@ def start() -> None:
             if not is_initialized():
                 raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
             _owner.serve()
+            shut_down_without_deadlock()
 
 
 def is_started() -> bool:
