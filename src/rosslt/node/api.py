@@ -312,14 +312,15 @@ def force_value(
 ) -> Dict[values.Source, client.Change]:
     """Have `x` become `target` in the next message: solve for its sources, and have their owners change them.
 
-    Waits for the owners' answers (the paper's `force_value`, section IV-A, acknowledged). Where several nodes
-    own sources of `x`, each of them changes all of its own or none.
+    Waits for the owners' answers (the paper's `force_value`, section IV-A, acknowledged). Where several nodes own
+    sources of `x`, all of them change or none: each is asked first whether it would take its part, and where one
+    refuses or dies nevertheless, the others are taken back.
 
     Args:
         x: a tracked scalar, or a message or sequence holding tracked leaves.
         target: plain, of the same shape and unit.
         source: change this Source alone; by default the first in order of appearance that can.
-        timeout: how long to wait for the owners' answers, in seconds.
+        timeout: how long to wait for the owners' answers, in seconds; taking back may take a second more.
         request_id: what groups several calls, those of one drag for instance: they are one change in the owners'
             histories, and taken back as one. By default each call is a request of its own.
 
@@ -328,8 +329,9 @@ def force_value(
 
     Raises:
         NotTracked, NotInvertible: as of `solve`; nothing was requested.
-        ChangeRejected: an owner refuses; of its sources none has changed.
+        ChangeRejected: an owner refuses.
         SourceUnreachable: an owner does not answer within the timeout.
+            Of both, `changed` says what could not be taken back in other nodes; it is empty but for rare cases.
         rospy.ROSException: `init_node` has not been called.
     """
     return client.force_value(started('force_value'), x, target, source, timeout, request_id)

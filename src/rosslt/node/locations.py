@@ -38,6 +38,7 @@ class Location:
         remembered: True while the value in force is one that the parameter had when the node started.
         changed: called without arguments when a change of its value is in force.
         is_shared: True where several places of the code give its name, each with a literal.
+        turn: how often it has been changed.
     """
 
     __slots__ = (
@@ -55,6 +56,7 @@ class Location:
         'remembered',
         'changed',
         'is_shared',
+        'turn',
     )
     rank = 0
 
@@ -82,6 +84,7 @@ class Location:
         self.remembered = False
         self.changed = changed
         self.is_shared = False
+        self.turn = 0
         self.checked(value)
 
     @property

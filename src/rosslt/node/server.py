@@ -1,14 +1,14 @@
 """This node as the owner of its locations: what it reports about them, and the changes that it accepts.
 
 The paper's `apply_source_change` and the service for reevaluation (section IV-A, figure 3). Below `<node>/rosslt`: the
-services `change_sources`, `request_changes`, `get_values`, `list_locations`, `list_edits`, `get_history`, `undo`,
-`undo_request` and `reset`, the topics `changes` and `locations`, and the parameters `accept_changes` and `history`.
-For all nodes: the topic `/rosslt/source_change`.
+services `change_sources`, `request_changes`, `reserve_changes`, `decide_changes`, `get_values`, `list_locations`,
+`list_edits`, `get_history`, `undo`, `undo_request` and `reset`, the topics `changes` and `locations`, and the
+parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/source_change`.
 """
 
 import os
 from types import FrameType
-from typing import Any, List, Optional, Sequence, Tuple, Union
+from typing import Any, Iterable, List, Optional, Sequence, Tuple, Union
 
 import rospy
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
@@ -17,13 +17,14 @@ from rosslt import msg, srv, values
 from rosslt.node.call_sites import call_site
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.directory import Directory
-from rosslt.node.history import History, applied_change, differing
+from rosslt.node.history import NOTHING_TO_UNDO, History, Request, applied_change, differing
 from rosslt.node.json_scalars import Refused, from_json, to_json
 from rosslt.node.location_topic import LocationTopic
 from rosslt.node.locations import LiteralLocation, Location, Locations
 from rosslt.node.master_watch import MasterWatch
 from rosslt.node.parameter_trees import Branch, Leaf, ParameterTrees
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
+from rosslt.node.reservations import Reservations
 from rosslt.node.serialization import Sending
 from rosslt.node.source_files import SOURCE_FILES
 
@@ -33,8 +34,6 @@ FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
 SETTINGS = {'accept_changes', 'history'}
-
-NOTHING_TO_UNDO = 'there is no change to take back'
 
 #: A location, its value before and after.
 Change = Tuple[Location, Any, Any]
@@ -63,8 +62,11 @@ class Owner:
         self.mirror = ParameterMirror(self._namespace_set)
         self.directory = Directory(self._described, lambda: self.name)
         self._trees = ParameterTrees(self)
-        self._history = History()
+        self.history = History()
         self._callbacks = Callbacks()
+        self._reservations = Reservations(self)
+        self.reserve_changes = self._reservations.reserve_changes
+        self.decide_changes = self._reservations.decide_changes
         values.describe_sources_with(self.directory.describe)
 
     def serve(self) -> None:
@@ -89,6 +91,7 @@ class Owner:
         rospy.Service('~rosslt/list_locations', srv.ListLocations, self._list_locations)
         rospy.Service('~rosslt/list_edits', srv.ListEdits, self._list_edits)
         rospy.Service('~rosslt/request_changes', srv.RequestChanges, self.request_changes)
+        self._reservations.serve()
         rospy.Service('~rosslt/get_history', srv.GetHistory, self._get_history)
         rospy.Service('~rosslt/undo_request', srv.UndoRequest, self._undo_request)
         rospy.Service('~rosslt/reset', srv.ResetLocations, self._reset)
@@ -169,32 +172,45 @@ class Owner:
             for location_id, text in zip(ids, texts):
                 before = ''
                 try:
-                    location = self._known(location_id)
+                    location = self.known(location_id)
                     before = to_json(location.value)
-                    wanted.append((location, self._changeable(location).checked(from_json(text))))
+                    wanted.append((location, self.changeable(location, request.requester).checked(from_json(text))))
                     reasons.append('')
                 except Refused as refused:
                     reasons.append(str(refused))
                 old.append(before)
             if not any(reasons):
-                reasons, _ = self._apply(wanted, request.requester, request.request_id)
+                reasons = self._wait_for_reserved(wanted)
+            if not any(reasons):
+                # what has been waited for may have changed them
+                old = [to_json(location.value) for location, _ in wanted]
+                reasons, _ = self.apply(wanted, request.requester, request.request_id)
             if any(reasons):
                 return srv.RequestChangesResponse(False, reasons, old, old)
             new = [to_json(location.value) for location, _ in wanted]
-            written = self.mirror.write(*self._parameters(wanted))
-        self._wait_for_parameters(written)
+            written = self.follow(location for location, _ in wanted)
+        self.wait_for_parameters(written)
         return srv.RequestChangesResponse(True, reasons, old, new)
 
-    def _wait_for_parameters(self, written: int) -> None:
+    def wait_for_parameters(self, written: int) -> None:
+        """Wait until parameters have followed, as `follow` has returned it."""
         if not self.mirror.wait(written, FOLLOW_TIMEOUT):
             rospy.logwarn('the change is in force, but its parameter could not be set yet')
+
+    def _wait_for_reserved(self, wanted: Sequence[Tuple[Location, Any]]) -> List[str]:
+        """Wait for changes that other nodes make together with this one; the reasons of refusals, one a location."""
+        try:
+            self._reservations.wait_for(location for location, _ in wanted)
+        except Refused as refused:
+            return [str(refused)] * len(wanted)
+        return [''] * len(wanted)
 
     def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
         """The current values of several locations; serves `~rosslt/get_values`."""
         texts, reasons = [], []
         for location_id in request.location_ids:
             try:
-                texts.append(to_json(self._known(location_id).value))
+                texts.append(to_json(self.known(location_id).value))
                 reasons.append('')
             except Refused as refused:
                 texts.append('')
@@ -215,16 +231,29 @@ class Owner:
             Refused: no change is taken now, a setter refuses the old value, or the location was changed since.
         """
         with self.lock:
-            requests, back = self._history.to_undo(request_id, self.locations.by_id)
-            wanted = [(self._changeable(location), old) for location, old in back.items()]
-            reasons, undone = self._apply(wanted, requester, record=False)
+            requests, wanted = self.to_undo(request_id, requester)
+            waited = [location for location, _ in wanted]
+            self._reservations.wait_for(waited)
+            requests, wanted = self.to_undo(request_id, requester)
+            if any(location not in waited for location, _ in wanted):
+                raise Refused('it was changed in this moment: try again')
+            reasons, undone = self.apply(wanted, requester, record=False)
             if any(reasons):
                 raise Refused('; '.join(filter(None, reasons)))
             for request in requests:
                 request.undone = True
-            written = self.mirror.write(*self._parameters(wanted))
-        self._wait_for_parameters(written)
+            written = self.follow(location for location, _ in wanted)
+        self.wait_for_parameters(written)
         return undone
+
+    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]:
+        """What takes a request back: the requests of that id, and [(location, value that it gets again)].
+
+        Raises:
+            Refused: no change is taken now, or the location was changed since.
+        """
+        requests, back = self.history.to_undo(request_id, self.locations.by_id)
+        return requests, [(self.changeable(location, requester), old) for location, old in back.items()]
 
     def reset(self, ids: Sequence[int], requester: str) -> Tuple[List[str], List[Change]]:
         """Restore the values in the code, of all locations or none; as of the service ResetLocations.
@@ -234,20 +263,21 @@ class Owner:
         """
         with self.lock:
             try:
-                found = [self._known(one) for one in ids] if ids else list(self.locations.by_id.values())
+                found = [self.known(one) for one in ids] if ids else list(self.locations.by_id.values())
                 wanted = []
                 for location in found:
                     if location.literal is not None and location.value != location.literal:
-                        wanted.append((self._changeable(location), location.literal))
+                        wanted.append((self.changeable(location, requester), location.literal))
                     elif location.literal is None and ids:
                         raise Refused(f'{location.name} is no literal: there is no value in the code to restore')
+                self._reservations.wait_for(location for location, _ in wanted)
             except Refused as refused:
                 return [str(refused)], []
-            reasons, changed = self._apply(wanted, requester)
+            reasons, changed = self.apply(wanted, requester)
             if any(reasons):
                 return list(filter(None, reasons)), []
-            written = self.mirror.write(*self._parameters(wanted))
-        self._wait_for_parameters(written)
+            written = self.follow(location for location, _ in wanted)
+        self.wait_for_parameters(written)
         return [], changed
 
     def applied(self, changes: Sequence[Change], requester: str, request_id: str = '', record: bool = True) -> None:
@@ -256,29 +286,31 @@ class Owner:
         stamp = rospy.Time.now()
         for location, old, new in changes:
             location.remembered = False
+            location.turn += 1
             self._changes.publish(applied_change(stamp, location, old, new, requester))
             for function in location.changed:
                 self._callbacks.call_soon(function)
         if record and changes:
-            self._history.record(request_id, requester, stamp, changes)
+            self.history.record(request_id, requester, stamp, changes)
 
-    def _known(self, location_id: int) -> Location:
+    def known(self, location_id: int) -> Location:
         location = self.locations.by_id.get(location_id)
         if location is None:
             raise Refused(f'{self.name} has no location {location_id}')
         return location
 
-    def _changeable(self, location: Location) -> Location:
+    def changeable(self, location: Location, requester: str) -> Location:
+        """A location that takes changes of that requester; raises Refused where it does not."""
         if self.locked:
             raise Refused(self.locked)
         if location.read_only:
             raise Refused(f'{location.name} is read-only')
         return location
 
-    def _apply(
+    def apply(
         self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
     ) -> Tuple[List[str], List[Change]]:
-        """Put checked values in force, all or none.
+        """Put checked values in force, all or none; the lock is held.
 
         Returns:
             (the reasons of refusals, one a location, empty where there is none; what has changed).
@@ -305,8 +337,10 @@ class Owner:
             except Refused as refused:
                 rospy.logerr('%s stays changed in spite of a refusal elsewhere: %s', location.name, refused)
 
-    def _parameters(self, pairs: Sequence[Tuple[Location, Any]]) -> List[Parameter]:
-        return [location.parameter for location, _ in pairs if location.parameter is not None]
+    def follow(self, changed: Iterable[Location]) -> int:
+        """Have the parameters of locations follow them; returns what `wait_for_parameters` waits for."""
+        parameters: List[Parameter] = [one.parameter for one in changed if one.parameter is not None]
+        return self.mirror.write(*parameters)
 
     def _list_locations(self, request: srv.ListLocationsRequest) -> srv.ListLocationsResponse:
         asked = request.location_ids or list(self.locations.by_id)
@@ -349,7 +383,8 @@ class Owner:
         with self.lock:
             said = location.checked(said)
             if location.value != said and not is_saved_here:
-                reasons, _ = self._apply([(self._changeable(location), said)], 'editor')
+                self._reservations.wait_for([location])
+                reasons, _ = self.apply([(self.changeable(location, 'editor'), said)], 'editor')
                 if any(reasons):
                     raise Refused(reasons[0])
             location.reread(said)
@@ -358,7 +393,7 @@ class Owner:
 
     def _get_history(self, request: srv.GetHistoryRequest) -> srv.GetHistoryResponse:
         with self.lock:
-            return srv.GetHistoryResponse(self._history.messages(request.request_id, request.limit))
+            return srv.GetHistoryResponse(self.history.messages(request.request_id, request.limit))
 
     def _undo_request(self, request: srv.UndoRequestRequest) -> srv.UndoRequestResponse:
         requester = _caller(request, request.requester)
@@ -395,7 +430,8 @@ class Owner:
         with self.lock:
             value = location.checked(value)
             if value != location.value:
-                reasons, _ = self._apply([(self._changeable(location), value)], 'parameter server')
+                self._reservations.wait_for([location])
+                reasons, _ = self.apply([(self.changeable(location, 'parameter server'), value)], 'parameter server')
                 if any(reasons):
                     raise Refused(reasons[0])
 

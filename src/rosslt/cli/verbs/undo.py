@@ -17,8 +17,9 @@ from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
 SUMMARY = 'take the last change back, in all nodes that it changed'
-DESCRIPTION = """Take the last change back: all of it, in every node that it changed. A drag is one change. With a NODE
-it is the last one that changed this node; without, the last one of all."""
+DESCRIPTION = """Take the last change back: all of it, in every node that it changed or, where one of them does not
+take it back, in none. A drag is one change. With a NODE it is the last one that changed this node; without, the last
+one of all."""
 EXAMPLE = """\
 examples:
   rosslt undo
@@ -53,7 +54,8 @@ def run(options: argparse.Namespace) -> int:
         for change in changes:
             write_applied(directory, name, change)
     for name, reason in sorted(undone.reasons.items()):
-        print(f'rosslt undo: {name}: {why_unreachable(master, name, reason)}', file=sys.stderr)
+        nothing = '' if undone.changes else 'nothing is taken back: '
+        print(f'rosslt undo: {nothing}{name}: {why_unreachable(master, name, reason)}', file=sys.stderr)
     return 1 if undone.reasons else 0
 
 
