@@ -26,6 +26,7 @@ IMPORTED_WHEN_NEEDED = {
     'instrument/loader.py': 'what routes imports, for programs that are rewritten',
     'instrument/routing.py': 'NumPy and tf, which most nodes do without',
     'instrument/runner.py': 'how values are shown, for programs that are rewritten',
+    'node/reconfigure/__init__.py': 'dynamic_reconfigure, which may not be installed',
     'node/tf/__init__.py': 'tf2, which most nodes do without',
 }
 

@@ -89,10 +89,14 @@ class Node:
                 return line.strip()
             self.log.append(line)
 
+    def logged(self):
+        """What it has written on its standard error so far: warnings and errors of rospy among it."""
+        with open(self.errors, encoding='utf-8') as errors:
+            return errors.read()
+
     def warnings(self):
         """How many warnings rospy logged on its standard error, after it has ended."""
-        with open(self.errors, encoding='utf-8') as errors:
-            return errors.read().count('[WARN]')
+        return self.logged().count('[WARN]')
 
     def stop(self, number=signal.SIGINT):
         """End it, and wait until it has ended; returns its exit status."""

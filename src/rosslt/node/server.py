@@ -8,12 +8,13 @@ parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/sou
 
 import os
 from types import FrameType
-from typing import Any, Iterable, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterable, List, Optional, Sequence, Tuple, Union
 
 import rospy
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from rosslt import msg, srv, values
+from rosslt.node import reconfigure
 from rosslt.node.call_sites import call_site
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.directory import Directory
@@ -67,6 +68,7 @@ class Owner:
         self._reservations = Reservations(self)
         self.reserve_changes = self._reservations.reserve_changes
         self.decide_changes = self._reservations.decide_changes
+        self._show_to_reconfigure: Callable[[], None] = lambda: None
         values.describe_sources_with(self.directory.describe)
 
     def serve(self) -> None:
@@ -84,8 +86,9 @@ class Owner:
                 if isinstance(location, LiteralLocation):
                     self._follow(location)
             self._topic = LocationTopic(self.name, self._all_described)
-            self.locations.when_other(self._topic.update)
+            self.locations.when_other(self._show_locations)
             self._topic.update()
+        self._show_to_reconfigure = reconfigure.serve(self)
         rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
         rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
         rospy.Service('~rosslt/list_locations', srv.ListLocations, self._list_locations)
@@ -98,6 +101,11 @@ class Owner:
         rospy.Service('~rosslt/undo', Trigger, self._undo)
         rospy.Subscriber('/rosslt/source_change', msg.SourceChange, self._source_change)
         MasterWatch(self.name, self.mirror.renew)
+
+    def _show_locations(self) -> None:
+        """Locations were created or dropped."""
+        self._topic.update()
+        self._show_to_reconfigure()
 
     def add_literal(self, location: LiteralLocation, is_written: bool = True) -> Location:
         """Take in the location of a literal, with a parameter behind it; returns the one that is in force.
@@ -290,6 +298,8 @@ class Owner:
             self._changes.publish(applied_change(stamp, location, old, new, requester))
             for function in location.changed:
                 self._callbacks.call_soon(function)
+        if changes:
+            self._show_to_reconfigure()
         if record and changes:
             self.history.record(request_id, requester, stamp, changes)
 
