@@ -12,7 +12,6 @@ from ..closeness import almost_meets, is_same, meets
 from ..errors import NotInvertible, NotTracked
 from ..explain import brief
 from ..graph import Graph, evaluate
-from ..operations import SOURCE
 from ..operations.inverses import refuse
 from ..sources import Source, describe_source
 from ..tracked import TRACKED, TrackedFloat, plain_scalar
@@ -360,30 +359,31 @@ def _is_present(graph: Graph, source: Source, value: Any) -> bool:
 def _apart(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]]:
     """The goals in groups that share no source which may change: nodes that are connected belong together."""
     depends = graph.depending([source for source in graph.occurrences if freedom.allows(source)])
-    parents = list(range(len(graph.nodes)))
+    # Each node counts as the root that brought it in.
+    root_of: List[int] = []
+    for root, begin in graph.begins.items():
+        root_of += [root] * (root + 1 - begin)
+    parents = {root: root for root in graph.begins}
 
     def group_of(place: int) -> int:
-        while parents[place] != place:
-            parents[place] = place = parents[parents[place]]
-        return place
+        root = root_of[place]
+        while parents[root] != root:
+            parents[root] = root = parents[parents[root]]
+        return root
 
     for places in graph.occurrences.values():
-        for place in places[1:]:
+        for place in places[1:] if depends[places[0]] else ():
             parents[group_of(place)] = group_of(places[0])
+    for place, forward, first, second, _ in graph.steps(depends):
+        begin = graph.begins[root_of[place]]
+        for operand in first if forward is None else (first,) if second is None else (first, second):
+            if operand < begin and depends[operand]:
+                parents[group_of(place)] = group_of(operand)
     index = graph.index
-    for place, (form, first, second) in enumerate(graph.records):
-        if not depends[place] or form is SOURCE:
-            continue
-        if form.single_operand:
-            parents[place] = parents[index[id(first)]]
-            continue
-        for operand in form.operands(first, second):
-            other = index[id(operand)]
-            if depends[other]:
-                parents[group_of(place)] = group_of(other)
     groups: Dict[int, List[Goal]] = {}
     for goal in goals:
-        groups.setdefault(group_of(index[id(goal[1])]), []).append(goal)
+        place = index[id(goal[1])]
+        groups.setdefault(group_of(place) if depends[place] else -1 - place, []).append(goal)
     return list(groups.values())
 
 
@@ -402,13 +402,14 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
     if any(isinstance(wanted, str) for _, _, wanted in goals):
         movable = []
     found = _moved_together(graph, goals, movable, freedom, budget)
-    if found is not None and _missed(graph, goals, found) is None:
-        return simplest(graph, goals, found, freedom.limits)
+    values = None if found is None else _values(graph, found)
+    if found is not None and values is not None and _missed(graph, goals, values) is None:
+        return simplest(graph, goals, found, values, freedom.limits)
     try:
         return _one_after_the_other(graph, goals, freedom, budget)
     except NotInvertible:
         found = _moved_with_whole(graph, goals, movable, freedom, budget)
-        if found is None or _missed(graph, goals, found) is not None:
+        if found is None or _missed(graph, goals, _values(graph, found)) is not None:
             raise
         return found
 
@@ -425,7 +426,7 @@ def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budg
             raise NotInvertible(
                 '%s, with the others as wanted' % reason if not path else '%s: %s' % (path, reason)
             ) from None
-    missed = _missed(graph, goals, changes)
+    missed = _missed(graph, goals, _values(graph, changes))
     if missed is not None:
         (path, value, wanted), result = missed
         raise NotInvertible(
@@ -448,11 +449,17 @@ def _evaluated(value: Any, changes: Mapping[Source, Any]) -> Any:
         return math.nan
 
 
-def _missed(graph: Graph, goals: List[Goal], changes: Mapping[Source, Any]) -> Optional[Tuple[Goal, Any]]:
-    """The first goal that source values do not meet, with the result that they give; None where they meet all."""
+def _values(graph: Graph, changes: Mapping[Source, Any]) -> Optional[List[Any]]:
+    """The values of a graph's nodes with other source values, None where they are not defined."""
     try:
-        values = graph.values(changes)
+        return graph.values(changes)
     except UNDEFINED:
+        return None
+
+
+def _missed(graph: Graph, goals: List[Goal], values: Optional[List[Any]]) -> Optional[Tuple[Goal, Any]]:
+    """The first goal that is not met by such values of the nodes, with its result; None where all are met."""
+    if values is None:
         return goals[0], math.nan
     size = size_of(goals)
     for goal in goals:
