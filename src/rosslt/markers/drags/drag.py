@@ -20,6 +20,7 @@ class Drag:
         handle: what it holds.
         leap_limit: as of a Guard.
         request_id: an id that goes with all changes of this drag, so that they are one in the owners' history.
+        hand: whose hand it is, where a view is shown to several people.
 
     Attributes:
         pose: where the hand has it now.
@@ -34,8 +35,8 @@ class Drag:
         before, after: {Source: value} of what it has changed.
     """
 
-    def __init__(self, handle: Handle, leap_limit: float, request_id: str) -> None:
-        self.handle, self.request_id = handle, request_id
+    def __init__(self, handle: Handle, leap_limit: float, request_id: str, hand: str = '') -> None:
+        self.handle, self.request_id, self.hand = handle, request_id, hand
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
         self.start: PoseTuple = handle.pose

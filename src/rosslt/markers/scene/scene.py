@@ -148,6 +148,7 @@ class Scene:
             is_shown: whether RViz shows it by itself.
         """
         publisher = (message._connection_header or {}).get('callerid', '')
+        is_shown = is_shown and not self._settings.draws_all
         with self.lock:
             things = self._things.setdefault(topic, {})
             if message._type == MarkerArray._type:
