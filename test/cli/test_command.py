@@ -138,7 +138,7 @@ class TestEveryVerb:
 
     def test_ends_quietly_where_the_reader_of_the_pipe_goes(self, talker):
         result = subprocess.run(
-            'rosslt echo /goal | head -n 1', shell=True, capture_output=True, text=True, timeout=30, check=False
+            'rosslt echo /goal | head -n 1', shell=True, capture_output=True, text=True, timeout=60, check=False
         )
         assert (len(result.stdout.splitlines()), result.stderr) == (1, '')
 
@@ -291,7 +291,7 @@ class TestEcho:
         )
         assert process.stdout.readline().startswith('pose.position.x')
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=60)
         assert (process.returncode, errors) == (0, '')
 
 
@@ -378,7 +378,7 @@ class TestSave:
             },
         }
         put(BEGINNING)
-        subprocess.run(['rosparam', 'load', str(saved)], check=True, timeout=30)
+        subprocess.run(['rosparam', 'load', str(saved)], check=True, timeout=60)
         for location, value in changed.items():
             wait_until(lambda: rosslt('get', '/talker/' + location).stdout == value + '\n', location)  # noqa: B023
 

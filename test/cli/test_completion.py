@@ -36,7 +36,7 @@ def completions(line):
         ['bash', '--norc', '-c', command, 'bash', line],
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=60,
         check=True,
         env=dict(os.environ, MASTER=os.environ['ROS_MASTER_URI']),
     )

@@ -97,7 +97,7 @@ class TestSilence:
                 'nothing\n'
             )
             process.send_signal(signal.SIGINT)
-            process.communicate(timeout=30)
+            process.communicate(timeout=60)
 
     def test_what_is_only_listened_to_is_told_with_its_type(self, nodes):
         with Node('ear', "rospy.Subscriber('unheard', Pose, print)\nrospy.spin()"):

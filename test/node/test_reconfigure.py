@@ -67,7 +67,7 @@ class Client:
         self.process.send_signal(signal.SIGINT)
         self.process.stdin.close()
         self.process.stdout.close()
-        self.process.wait(20)
+        self.process.wait(60)
 
 
 @pytest.fixture

@@ -49,7 +49,7 @@ class ScriptNode(unittest.TestCase):
     def stop(self, node):
         if node.poll() is None:
             node.terminate()
-            node.wait(10)
+            node.wait(60)
 
     def locations(self):
         rospy.wait_for_service(NODE + '/rosslt/list_locations', 5)
@@ -178,7 +178,7 @@ class ScriptNode(unittest.TestCase):
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 text=True,
-                timeout=30,
+                timeout=60,
                 check=False,
                 env=dict(os.environ, ROS_LOG_DIR=str(self.script.parent)),
             )

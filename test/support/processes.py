@@ -104,7 +104,7 @@ class Node:
             self.process.send_signal(signal.SIGCONT)
             self.process.send_signal(number)
         try:
-            return self.process.wait(10)
+            return self.process.wait(60)
         except subprocess.TimeoutExpired:
             self.process.kill()
             return self.process.wait()
@@ -148,7 +148,7 @@ def node_pid(uri):
         return None
 
 
-def wait_until(holds, what, timeout=10.0):
+def wait_until(holds, what, timeout=60.0):
     """Wait until `holds()` gives something true, and return it.
 
     Raises:
