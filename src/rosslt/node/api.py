@@ -302,7 +302,8 @@ def undo() -> Dict[values.Source, client.Change]:
         rospy.ROSException: `init_node` has not been called.
     """
     try:
-        return {location.source: client.Change(old, new) for location, old, new in started('undo').undo()}
+        owner = started('undo')
+        return {location.source: client.Change(old, new) for location, old, new in owner.undo('', owner.name)}
     except Refused as refused:
         raise client.ChangeRejected(str(refused), {}) from None
 

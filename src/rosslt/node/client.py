@@ -5,7 +5,7 @@ node's service, all nodes at once, and waits for the answer, but never longer th
 """
 
 import time
-from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Protocol, Tuple
+from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 from rosslt import msg, srv, values
 from rosslt.node.directory import Directory
@@ -86,7 +86,7 @@ def force_value(
 ) -> Dict[values.Source, Change]:
     """`rosslt.force_value`, for a node that owns locations itself, or for a command that owns none."""
     deadline = time.monotonic() + timeout
-    wanted = values.solve(x, target, source, **owner.directory.limits(values.sources(x), timeout / 2))
+    wanted = _solved(owner, x, target, source, timeout / 2)
     by_node: Dict[str, List[Tuple[values.Source, Any]]] = {}
     for changing, value in wanted.items():
         by_node.setdefault(changing.node, []).append((changing, value))
@@ -118,6 +118,40 @@ def force_value(
     if silent:
         raise _unreachable(silent)
     return changed
+
+
+def _solved(
+    owner: Asker, x: Any, target: Any, source: Optional[values.Source], timeout: float
+) -> Dict[values.Source, Any]:
+    """As `values.solve`; raises ChangeRejected where a lock stands in the way."""
+    sources = values.sources(x)
+    limits = owner.directory.limits(sources, timeout)
+    try:
+        return values.solve(x, target, source, **limits)
+    except values.NotInvertible:
+        if not limits['read_only']:
+            raise
+    owner.directory.forget(limits['read_only'])  # one may have been unlocked since
+    limits = owner.directory.limits(sources, timeout)
+    try:
+        return values.solve(x, target, source, **limits)
+    except values.NotInvertible:
+        locked = _locked(limits['read_only'], timeout)
+        if not locked:
+            raise
+    raise ChangeRejected(_refusal(locked), locked)
+
+
+def _locked(sources: Sequence[values.Source], timeout: float) -> Dict[values.Source, str]:
+    """Those of sources of other nodes that are locked, with who and why."""
+    nodes = {source.node for source in sources}
+    answers, _ = ask_all('lock_locations', srv.LockLocations, dict.fromkeys(nodes, srv.LockLocationsRequest()), timeout)
+    return {
+        values.Source(node, location_id): f'locked by {who}' + (f': {reason}' if reason else '')
+        for node, answer in answers.items()
+        for location_id, who, reason in zip(answer.locked_ids, answer.locked_by, answer.reasons)
+        if values.Source(node, location_id) in sources
+    }
 
 
 def _force_together(

@@ -265,7 +265,7 @@ class ParameterMirror:
             self._wake.notify_all()
         if not (key + '/').startswith(self._namespace + '/'):
             return
-        for name, part in (flat(value) if isinstance(value, dict) else {'': value}).items():
+        for name, part in ((flat(value) if isinstance(value, dict) else {}) or {'': value}).items():
             full = f'{key}/{name}'.rstrip('/')
             if full not in self._by_key:
                 self._namespace_set(full[len(self._namespace) + 1 :], part)

@@ -6,7 +6,6 @@ services `change_sources`, `request_changes`, `reserve_changes`, `decide_changes
 parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/source_change`.
 """
 
-import os
 from types import FrameType
 from typing import Any, Callable, Iterable, List, Optional, Sequence, Tuple, Union
 
@@ -14,14 +13,17 @@ import rospy
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from rosslt import msg, srv, values
-from rosslt.node import reconfigure
+from rosslt.node import access, reconfigure
+from rosslt.node.access import Access
 from rosslt.node.call_sites import call_site
 from rosslt.node.callbacks import Callbacks
+from rosslt.node.description import described
 from rosslt.node.directory import Directory
 from rosslt.node.history import NOTHING_TO_UNDO, History, Request, applied_change, differing
 from rosslt.node.json_scalars import Refused, from_json, to_json
 from rosslt.node.location_topic import LocationTopic
 from rosslt.node.locations import LiteralLocation, Location, Locations
+from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MasterWatch
 from rosslt.node.parameter_trees import Branch, Leaf, ParameterTrees
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
@@ -34,7 +36,7 @@ from rosslt.node.source_files import SOURCE_FILES
 FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
-SETTINGS = {'accept_changes', 'history'}
+SETTINGS = {'history'} | access.SETTINGS
 
 #: A location, its value before and after.
 Change = Tuple[Location, Any, Any]
@@ -52,20 +54,22 @@ class Owner:
         mirror: the ParameterMirror behind them.
         directory: what is known of sources, its own and others'.
         lock: that of the locations.
-        locked: why no change is taken now; empty where changes are.
+        access: who may change what.
     """
 
     def __init__(self) -> None:
         self.name = ''
         self.locations = Locations()
         self.lock = self.locations.lock
-        self.locked = ''
+        self.access = Access()
         self.mirror = ParameterMirror(self._namespace_set)
         self.directory = Directory(self._described, lambda: self.name)
         self._trees = ParameterTrees(self)
         self.history = History()
         self._callbacks = Callbacks()
+        self._topic: Optional[LocationTopic] = None
         self._reservations = Reservations(self)
+        self.wait_for_reserved = self._reservations.wait_for
         self.reserve_changes = self._reservations.reserve_changes
         self.decide_changes = self._reservations.decide_changes
         self._show_to_reconfigure: Callable[[], None] = lambda: None
@@ -77,6 +81,7 @@ class Owner:
             self.mirror.start(rospy.get_name())
             if ANONYMOUS.search(rospy.get_name()):
                 self.mirror.leave_nothing()
+            self.mirror.add(self.access.start(rospy.get_name()))
             for setting in SETTINGS & self.mirror.left_behind.keys():
                 self._namespace_set(setting, self.mirror.left_behind[setting])
             self._changes = rospy.Publisher('~rosslt/changes', msg.AppliedChange, queue_size=CHANGES_QUEUE)
@@ -86,7 +91,7 @@ class Owner:
                 if isinstance(location, LiteralLocation):
                     self._follow(location)
             self._topic = LocationTopic(self.name, self._all_described)
-            self.locations.when_other(self._show_locations)
+            self.locations.when_other(self.told_otherwise)
             self._topic.update()
         self._show_to_reconfigure = reconfigure.serve(self)
         rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
@@ -100,12 +105,20 @@ class Owner:
         rospy.Service('~rosslt/reset', srv.ResetLocations, self._reset)
         rospy.Service('~rosslt/undo', Trigger, self._undo)
         rospy.Subscriber('/rosslt/source_change', msg.SourceChange, self._source_change)
-        MasterWatch(self.name, self.mirror.renew)
+        Locking(self).serve()
+        MasterWatch(self.name, self._renew)
 
-    def _show_locations(self) -> None:
-        """Locations were created or dropped."""
-        self._topic.update()
+    def told_otherwise(self) -> None:
+        """What is told of the locations is other than before: there are others, or others may change them."""
+        if self._topic is not None:
+            self._topic.update()
         self._show_to_reconfigure()
+
+    def _renew(self) -> None:
+        """The master was restarted, and knows no parameters of this node."""
+        self.mirror.renew()
+        if self.access.locks and self.access.parameter is not None:
+            self.mirror.write(self.access.parameter)
 
     def add_literal(self, location: LiteralLocation, is_written: bool = True) -> Location:
         """Take in the location of a literal, with a parameter behind it; returns the one that is in force.
@@ -208,7 +221,7 @@ class Owner:
     def _wait_for_reserved(self, wanted: Sequence[Tuple[Location, Any]]) -> List[str]:
         """Wait for changes that other nodes make together with this one; the reasons of refusals, one a location."""
         try:
-            self._reservations.wait_for(location for location, _ in wanted)
+            self.wait_for_reserved(location for location, _ in wanted)
         except Refused as refused:
             return [str(refused)] * len(wanted)
         return [''] * len(wanted)
@@ -241,7 +254,7 @@ class Owner:
         with self.lock:
             requests, wanted = self.to_undo(request_id, requester)
             waited = [location for location, _ in wanted]
-            self._reservations.wait_for(waited)
+            self.wait_for_reserved(waited)
             requests, wanted = self.to_undo(request_id, requester)
             if any(location not in waited for location, _ in wanted):
                 raise Refused('it was changed in this moment: try again')
@@ -278,7 +291,7 @@ class Owner:
                         wanted.append((self.changeable(location, requester), location.literal))
                     elif location.literal is None and ids:
                         raise Refused(f'{location.name} is no literal: there is no value in the code to restore')
-                self._reservations.wait_for(location for location, _ in wanted)
+                self.wait_for_reserved(location for location, _ in wanted)
             except Refused as refused:
                 return [str(refused)], []
             reasons, changed = self.apply(wanted, requester)
@@ -311,8 +324,7 @@ class Owner:
 
     def changeable(self, location: Location, requester: str) -> Location:
         """A location that takes changes of that requester; raises Refused where it does not."""
-        if self.locked:
-            raise Refused(self.locked)
+        self.access.check(location.name, requester)
         if location.read_only:
             raise Refused(f'{location.name} is read-only')
         return location
@@ -359,11 +371,11 @@ class Owner:
     def _described(self, location_id: int) -> Optional[msg.Location]:
         """What this node reports about a location; None where it has no location of that id."""
         location = self.locations.by_id.get(location_id)
-        return location and described(location)
+        return location and described(location, location.name in self.access.locks)
 
     def _all_described(self) -> List[msg.Location]:
         with self.lock:
-            return [described(location) for location in self.locations.by_id.values()]
+            return [described(one, one.name in self.access.locks) for one in self.locations.by_id.values()]
 
     def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
         with self.lock:
@@ -393,7 +405,7 @@ class Owner:
         with self.lock:
             said = location.checked(said)
             if location.value != said and not is_saved_here:
-                self._reservations.wait_for([location])
+                self.wait_for_reserved([location])
                 reasons, _ = self.apply([(self.changeable(location, 'editor'), said)], 'editor')
                 if any(reasons):
                     raise Refused(reasons[0])
@@ -440,21 +452,20 @@ class Owner:
         with self.lock:
             value = location.checked(value)
             if value != location.value:
-                self._reservations.wait_for([location])
+                self.wait_for_reserved([location])
                 reasons, _ = self.apply([(self.changeable(location, 'parameter server'), value)], 'parameter server')
                 if any(reasons):
                     raise Refused(reasons[0])
 
     def _namespace_set(self, name: str, value: Any) -> None:
         """`rosparam set` of a name in the namespace of the locations that is not the parameter of a location."""
-        if name == 'accept_changes':
-            accepted = value is True or value == {}
-            self.locked = (
-                ''
-                if accepted
-                else (f'{self.name} takes no changes now: {self.name}/rosslt/accept_changes is {to_json(value)}')
-            )
-            rospy.loginfo('%s', self.locked or self.name + ' accepts changes')
+        if name in access.SETTINGS:
+            try:
+                self.access.set(name, value)
+            except Refused as refused:
+                rospy.logerr('%s/rosslt/%s: %s', self.name, name, refused)
+            else:
+                self.told_otherwise()
         elif name == 'history':
             Sending.full_history = value == 'full'
             if value not in ('full', 'folded', {}):
@@ -474,28 +485,3 @@ def _caller(request: Any, requester: str) -> str:
 
 def _messages(changes: Sequence[Change], requester: str) -> List[msg.AppliedChange]:
     return [applied_change(rospy.Time.now(), *change, requester) for change in changes]
-
-
-def described(location: Location) -> msg.Location:
-    """What a node reports about one of its locations."""
-
-    def text(value: Any) -> str:
-        return '' if value is None else to_json(value)
-
-    return msg.Location(
-        id=location.id,
-        name=location.name,
-        is_named=location.is_named,
-        file=os.path.realpath(location.site.file),
-        line=location.site.line,
-        column=location.site.column,
-        type=location.type.__name__,
-        value=to_json(location.value),
-        literal=text(location.literal),
-        minimum=text(location.minimum),
-        maximum=text(location.maximum),
-        read_only=location.read_only,
-        remembered=location.remembered,
-        weight=location.weight or 0.0,
-        rank=location.rank,
-    )
