@@ -8,7 +8,7 @@ import re
 import sys
 import threading
 from types import FrameType
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Collection, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import rospy
 
@@ -309,7 +309,12 @@ def undo() -> Dict[values.Source, client.Change]:
 
 
 def force_value(
-    x: Any, target: Any, source: Optional[values.Source] = None, timeout: float = 1.0, request_id: str = ''
+    x: Any,
+    target: Any,
+    source: Optional[values.Source] = None,
+    timeout: float = 1.0,
+    request_id: str = '',
+    sources: Optional[Collection[values.Source]] = None,
 ) -> Dict[values.Source, client.Change]:
     """Have `x` become `target` in the next message: solve for its sources, and have their owners change them.
 
@@ -324,6 +329,7 @@ def force_value(
         timeout: how long to wait for the owners' answers, in seconds; taking back may take a second more.
         request_id: what groups several calls, those of one drag for instance: they are one change in the owners'
             histories, and taken back as one. By default each call is a request of its own.
+        sources: change no other than these, such as `[first, second]`.
 
     Returns:
         {Source: Change(old, new)}, with the values that the owners say they had and have now.
@@ -335,7 +341,7 @@ def force_value(
             Of both, `changed` says what could not be taken back in other nodes; it is empty but for rare cases.
         rospy.ROSException: `init_node` has not been called.
     """
-    return client.force_value(started('force_value'), x, target, source, timeout, request_id)
+    return client.force_value(started('force_value'), x, target, source, timeout, request_id, sources)
 
 
 def reevaluate(x: Any, timeout: float = 1.0) -> Any:

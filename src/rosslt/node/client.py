@@ -5,7 +5,11 @@ node's service, all nodes at once, and waits for the answer, but never longer th
 """
 
 import time
+<<<<<<< HEAD
 from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
+=======
+from typing import Any, Collection, Dict, Iterable, List, NamedTuple, Optional, Protocol, Tuple
+>>>>>>> h/solver
 
 from rosslt import msg, srv, values
 from rosslt.node.directory import Directory
@@ -83,10 +87,15 @@ def force_value(
     source: Optional[values.Source] = None,
     timeout: float = 1.0,
     request_id: str = '',
+    sources: Optional[Collection[values.Source]] = None,
 ) -> Dict[values.Source, Change]:
     """`rosslt.force_value`, for a node that owns locations itself, or for a command that owns none."""
     deadline = time.monotonic() + timeout
+<<<<<<< HEAD
     wanted = _solved(owner, x, target, source, timeout / 2)
+=======
+    wanted = values.solve(x, target, source, sources=sources, **owner.directory.limits(values.sources(x), timeout / 2))
+>>>>>>> h/solver
     by_node: Dict[str, List[Tuple[values.Source, Any]]] = {}
     for changing, value in wanted.items():
         by_node.setdefault(changing.node, []).append((changing, value))

@@ -124,6 +124,7 @@ def _nearest(
             bounds=limits['bounds'],
             read_only=limits['read_only'],
             sources=[source for source in present if ranks.get(source, 0) <= rank],
+            weights=limits.get('weights'),
         )
         if found:
             break

@@ -5,8 +5,9 @@ numbers, bools and texts. *GetPut*: solving for the present value changes nothin
 is returned.
 """
 
+import itertools
 import math
-from typing import Any, Callable, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Collection, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from ..closeness import almost_meets, is_same, meets
 from ..errors import NotInvertible, NotTracked
@@ -25,6 +26,15 @@ from .simplest import simplest
 
 MANY_SOURCES = 16
 """Of more sources than these, it is first looked up which ones cannot give the result alone."""
+
+ORDINARY = 2 * math.pi
+"""Sources without bounds move alike up to this size, so that angles do, and in proportion to their size beyond it."""
+
+MOST_ROUNDINGS = 16
+"""In so many ways at most are whole numbers rounded, up or down."""
+
+MOST_OUT_OF_BOUNDS = 4
+"""Of so many sources at most that are out of their bounds, each is moved alone before all of them are."""
 
 ALONE = 0.8
 """The part of the work that may go into looking for one source that does it alone; the rest is for several."""
@@ -55,23 +65,26 @@ class Freedom(NamedTuple):
         return source not in self.read_only and (self.only is None or source in self.only)
 
     def ranked(self, sources: Iterable[Source]) -> List[Source]:
-        """Sources in the order in which they are tried: by rank, and in the order given within a rank."""
-        return sorted(sources, key=self.rank)
+        """Sources in the order in which they are tried: by rank, then the stiff ones last, else in the order given."""
+        return sorted(sources, key=lambda source: (self.rank(source), self.weights.get(source, 1.0)))
 
     def limits(self, source: Source) -> Tuple[float, float]:
         """A source's minimum and maximum, infinite where there is none."""
         low, high = self.bounds.get(source, (None, None))
         return -math.inf if low is None else low, math.inf if high is None else high
 
-    def scale(self, source: Source) -> float:
-        """How far a source moves as easily as one without bounds moves by 1.
+    def scale(self, source: Source, value: float) -> float:
+        """How far a source moves as easily as one without bounds, of an ordinary size, moves by 1.
 
-        That is the range of its bounds, unless it has a weight.
+        That is the range of its bounds, else its size where that is a large one, unless it has a weight.
+
+        Args:
+            value: what it is now.
         """
         if source in self.weights:
             return 1.0 / self.weights[source]
         low, high = self.limits(source)
-        return high - low if 0 < high - low < math.inf else 1.0
+        return high - low if 0 < high - low < math.inf else max(1.0, abs(value) / ORDINARY)
 
 
 def solve(
@@ -96,8 +109,10 @@ def solve(
         read_only: sources to pass over.
         rank: `{Source: rank}`, or a function of a Source; 0 for those that are missing. A source is changed only
             where those of lower rank cannot give the target.
-        weights: `{Source: how hard it is to move}`, greater than 0, where several sources change together. A source
-            that has none moves the further the wider its bounds are; 1 stands for one without bounds.
+        weights: `{Source: how hard it is to move}`, greater than 0. Of sources of one rank, those of less weight are
+            tried first, and where several change together, they move further. There, a source
+            that has none moves the further the wider its bounds are, or, without bounds, the larger it is; 1 stands
+            for one without bounds whose size is below 2 pi.
 
     Returns:
         `{Source: new value}`. For a scalar one source, with its present value if the target is the present
@@ -242,7 +257,7 @@ def _unchanged(graph: Graph, root: int, base: List[Any], sources: List[Source]) 
 
 
 def _holds_number(graph: Graph, source: Source) -> bool:
-    return all(type(graph.nodes[place]._plain) in (float, int) for place in graph.occurrences[source])
+    return all(type(graph.nodes[place]._plain) in (float, int, bool) for place in graph.occurrences[source])
 
 
 def _moved_together(
@@ -257,12 +272,37 @@ def _moved_together(
     floats = [source for source in sources if not _is_whole(graph, source)]
     for rank in sorted(set(map(freedom.rank, floats))):
         unknowns = [source for source in floats if freedom.rank(source) <= rank]
-        share = budget.share(0.7)
-        found = _solution(graph, goals, unknowns, freedom, share, base)
-        budget.refund(share)
-        if found is not None:
-            return dict(zip(unknowns, found))
+        for moving in _first_without(_out_of_bounds(graph, unknowns, freedom, base), unknowns):
+            share = budget.share(0.7)
+            found = _solution(graph, goals, moving, freedom, share, base)
+            budget.refund(share)
+            if found is not None:
+                return dict(zip(moving, found))
     return None
+
+
+def _out_of_bounds(
+    graph: Graph, sources: List[Source], freedom: Freedom, base: Optional[List[Any]]
+) -> List[Source]:
+    """The sources whose present values are out of their bounds: where they move, they have to move back at once."""
+    found = []
+    for source in sources if freedom.bounds else ():
+        low, high = freedom.limits(source)
+        place = graph.occurrences[source][0]
+        if not low <= (_present(graph, source) if base is None else base[place]) <= high:
+            found.append(source)
+    return found
+
+
+def _first_without(some: List[Source], sources: List[Source]) -> Iterator[List[Source]]:
+    """The sources without those, then with one of those, then with all."""
+    if some:
+        rest = [source for source in sources if source not in some]
+        if rest:
+            yield rest
+        for one in some if 1 < len(some) <= MOST_OUT_OF_BOUNDS else ():
+            yield [*rest, one]
+    yield sources
 
 
 def _moved_with_whole(
@@ -276,24 +316,44 @@ def _moved_with_whole(
     """As `_moved_together`, with whole numbers among the sources: they are rounded, and the floats make up for it."""
     whole = [source for source in sources if _is_whole(graph, source)]
     floats = [source for source in sources if source not in whole]
-    found = _solution(graph, goals, floats + whole, freedom, budget, base) if whole else None
+    truths = [source for source in whole if type(_present(graph, source)) is bool]
+    freedom = freedom._replace(bounds={**freedom.bounds, **dict.fromkeys(truths, (0, 1))})
+    share = budget.share(0.5)
+    found = _solution(graph, goals, floats + whole, freedom, share, base) if whole else None
+    budget.refund(share)
     if found is None:
         return None
-    answer: Dict[Source, Any] = {source: round(new) for source, new in zip(whole, found[len(floats) :])}
-    for source, new in answer.items():
-        low, high = freedom.limits(source)
-        if not low <= new <= high:
-            return None
-    try:
-        values = graph.values({**_changes_of(graph, base), **answer})
-    except UNDEFINED:
-        return None
-    if floats:
-        rest = _solution(graph, goals, floats, freedom, budget, values)
-        return None if rest is None else {**answer, **dict(zip(floats, rest))}
-    size = size_of(goals)
-    met = all(almost_meets(values[graph.index[id(value)]], wanted, size) for _, value, wanted in goals)
-    return answer if met else None
+    changes = _changes_of(graph, base)
+    limits = [freedom.limits(source) for source in whole]
+    for rounded in itertools.islice(_roundings(found[len(floats) :]), MOST_ROUNDINGS):
+        if not all(low <= new <= high for new, (low, high) in zip(rounded, limits)):
+            continue
+        answer = {source: bool(new) if source in truths else new for source, new in zip(whole, rounded)}
+        values = _values(graph, {**changes, **answer})
+        if values is None:
+            continue
+        if floats:
+            share = budget.share(0.5)
+            rest = _solution(graph, goals, floats, freedom, share, values)
+            budget.refund(share)
+            if rest is not None:
+                return {**answer, **dict(zip(floats, rest))}
+        elif _missed(graph, goals, values) is None:
+            return answer
+    return None
+
+
+def _roundings(numbers: List[float]) -> Iterator[Tuple[int, ...]]:
+    """Whole numbers near some numbers, all rounded to the nearest first, then with one and more of them to the other
+    side, the nearer ones to a half first."""
+    sides = []
+    for number in numbers:
+        nearest = round(number)
+        sides.append((nearest, nearest + (1 if number > nearest else -1)))
+    order = sorted(range(len(numbers)), key=lambda at: abs(numbers[at] - sides[at][1]))
+    for count in range(len(numbers) + 1):
+        for turned in itertools.combinations(order, count):
+            yield tuple([sides[at][at in turned] for at in range(len(numbers))])
 
 
 def _solution(
@@ -311,8 +371,12 @@ def _solution(
         return None
 
 
+def _present(graph: Graph, source: Source) -> Any:
+    return graph.nodes[graph.occurrences[source][0]]._plain
+
+
 def _is_whole(graph: Graph, source: Source) -> bool:
-    return type(graph.nodes[graph.occurrences[source][0]]._plain) is int
+    return type(_present(graph, source)) in (int, bool)
 
 
 def _changes_of(graph: Graph, base: Optional[List[Any]]) -> Dict[Source, Any]:
