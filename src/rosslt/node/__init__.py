@@ -35,6 +35,7 @@ from rosslt.node.directory import Directory, Place
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
@@ -61,6 +62,7 @@ __all__ = [
     'add_location',
     'args_kwds_to_message',
     'ask_all',
+    'change_count',
     'connected_publishers',
     'directory',
     'force_value',

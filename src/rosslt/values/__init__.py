@@ -25,7 +25,7 @@ from .reapply import reapply
 from .solve import nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
-from .tracked import from_affine, lazy, origins, plain_scalar, track
+from .tracked import from_affine, has_form_of, lazy, origins, plain_scalar, track
 from .tree import is_tracked, leaves, untracked
 
 __all__ = [
@@ -50,6 +50,7 @@ __all__ = [
     'evaluate',
     'explain',
     'from_affine',
+    'has_form_of',
     'is_same',
     'is_tracked',
     'lazy',

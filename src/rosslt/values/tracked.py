@@ -141,6 +141,15 @@ def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
     return tuple(found)
 
 
+def has_form_of(value: Any, other: Any) -> bool:
+    """Whether a value was made by the same operation as another one, or is the same source."""
+    if type(value) is not type(other) or type(value) not in TRACKED:
+        return False
+    form, source, _ = resolve(value)
+    other_form, other_source, _ = resolve(other)
+    return form is other_form and (form is not SOURCE or source == other_source)
+
+
 def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:
     """The tracked value that terms describe: `value` plus the sum of each slope times its source's change.
 
