@@ -16,7 +16,14 @@ from rosslt import messages
 from rosslt.node.latched import Latched, latch
 from rosslt.node.refresh import READINGS, Refresher
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
-from rosslt.node.serialization import Provenance, Sending, received_class, report_bad_header, serialization_fault, serializer
+from rosslt.node.serialization import (
+    Provenance,
+    Sending,
+    received_class,
+    report_bad_header,
+    serialization_fault,
+    serializer,
+)
 
 
 class Publisher(rospy.Publisher):

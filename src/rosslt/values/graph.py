@@ -185,9 +185,7 @@ class Graph:
         begin = self.begins.get(root, root)
         own = range(root, begin - 1, -1)
         # What other roots brought in, too.
-        shared = {
-            operand for place in own if place in partials for operand, _ in partials[place] if operand < begin
-        }
+        shared = {operand for place in own if place in partials for operand, _ in partials[place] if operand < begin}
         stack = list(shared)
         while stack:
             for operand, _ in partials.get(stack.pop(), ()):

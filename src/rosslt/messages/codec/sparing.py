@@ -127,9 +127,7 @@ class SparingProvenance:
         data = encoded_with_slopes(message._type, leaves, moving)
         if len(data) > BYTES_LIMIT:
             return provenance_to_send(message)
-        known = _Known(
-            indices, [id(value) for _, value, _ in leaves], {leaf[0]: leaf for leaf in leaves}, moving, data
-        )
+        known = _Known(indices, [id(value) for _, value, _ in leaves], {leaf[0]: leaf for leaf in leaves}, moving, data)
         others = [one for one in self._known if one.indices != indices]
         self._known = [known, *others[: MOST_KNOWN - 1]]
         return data

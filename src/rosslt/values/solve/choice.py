@@ -7,7 +7,20 @@ is returned.
 
 import itertools
 import math
-from typing import Any, Callable, Collection, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import (
+    Any,
+    Callable,
+    Collection,
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Tuple,
+    Union,
+)
 
 from ..closeness import almost_meets, is_same, meets
 from ..errors import NotInvertible, NotTracked
@@ -281,9 +294,7 @@ def _moved_together(
     return None
 
 
-def _out_of_bounds(
-    graph: Graph, sources: List[Source], freedom: Freedom, base: Optional[List[Any]]
-) -> List[Source]:
+def _out_of_bounds(graph: Graph, sources: List[Source], freedom: Freedom, base: Optional[List[Any]]) -> List[Source]:
     """The sources whose present values are out of their bounds: where they move, they have to move back at once."""
     found = []
     for source in sources if freedom.bounds else ():
