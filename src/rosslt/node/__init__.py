@@ -9,6 +9,7 @@ from rosslt.node.api import (
     add_literal,
     add_location,
     directory,
+    force_field,
     force_value,
     get_param,
     init_node,
@@ -31,6 +32,7 @@ from rosslt.node.api import (
 from rosslt.node.call_sites import CallSite
 from rosslt.node.client import Change, ChangeRejected, SourceUnreachable, Undone, undo_request
 from rosslt.node.client import force_value as force_value_as
+from rosslt.node.closed_loop import NotReached, Outcome, close_loop
 from rosslt.node.directory import Directory, Place
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
@@ -51,6 +53,8 @@ __all__ = [
     'Directory',
     'HeldLocation',
     'LiteralLocation',
+    'NotReached',
+    'Outcome',
     'Place',
     'Publisher',
     'Service',
@@ -63,8 +67,10 @@ __all__ = [
     'args_kwds_to_message',
     'ask_all',
     'change_count',
+    'close_loop',
     'connected_publishers',
     'directory',
+    'force_field',
     'force_value',
     'force_value_as',
     'from_json',
