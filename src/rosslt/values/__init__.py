@@ -22,7 +22,7 @@ from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
-from .solve import nearest, slopes, solve, source_values
+from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import from_affine, has_form_of, lazy, origins, plain_scalar, track
@@ -44,6 +44,7 @@ __all__ = [
     'affine',
     'assemble',
     'compute_ufuncs_with',
+    'continued',
     'describe_source',
     'describe_sources_with',
     'disassemble',

@@ -33,6 +33,7 @@ class Drag:
         fault: what is wrong with what the hand reports, or None.
         refusal: the error of the last request, or None.
         before, after: {Source: value} of what it has changed.
+        followed: {Source: value} of the last answer that brought the handle to where the hand was.
     """
 
     def __init__(self, handle: Handle, leap_limit: float, request_id: str, hand: str = '') -> None:
@@ -50,6 +51,7 @@ class Drag:
         self.refusal: Optional[Exception] = None
         self.before: Dict[values.Source, Any] = {}
         self.after: Dict[values.Source, Any] = {}
+        self.followed: Dict[values.Source, Any] = {}
 
     def move(self, frame: str, pose: PoseTuple) -> None:
         """The hand is at a pose now."""

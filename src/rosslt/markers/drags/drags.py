@@ -209,13 +209,16 @@ class Drags:
             return None
         timeout = self._rules.timeout
         try:
-            plan = changes.plan(tracked, targets, self.chosen.get(handle.name), timeout / 2)
+            chosen = self.chosen.get(handle.name)
+            plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.before, drag.followed, drag.is_over)
             if plan.after and self._is_leap(drag, handle, pose, plan, tracked):
                 return None
             wanted = changes.to_request(plan, drag.after)
             if wanted:
                 drag.remember(changes.request(wanted, timeout, drag.request_id))
                 drag.applied_at = pose
+            if plan.is_exact:
+                drag.followed = {source: drag.after.get(source, new) for source, new in plan.after.items()}
         except values.Error as error:
             # Of several owners, some may have changed what others have refused.
             drag.remember(getattr(error, 'changed', {}))

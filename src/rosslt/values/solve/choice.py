@@ -148,7 +148,7 @@ def solve(
     only = [source] if source is not None else None if sources is None else list(sources)
     if weights and not all(weight > 0 for weight in weights.values()):
         raise ValueError('weights are greater than 0, found %r' % (dict(weights),))
-    freedom = Freedom(only, bounds or {}, read_only, _rank_of(rank), weights or {})
+    freedom = Freedom(only, bounds or {}, read_only, rank_of(rank), weights or {})
     if source is not None and source in read_only:
         raise NotInvertible('cannot change %s: it is read-only' % describe_source(source))
     if type(value) in TRACKED:
@@ -156,7 +156,8 @@ def solve(
     return _solve_parts(value, target, freedom)
 
 
-def _rank_of(rank: Optional[Rank]) -> Callable[[Source], int]:
+def rank_of(rank: Optional[Rank]) -> Callable[[Source], int]:
+    """Ranks as a function of a Source."""
     if rank is None:
         return lambda source: 0
     if isinstance(rank, Mapping):
@@ -271,6 +272,11 @@ def _unchanged(graph: Graph, root: int, base: List[Any], sources: List[Source]) 
 
 def _holds_number(graph: Graph, source: Source) -> bool:
     return all(type(graph.nodes[place]._plain) in (float, int, bool) for place in graph.occurrences[source])
+
+
+def holds_floats(graph: Graph, source: Source) -> bool:
+    """Whether a source holds a float."""
+    return all(type(graph.nodes[place]._plain) is float for place in graph.occurrences[source])
 
 
 def _moved_together(
@@ -412,7 +418,7 @@ def _solve_parts(value: Any, target: Any, freedom: Freedom) -> Dict[Source, Any]
             raise NotInvertible('cannot make %s become %r: it has no source, and is %r' % (path, wanted, leaf))
     graph = Graph(leaf for _, leaf, _ in tracked)
     answer: Dict[Source, Any] = {}
-    groups = _apart(graph, tracked, freedom)
+    groups = groups_apart(graph, tracked, freedom)
     for group in groups:
         if all(leaf._plain == wanted for _, leaf, wanted in group):
             continue
@@ -431,7 +437,7 @@ def _is_present(graph: Graph, source: Source, value: Any) -> bool:
     return all(repr(graph.nodes[place]._plain) == repr(value) for place in graph.occurrences[source])
 
 
-def _apart(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]]:
+def groups_apart(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]]:
     """The goals in groups that share no source which may change: nodes that are connected belong together."""
     depends = graph.depending([source for source in graph.occurrences if freedom.allows(source)])
     # Each node counts as the root that brought it in.
