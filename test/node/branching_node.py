@@ -15,8 +15,8 @@ from std_msgs.msg import Float32, Float64, Float64MultiArray, Int32
 import rosslt
 
 #: What a force must come to: the field has the value; the force says that it cannot, and what it changed is taken back;
-#: or it says that the field moves by itself.
-REACHED, CANNOT, MOVES = 'reached', 'cannot', 'moves'
+#: or it says that the field moves by itself; or one of the last two.
+REACHED, CANNOT, MOVES, NOT_KEPT = 'reached', 'cannot', 'moves', 'cannot or moves'
 
 RATE = 50
 CASES = {}
@@ -168,18 +168,18 @@ def branch_and_time(literal, _):
 @case((2.0, REACHED), (-1.0, REACHED))
 def low_pass_with_provenance(literal, state):
     a = literal('a', 1.0)
-    state['y'] = state.get('y', a) + 0.3 * (a - state.get('y', a))
+    state['y'] = state.get('y', a) + 0.6 * (a - state.get('y', a))
     return state['y']
 
 
 @case((2.0, REACHED), (-1.0, REACHED))
 def low_pass_without_provenance_of_its_state(literal, state):
     a = literal('a', 1.0)
-    state['y'] = 0.7 * float(state.get('y', a)) + 0.3 * a
+    state['y'] = 0.4 * float(state.get('y', a)) + 0.6 * a
     return state['y']
 
 
-@case((-50.0, CANNOT))
+@case((-50.0, NOT_KEPT))
 def integral(literal, state):
     state['x'] = float(state.get('x', 0.0)) + 0.02 * literal('speed', 1.0) * 0.5
     return state['x']

@@ -55,27 +55,27 @@ def _test_of(one):
 def _force(self, one, latest, target, expected):
     before, count = latest.after_two_more(), len(latest.values)
     try:
-        outcome = rosslt.force_field(one.name, field_of(one), target, timeout=2.0)
+        outcome = rosslt.force_field(one.name, field_of(one), target)
     except rosslt.NotReached as error:
         outcome = error.outcome
         print('{} {}: {}'.format(one.name, target, error))
         self.assertTrue(outcome.is_taken_back, error)
         self.assertFalse(outcome.is_reached)
         self.assertTrue(outcome.reason)
-        self.assertEqual(CANNOT, expected, error)
+        self.assertIn(CANNOT, expected, error)
         if one.name != 'integral':
             wait_until(lambda: latest.after_two_more() == before, 'what it was before')
         return
     except rosslt.Error as error:
         print('{} {}: {}'.format(one.name, target, error))
-        self.assertEqual(CANNOT, expected, error)
+        self.assertIn(CANNOT, expected, error)
         self.assertEqual(latest.after_two_more(), before)
         return
     print('{} {}: {}'.format(one.name, target, outcome))
     self.assertTrue(outcome.is_reached)
-    self.assertEqual(MOVES if outcome.moves else REACHED, expected, outcome)
+    self.assertIn(MOVES if outcome.moves else REACHED, expected, outcome)
     now = latest.after_two_more()
-    if expected == MOVES:
+    if outcome.moves:
         self.assertLess(min(abs(value - target) for value in latest.values[count:]), NEAR, outcome)
     else:
         self.assertLessEqual(abs(now - target), (1e-7 if '32' in one.name else 1e-9) * abs(target), outcome)

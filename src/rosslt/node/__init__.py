@@ -41,6 +41,7 @@ from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
+from rosslt.node.sights import Look, Sight, sight_of
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
@@ -53,12 +54,14 @@ __all__ = [
     'Directory',
     'HeldLocation',
     'LiteralLocation',
+    'Look',
     'NotReached',
     'Outcome',
     'Place',
     'Publisher',
     'Service',
     'ServiceProxy',
+    'Sight',
     'SourceUnreachable',
     'Subscriber',
     'Undone',
@@ -91,6 +94,7 @@ __all__ = [
     'remove_location',
     'reread',
     'rotated',
+    'sight_of',
     'start',
     'take_fractions',
     'tf_counterparts',

@@ -9,22 +9,14 @@ import time
 from typing import Any, Collection, Dict, FrozenSet, List, NamedTuple, Optional, Protocol, Set, Tuple
 
 from rosslt import messages, values
-from rosslt.node.branches import Difference, Expression
+from rosslt.node.branches import Difference
 from rosslt.node.client import Asker, Change, ChangeRejected, SourceUnreachable, force_value, undo_request
 from rosslt.node.history import new_request_id
+from rosslt.node.sights import Look, Sight, is_equal, sight_of
 from rosslt.values import Source
 
 #: How long owners may take to answer, in seconds.
 OWNER_TIMEOUT = 2.0
-
-#: How long a second message is waited for, which shows whether a field stays as it is, in seconds.
-SECOND_MESSAGE = 1.0
-
-#: For how long messages without the changed sources may be about another thing, in seconds.
-OTHER_THINGS = 0.5
-
-#: How many times as far as it moves by itself a moving field may be from the target.
-LEEWAY = 3.0
 
 #: How many rounds that come no nearer are made, and how many a field that moves by itself is solved for.
 PATIENCE = 2
@@ -121,35 +113,6 @@ class Field(NamedTuple):
     thing: Tuple[Any, ...]
 
 
-class _Sight(NamedTuple):
-    """A field as a message has it."""
-
-    number: int  # how many messages came before it since the first change
-    at: float
-    part: Any
-    expression: Expression
-    distance: float
-    is_reached: bool
-
-
-class _Look(NamedTuple):
-    """What was seen after a change.
-
-    Attributes:
-        reached: the sight with the wanted value, or None.
-        new: the sights that show the change.
-        other: those without any of the changed sources: the field was computed from others.
-        old: how many still had an old value of a changed source.
-        missing: how many had no such field.
-    """
-
-    reached: Optional[_Sight]
-    new: List[_Sight]
-    other: List[_Sight]
-    old: int
-    missing: int
-
-
 def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
     """Which of several things a message is about, where nodes send several on one topic: what its names are.
 
@@ -215,7 +178,7 @@ class _Loop:
         self._changes: Dict[Source, Change] = {}
         self._began = 0.0
         self._messages = self._rounds = 0
-        self._last: Optional[_Sight] = None
+        self._last: Optional[Sight] = None
         # source values -> what the field was then, and its slopes
         self._tried: Dict[FrozenSet[Tuple[Source, Any]], Tuple[Any, Any]] = {}
         self._branches: List[Difference] = []
@@ -249,15 +212,15 @@ class _Loop:
                 self._last = None
                 break
             first, self._last = seen[0], seen[-1]
-            self._moves = bool(_speed(look.new))
-            moments = moments + 1 if self._is_solved_for_its_moment(sight, look.new) else 0
+            self._moves = look.moves
+            moments = moments + 1 if look.is_solved_for_its_moment(sight) else 0
             if moments >= min(PATIENCE, rounds):
                 self._last = first
                 return self._outcome(is_reached=True)
             slopes = values.slopes([leaf for _, leaf in values.leaves(self._last.part) if values.is_tracked(leaf)])
             self._tried[self._state()] = values.untracked(self._last.part), slopes
             difference = sight.expression.difference(self._last.expression)
-            if difference.is_branch(_moving(look.new)):
+            if difference.is_branch(look.moving):
                 self._branches.append(difference)
             worse = worse + 1 if first.distance >= best else 0
             best = min(best, first.distance)
@@ -266,7 +229,7 @@ class _Loop:
                 break
         raise self._not_reached(keep_anyway)
 
-    def _change(self, sight: _Sight) -> Optional[Dict[Source, Change]]:
+    def _change(self, sight: Sight) -> Optional[Dict[Source, Change]]:
         """Have the sources become what a sight's expression needs; None where that has been tried already."""
         concerned = values.sources(sight.part)
         limits = self._asker.directory.limits(concerned, OWNER_TIMEOUT)
@@ -287,11 +250,11 @@ class _Loop:
         for source, change in changed.items():
             first = self._changes.get(source, change)
             self._changes[source] = Change(first.old, change.new)
-            if not _is_equal(change.new, new[source]):
+            if not is_equal(change.new, new[source]):
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return changed
 
-    def _untried(self, sight: _Sight, limits: Dict[str, Any]) -> Optional[Dict[Source, Any]]:
+    def _untried(self, sight: Sight, limits: Dict[str, Any]) -> Optional[Dict[Source, Any]]:
         """What the sources must become; of other sources than before where going on with these would go in circles."""
         state = {source: change.new for source, change in self._changes.items()}
         chosen = self._sources
@@ -307,74 +270,35 @@ class _Loop:
                     return None
                 raise
             present = {source: readings[-1] for source, readings in sight.expression.readings.items()}
-            new = {source: value for source, value in answer.items() if not _is_equal(present[source], value)}
+            new = {source: value for source, value in answer.items() if not is_equal(present[source], value)}
             if new and frozenset({**state, **new}.items()) not in self._tried:
                 return new
             if not new or held & new.keys():
                 return None
             held |= new.keys()
 
-    def _look(self, changed: Dict[Source, Change]) -> _Look:
-        """Look at the next messages, for as long as the field comes nearer by itself; two must have the wanted value,
-        where a second one comes soon."""
-        new: List[_Sight] = []
-        other: List[_Sight] = []
-        old = missing = 0
-        last_end = end = time.monotonic() + self._timeout
+    def _look(self, changed: Dict[Source, Change]) -> Look:
+        """Look at the next messages, for as long as the field comes nearer by itself."""
+        look = Look(changed, self._timeout)
         while True:
-            heard = self._stream.next_before(end)
+            heard = self._stream.next_before(look.end)
             if heard is None:
-                break
+                return look
             if heard.publisher != self._field.publisher or self._thing(heard) != self._field.thing:
                 continue
             self._messages += 1
-            sight = self._sight(heard.message)
-            if sight is None:
-                missing += 1
-            elif not sight.is_reached and _is_older(sight.expression, changed):
-                old += 1
-            elif sight.is_reached or changed.keys() & set(sight.expression.sources):
-                new.append(sight)
-                if sight.is_reached and heard.is_latched:
-                    return _Look(sight, new, other, old, missing)
-                if len(new) == 1:
-                    end = min(last_end, sight.at + SECOND_MESSAGE)
-                elif sight.is_reached and new[-2].is_reached:
-                    return _Look(new[-2], new, other, old, missing)
-                elif sight.distance >= new[-2].distance * (1 - 1e-12):
-                    break
-                else:
-                    end = sight.at + SECOND_MESSAGE if sight.is_reached else last_end
-            elif not new:
-                other.append(sight)
-                # A topic may tell of several things in turn: the one that has changed would come within this time.
-                if len(other) > 1 and sight.at - other[0].at >= OTHER_THINGS:
-                    break
-        return _Look(new[-1] if new and new[-1].is_reached else None, new, other, old, missing)
+            if look.is_over_after(self._sight(heard.message), heard.is_latched):
+                return look
 
     def _thing(self, heard: Heard) -> Tuple[Any, ...]:
         return thing_of(heard.message, self._field.path)
 
-    def _sight(self, message: Any) -> Optional[_Sight]:
+    def _sight(self, message: Any) -> Optional[Sight]:
         try:
             part, type_ = messages.part_at(message, self._field.path)
         except messages.NoSuchPart:
             return None
-        return _Sight(
-            self._messages,
-            time.monotonic(),
-            part,
-            Expression(part),
-            messages.distance(part, self._wanted),
-            messages.is_reached(part, self._wanted, type_),
-        )
-
-    def _is_solved_for_its_moment(self, solved: _Sight, new: List[_Sight]) -> bool:
-        """Whether a field moves by itself, and is no further from the target than it has moved since it was solved."""
-        speed = _speed(new)
-        if not speed or solved.expression.difference(new[0].expression).is_branch(_moving(new)):
-            return False
-        return new[0].distance <= LEEWAY * speed * (new[0].at - solved.at)
+        return sight_of(part, self._wanted, type_, self._messages)
 
     def _state(self) -> FrozenSet[Tuple[Source, Any]]:
         return frozenset((source, change.new) for source, change in self._changes.items())
@@ -384,7 +308,7 @@ class _Loop:
 
     def _outcome(self, is_reached: bool, reason: str = '', is_taken_back: bool = False) -> Outcome:
         return Outcome(
-            {source: change for source, change in self._changes.items() if not _is_equal(*change)},
+            {source: change for source, change in self._changes.items() if not is_equal(*change)},
             self._wanted,
             None if self._last is None else values.untracked(self._last.part),
             is_reached,
@@ -401,7 +325,7 @@ class _Loop:
         reason = self._reason()
         afterwards, is_taken_back = 'the change was left', False
         if not keep_anyway:
-            nodes = {source.node for source, change in self._changes.items() if not _is_equal(*change)}
+            nodes = {source.node for source, change in self._changes.items() if not is_equal(*change)}
             undone = undo_request(self._request_id, nodes, self._asker.name, OWNER_TIMEOUT)
             is_taken_back = not undone.reasons
             afterwards = 'taken back'
@@ -421,7 +345,7 @@ class _Loop:
             parts += self._whys(self._last)
         return '; '.join(dict.fromkeys([*parts, *self._notes]))
 
-    def _whys(self, last: _Sight) -> List[str]:
+    def _whys(self, last: Sight) -> List[str]:
         whys = []
         branches = dict.fromkeys(difference.describe(self._name) for difference in self._branches)
         whys += [f'it takes another branch: {text}' for text in list(branches)[:MOST_BRANCHES]]
@@ -429,7 +353,7 @@ class _Loop:
             whys.append('it moves by itself')
         for source, change in self._changes.items():
             readings = last.expression.readings.get(source)
-            if readings and not any(_is_equal(reading, change.new) for reading in readings):
+            if readings and not any(is_equal(reading, change.new) for reading in readings):
                 whys.append(f'{self._name(source)} is {readings[-1]!r} by now, it was made {change.new!r}')
         alike: Dict[str, FrozenSet[Tuple[Source, Any]]] = {}
         for state, seen in () if self._moves else self._tried.items():
@@ -442,7 +366,7 @@ class _Loop:
                 break
         return whys
 
-    def _why_silent(self, look: _Look, changed: Dict[Source, Change]) -> str:
+    def _why_silent(self, look: Look, changed: Dict[Source, Change]) -> str:
         """Why no message shows a change."""
         publisher = self._field.publisher
         if look.old:
@@ -451,37 +375,6 @@ class _Loop:
         if look.missing:
             return f'the messages of {publisher} have no {self._field.path} any more'
         return f'no message of {publisher} came within {self._timeout:g} s'
-
-
-def _is_older(expression: Expression, changed: Dict[Source, Change]) -> bool:
-    """Whether a message was computed before a change, or from a value that was kept from before."""
-    for source, change in changed.items():
-        readings = expression.readings.get(source)
-        if readings and not _is_equal(*change) and all(_is_equal(reading, change.old) for reading in readings):
-            return True
-    return False
-
-
-def _moving(sights: List[_Sight]) -> FrozenSet[int]:
-    """The places of the numbers that differ from one sight to the next, although no source was changed."""
-    places: Set[int] = set()
-    for one, other in zip(sights, sights[1:]):
-        places.update(one.expression.difference(other.expression).numbers)
-    return frozenset(places)
-
-
-def _speed(sights: List[_Sight]) -> float:
-    """The most that a field was seen to move by itself, a second; 0 where it stays."""
-    found = 0.0
-    for one, other in zip(sights, sights[1:]):
-        before = values.untracked(one.part)
-        if not messages.is_reached(other.part, before):
-            found = max(found, messages.distance(other.part, before) / max(other.at - one.at, 1e-6))
-    return found
-
-
-def _is_equal(one: Any, other: Any) -> bool:
-    return type(one) is type(other) and one == other
 
 
 def _differing(part: Any, other: Any) -> str:

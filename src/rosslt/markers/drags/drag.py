@@ -27,6 +27,7 @@ class Drag:
         asked: the last pose that the sources have been asked for.
         applied_at: the last one where they followed, None before the first.
         is_withheld: whether the answer for that pose leaps, and was held back.
+        is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
         heard: when the hand last did something.
         answered: when the owners last answered.
@@ -43,7 +44,7 @@ class Drag:
         self.start: PoseTuple = handle.pose
         self.guard = Guard(leap_limit, handle.size)
         self.is_moved = self.is_turned = self.is_over = False
-        self.is_withheld = False
+        self.is_withheld = self.is_exact = False
         self.applied_at: Optional[PoseTuple] = None
         self.heard = time.monotonic()
         self.due = self.answered = 0.0
