@@ -9,17 +9,18 @@ from rosslt.markers import geometry
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.choices import Choice, choices_of
 from rosslt.markers.drags.drags import Drags, Rules
-from rosslt.markers.drags.wording import short_numbers
+from rosslt.markers.drags.wording import refusal, short_numbers
 from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.follower import Follower
-from rosslt.markers.scene.handle import Handle, Motions, Settings, View
+from rosslt.markers.scene.handle import CanChange, Handle, Motions, Settings, View
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
 
 __all__ = [
     'KINDS',
+    'CanChange',
     'Choice',
     'Descriptions',
     'Drags',
@@ -35,6 +36,7 @@ __all__ = [
     'choices_of',
     'geometry',
     'open_rviz',
+    'refusal',
     'run',
     'short_numbers',
 ]

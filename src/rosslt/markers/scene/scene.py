@@ -69,6 +69,15 @@ class Scene:
         with self.lock:
             return [name for name in self._handles if self._places.is_shown(name)]
 
+    def origin(self, name: str) -> Tuple[str, str]:
+        """(topic, publisher) of the last message that shows a handle; ('', '') where there is none of that name."""
+        with self.lock:
+            for topic, things in self._things.items():
+                for names, publisher in things.values():
+                    if name in names:
+                        return topic, publisher
+            return '', ''
+
     def topics(self) -> Dict[str, str]:
         """{topic: the frame of one of its things} for each topic that shows something to drag."""
         with self.lock:
