@@ -184,6 +184,7 @@ class Told(unittest.TestCase):
             stiff, other = rosslt.sources([offset, gain])
             # the stiff one last, although it is the first one
             self.assertEqual(list(rosslt.force_value(offset + gain, float(offset + gain) + 1.0)), [other])
+            offset, gain = tracked(node, 'offset'), tracked(node, 'gain')
             both = rosslt.force_value([offset + gain, 2 * offset + 2 * gain], [6.0, 12.0])
             moved = {source: change.new - change.old for source, change in both.items()}
             self.assertAlmostEqual(moved[other], 9 * moved[stiff])
