@@ -11,11 +11,13 @@ from typing import Any, List
 from . import math, serializers
 from .values import (
     Error,
+    Fit,
     NotInvertible,
     NotTracked,
     Source,
     evaluate,
     explain,
+    fit,
     is_tracked,
     operation,
     solve,
@@ -57,11 +59,13 @@ _ROOMS = {name: room for room, names in _NEED_ROS.items() for name in names}
 
 __all__ = [
     'Error',
+    'Fit',
     'NotInvertible',
     'NotTracked',
     'Source',
     'evaluate',
     'explain',
+    'fit',
     'is_tracked',
     'math',
     'operation',

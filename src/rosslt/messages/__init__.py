@@ -21,7 +21,7 @@ from rosslt.messages.inband import (
     read_tracked,
     split_provenance,
 )
-from rosslt.messages.leaves import tracked_fields, tracked_leaves, with_leaves
+from rosslt.messages.leaves import set_leaves, tracked_fields, tracked_leaves, with_leaves
 from rosslt.messages.location_header import LocationHeader, PaperIds, from_paper_header, to_paper_header
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
@@ -56,6 +56,7 @@ __all__ = [
     'provenance_to_send',
     'read_tracked',
     'select_types',
+    'set_leaves',
     'split_provenance',
     'to_paper_header',
     'tracked_fields',

@@ -14,6 +14,7 @@ from .calls import operation
 from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
+from .fit import Fit, fit
 from .functions import MATH, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
@@ -36,6 +37,7 @@ __all__ = [
     'SOURCE',
     'TRACKED_CLASSES',
     'Error',
+    'Fit',
     'NotInvertible',
     'NotTracked',
     'Operation',
@@ -50,6 +52,7 @@ __all__ = [
     'disassemble',
     'evaluate',
     'explain',
+    'fit',
     'from_affine',
     'has_form_of',
     'is_same',
