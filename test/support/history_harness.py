@@ -372,6 +372,9 @@ class _Run:
                         path.stem,
                     )
                 )
+        for owner in self.owners:
+            log = Path(owner.errors).read_text(encoding='utf-8', errors='replace').splitlines()
+            odd.update((f'{owner.name} logs: {line}', None) for line in log if 'WARN' in line or 'Error' in line)
         ends = {one.register: one.seen for per_owner in final for one in per_owner if one.register.endswith('twin')}
         return Result(counts, check(operations), _check_twins(twins, ends), self.injected, list(odd))
 

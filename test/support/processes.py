@@ -133,7 +133,7 @@ class Master:
         self.process = subprocess.Popen(
             ['rosmaster', '--core', '-p', str(self.port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
-        wait_until(lambda: rosgraph.is_master_online(self.uri), 'the master answers')
+        wait_until(lambda: rosgraph.is_master_online(self.uri), 'the master answers', 60.0)
 
     def kill(self):
         self.process.kill()

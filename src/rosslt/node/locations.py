@@ -380,6 +380,10 @@ class Locations:
                 f'{other.place}{_difference(other, location)}: give one of them another name='
             )
 
+    def is_taken(self, name: str) -> bool:
+        """Whether there is a location of that name."""
+        return name in self._by_name
+
     def _below_or_above(self, name: str) -> Optional[Location]:
         """A location that would share a parameter with this name: a parameter is a value or a namespace."""
         for location in self._namespaces.get(name, {}).values():

@@ -129,18 +129,25 @@ class Owner:
         """
         with self.lock:
             SOURCE_FILES.keep(location.site.file)
+            if self.name and not self.locations.is_taken(location.name):
+                self._take_over(location)  # before anybody can read it
             in_force = self.locations.add(location)
             if in_force is location and self.name:
                 self._follow(location, is_written)
         return in_force
 
     def _follow(self, location: LiteralLocation, is_written: bool = True) -> None:
-        """Put a parameter behind the location of a literal, which may have been set beforehand."""
-        location.parameter = LiteralParameter(self.name, location, self._parameter_set)
-        location.parameter.take_over(self.mirror.left_behind, self.mirror.literals)
+        """Have a parameter follow the location of a literal."""
+        if location.parameter is None:
+            self._take_over(location)
         self.mirror.add(location.parameter)
         if is_written:
             self.mirror.write(location.parameter)
+
+    def _take_over(self, location: LiteralLocation) -> None:
+        """Put a parameter behind the location of a literal, and start with what it says if it was set beforehand."""
+        location.parameter = LiteralParameter(self.name, location, self._parameter_set)
+        location.parameter.take_over(self.mirror.left_behind, self.mirror.literals)
 
     def parameter(self, key: str, frame: FrameType, *default: Any, as_float: bool = False) -> Union[Branch, Leaf]:
         """What reads the ROS parameter of that full name as a source; arguments as of `get_param`.
