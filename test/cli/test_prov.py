@@ -57,7 +57,7 @@ def test_locations_are_entities_of_their_nodes_and_fields_are_derived_from_them(
     assert attributes(document, 'location:/talker/is/on')['prov:value'] is True
     assert ('location:/talker/radius', 'node:/talker') in pairs(document, ProvAttribution)
     derived = pairs(document, ProvDerivation)
-    assert ('field:/goal/pose.position.x', 'location:/talker/radius') in derived
+    assert ('field:/gate/pose.position.x', 'location:/talker/radius') in derived
     assert ('field:/pose/position.y', 'location:/talker/~parking/0') in derived
     assert ('field:/pose/position.y', 'node:/relay') in pairs(document, ProvAttribution)
     assert {str(agent.identifier) for agent in document.get_records(ProvAgent)} >= {'node:/talker', 'node:/relay'}

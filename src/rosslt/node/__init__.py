@@ -36,6 +36,7 @@ from rosslt.node.closed_loop import NotReached, Outcome, close_loop
 from rosslt.node.directory import Directory, Place
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
+from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
 from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
@@ -90,6 +91,7 @@ __all__ = [
     'is_whole_parameter',
     'keep_source',
     'last_change',
+    'leave',
     'limits',
     'location',
     'new_request_id',

@@ -25,6 +25,9 @@ convert_return_to_response = rospy.impl.tcpros_service.convert_return_to_respons
 #: Whether `init_node` was called, by rospy or rosslt.
 is_initialized = rospy.core.is_initialized
 
+#: Its functions are called when this node has been unregistered, before rospy waits for its threads.
+add_shutdown_hook = rospy.core.add_shutdown_hook
+
 #: After a restart of the master, this node's publishers, subscribers and services are registered again.
 Registration = rospy.impl.registration.Registration
 get_registration_listeners = rospy.impl.registration.get_registration_listeners
