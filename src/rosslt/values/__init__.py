@@ -1,8 +1,8 @@
 """Values that know where they came from and how they were computed (paper, section IV-B).
 
-This room answers: how was a value computed, and which source values give a wanted result? It is pure Python and
-imports no ROS. It may import the standard library, and NumPy and SciPy where they are installed. Other rooms use the
-names below and nothing behind them.
+This room answers: how was a value computed, and which source values give a wanted result? It imports no ROS, and does
+without its compiled core where there is none. It may import the standard library, and NumPy and SciPy where they are
+installed. Other rooms use the names below and nothing behind them.
 """
 
 import importlib
