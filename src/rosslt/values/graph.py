@@ -2,6 +2,7 @@
 
 from typing import Any, Dict, Iterable, List, Mapping, Optional
 
+from .accelerator import CORE
 from .operations import SOURCE
 from .sources import Source
 from .tracked import TRACKED, resolve
@@ -33,7 +34,10 @@ class Graph:
         self._steps: Optional[List[tuple]] = None
         for root in roots:
             begin = len(self.nodes)
-            self._add(root)
+            if CORE is None:
+                self._add(root)
+            else:
+                CORE.add_nodes(root, self.nodes, self.records, self.index, self.occurrences)
             if begin < len(self.nodes):
                 self.begins[len(self.nodes) - 1] = begin
 
@@ -326,6 +330,10 @@ def _along_chain(x: Any, changes: Mapping[Source, Any]) -> Optional[Any]:
 
     Measured on a chain of 50 operations, it takes 9 to 11 times as long without this.
     """
+    if CORE is not None:
+        value = CORE.along_chain(x, changes)
+        if value is not NotImplemented:
+            return value
     records = []
     record = x._record
     form, first, _ = record
