@@ -172,9 +172,9 @@ class TestWhatIsSeenAfterwards:
 
 class TestExplain:
     def test_prints_expression_and_locations(self, nodes):
-        printed = on_terminal('explain', '/goal/pose/position/y')
+        printed = on_terminal('explain', '/gate/pose/position/y')
         assert re.fullmatch(
-            r'/goal pose\.position\.y = 2\.0, published by /talker\n'
+            r'/gate pose\.position\.y = 2\.0, published by /talker\n'
             r'  = 2\.0 \[radius, talker\.py:\d+:\d+\] \+ 0\.0 \[~parking/0, talker\.py:\d+:\d+\]\n'
             r'  /talker/radius      2\.0  0\.5 \.\. 10\.0  /\S+/talker\.py:\d+:\d+\n'
             r'  /talker/~parking/0  0\.0               /\S+/talker\.py:\d+:\d+\n',
@@ -190,6 +190,6 @@ class TestExplain:
         ]
 
     def test_says_whose_message_has_no_source(self, nodes):
-        assert failure('explain', '/goal/pose/orientation/x') == (
-            'rosslt explain: nothing in it has a source, as /talker sends it; `rosslt doctor /goal` says why'
+        assert failure('explain', '/gate/pose/orientation/x') == (
+            'rosslt explain: nothing in it has a source, as /talker sends it; `rosslt doctor /gate` says why'
         )

@@ -5,6 +5,7 @@ import json
 import signal
 import subprocess
 import sys
+import textwrap
 import unittest
 
 import rosgraph
@@ -148,6 +149,29 @@ class Told(unittest.TestCase):
             log = node.process.stdout.read()
             self.assertRegex(log, r'gain is 3\.0, from an earlier run; the code says 2\.0 \(remembering\.py:7:1\)')
 
+    def test_nobody_reads_the_literal_of_a_location_whose_value_is_remembered(self):
+        code = """
+            from rosslt.node import parameters
+            take_over = parameters.LiteralParameter.take_over
+            def slowly(parameter, *arguments):
+                print('taking over', flush=True)
+                sys.stdin.readline()
+                take_over(parameter, *arguments)
+            parameters.LiteralParameter.take_over = slowly
+            """ + textwrap.dedent(OWNER).replace('\n', '\n            ')
+        with Node('early', OWNER) as node:
+            gain = tracked(node, 'gain')
+            rosslt.force_value(gain, 3.0)
+            node.stop(signal.SIGKILL)
+            node.write(code)
+            node.start()
+            self.assertEqual(node.read_line(), 'taking over')
+            with self.assertRaisesRegex(rosslt.SourceUnreachable, 'has no location'):
+                rosslt.reevaluate(gain)
+            node.process.stdin.write('go on\n' * 2)
+            node.process.stdin.flush()
+            wait_until(lambda: value(node, 'gain') == 3.0, 'it is remembered')
+
     def test_names_and_places_of_locations_are_latched_on_a_topic(self):
         with Node('named', OWNER):
             told = rospy.wait_for_message('/named/rosslt/locations', LocationList, 10.0)
@@ -180,6 +204,16 @@ class Told(unittest.TestCase):
     def test_weights_are_told(self):
         with Node('weighted', OWNER) as node:
             self.assertEqual((listed(node)['offset'].weight, listed(node)['gain'].weight), (3.0, 0.0))
+            offset, gain = tracked(node, 'offset'), tracked(node, 'gain')
+            stiff, other = rosslt.sources([offset, gain])
+            # the stiff one last, although it is the first one
+            self.assertEqual(list(rosslt.force_value(offset + gain, float(offset + gain) + 1.0)), [other])
+            offset, gain = tracked(node, 'offset'), tracked(node, 'gain')
+            both = rosslt.force_value([offset + gain, 2 * offset + 2 * gain], [6.0, 12.0])
+            moved = {source: change.new - change.old for source, change in both.items()}
+            self.assertAlmostEqual(moved[other], 9 * moved[stiff])
+            # but where it is chosen
+            self.assertEqual(list(rosslt.force_value(offset + gain, 20.0, sources=[stiff])), [stiff])
 
     def test_an_anonymous_node_leaves_no_parameters(self):
         code = """

@@ -8,7 +8,7 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 - `msg_files`: the generator of tracked message types; `location_header`: the header of the paper's C++ library.
 """
 
-from rosslt.messages.codec import attach, encode
+from rosslt.messages.codec import Allowance, SparingProvenance, attach, encode, provenance_to_send
 from rosslt.messages.errors import BadHeader, UnknownType
 from rosslt.messages.field_path import NoSuchPart, distance, is_reached, part_at, path_steps
 from rosslt.messages.inband import (
@@ -28,10 +28,12 @@ from rosslt.messages.numpy_arrays import packed_arrays
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 
 __all__ = [
+    'Allowance',
     'BadHeader',
     'Decoded',
     'LocationHeader',
     'MessagePath',
+    'SparingProvenance',
     'NoSuchPart',
     'PaperIds',
     'UnknownType',
@@ -51,6 +53,7 @@ __all__ = [
     'plain_type',
     'plan_files',
     'provenance_size',
+    'provenance_to_send',
     'read_tracked',
     'select_types',
     'set_leaves',

@@ -36,8 +36,11 @@ from rosslt.node.closed_loop import NotReached, Outcome, close_loop
 from rosslt.node.directory import Directory, Place
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
+from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
+from rosslt.node.saving import Unsaved, changes_to_save
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.sights import Look, Sight, sight_of
@@ -45,6 +48,7 @@ from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
+from rosslt.node.undoing import histories, last_change
 
 __all__ = [
     'CallSite',
@@ -64,11 +68,14 @@ __all__ = [
     'SourceUnreachable',
     'Subscriber',
     'Undone',
+    'Unsaved',
     'add_literal',
     'add_location',
     'args_kwds_to_message',
     'ask_all',
+    'change_count',
     'close_loop',
+    'changes_to_save',
     'connected_publishers',
     'directory',
     'force_field',
@@ -76,12 +83,15 @@ __all__ = [
     'force_value_as',
     'from_json',
     'get_param',
+    'histories',
     'init_node',
     'is_initialized',
     'is_saved_here',
     'is_started',
     'is_whole_parameter',
     'keep_source',
+    'last_change',
+    'leave',
     'limits',
     'location',
     'new_request_id',

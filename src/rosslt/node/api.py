@@ -8,7 +8,7 @@ import re
 import sys
 import threading
 from types import FrameType
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Collection, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import rospy
 
@@ -18,7 +18,7 @@ from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
 from rosslt.node.directory import Directory
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, ParameterLocation, checked_limits
-from rosslt.node.rospy_internals import is_initialized
+from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 from rosslt.node.server import SETTINGS, Owner
 from rosslt.node.source_files import SOURCE_FILES
 
@@ -52,6 +52,7 @@ def start() -> None:
             if not is_initialized():
                 raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
             _owner.serve()
+            shut_down_without_deadlock()
 
 
 def is_started() -> bool:
@@ -301,37 +302,46 @@ def undo() -> Dict[values.Source, client.Change]:
         rospy.ROSException: `init_node` has not been called.
     """
     try:
-        return {location.source: client.Change(old, new) for location, old, new in started('undo').undo()}
+        owner = started('undo')
+        return {location.source: client.Change(old, new) for location, old, new in owner.undo('', owner.name)}
     except Refused as refused:
         raise client.ChangeRejected(str(refused), {}) from None
 
 
 def force_value(
-    x: Any, target: Any, source: Optional[values.Source] = None, timeout: float = 1.0, request_id: str = ''
+    x: Any,
+    target: Any,
+    source: Optional[values.Source] = None,
+    timeout: float = 1.0,
+    request_id: str = '',
+    sources: Optional[Collection[values.Source]] = None,
 ) -> Dict[values.Source, client.Change]:
     """Have `x` become `target` in the next message: solve for its sources, and have their owners change them.
 
-    Waits for the owners' answers (the paper's `force_value`, section IV-A, acknowledged). Where several nodes
-    own sources of `x`, each of them changes all of its own or none.
+    Waits for the owners' answers (the paper's `force_value`, section IV-A, acknowledged). Where several nodes own
+    sources of `x`, all of them change or none: each is asked first whether it would take its part, and where one
+    refuses or dies nevertheless, the others are taken back.
 
     Args:
         x: a tracked scalar, or a message or sequence holding tracked leaves.
         target: plain, of the same shape and unit.
         source: change this Source alone; by default the first in order of appearance that can.
-        timeout: how long to wait for the owners' answers, in seconds.
+        timeout: how long to wait for the owners' answers, in seconds; taking back may take a second more.
         request_id: what groups several calls, those of one drag for instance: they are one change in the owners'
             histories, and taken back as one. By default each call is a request of its own.
+        sources: change no other than these, such as `[first, second]`.
 
     Returns:
         {Source: Change(old, new)}, with the values that the owners say they had and have now.
 
     Raises:
         NotTracked, NotInvertible: as of `solve`; nothing was requested.
-        ChangeRejected: an owner refuses; of its sources none has changed.
+        ChangeRejected: an owner refuses.
         SourceUnreachable: an owner does not answer within the timeout.
+            Of both, `changed` says what could not be taken back in other nodes; it is empty but for rare cases.
         rospy.ROSException: `init_node` has not been called.
     """
-    return client.force_value(started('force_value'), x, target, source, timeout, request_id)
+    return client.force_value(started('force_value'), x, target, source, timeout, request_id, sources)
 
 
 def force_field(

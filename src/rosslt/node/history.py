@@ -11,6 +11,8 @@ from rosslt.node.locations import Location
 #: How many requests are remembered.
 LENGTH = 1000
 
+NOTHING_TO_UNDO = 'there is no change to take back'
+
 
 def new_request_id() -> str:
     """An id for a request, which no other one in the ROS graph has."""
@@ -60,6 +62,21 @@ class History:
         for location, old, new in changes:
             first, _ = last.changes.get(location, (old, None))
             last.changes[location] = first, new
+
+    def withdraw(self, request_id: str, values: Dict[Location, Any]) -> None:
+        """Note that the last part of a request was taken back, because other nodes have not done theirs.
+
+        Args:
+            request_id: that of the request.
+            values: {Location: the value that it has again}.
+        """
+        for request in self._left():
+            if request.id == request_id:
+                for location, value in values.items():
+                    first, _ = request.changes.get(location, (value, value))
+                    request.changes[location] = first, value
+                request.undone = all(old == new for old, new in request.changes.values())
+                return
 
     def to_undo(self, request_id: str, present: Dict[int, Location]) -> Tuple[List[Request], Dict[Location, Any]]:
         """What has to be done to take a request back.

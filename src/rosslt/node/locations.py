@@ -38,6 +38,7 @@ class Location:
         remembered: True while the value in force is one that the parameter had when the node started.
         changed: called without arguments when a change of its value is in force.
         is_shared: True where several places of the code give its name, each with a literal.
+        turn: how often it has been changed.
     """
 
     __slots__ = (
@@ -55,6 +56,7 @@ class Location:
         'remembered',
         'changed',
         'is_shared',
+        'turn',
     )
     rank = 0
 
@@ -82,6 +84,7 @@ class Location:
         self.remembered = False
         self.changed = changed
         self.is_shared = False
+        self.turn = 0
         self.checked(value)
 
     @property
@@ -376,6 +379,10 @@ class Locations:
                 f'the location {location.name} at {location.place} meets {other.name} at '
                 f'{other.place}{_difference(other, location)}: give one of them another name='
             )
+
+    def is_taken(self, name: str) -> bool:
+        """Whether there is a location of that name."""
+        return name in self._by_name
 
     def _below_or_above(self, name: str) -> Optional[Location]:
         """A location that would share a parameter with this name: a parameter is a value or a namespace."""

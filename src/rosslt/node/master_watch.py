@@ -10,6 +10,7 @@ from typing import Callable
 import rosgraph
 import rospy
 
+from rosslt.node.no_master import NO_MASTER
 from rosslt.node.rospy_internals import (
     Registration,
     get_registration_listeners,
@@ -46,7 +47,7 @@ class MasterWatch:
                     self._renewed()
                     self._known = current
                     rospy.logwarn('the ROS master has been restarted: %s is registered again', self._node)
-            except (OSError, rosgraph.MasterException):
+            except NO_MASTER:
                 continue  # no master now: the next turn asks again
 
     def _identity(self) -> int:

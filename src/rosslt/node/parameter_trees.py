@@ -8,6 +8,7 @@ says: a number that somebody sets from 1 to 1.5 was an int and is a float.
 from typing import Any, Callable, ContextManager, Dict, List, Optional, Protocol, Tuple, Union
 
 from rosslt import values
+from rosslt.node.access import Access
 from rosslt.node.call_sites import CallSite
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import Location, Locations, ParameterLocation
@@ -21,7 +22,7 @@ class Owner(Protocol):
 
     locations: Locations
     mirror: ParameterMirror
-    locked: str
+    access: Access
 
     @property
     def lock(self) -> ContextManager[Any]: ...
@@ -142,8 +143,8 @@ class Leaf(Parameter):
             value = _floats(value)
         with self._owner.lock:
             if type(value) is not type(self.value()) or value != self.value():
-                if self._owner.locked:
-                    raise Refused(self._owner.locked)
+                for name in self._locations or [self.key]:
+                    self._owner.access.check(name, 'parameter server')
                 before = self.value()
                 try:
                     self._put(value)

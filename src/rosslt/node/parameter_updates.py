@@ -8,12 +8,13 @@ not told of it.
 
 import contextlib
 import threading
-from http.client import HTTPException
 from typing import Any, Callable, Dict, Tuple
 
 import rosgraph
 import rosgraph.xmlrpc
 import rospy
+
+from rosslt.node.no_master import NO_MASTER
 
 #: How long the server may take to start, in seconds.
 START_TIMEOUT = 10.0
@@ -50,7 +51,7 @@ class ParameterUpdates:
 
     def _end(self) -> None:
         """End all subscriptions: the master keeps them for ever."""
-        with contextlib.suppress(OSError, HTTPException, rosgraph.MasterException):
+        with contextlib.suppress(*NO_MASTER):
             master = rosgraph.Master(self.name)
             for key in list(self._keys):
                 master.unsubscribeParam(self._server.uri, key)

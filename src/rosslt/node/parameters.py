@@ -9,7 +9,6 @@ one thread does both, in order, memory and parameter always come to agree.
 import contextlib
 import re
 import threading
-from http.client import HTTPException
 from typing import Any, Callable, Dict, List, Set
 from xmlrpc.client import MultiCall, dumps
 
@@ -18,6 +17,7 @@ import rospy
 
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import LiteralLocation, namespaces_of
+from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameter_updates import ParameterUpdates
 
 #: What rospy appends to the name of an anonymous node: process and time.
@@ -221,7 +221,7 @@ class ParameterMirror:
     def _clear(self) -> None:
         """Delete this node's parameters, and write none again."""
         self._is_cleared = True
-        with contextlib.suppress(OSError, HTTPException, rosgraph.MasterException):
+        with contextlib.suppress(*NO_MASTER):
             self._delete(self._node)
 
     def _delete(self, node: str) -> None:
@@ -265,7 +265,7 @@ class ParameterMirror:
             self._wake.notify_all()
         if not (key + '/').startswith(self._namespace + '/'):
             return
-        for name, part in (flat(value) if isinstance(value, dict) else {'': value}).items():
+        for name, part in ((flat(value) if isinstance(value, dict) else {}) or {'': value}).items():
             full = f'{key}/{name}'.rstrip('/')
             if full not in self._by_key:
                 self._namespace_set(full[len(self._namespace) + 1 :], part)
@@ -281,7 +281,7 @@ class ParameterMirror:
                 self._write(unwritten)
                 for parameter in unread:
                     self._take(parameter)
-            except (OSError, HTTPException, rosgraph.MasterException) as error:
+            except NO_MASTER as error:
                 rospy.logwarn_throttle(
                     30,
                     'parameters below %s do not follow, the master does not answer (%s); trying again',

@@ -1,29 +1,33 @@
 """This node as the owner of its locations: what it reports about them, and the changes that it accepts.
 
 The paper's `apply_source_change` and the service for reevaluation (section IV-A, figure 3). Below `<node>/rosslt`: the
-services `change_sources`, `request_changes`, `get_values`, `list_locations`, `list_edits`, `get_history`, `undo`,
-`undo_request` and `reset`, the topics `changes` and `locations`, and the parameters `accept_changes` and `history`.
-For all nodes: the topic `/rosslt/source_change`.
+services `change_sources`, `request_changes`, `reserve_changes`, `decide_changes`, `get_values`, `list_locations`,
+`list_edits`, `get_history`, `undo`, `undo_request` and `reset`, the topics `changes` and `locations`, and the
+parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/source_change`.
 """
 
-import os
 from types import FrameType
-from typing import Any, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterable, List, Optional, Sequence, Tuple, Union
 
 import rospy
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from rosslt import msg, srv, values
+from rosslt.node import access, reconfigure
+from rosslt.node.access import Access
 from rosslt.node.call_sites import call_site
 from rosslt.node.callbacks import Callbacks
+from rosslt.node.description import described
 from rosslt.node.directory import Directory
-from rosslt.node.history import History, applied_change, differing
+from rosslt.node.history import NOTHING_TO_UNDO, History, Request, applied_change, differing
 from rosslt.node.json_scalars import Refused, from_json, to_json
 from rosslt.node.location_topic import LocationTopic
 from rosslt.node.locations import LiteralLocation, Location, Locations
+from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MasterWatch
 from rosslt.node.parameter_trees import Branch, Leaf, ParameterTrees
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
+from rosslt.node.reservations import Reservations
 from rosslt.node.serialization import Sending
 from rosslt.node.source_files import SOURCE_FILES
 
@@ -32,9 +36,7 @@ from rosslt.node.source_files import SOURCE_FILES
 FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
-SETTINGS = {'accept_changes', 'history'}
-
-NOTHING_TO_UNDO = 'there is no change to take back'
+SETTINGS = {'history'} | access.SETTINGS
 
 #: A location, its value before and after.
 Change = Tuple[Location, Any, Any]
@@ -52,19 +54,25 @@ class Owner:
         mirror: the ParameterMirror behind them.
         directory: what is known of sources, its own and others'.
         lock: that of the locations.
-        locked: why no change is taken now; empty where changes are.
+        access: who may change what.
     """
 
     def __init__(self) -> None:
         self.name = ''
         self.locations = Locations()
         self.lock = self.locations.lock
-        self.locked = ''
+        self.access = Access()
         self.mirror = ParameterMirror(self._namespace_set)
         self.directory = Directory(self._described, lambda: self.name)
         self._trees = ParameterTrees(self)
-        self._history = History()
+        self.history = History()
         self._callbacks = Callbacks()
+        self._topic: Optional[LocationTopic] = None
+        self._reservations = Reservations(self)
+        self.wait_for_reserved = self._reservations.wait_for
+        self.reserve_changes = self._reservations.reserve_changes
+        self.decide_changes = self._reservations.decide_changes
+        self._show_to_reconfigure: Callable[[], None] = lambda: None
         values.describe_sources_with(self.directory.describe)
 
     def serve(self) -> None:
@@ -73,6 +81,7 @@ class Owner:
             self.mirror.start(rospy.get_name())
             if ANONYMOUS.search(rospy.get_name()):
                 self.mirror.leave_nothing()
+            self.mirror.add(self.access.start(rospy.get_name()))
             for setting in SETTINGS & self.mirror.left_behind.keys():
                 self._namespace_set(setting, self.mirror.left_behind[setting])
             self._changes = rospy.Publisher('~rosslt/changes', msg.AppliedChange, queue_size=CHANGES_QUEUE)
@@ -82,19 +91,34 @@ class Owner:
                 if isinstance(location, LiteralLocation):
                     self._follow(location)
             self._topic = LocationTopic(self.name, self._all_described)
-            self.locations.when_other(self._topic.update)
+            self.locations.when_other(self.told_otherwise)
             self._topic.update()
+        self._show_to_reconfigure = reconfigure.serve(self)
         rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
         rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
         rospy.Service('~rosslt/list_locations', srv.ListLocations, self._list_locations)
         rospy.Service('~rosslt/list_edits', srv.ListEdits, self._list_edits)
         rospy.Service('~rosslt/request_changes', srv.RequestChanges, self.request_changes)
+        self._reservations.serve()
         rospy.Service('~rosslt/get_history', srv.GetHistory, self._get_history)
         rospy.Service('~rosslt/undo_request', srv.UndoRequest, self._undo_request)
         rospy.Service('~rosslt/reset', srv.ResetLocations, self._reset)
         rospy.Service('~rosslt/undo', Trigger, self._undo)
         rospy.Subscriber('/rosslt/source_change', msg.SourceChange, self._source_change)
-        MasterWatch(self.name, self.mirror.renew)
+        Locking(self).serve()
+        MasterWatch(self.name, self._renew)
+
+    def told_otherwise(self) -> None:
+        """What is told of the locations is other than before: there are others, or others may change them."""
+        if self._topic is not None:
+            self._topic.update()
+        self._show_to_reconfigure()
+
+    def _renew(self) -> None:
+        """The master was restarted, and knows no parameters of this node."""
+        self.mirror.renew()
+        if self.access.locks and self.access.parameter is not None:
+            self.mirror.write(self.access.parameter)
 
     def add_literal(self, location: LiteralLocation, is_written: bool = True) -> Location:
         """Take in the location of a literal, with a parameter behind it; returns the one that is in force.
@@ -105,18 +129,25 @@ class Owner:
         """
         with self.lock:
             SOURCE_FILES.keep(location.site.file)
+            if self.name and not self.locations.is_taken(location.name):
+                self._take_over(location)  # before anybody can read it
             in_force = self.locations.add(location)
             if in_force is location and self.name:
                 self._follow(location, is_written)
         return in_force
 
     def _follow(self, location: LiteralLocation, is_written: bool = True) -> None:
-        """Put a parameter behind the location of a literal, which may have been set beforehand."""
-        location.parameter = LiteralParameter(self.name, location, self._parameter_set)
-        location.parameter.take_over(self.mirror.left_behind, self.mirror.literals)
+        """Have a parameter follow the location of a literal."""
+        if location.parameter is None:
+            self._take_over(location)
         self.mirror.add(location.parameter)
         if is_written:
             self.mirror.write(location.parameter)
+
+    def _take_over(self, location: LiteralLocation) -> None:
+        """Put a parameter behind the location of a literal, and start with what it says if it was set beforehand."""
+        location.parameter = LiteralParameter(self.name, location, self._parameter_set)
+        location.parameter.take_over(self.mirror.left_behind, self.mirror.literals)
 
     def parameter(self, key: str, frame: FrameType, *default: Any, as_float: bool = False) -> Union[Branch, Leaf]:
         """What reads the ROS parameter of that full name as a source; arguments as of `get_param`.
@@ -169,32 +200,45 @@ class Owner:
             for location_id, text in zip(ids, texts):
                 before = ''
                 try:
-                    location = self._known(location_id)
+                    location = self.known(location_id)
                     before = to_json(location.value)
-                    wanted.append((location, self._changeable(location).checked(from_json(text))))
+                    wanted.append((location, self.changeable(location, request.requester).checked(from_json(text))))
                     reasons.append('')
                 except Refused as refused:
                     reasons.append(str(refused))
                 old.append(before)
             if not any(reasons):
-                reasons, _ = self._apply(wanted, request.requester, request.request_id)
+                reasons = self._wait_for_reserved(wanted)
+            if not any(reasons):
+                # what has been waited for may have changed them
+                old = [to_json(location.value) for location, _ in wanted]
+                reasons, _ = self.apply(wanted, request.requester, request.request_id)
             if any(reasons):
                 return srv.RequestChangesResponse(False, reasons, old, old)
             new = [to_json(location.value) for location, _ in wanted]
-            written = self.mirror.write(*self._parameters(wanted))
-        self._wait_for_parameters(written)
+            written = self.follow(location for location, _ in wanted)
+        self.wait_for_parameters(written)
         return srv.RequestChangesResponse(True, reasons, old, new)
 
-    def _wait_for_parameters(self, written: int) -> None:
+    def wait_for_parameters(self, written: int) -> None:
+        """Wait until parameters have followed, as `follow` has returned it."""
         if not self.mirror.wait(written, FOLLOW_TIMEOUT):
             rospy.logwarn('the change is in force, but its parameter could not be set yet')
+
+    def _wait_for_reserved(self, wanted: Sequence[Tuple[Location, Any]]) -> List[str]:
+        """Wait for changes that other nodes make together with this one; the reasons of refusals, one a location."""
+        try:
+            self.wait_for_reserved(location for location, _ in wanted)
+        except Refused as refused:
+            return [str(refused)] * len(wanted)
+        return [''] * len(wanted)
 
     def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
         """The current values of several locations; serves `~rosslt/get_values`."""
         texts, reasons = [], []
         for location_id in request.location_ids:
             try:
-                texts.append(to_json(self._known(location_id).value))
+                texts.append(to_json(self.known(location_id).value))
                 reasons.append('')
             except Refused as refused:
                 texts.append('')
@@ -215,16 +259,29 @@ class Owner:
             Refused: no change is taken now, a setter refuses the old value, or the location was changed since.
         """
         with self.lock:
-            requests, back = self._history.to_undo(request_id, self.locations.by_id)
-            wanted = [(self._changeable(location), old) for location, old in back.items()]
-            reasons, undone = self._apply(wanted, requester, record=False)
+            requests, wanted = self.to_undo(request_id, requester)
+            waited = [location for location, _ in wanted]
+            self.wait_for_reserved(waited)
+            requests, wanted = self.to_undo(request_id, requester)
+            if any(location not in waited for location, _ in wanted):
+                raise Refused('it was changed in this moment: try again')
+            reasons, undone = self.apply(wanted, requester, record=False)
             if any(reasons):
                 raise Refused('; '.join(filter(None, reasons)))
             for request in requests:
                 request.undone = True
-            written = self.mirror.write(*self._parameters(wanted))
-        self._wait_for_parameters(written)
+            written = self.follow(location for location, _ in wanted)
+        self.wait_for_parameters(written)
         return undone
+
+    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]:
+        """What takes a request back: the requests of that id, and [(location, value that it gets again)].
+
+        Raises:
+            Refused: no change is taken now, or the location was changed since.
+        """
+        requests, back = self.history.to_undo(request_id, self.locations.by_id)
+        return requests, [(self.changeable(location, requester), old) for location, old in back.items()]
 
     def reset(self, ids: Sequence[int], requester: str) -> Tuple[List[str], List[Change]]:
         """Restore the values in the code, of all locations or none; as of the service ResetLocations.
@@ -234,20 +291,21 @@ class Owner:
         """
         with self.lock:
             try:
-                found = [self._known(one) for one in ids] if ids else list(self.locations.by_id.values())
+                found = [self.known(one) for one in ids] if ids else list(self.locations.by_id.values())
                 wanted = []
                 for location in found:
                     if location.literal is not None and location.value != location.literal:
-                        wanted.append((self._changeable(location), location.literal))
+                        wanted.append((self.changeable(location, requester), location.literal))
                     elif location.literal is None and ids:
                         raise Refused(f'{location.name} is no literal: there is no value in the code to restore')
+                self.wait_for_reserved(location for location, _ in wanted)
             except Refused as refused:
                 return [str(refused)], []
-            reasons, changed = self._apply(wanted, requester)
+            reasons, changed = self.apply(wanted, requester)
             if any(reasons):
                 return list(filter(None, reasons)), []
-            written = self.mirror.write(*self._parameters(wanted))
-        self._wait_for_parameters(written)
+            written = self.follow(location for location, _ in wanted)
+        self.wait_for_parameters(written)
         return [], changed
 
     def applied(self, changes: Sequence[Change], requester: str, request_id: str = '', record: bool = True) -> None:
@@ -256,29 +314,32 @@ class Owner:
         stamp = rospy.Time.now()
         for location, old, new in changes:
             location.remembered = False
+            location.turn += 1
             self._changes.publish(applied_change(stamp, location, old, new, requester))
             for function in location.changed:
                 self._callbacks.call_soon(function)
+        if changes:
+            self._show_to_reconfigure()
         if record and changes:
-            self._history.record(request_id, requester, stamp, changes)
+            self.history.record(request_id, requester, stamp, changes)
 
-    def _known(self, location_id: int) -> Location:
+    def known(self, location_id: int) -> Location:
         location = self.locations.by_id.get(location_id)
         if location is None:
             raise Refused(f'{self.name} has no location {location_id}')
         return location
 
-    def _changeable(self, location: Location) -> Location:
-        if self.locked:
-            raise Refused(self.locked)
+    def changeable(self, location: Location, requester: str) -> Location:
+        """A location that takes changes of that requester; raises Refused where it does not."""
+        self.access.check(location.name, requester)
         if location.read_only:
             raise Refused(f'{location.name} is read-only')
         return location
 
-    def _apply(
+    def apply(
         self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
     ) -> Tuple[List[str], List[Change]]:
-        """Put checked values in force, all or none.
+        """Put checked values in force, all or none; the lock is held.
 
         Returns:
             (the reasons of refusals, one a location, empty where there is none; what has changed).
@@ -305,8 +366,10 @@ class Owner:
             except Refused as refused:
                 rospy.logerr('%s stays changed in spite of a refusal elsewhere: %s', location.name, refused)
 
-    def _parameters(self, pairs: Sequence[Tuple[Location, Any]]) -> List[Parameter]:
-        return [location.parameter for location, _ in pairs if location.parameter is not None]
+    def follow(self, changed: Iterable[Location]) -> int:
+        """Have the parameters of locations follow them; returns what `wait_for_parameters` waits for."""
+        parameters: List[Parameter] = [one.parameter for one in changed if one.parameter is not None]
+        return self.mirror.write(*parameters)
 
     def _list_locations(self, request: srv.ListLocationsRequest) -> srv.ListLocationsResponse:
         asked = request.location_ids or list(self.locations.by_id)
@@ -315,11 +378,11 @@ class Owner:
     def _described(self, location_id: int) -> Optional[msg.Location]:
         """What this node reports about a location; None where it has no location of that id."""
         location = self.locations.by_id.get(location_id)
-        return location and described(location)
+        return location and described(location, location.name in self.access.locks)
 
     def _all_described(self) -> List[msg.Location]:
         with self.lock:
-            return [described(location) for location in self.locations.by_id.values()]
+            return [described(one, one.name in self.access.locks) for one in self.locations.by_id.values()]
 
     def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
         with self.lock:
@@ -349,7 +412,8 @@ class Owner:
         with self.lock:
             said = location.checked(said)
             if location.value != said and not is_saved_here:
-                reasons, _ = self._apply([(self._changeable(location), said)], 'editor')
+                self.wait_for_reserved([location])
+                reasons, _ = self.apply([(self.changeable(location, 'editor'), said)], 'editor')
                 if any(reasons):
                     raise Refused(reasons[0])
             location.reread(said)
@@ -358,7 +422,7 @@ class Owner:
 
     def _get_history(self, request: srv.GetHistoryRequest) -> srv.GetHistoryResponse:
         with self.lock:
-            return srv.GetHistoryResponse(self._history.messages(request.request_id, request.limit))
+            return srv.GetHistoryResponse(self.history.messages(request.request_id, request.limit))
 
     def _undo_request(self, request: srv.UndoRequestRequest) -> srv.UndoRequestResponse:
         requester = _caller(request, request.requester)
@@ -395,20 +459,20 @@ class Owner:
         with self.lock:
             value = location.checked(value)
             if value != location.value:
-                reasons, _ = self._apply([(self._changeable(location), value)], 'parameter server')
+                self.wait_for_reserved([location])
+                reasons, _ = self.apply([(self.changeable(location, 'parameter server'), value)], 'parameter server')
                 if any(reasons):
                     raise Refused(reasons[0])
 
     def _namespace_set(self, name: str, value: Any) -> None:
         """`rosparam set` of a name in the namespace of the locations that is not the parameter of a location."""
-        if name == 'accept_changes':
-            accepted = value is True or value == {}
-            self.locked = (
-                ''
-                if accepted
-                else (f'{self.name} takes no changes now: {self.name}/rosslt/accept_changes is {to_json(value)}')
-            )
-            rospy.loginfo('%s', self.locked or self.name + ' accepts changes')
+        if name in access.SETTINGS:
+            try:
+                self.access.set(name, value)
+            except Refused as refused:
+                rospy.logerr('%s/rosslt/%s: %s', self.name, name, refused)
+            else:
+                self.told_otherwise()
         elif name == 'history':
             Sending.full_history = value == 'full'
             if value not in ('full', 'folded', {}):
@@ -428,28 +492,3 @@ def _caller(request: Any, requester: str) -> str:
 
 def _messages(changes: Sequence[Change], requester: str) -> List[msg.AppliedChange]:
     return [applied_change(rospy.Time.now(), *change, requester) for change in changes]
-
-
-def described(location: Location) -> msg.Location:
-    """What a node reports about one of its locations."""
-
-    def text(value: Any) -> str:
-        return '' if value is None else to_json(value)
-
-    return msg.Location(
-        id=location.id,
-        name=location.name,
-        is_named=location.is_named,
-        file=os.path.realpath(location.site.file),
-        line=location.site.line,
-        column=location.site.column,
-        type=location.type.__name__,
-        value=to_json(location.value),
-        literal=text(location.literal),
-        minimum=text(location.minimum),
-        maximum=text(location.maximum),
-        read_only=location.read_only,
-        remembered=location.remembered,
-        weight=location.weight or 0.0,
-        rank=location.rank,
-    )

@@ -4,8 +4,10 @@ import argparse
 import sys
 from typing import List
 
+from rosslt import srv
 from rosslt.cli.completers import nodes
 from rosslt.cli.directory import Directory, Place, tracked_node
+from rosslt.cli.locks import locks_of, note_of, notes_of
 from rosslt.cli.master import find_master, tracked_nodes
 from rosslt.cli.output import is_terminal, limits, shortened, table, width, write_row
 from rosslt.cli.unreachable import why_unreachable
@@ -14,17 +16,20 @@ from rosslt.cli.verb import LOOK, Argument
 GROUP = LOOK
 SUMMARY = 'nodes and their locations'
 DESCRIPTION = """Print the nodes that have locations, and for each location its name, type, value, bounds and file,
-and what the code says where the value is one of an earlier run."""
+what the code says where the value is one of an earlier run, and who has locked it and why."""
 EXAMPLE = """\
 example:
   rosslt list /talker
 
 In a pipe each location is a line of columns between tabs: NODE/LOCATION, type, value, minimum, maximum, read-only (or
-empty), file:line:column, what the code says (empty where that is the value).
+empty), file:line:column, what the code says (empty where that is the value), who may change it (empty: everybody).
 """
 ARGUMENTS = [
     Argument('node', completer=nodes, nargs='?', metavar='NODE', help='this node alone'),
 ]
+
+#: What a node that knows no locks would say.
+_OPEN = srv.LockLocationsResponse(accepts_changes=True)
 
 #: The most that a value takes of a line.
 LONGEST_VALUE = 30
@@ -37,16 +42,18 @@ def run(options: argparse.Namespace) -> int:
         print('rosslt list: no node has locations: none is tracked', file=sys.stderr)
     places, silent = Directory().ask(nodes)
     show = _show if is_terminal() else _write
+    access = locks_of(places)
     for node in nodes:
         if node in places:
-            show(node, places[node])
+            show(node, places[node], access.get(node, _OPEN))
     for node, why in sorted(silent.items()):
         print(f'rosslt list: cannot reach {node}: {why_unreachable(master, node, why)}', file=sys.stderr)
     return 1 if silent else 0
 
 
-def _show(node: str, places: List[Place]) -> None:
-    print(node)
+def _show(node: str, places: List[Place], access: srv.LockLocationsResponse) -> None:
+    whole = ', '.join(notes_of(access))
+    print(f'{node}  ({whole})' if whole else node)
     rows = [
         (
             place.local_name,
@@ -56,7 +63,18 @@ def _show(node: str, places: List[Place]) -> None:
         )
         for place in places
     ]
-    notes = [f'the code says {place.location.literal}' if place.location.remembered else '' for place in places]
+    notes = [
+        ', '.join(
+            filter(
+                None,
+                (
+                    f'the code says {place.location.literal}' if place.location.remembered else '',
+                    note_of(access, place.location.id),
+                ),
+            )
+        )
+        for place in places
+    ]
     lines = [
         table([(*row, file, note) for row, file, note in zip(rows, files, notes)], indent='  ')
         for files in ([place.file for place in places], [place.short_file for place in places])
@@ -65,7 +83,7 @@ def _show(node: str, places: List[Place]) -> None:
         print(line)
 
 
-def _write(_node: str, places: List[Place]) -> None:
+def _write(_node: str, places: List[Place], access: srv.LockLocationsResponse) -> None:
     for place in places:
         location = place.location
         write_row(
@@ -77,4 +95,5 @@ def _write(_node: str, places: List[Place]) -> None:
             'read-only' if location.read_only else '',
             place.file,
             location.literal if location.remembered else '',
+            '; '.join(filter(None, [*notes_of(access), note_of(access, location.id)])),
         )

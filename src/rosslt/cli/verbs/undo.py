@@ -6,7 +6,7 @@ from typing import Any, Dict, List, Optional
 
 import rosgraph
 
-from rosslt import node, srv
+from rosslt import node
 from rosslt.cli.completers import nodes
 from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
@@ -17,8 +17,9 @@ from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
 SUMMARY = 'take the last change back, in all nodes that it changed'
-DESCRIPTION = """Take the last change back: all of it, in every node that it changed. A drag is one change. With a NODE
-it is the last one that changed this node; without, the last one of all."""
+DESCRIPTION = """Take the last change back: all of it, in every node that it changed or, where one of them does not
+take it back, in none. A drag is one change. With a NODE it is the last one that changed this node; without, the last
+one of all."""
 EXAMPLE = """\
 examples:
   rosslt undo
@@ -36,11 +37,7 @@ def run(options: argparse.Namespace) -> int:
     master = find_master()
     asked = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
     histories = _histories(master, asked, '', options.node and asked[0])
-    last = max(
-        (recorded for changes in histories.values() for recorded in changes if not recorded.undone),
-        key=lambda recorded: recorded.change.stamp,
-        default=None,
-    )
+    last = node.last_change(histories)
     if last is None:
         raise Failure(
             f'{asked[0]}: there is no change to take back' if options.node else 'there is no change to take back'
@@ -53,7 +50,8 @@ def run(options: argparse.Namespace) -> int:
         for change in changes:
             write_applied(directory, name, change)
     for name, reason in sorted(undone.reasons.items()):
-        print(f'rosslt undo: {name}: {why_unreachable(master, name, reason)}', file=sys.stderr)
+        nothing = '' if undone.changes else 'nothing is taken back: '
+        print(f'rosslt undo: {nothing}{name}: {why_unreachable(master, name, reason)}', file=sys.stderr)
     return 1 if undone.reasons else 0
 
 
@@ -66,9 +64,8 @@ def _histories(
         Failure: a node does not answer that is still there: what it has changed is not known, and would not be taken
             back. A node that has ended has nothing to take back, but for the one that was asked for.
     """
-    request = srv.GetHistoryRequest(request_id=request_id)
-    answers, silent = node.ask_all('get_history', srv.GetHistory, dict.fromkeys(nodes, request), TIMEOUT)
+    found, silent = node.histories(nodes, request_id, TIMEOUT)
     for name, reason in silent.items():
         if name == asked or not has_ended(master, name):
             raise cannot_reach(master, name, reason)
-    return {name: list(answer.changes) for name, answer in answers.items() if answer.changes}
+    return found

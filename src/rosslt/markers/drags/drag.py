@@ -20,6 +20,7 @@ class Drag:
         handle: what it holds.
         leap_limit: as of a Guard.
         request_id: an id that goes with all changes of this drag, so that they are one in the owners' history.
+        hand: whose hand it is, where a view is shown to several people.
 
     Attributes:
         pose: where the hand has it now.
@@ -33,10 +34,11 @@ class Drag:
         fault: what is wrong with what the hand reports, or None.
         refusal: the error of the last request, or None.
         before, after: {Source: value} of what it has changed.
+        followed: {Source: value} of the last answer that brought the handle to where the hand was.
     """
 
-    def __init__(self, handle: Handle, leap_limit: float, request_id: str) -> None:
-        self.handle, self.request_id = handle, request_id
+    def __init__(self, handle: Handle, leap_limit: float, request_id: str, hand: str = '') -> None:
+        self.handle, self.request_id, self.hand = handle, request_id, hand
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
         self.start: PoseTuple = handle.pose
@@ -50,6 +52,7 @@ class Drag:
         self.refusal: Optional[Exception] = None
         self.before: Dict[values.Source, Any] = {}
         self.after: Dict[values.Source, Any] = {}
+        self.followed: Dict[values.Source, Any] = {}
 
     def move(self, frame: str, pose: PoseTuple) -> None:
         """The hand is at a pose now."""

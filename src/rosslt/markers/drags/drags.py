@@ -71,35 +71,42 @@ class Drags:
         self._past: Dict[str, Deque[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
         threading.Thread(target=self._work, name='drags', daemon=True).start()
 
-    def hold(self, name: str) -> None:
-        """A hand takes hold of a handle."""
-        with self._wake:
-            self._drag_of(name)
+    def hold(self, name: str, hand: str = '') -> bool:
+        """A hand takes hold of a handle; False where there is none, or another hand has it.
 
-    def move(self, name: str, frame: str, pose: PoseTuple) -> None:
-        """A hand has moved a handle.
+        Args:
+            hand: whose it is, where one view shows the handle to several people.
+        """
+        with self._wake:
+            return self._drag_of(name, hand) is not None
+
+    def move(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
+        """A hand has moved a handle; False as of `hold`.
 
         Args:
             frame: the frame that the pose is in.
             pose: where it stands now.
+            hand: as of `hold`.
         """
         with self._wake:
-            drag = self._drag_of(name)
+            drag = self._drag_of(name, hand)
             if drag is not None:
                 drag.move(frame, pose)
                 self._wake.notify()
+            return drag is not None
 
-    def keep(self, name: str) -> None:
+    def keep(self, name: str, hand: str = '') -> None:
         """A hand still holds a handle."""
         with self._wake:
-            if name in self._held:
+            if name in self._held and self._held[name].hand == hand:
                 self._held[name].heard = time.monotonic()
 
-    def release(self, name: str, frame: str, pose: PoseTuple) -> None:
+    def release(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> None:
         """A hand has let go of a handle."""
         with self._wake:
-            drag = self._held.pop(name, None)
-            if drag is not None:
+            drag = self._held.get(name)
+            if drag is not None and drag.hand == hand:
+                del self._held[name]
                 drag.heard = time.monotonic()
                 drag.move(frame, pose)
                 self._over.append(drag)
@@ -123,15 +130,18 @@ class Drags:
         if undone.changes or not undone.reasons:
             past.pop()
 
-    def _drag_of(self, name: str) -> Optional[Drag]:
+    def _drag_of(self, name: str, hand: str) -> Optional[Drag]:
+        """The drag of a hand, which begins where nobody has the handle; None where another hand has it."""
         drag = self._held.get(name)
         if drag is None:
             handle = self._scene.handle(name)
             if handle is None:
                 return None
             self._checks.pop(name, None)
-            drag = self._held[name] = Drag(handle, self._rules.leap_limit, node.new_request_id())
+            drag = self._held[name] = Drag(handle, self._rules.leap_limit, node.new_request_id(), hand)
             self._scene.hold(name)
+        if drag.hand != hand:
+            return None
         drag.heard = time.monotonic()
         return drag
 
@@ -190,7 +200,7 @@ class Drags:
         now = time.monotonic()
         for name in [name for name, drag in self._held.items() if now - drag.heard > HAND_TIMEOUT]:
             drag = self._held.pop(name)
-            drag.fault = 'RViz reports no more of the drag'
+            drag.fault = 'nothing more is heard of the drag'
             self._over.append(drag)
         if self._over:
             drag = self._over.popleft()
@@ -243,13 +253,16 @@ class Drags:
             return None
         timeout = self._rules.timeout
         try:
-            plan = changes.plan(tracked, targets, self.chosen.get(handle.name), timeout / 2)
+            chosen = self.chosen.get(handle.name)
+            plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.before, drag.followed, drag.is_over)
             if plan.after and self._is_leap(drag, handle, pose, plan, tracked):
                 return None
             wanted = changes.to_request(plan, drag.after)
             if wanted:
                 drag.remember(changes.request(wanted, timeout, drag.request_id))
                 drag.applied_at = pose
+            if plan.is_exact:
+                drag.followed = {source: drag.after.get(source, new) for source, new in plan.after.items()}
         except values.Error as error:
             # Of several owners, some may have changed what others have refused.
             drag.remember(getattr(error, 'changed', {}))

@@ -1,0 +1,66 @@
+"""What nodes say of who may change what: for `rosslt list`, `lock` and `unlock`."""
+
+import argparse
+import getpass
+import socket
+from typing import Dict, Iterable, List, Tuple
+
+import rosgraph
+
+from rosslt import node, srv
+from rosslt.cli.directory import TIMEOUT, Directory, call, find
+from rosslt.cli.master import find_master, full_name, tracked_nodes
+
+
+def locks_of(nodes: Iterable[str]) -> Dict[str, srv.LockLocationsResponse]:
+    """{node: its answer} of nodes that answer; without those of an earlier version, which know no locks."""
+    answers, _ = node.ask_all(
+        'lock_locations', srv.LockLocations, dict.fromkeys(nodes, srv.LockLocationsRequest()), TIMEOUT
+    )
+    return answers
+
+
+def note_of(answer: srv.LockLocationsResponse, location_id: int = 0) -> str:
+    """Who has locked a location, or with 0 the node as a whole, and why: `locked by ada@desk: it runs`; or ''."""
+    for locked, who, reason in zip(answer.locked_ids, answer.locked_by, answer.reasons):
+        if locked == location_id:
+            return f'locked by {who}' + (f': {reason}' if reason else '')
+    return ''
+
+
+def notes_of(answer: srv.LockLocationsResponse) -> List[str]:
+    """What holds for a node as a whole, in short texts."""
+    notes = [] if answer.accepts_changes else ['takes no changes: accept_changes is false']
+    if note_of(answer):
+        notes.append(note_of(answer))
+    if answer.accepted_from:
+        notes.append('takes changes from {} only'.format(' and '.join(answer.accepted_from)))
+    return notes
+
+
+def lock_or_unlock(options: argparse.Namespace, action: str, reason: str = '') -> Tuple[str, str]:
+    """Have a node lock or unlock what the argument `location` names; returns (node, what is locked or unlocked).
+
+    Raises:
+        Failure: there is no such location, or its node does not answer.
+    """
+    master = find_master()
+    name, ids, text = full_name(options.location.partition('#')[0]), [], ''
+    if '#' in options.location or name not in tracked_nodes(master):
+        place = find(master, Directory(), options.location)
+        name, ids, text = place.node, [place.location.id], place.name
+    if action == 'unlock' and not ids:
+        _accept(master, name)
+    call(master, name, 'lock_locations', srv.LockLocations, srv.LockLocationsRequest(action, ids, _person(), reason))
+    return name, text or name
+
+
+def _accept(master: rosgraph.Master, name: str) -> None:
+    """Undo what `rosparam set NODE/rosslt/accept_changes false` has done."""
+    parameter = f'{name}/rosslt/accept_changes'
+    if master.hasParam(parameter) and master.getParam(parameter) is not True:
+        master.setParam(parameter, True)
+
+
+def _person() -> str:
+    return f'{getpass.getuser()}@{socket.gethostname()}'

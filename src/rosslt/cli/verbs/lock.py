@@ -1,0 +1,35 @@
+"""`rosslt lock`: refuse changes of a location or a node."""
+
+import argparse
+
+from rosslt.cli.completers import nodes_and_locations
+from rosslt.cli.locks import lock_or_unlock
+from rosslt.cli.output import is_terminal
+from rosslt.cli.verb import CHANGE, Argument
+
+GROUP = CHANGE
+SUMMARY = 'refuse changes of a location or of a node, until it is unlocked'
+DESCRIPTION = """Have a node refuse every change of a location, or of all its locations, until `rosslt unlock`. The
+refusal says who has locked it and why. It holds over a restart of the node. A drag or `rosslt force` that could change
+several locations changes those that are not locked. This guards against accidents: ROS 1 has no authentication, and
+whoever reaches the master can unlock."""
+EXAMPLE = """\
+examples:
+  rosslt lock /talker --reason "the robot is running"
+  rosslt lock /talker/radius
+"""
+ARGUMENTS = [
+    Argument(
+        'location',
+        completer=nodes_and_locations,
+        metavar='NODE[/LOCATION]',
+        help='as rosslt list says, or NODE#ID; a NODE for all of its locations',
+    ),
+    Argument('--reason', default='', metavar='TEXT', help='why, for those who are refused'),
+]
+
+
+def run(options: argparse.Namespace) -> None:
+    _, locked = lock_or_unlock(options, 'lock', options.reason)
+    if is_terminal():
+        print(f'{locked} is locked')

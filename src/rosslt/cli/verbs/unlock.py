@@ -1,0 +1,36 @@
+"""`rosslt unlock`: take changes again of what was locked."""
+
+import argparse
+
+from rosslt.cli.completers import nodes_and_locations
+from rosslt.cli.failure import Failure
+from rosslt.cli.locks import lock_or_unlock, locks_of, note_of
+from rosslt.cli.output import is_terminal
+from rosslt.cli.verb import CHANGE, Argument
+
+GROUP = CHANGE
+SUMMARY = 'take changes again of what was locked'
+DESCRIPTION = """Take changes of a location again, or of a node and all of its locations: the opposite of `rosslt
+lock`, and of `rosparam set NODE/rosslt/accept_changes false`."""
+EXAMPLE = """\
+examples:
+  rosslt unlock /talker
+  rosslt unlock /talker/radius
+"""
+ARGUMENTS = [
+    Argument(
+        'location',
+        completer=nodes_and_locations,
+        metavar='NODE[/LOCATION]',
+        help='as rosslt list says, or NODE#ID; a NODE for it and all of its locations',
+    ),
+]
+
+
+def run(options: argparse.Namespace) -> None:
+    name, unlocked = lock_or_unlock(options, 'unlock')
+    still = ''.join(map(note_of, locks_of([name]).values()))
+    if still:
+        raise Failure(f'{unlocked} is unlocked, but the whole node is {still}; rosslt unlock {name}')
+    if is_terminal():
+        print(f'{unlocked} is unlocked')

@@ -1,0 +1,119 @@
+"""Who may change which location of this node.
+
+This guards against accidents, not against people: ROS 1 has no authentication, and a requester says itself who it is.
+"""
+
+import fnmatch
+from typing import Any, Dict, List, NamedTuple, Optional
+
+import rospy
+
+from rosslt.node.json_scalars import Refused
+from rosslt.node.parameters import Parameter
+
+ACCEPT, ACCEPT_FROM, LOCKS = 'accept_changes', 'accept_changes_from', 'change_locks'
+
+#: Parameters in the namespace of the locations that are settings of access.
+SETTINGS = {ACCEPT, ACCEPT_FROM, LOCKS}
+
+#: What stands for the node as a whole among the names of its locations.
+WHOLE = ''
+
+
+class Lock(NamedTuple):
+    """Who has locked something, and why."""
+
+    who: str
+    reason: str
+
+    @property
+    def text(self) -> str:
+        """`locked by ada@desk: the robot is running`."""
+        return f'locked by {self.who or "somebody"}' + (f': {self.reason}' if self.reason else '')
+
+
+class Access:
+    """What this node says about changes, before it looks at the values.
+
+    Attributes:
+        accepts: False where the parameter `accept_changes` refuses every change.
+        accepted_from: requesters or patterns of them, as `fnmatch` takes them; None for all.
+        locks: {name of a location, or WHOLE: Lock}.
+        parameter: the Parameter that shows the locks, and keeps them over a restart; None before the node has a name.
+    """
+
+    def __init__(self) -> None:
+        self._node = ''
+        self._said: Any = True
+        self.accepts = True
+        self.accepted_from: Optional[List[str]] = None
+        self.locks: Dict[str, Lock] = {}
+        self.parameter: Optional[LocksParameter] = None
+
+    def start(self, node: str) -> Parameter:
+        """Set the full name of this node, once it is known; returns the parameter of the locks."""
+        self._node = node
+        self.parameter = LocksParameter(f'{node}/rosslt/{LOCKS}', self)
+        return self.parameter
+
+    def check(self, location: str, requester: str) -> None:
+        """Raises Refused, with who and why, where a requester may not change a location of that name."""
+        if not self.accepts:
+            raise Refused(f'{self._node} takes no changes now: {self._node}/rosslt/{ACCEPT} is {self._said}')
+        for name in (WHOLE, location):
+            lock = self.locks.get(name)
+            if lock is not None:
+                raise Refused(f'{name or self._node} is {lock.text}')
+        if not self._accepts_from(requester):
+            raise Refused(
+                f'{self._node} takes changes from {" and ".join(self.accepted_from or []) or "nobody"} only, and this '
+                f'one is from {requester or "somebody who does not say"}: see {self._node}/rosslt/{ACCEPT_FROM}'
+            )
+
+    def _accepts_from(self, requester: str) -> bool:
+        if self.accepted_from is None or requester == self._node:
+            return True
+        return any(fnmatch.fnmatchcase(requester, pattern) for pattern in self.accepted_from)
+
+    def set(self, name: str, value: Any) -> None:
+        """A parameter of SETTINGS was set; `{}` where it was deleted."""
+        if name == ACCEPT:
+            self.accepts = value is True or value == {}
+            self._said = str(value).lower() if isinstance(value, bool) else repr(value)
+            rospy.loginfo('%s %s', self._node or 'this node', 'accepts changes' if self.accepts else 'takes no changes')
+        elif name == ACCEPT_FROM:
+            self.accepted_from = None if value == {} else [value] if isinstance(value, str) else value
+            if not _is_list_of(self.accepted_from, str) and self.accepted_from is not None:
+                rospy.logerr(
+                    '%s/rosslt/%s is %r and no list of names: no changes are taken from others', self._node, name, value
+                )
+                self.accepted_from = []
+        else:
+            self._set_locks([] if value == {} else value)
+
+    def rows(self) -> List[List[str]]:
+        """The locks as the parameter says them: [[name, who, reason], ...]."""
+        return [[name, lock.who, lock.reason] for name, lock in self.locks.items()]
+
+    def _set_locks(self, rows: Any) -> None:
+        if not isinstance(rows, list) or not all(_is_list_of(row, str) and len(row) == 3 for row in rows):
+            raise Refused(f'{rows!r} is no list of locks, [[LOCATION, WHO, WHY], ...]')
+        self.locks = {name: Lock(who, reason) for name, who, reason in rows}
+
+
+class LocksParameter(Parameter):
+    """`<node>/rosslt/change_locks`."""
+
+    def __init__(self, key: str, access: Access) -> None:
+        super().__init__(key)
+        self._access = access
+
+    def value(self) -> Any:
+        return self._access.rows()
+
+    def take(self, value: Any) -> None:
+        self._access.set(LOCKS, value)
+
+
+def _is_list_of(value: Any, kind: type) -> bool:
+    return isinstance(value, list) and all(isinstance(one, kind) for one in value)

@@ -1,0 +1,143 @@
+"""`rosslt lock` and `unlock`, `~rosslt/accept_changes_from`, and what `rosslt list` says of them."""
+
+import getpass
+import signal
+import socket
+
+import pytest
+import rospy
+from rosslt.srv import RequestChanges
+
+from support.processes import Node, wait_until
+from support.shell import failure, lines, on_terminal, rosslt
+
+pytestmark = pytest.mark.rostest
+
+OWNER = """
+    rate = rospy.Rate(20)
+    publisher = rosslt.Publisher('~place', Point, queue_size=1)
+    while not rospy.is_shutdown():
+        x, y = rosslt.location(1.0, name='x', maximum=9.0), rosslt.location(2.0, name='y')
+        publisher.publish(x, x + y, rosslt.get_param('~z', 3.0))
+        rate.sleep()
+    """
+
+ME = f'{getpass.getuser()}@{socket.gethostname()}'
+
+
+@pytest.fixture
+def owner(master):
+    with Node('safe', OWNER) as node:
+        wait_until(lambda: len(lines('list', '/safe')) == 3, 'all locations are there')
+        rosslt('unlock', '/safe')
+        rosslt('reset', '/safe')
+        yield node
+        rosslt('unlock', '/safe')
+
+
+def who(name):
+    """The last column of `rosslt list` for a location."""
+    return {line[0]: line[8] for line in lines('list', '/safe')}[name]
+
+
+def request(requester, name='x', value='4.0'):
+    ids = {one.name: one.id for one in rospy.ServiceProxy('/safe/rosslt/list_locations', _listing())().locations}
+    return rospy.ServiceProxy('/safe/rosslt/request_changes', RequestChanges)('', requester, [ids[name]], [value])
+
+
+def _listing():
+    from rosslt.srv import ListLocations
+
+    return ListLocations
+
+
+class TestLock:
+    def test_a_locked_location_refuses_with_who_and_why_until_it_is_unlocked(self, owner):
+        assert rosslt('lock', '/safe/x', '--reason', 'the robot is running').returncode == 0
+        assert failure('set', '/safe/x', '4') == (
+            f'rosslt set: /safe refuses: x is locked by {ME}: the robot is running'
+        )
+        assert rosslt('set', '/safe/y', '5').returncode == 0
+        assert who('/safe/x') == f'locked by {ME}: the robot is running'
+        assert who('/safe/y') == ''
+        assert rosslt('unlock', '/safe/x').returncode == 0
+        assert rosslt('set', '/safe/x', '4').returncode == 0
+        assert who('/safe/x') == ''
+
+    def test_a_locked_node_refuses_everything_with_who_and_why(self, owner, master):
+        rosslt('set', '/safe/y', '5')
+        rosslt('lock', '/safe')
+        for change in (('set', '/safe/y', '6'), ('reset', '/safe'), ('undo', '/safe')):
+            result = rosslt(*change)
+            assert result.returncode == 1, change
+            assert f'/safe is locked by {ME}' in result.stderr
+        assert f'/safe  (locked by {ME})' in on_terminal('list', '/safe')
+        for key, value in (('/safe/rosslt/y', 7.0), ('/safe/z', 8.0)):
+            before = lines('list', '/safe')
+            master.setParam(key, value)
+            wait_until(lambda key=key, value=value: master.getParam(key) != value, 'it is set back')
+            assert lines('list', '/safe') == before
+        assert 'the whole node is locked by' in failure('unlock', '/safe/x')
+        rosslt('unlock', '/safe')
+        assert rosslt('set', '/safe/y', '6').returncode == 0
+
+    def test_what_is_locked_stays_and_another_source_is_changed(self, owner):
+        rosslt('lock', '/safe/x')
+        assert [line[:3] for line in lines('force', '/safe/place/y', '7')] == [['/safe/y', '2.0', '6.0']]
+        assert f'/safe: locked by {ME}' in failure('force', '/safe/place/x', '3')
+        rosslt('unlock', '/safe/x')
+        assert [line[:3] for line in lines('force', '/safe/place/x', '3')] == [['/safe/x', '1.0', '3.0']]
+
+    def test_it_holds_over_a_restart(self, owner):
+        rosslt('lock', '/safe/x', '--reason', 'calibrated')
+        owner.stop(signal.SIGKILL)
+        owner.start()
+        wait_until(lambda: len(lines('list', '/safe')) == 3, 'all locations are there')
+        assert 'x is locked by' in failure('set', '/safe/x', '4')
+        assert who('/safe/x') == f'locked by {ME}: calibrated'
+
+    def test_unlock_undoes_accept_changes_too(self, owner, master):
+        master.setParam('/safe/rosslt/accept_changes', False)
+        wait_until(lambda: rosslt('set', '/safe/x', '4').returncode == 1, 'it is locked')
+        assert who('/safe/x') == 'takes no changes: accept_changes is false'
+        rosslt('unlock', '/safe')
+        assert rosslt('set', '/safe/x', '4').returncode == 0
+        assert master.getParam('/safe/rosslt/accept_changes') is True
+
+    def test_names_what_is_not_there(self, owner):
+        assert 'has no location w' in failure('lock', '/safe/w')
+        assert 'begins with no node that has locations' in failure('lock', '/nobody')
+
+
+class TestAcceptedRequesters:
+    @pytest.fixture
+    def accepted(self, owner, master):
+        yield lambda value: master.setParam('/safe/rosslt/accept_changes_from', value)
+        master.deleteParam('/safe/rosslt/accept_changes_from')
+        wait_until(lambda: request('/planner').applied, 'everybody is accepted')
+
+    def test_others_are_refused_with_who_they_are_and_who_is_accepted(self, accepted):
+        accepted(['/planner', '/hand_*'])
+        wait_until(lambda: not request('/other').applied, 'it is in force')
+        (reason,) = request('/other').reasons
+        assert reason == (
+            '/safe takes changes from /planner and /hand_* only, and this one is from /other: '
+            'see /safe/rosslt/accept_changes_from'
+        )
+        assert request('/planner').applied
+        assert request('/hand_7').applied
+        assert 'this one is from rosslt set' in failure('set', '/safe/x', '4')
+        assert who('/safe/x') == 'takes changes from /planner and /hand_* only'
+
+    def test_the_parameter_server_is_a_requester_too(self, accepted, master):
+        accepted(['/planner'])
+        wait_until(lambda: not request('/other').applied, 'it is in force')
+        master.setParam('/safe/rosslt/x', 8.0)
+        wait_until(lambda: master.getParam('/safe/rosslt/x') != 8.0, 'it is set back')
+        accepted(['/planner', 'parameter server'])
+        wait_until(lambda: master.setParam('/safe/rosslt/x', 8.0) or request('/planner').old_values == ['8.0'], 'taken')
+
+    def test_a_value_that_is_no_list_of_names_accepts_nobody(self, accepted):
+        accepted(3)
+        wait_until(lambda: not request('/planner').applied, 'it is in force')
+        assert 'takes changes from nobody only' in request('/planner').reasons[0]
