@@ -41,8 +41,8 @@ TALKER = """
 
 MARKER = '/soaked:cube:0'
 
-#: By how much the hand drags, in metres, and how far from its start a source may be after as many drags back: a hand has
-#: 32 bits.
+#: By how much the hand drags, in metres, and how far from its start a source may be after as many drags back: what a
+#: hand reports has 32 bits.
 STEP, DRIFT = 0.5, 1e-5
 
 #: How much more memory a node may have at the end than after the first half, in kB: Python's own comes and goes.
