@@ -1,11 +1,12 @@
 """How often solving refuses targets that are known to be within reach: random expressions by the million.
 
-Run as `./run exec python3 benchmarks/solving_cases.py [--cases N] [--seed N] [--drags N]`.
+Run as `./run exec python3 benchmarks/solving_cases.py [--cases N] [--seed N] [--drags N] [--paths N]`.
 
 A target is made by evaluating an expression at random source values, so that an answer exists. For each category it
 prints how many cases there were, what was refused, and what must never happen: a wrong answer, another exception than
 NotInvertible, a value that is not finite, a solve that takes longer than `--longest` seconds. `--drags` moves the tips
-of arms instead, and counts the joints that turned further than they had to.
+of arms instead, and counts the joints that turned further than they had to. `--paths` follows closed paths of 1,000 steps,
+and prints how far from where they began the sources are at the end.
 """
 
 import argparse
@@ -15,7 +16,10 @@ import random
 import time
 from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
+import numpy
+
 from rosslt import NotInvertible, Source, evaluate, math, solve, track
+from rosslt.values import continued, reapply, slopes, source_values
 
 UNARY = [
     math.sin,
@@ -235,6 +239,7 @@ CATEGORIES: List[Tuple[str, float, float, Callable[[random.Random], Optional[Cas
     ('3x3 moved by up to 0.3', 0.1, 5, joint(3, 3, 0.3)),
     ('3x6 moved by up to 0.3', 0.1, 5, joint(3, 6, 0.3)),
     ('6x6 moved by up to 0.3', 0.1, 5, joint(6, 6, 0.3)),
+    ('6x6 by up to 0.3, with bounds', 0.2, 5, joint(6, 6, 0.3, True)),
     ('2x2 moved by up to 3', 2.0, 5, joint(2, 2, 3.0)),
     ('3x3 moved by up to 3', 3.0, 5, joint(3, 3, 3.0)),
     ('3x6 moved by up to 3', 2.0, 5, joint(3, 6, 3.0)),
@@ -354,6 +359,106 @@ def drags_of_arms(seed: str, count: int) -> None:
             )
 
 
+STEPS = 1000
+"""The steps of a closed path."""
+
+
+def curve_point(chance: random.Random) -> List[Any]:
+    """A point of a cubic curve in the plane, of its control points and its parameter."""
+    *numbers, t = [track(chance.uniform(-1, 1), source) for source in sources_of(8)] + [track(0.4, Source('/case', 8))]
+    weights = [(1 - t) ** 3, 3 * (1 - t) ** 2 * t, 3 * (1 - t) * t * t, t**3]
+    return [sum(weight * number for weight, number in zip(weights, numbers[axis::2])) for axis in (0, 1)]
+
+
+def random_arm(chance: random.Random, joints: int, length: Optional[float] = None) -> List[Any]:
+    """The tip of an arm that is neither stretched nor folded."""
+    lengths = [length or chance.uniform(0.3, 1.0) for _ in range(joints)]
+    return tip_of(lengths, [track(chance.uniform(0.3, 0.9), source) for source in sources_of(joints)])
+
+
+PATHS: Dict[str, Callable[[random.Random], List[Any]]] = {
+    '2 joints': lambda chance: random_arm(chance, 2),
+    '3 joints': lambda chance: random_arm(chance, 3),
+    '6 joints': lambda chance: random_arm(chance, 6),
+    'four bars of equal length': lambda chance: random_arm(chance, 4, 0.5),
+    "a Bezier's point": curve_point,
+}
+
+
+def closed_path(tip: List[Any], radius: float, direction: float) -> Iterator[List[float]]:
+    """The points of a circle that begins and ends at a tip, its middle in a direction from there."""
+    x, y = map(float, tip)
+    for number in range(1, STEPS):
+        turn = direction + plain_math.pi + 2 * plain_math.pi * number / STEPS
+        yield [
+            x + radius * (plain_math.cos(direction) + plain_math.cos(turn)),
+            y + radius * (plain_math.sin(direction) + plain_math.sin(turn)),
+        ]
+    yield [x, y]
+
+
+def follow(tip: List[Any], path: Iterator[List[float]]) -> Tuple[float, int, float, float]:
+    """Follow a path.
+
+    Returns:
+        How far a source is from where it began, how many points were held, the longest step of a source in relation to
+        what the slopes at its end ask for, and the milliseconds of a step.
+    """
+    began = source_values(tip)
+    last: Dict[Source, Any] = {}
+    held, longest, spent = 0, 0.0, 0.0
+    for target in path:
+        start = time.thread_time()
+        try:
+            new = continued(tip, target, last)
+        except NotInvertible:
+            held += 1
+            continue
+        finally:
+            spent += time.thread_time() - start
+        here, there = {**began, **last}, {**began, **new}
+        moved = max(abs(there[source] - here[source]) for source in began)
+        if moved > 1e-9:
+            jacobian = numpy.array(list(slopes(reapply(tip, there)).values())).T
+            asked = numpy.linalg.pinv(jacobian) @ numpy.subtract(evaluate(tip, there), evaluate(tip, here))
+            longest = max(longest, moved / float(numpy.linalg.norm(asked)))
+        last = new
+    drift = max(abs(last.get(source, value) - value) for source, value in began.items())
+    return drift, held, longest, 1e3 * spent / STEPS
+
+
+def closed_paths(seed: str, count: int) -> None:
+    """Follow closed paths within reach and partly out of it, and print how the sources moved."""
+    print('seed %s' % seed)
+    print('%-42s %6s %9s %9s %6s %12s %8s' % ('', 'paths', 'largest', 'drifted', 'held', 'longest step', 'mean ms'))
+    print('%-42s %6s %9s %9s %6s %12s %8s' % ('', '', 'drift', '', '', '/ asked for', ''))
+    for name, make in PATHS.items():
+        for where, radius in (('within reach', -0.3), ('partly out of reach', 0.6)):
+            if make is curve_point and radius > 0:
+                continue  # it reaches everything
+            found = []
+            for number in range(count):
+                chance = random.Random('%s/%s/%d' % (seed, name, number))
+                tip = make(chance)
+                x, y = map(float, tip)
+                direction = plain_math.atan2(y, x) + (plain_math.pi + chance.uniform(-0.5, 0.5) if radius < 0 else 0.0)
+                found.append(follow(tip, closed_path(tip, abs(radius) * plain_math.hypot(x, y), direction)))
+            drifts, held, longest, spent = zip(*found)
+            print(
+                '%-42s %6d %9.1e %9d %6d %12.2f %8.2f'
+                % (
+                    '%s, %s' % (name, where),
+                    count,
+                    max(drifts),
+                    sum(drift > 1e-9 for drift in drifts),
+                    sum(held) / count,
+                    max(longest),
+                    sum(spent) / count,
+                ),
+                flush=True,
+            )
+
+
 def main() -> None:
     """Solve the cases and print a line for each category."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -363,7 +468,11 @@ def main() -> None:
     parser.add_argument('--only', default='', help='only categories with this text in their name')
     parser.add_argument('--show', type=int, default=0, help='print the seeds of so many bad cases of each category')
     parser.add_argument('--drags', type=int, default=0, help="drag arms' tips instead, so many times of each kind")
+    parser.add_argument('--paths', type=int, default=0, help='follow closed paths instead, so many of each kind')
     options = parser.parse_args()
+    if options.paths:
+        closed_paths(options.seed, options.paths)
+        return
     if options.drags:
         drags_of_arms(options.seed, options.drags)
         return

@@ -2,6 +2,7 @@
 
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadScopeScheduling
 
 # How long an example takes says more about what else the machine does than about the code. The examples are the same
 # in every run, so that a change is judged by what it changes; `--hypothesis-profile=hunt` looks for new ones.
@@ -17,3 +18,15 @@ def pytest_sessionfinish(session, exitstatus):
     ran = any(reporter.stats.get(outcome) for outcome in ('passed', 'xfailed'))
     if exitstatus == pytest.ExitCode.OK and not ran and not session.config.option.collectonly:
         session.exitstatus = pytest.ExitCode.NO_TESTS_COLLECTED
+
+
+class _ByFile(LoadScopeScheduling):
+    """The tests of a file share their masters and nodes, so they go to one worker; each rostest has its own."""
+
+    def _split_scope(self, nodeid):
+        file = nodeid.split('::')[0]
+        return nodeid if file.endswith('test_rostests.py') else file
+
+
+def pytest_xdist_make_scheduler(config, log):
+    return _ByFile(config, log)

@@ -21,11 +21,13 @@ IMPORTED_WHEN_NEEDED = {
     'cli/__init__.py': 'tab completion, which a command does without',
     'cli/verbs/launch.py': 'the loader of modules, which other verbs do without',
     'cli/verbs/run.py': 'the loader of modules, which other verbs do without',
+    'cli/verbs/web.py': 'viser, which nothing but the page needs',
     'files/__init__.py': 'watchdog and YAML, which most nodes do without',
     'instrument/__init__.py': 'roslaunch takes long to import',
     'instrument/loader.py': 'what routes imports, for programs that are rewritten',
     'instrument/routing.py': 'NumPy and tf, which most nodes do without',
     'instrument/runner.py': 'how values are shown, for programs that are rewritten',
+    'node/reconfigure/__init__.py': 'dynamic_reconfigure, which may not be installed',
     'node/tf/__init__.py': 'tf2, which most nodes do without',
 }
 

@@ -11,11 +11,13 @@ from typing import Any, List
 from . import math, serializers
 from .values import (
     Error,
+    Fit,
     NotInvertible,
     NotTracked,
     Source,
     evaluate,
     explain,
+    fit,
     is_tracked,
     operation,
     solve,
@@ -36,11 +38,14 @@ _NEED_ROS = {
     'node': [
         'Change',
         'ChangeRejected',
+        'NotReached',
+        'Outcome',
         'Publisher',
         'Service',
         'ServiceProxy',
         'SourceUnreachable',
         'Subscriber',
+        'force_field',
         'force_value',
         'get_param',
         'init_node',
@@ -54,11 +59,13 @@ _ROOMS = {name: room for room, names in _NEED_ROS.items() for name in names}
 
 __all__ = [
     'Error',
+    'Fit',
     'NotInvertible',
     'NotTracked',
     'Source',
     'evaluate',
     'explain',
+    'fit',
     'is_tracked',
     'math',
     'operation',

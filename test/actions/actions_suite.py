@@ -110,7 +110,7 @@ class Actions(unittest.TestCase):
         try:
             return wait_until(
                 lambda: next(
-                    (x for x in [self.feedback.get(timeout=10.0).feedback.base_position.pose.position.x] if holds(x)),
+                    (x for x in [self.feedback.get(timeout=60.0).feedback.base_position.pose.position.x] if holds(x)),
                     None,
                 ),
                 'feedback comes',
@@ -183,9 +183,9 @@ class Actions(unittest.TestCase):
 
     def test_plain_subscribers_hear_ordinary_messages(self):
         self.peers('rosslt', 'rosslt')
-        result = rospy.wait_for_message('move/result', MoveBaseActionResult, timeout=10.0)
+        result = rospy.wait_for_message('move/result', MoveBaseActionResult, timeout=60.0)
         self.assertEqual(result.status.status, 3)
-        feedback = rospy.wait_for_message('move/feedback', MoveBaseActionFeedback, timeout=10.0)
+        feedback = rospy.wait_for_message('move/feedback', MoveBaseActionFeedback, timeout=60.0)
         self.assertFalse(rosslt.is_tracked(feedback))
 
 

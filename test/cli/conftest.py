@@ -8,28 +8,28 @@ from support.shell import rosslt
 
 TALKER = """
     held = []
-    publisher = rosslt.Publisher('goal', PoseStamped, queue_size=10)
+    publisher = rosslt.Publisher('gate', PoseStamped, queue_size=10)
     rospy.set_param('~parking', [0.0, -1.0])
     rospy.set_param('/height', 0.75)
     rate = rospy.Rate(20)
     while not rospy.is_shutdown():
-        goal = PoseStamped()
-        goal.header.frame_id = rosslt.location('world', name='frame')
+        gate = PoseStamped()
+        gate.header.frame_id = rosslt.location('world', name='frame')
         radius = rosslt.location(2.0, name='radius', minimum=0.5, maximum=10.0)
-        goal.pose.position.x = 3 * radius + 1
-        goal.pose.position.y = radius + rosslt.get_param('~parking')[0]
-        goal.pose.position.z = rosslt.get_param('/height')
-        goal.pose.orientation.w = rosslt.location(1.0, name='fixed', read_only=True)
+        gate.pose.position.x = 3 * radius + 1
+        gate.pose.position.y = radius + rosslt.get_param('~parking')[0]
+        gate.pose.position.z = rosslt.get_param('/height')
+        gate.pose.orientation.w = rosslt.location(1.0, name='fixed', read_only=True)
         rosslt.location(3, name='count')
         rosslt.location(True, name='is/on')
         rosslt.location(getter=lambda: float(len(held)), setter=lambda value: held.append(value), name='pin')
-        publisher.publish(goal)
+        publisher.publish(gate)
         rate.sleep()
     """
 
 RELAY = """
     publisher = rosslt.Publisher('pose', PoseTracked, queue_size=10)
-    rosslt.Subscriber('goal', PoseStamped, lambda goal: publisher.publish(position=goal.pose.position))
+    rosslt.Subscriber('gate', PoseStamped, lambda gate: publisher.publish(position=gate.pose.position))
     rospy.spin()
     """
 

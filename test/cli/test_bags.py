@@ -18,10 +18,10 @@ NO_MASTER = {'ROS_MASTER_URI': 'http://localhost:1'}
 
 @pytest.fixture(scope='module', params=['', '--lz4'], ids=['plain', 'compressed'])
 def bag(request, nodes, tmp_path_factory):
-    """A bag of a few messages of /goal (in-band) and of /pose (of a tracked type)."""
+    """A bag of a few messages of /gate (in-band) and of /pose (of a tracked type)."""
     path = tmp_path_factory.mktemp('bags') / 'run.bag'
     subprocess.run(
-        ['rosbag', 'record', '-O', str(path), '--limit', '5', *request.param.split(), '/goal', '/pose'],
+        ['rosbag', 'record', '-O', str(path), '--limit', '5', *request.param.split(), '/gate', '/pose'],
         check=True,
         stdout=subprocess.DEVNULL,
         timeout=60,
@@ -32,13 +32,13 @@ def bag(request, nodes, tmp_path_factory):
 
 def test_for_each_topic_it_says_which_sources_reach_which_fields(bag):
     held = lines('bag', bag)
-    assert ['/goal', 'geometry_msgs/PoseStamped', '5', '5', '/talker/radius', 'pose.position.x,pose.position.y'] in held
+    assert ['/gate', 'geometry_msgs/PoseStamped', '5', '5', '/talker/radius', 'pose.position.x,pose.position.y'] in held
     assert ['/pose', 'rosslt/PoseTracked', '5', '5', '/talker/~parking/0', 'position.y'] in held
 
 
 def test_it_is_readable_on_a_terminal(bag):
     printed = on_terminal('bag', bag)
-    assert '/goal  geometry_msgs/PoseStamped, 5 messages, 5 with provenance\n' in printed
+    assert '/gate  geometry_msgs/PoseStamped, 5 messages, 5 with provenance\n' in printed
     assert '  /talker/radius      -> pose.position.x y\n' in printed
 
 
@@ -56,7 +56,7 @@ def bag_with_names(nodes, tmp_path_factory):
     folder = tmp_path_factory.mktemp('named')
     with rosbag.Bag(str(folder / 'run.bag'), 'w') as both:
         # each ends by itself when it has so many messages of its one topic
-        for topic, count in (('/goal', 5), ('/talker/rosslt/locations', 1)):
+        for topic, count in (('/gate', 5), ('/talker/rosslt/locations', 1)):
             part = str(folder / 'part.bag')
             subprocess.run(
                 ['rosbag', 'record', '-O', part, '--limit', str(count), topic],
@@ -72,21 +72,21 @@ def bag_with_names(nodes, tmp_path_factory):
 
 def test_a_bag_that_holds_the_names_is_explained_without_the_nodes(bag_with_names):
     result = rosslt('bag', bag_with_names, **NO_MASTER)
-    sources = {line.split('\t')[4] for line in result.stdout.splitlines() if line.startswith('/goal')}
+    sources = {line.split('\t')[4] for line in result.stdout.splitlines() if line.startswith('/gate')}
     assert {'/talker/radius', '/talker/frame', '/talker/~parking/0', '/talker//height'} <= sources
-    printed = rosslt('echo', '--bag', bag_with_names, '--once', '/goal/pose/position/x', **NO_MASTER).stdout
+    printed = rosslt('echo', '--bag', bag_with_names, '--once', '/gate/pose/position/x', **NO_MASTER).stdout
     assert printed.startswith('pose.position.x\t7.0\t3 * 2.0 [radius, talker.py:')
-    explained = rosslt('explain', '--bag', bag_with_names, '/goal/pose/position/x', **NO_MASTER).stdout.split('\t')
+    explained = rosslt('explain', '--bag', bag_with_names, '/gate/pose/position/x', **NO_MASTER).stdout.split('\t')
     assert explained[3:5] == ['/talker/radius', '2.0']
     assert re.fullmatch(r'/.*/talker\.py:\d+:\d+\n', explained[5])
-    result = rosslt('echo', '--bag', bag_with_names, '--once', '--json', '/goal/pose/position/x', **NO_MASTER)
+    result = rosslt('echo', '--bag', bag_with_names, '--once', '--json', '/gate/pose/position/x', **NO_MASTER)
     assert result.stderr == ''
     described = json.loads(result.stdout)
     assert described['provenance']['pose.position.x']['sources'][0]['name'] == 'radius'
 
 
 def test_echo_prints_recorded_messages_with_their_provenance(bag):
-    printed = lines('echo', '--bag', bag, '-n', '2', '/goal/pose/position/x')
+    printed = lines('echo', '--bag', bag, '-n', '2', '/gate/pose/position/x')
     assert len(printed) == 4
     assert printed[0][:2] == ['pose.position.x', '7.0']
     assert printed[0][2].startswith('3 * 2.0 [radius, talker.py:')
@@ -110,7 +110,7 @@ def test_it_says_why_it_cannot_read(bag, tmp_path):
     (tmp_path / 'text.bag').write_text('hello', encoding='utf-8')
     assert 'does not appear to be a bag file' in failure('bag', str(tmp_path / 'text.bag'))
     assert (
-        failure('echo', '--bag', bag, '/nothing') == 'rosslt echo: run.bag has no topic /nothing, it has /goal, /pose'
+        failure('echo', '--bag', bag, '/nothing') == 'rosslt echo: run.bag has no topic /nothing, it has /gate, /pose'
     )
     with open(bag, 'rb') as whole:
         (tmp_path / 'cut.bag').write_bytes(whole.read()[:2000])

@@ -69,7 +69,7 @@ class TestEveryVerb:
             ('set', '/talker/radius'),
             ('undo', 'a', 'b'),
             ('echo', '-n', 'x', '/t'),
-            ('force', '/goal/pose'),
+            ('force', '/gate/pose'),
             ('graph', '--dot', '--svg'),
             ('bag',),
             ('save',),
@@ -90,8 +90,8 @@ class TestEveryVerb:
             ('get', '/talker/radius'),
             ('set', '/talker/radius', '1'),
             ('undo', '/talker'),
-            ('echo', '/goal'),
-            ('force', '/goal/pose/position/x', '1'),
+            ('echo', '/gate'),
+            ('force', '/gate/pose/position/x', '1'),
             ('graph',),
             ('save', '/talker', '-'),
         ],
@@ -128,9 +128,9 @@ class TestEveryVerb:
             return {node for part in (publishers, subscribers, services) for _, nodes in part for node in nodes}
 
         before = set(master.getParamNames())
-        rosslt('force', '/goal/pose/position/x', '10', '_private:=1', '__name:=somebody')
-        rosslt('force', '/goal/pose/position/x', '10')
-        rosslt('echo', '--once', '/goal')
+        rosslt('force', '/gate/pose/position/x', '10', '_private:=1', '__name:=somebody')
+        rosslt('force', '/gate/pose/position/x', '10')
+        rosslt('echo', '--once', '/gate')
         rosslt('graph', '--time', '0.5')
         rosslt('list')
         assert set(master.getParamNames()) == before
@@ -138,7 +138,7 @@ class TestEveryVerb:
 
     def test_ends_quietly_where_the_reader_of_the_pipe_goes(self, talker):
         result = subprocess.run(
-            'rosslt echo /goal | head -n 1', shell=True, capture_output=True, text=True, timeout=30, check=False
+            'rosslt echo /gate | head -n 1', shell=True, capture_output=True, text=True, timeout=60, check=False
         )
         assert (len(result.stdout.splitlines()), result.stderr) == (1, '')
 
@@ -204,7 +204,7 @@ class TestGetAndSet:
         )
 
     def test_a_location_is_found_by_its_id_too(self, talker):
-        (source,) = json.loads(rosslt('echo', '--once', '--json', '/goal/pose/position/x').stdout)['provenance'][
+        (source,) = json.loads(rosslt('echo', '--once', '--json', '/gate/pose/position/x').stdout)['provenance'][
             'pose.position.x'
         ]['sources']
         assert rosslt('get', '{node}#{location_id}'.format(**source)).stdout == '2.0\n'
@@ -233,7 +233,7 @@ class TestGetAndSet:
 
     def test_names_are_those_of_the_namespace(self, talker):
         assert rosslt('get', 'radius', ROS_NAMESPACE='/talker').stdout == '2.0\n'
-        assert rosslt('echo', '--once', 'pose/position/x', ROS_NAMESPACE='/goal').stdout.startswith('pose.position.x\t')
+        assert rosslt('echo', '--once', 'pose/position/x', ROS_NAMESPACE='/gate').stdout.startswith('pose.position.x\t')
 
 
 class TestUndo:
@@ -248,7 +248,7 @@ class TestUndo:
 
 class TestEcho:
     def test_prints_the_provenance_of_an_ordinary_message_beside_its_fields(self, talker):
-        printed = lines('echo', '--once', '/goal')
+        printed = lines('echo', '--once', '/gate')
         short = os.path.basename(place(talker, "'radius'"))
         assert ['pose.position.x', '7.0', f'3 * 2.0 [radius, {short}] + 1.0'] in printed
         assert ['pose.orientation.x', '0.0', ''] in printed
@@ -260,7 +260,7 @@ class TestEcho:
         assert printed == [['position.x', '7.0', f'3 * 2.0 [radius, {short}] + 1.0'], ['---']] * 2
 
     def test_is_yaml_on_a_terminal_with_the_provenance_in_comments(self, talker):
-        printed = on_terminal('echo', '--once', '/goal')
+        printed = on_terminal('echo', '--once', '/gate')
         short = os.path.basename(place(talker, "'radius'"))
         assert re.search(r'^    x: 7\.0 +# 3 \* 2\.0 \[radius, {}\] \+ 1\.0$'.format(short), printed, re.MULTILINE)
         message = yaml.safe_load(printed.replace('---\n', ''))
@@ -268,8 +268,8 @@ class TestEcho:
         assert message['pose']['position'] == {'x': 7.0, 'y': 2.0, 'z': 0.75}
 
     def test_prints_json_with_where_each_source_is(self, talker):
-        printed = json.loads(rosslt('echo', '--once', '--json', '/goal').stdout)
-        assert printed['topic'] == '/goal'
+        printed = json.loads(rosslt('echo', '--once', '--json', '/gate').stdout)
+        assert printed['topic'] == '/gate'
         assert printed['publisher'] == '/talker'
         assert printed['value']['pose']['position']['x'] == 7.0
         (source,) = printed['provenance']['pose.position.x']['sources']
@@ -278,7 +278,7 @@ class TestEcho:
 
     def test_says_what_fields_there_are_instead_of_one_that_is_not(self, talker):
         assert (
-            failure('echo', '/goal/pose/place')
+            failure('echo', '/gate/pose/place')
             == "rosslt echo: geometry_msgs/Pose has no field 'place', its fields are position, orientation"
         )
 
@@ -287,17 +287,17 @@ class TestEcho:
 
     def test_without_a_count_is_ended_by_an_interrupt(self, talker):
         process = subprocess.Popen(
-            ['rosslt', 'echo', '/goal/pose/position/x'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            ['rosslt', 'echo', '/gate/pose/position/x'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
         assert process.stdout.readline().startswith('pose.position.x')
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=60)
         assert (process.returncode, errors) == (0, '')
 
 
 class TestForce:
     def test_changes_the_source_and_prints_what_changed(self, talker):
-        assert lines('force', '/goal/pose/position/x', '13') == [
+        assert lines('force', '/gate/pose/position/x', '13') == [
             ['/talker/radius', '2.0', '4.0', place(talker, "'radius'")]
         ]
         assert rosslt('get', '/talker/radius').stdout == '4.0\n'
@@ -307,41 +307,41 @@ class TestForce:
         assert rosslt('get', '/talker/radius').stdout == '4.0\n'
 
     def test_changes_a_whole_part_together(self, talker):
-        changed = lines('force', '/goal/pose/position', '{x: 10, y: 3.5}')
+        changed = lines('force', '/gate/pose/position', '{x: 10, y: 3.5}')
         assert [line[:3] for line in changed] == [
             ['/talker/radius', '2.0', '3.0'],
             ['/talker/~parking/0', '0.0', '0.5'],
         ]
 
     def test_changes_the_source_that_it_is_told(self, talker):
-        changed = lines('force', '/goal/pose/position/y', '1.5', '--source', '/talker/~parking/0')
+        changed = lines('force', '/gate/pose/position/y', '1.5', '--source', '/talker/~parking/0')
         assert [line[:3] for line in changed] == [['/talker/~parking/0', '0.0', '-0.5']]
-        by_file = lines('force', '/goal/pose/position/y', '2.5', '--source', place(talker, "'radius'").split('/')[-1])
+        by_file = lines('force', '/gate/pose/position/y', '2.5', '--source', place(talker, "'radius'").split('/')[-1])
         assert [line[:3] for line in by_file] == [['/talker/radius', '2.0', '3.0']]
 
     def test_dry_run_prints_what_would_change_and_changes_nothing(self, talker):
-        assert lines('force', '/goal/pose/position/x', '13', '--dry-run') == [
+        assert lines('force', '/gate/pose/position/x', '13', '--dry-run') == [
             ['/talker/radius', '2.0', '4.0', place(talker, "'radius'")]
         ]
-        assert on_terminal('force', '/goal/pose/position/x', '13', '--dry-run').startswith(
+        assert on_terminal('force', '/gate/pose/position/x', '13', '--dry-run').startswith(
             'would change /talker/radius: 2.0 -> 4.0'
         )
         assert rosslt('get', '/talker/radius').stdout == '2.0\n'
 
     def test_changes_a_text(self, talker):
-        lines('force', '/goal/header/frame_id', 'map')
+        lines('force', '/gate/header/frame_id', 'map')
         assert rosslt('get', '/talker/frame').stdout == 'map\n'
 
     @pytest.mark.parametrize(
         ('field', 'value', 'reason'),
         [
-            ('/goal/pose/orientation/x', '1', 'nothing'),
-            ('/goal/pose/position/x', '100', 'above its maximum 10.0'),
-            ('/goal/pose/orientation/w', '0.5', 'read-only'),
-            ('/goal/pose/position', '{u: 1}', "geometry_msgs/Point has no field 'u', its fields are x, y, z"),
-            ('/goal/pose/position', '{x: near}', "x of the value: 'near' is no float"),
-            ('/goal/pose/position', '5', 'must be given as {FIELD: VALUE, ...}'),
-            ('/goal/pose/position/x', 'near', "'near' is no float"),
+            ('/gate/pose/orientation/x', '1', 'nothing'),
+            ('/gate/pose/position/x', '100', 'above its maximum 10.0'),
+            ('/gate/pose/orientation/w', '0.5', 'read-only'),
+            ('/gate/pose/position', '{u: 1}', "geometry_msgs/Point has no field 'u', its fields are x, y, z"),
+            ('/gate/pose/position', '{x: near}', "x of the value: 'near' is no float"),
+            ('/gate/pose/position', '5', 'must be given as {FIELD: VALUE, ...}'),
+            ('/gate/pose/position/x', 'near', "'near' is no float"),
         ],
     )
     def test_says_why_it_cannot(self, talker, field, value, reason):
@@ -349,7 +349,7 @@ class TestForce:
 
     def test_says_what_the_sources_are_where_it_is_told_another(self, talker):
         assert (
-            failure('force', '/goal/pose/position/x', '5', '--source', '/talker/count')
+            failure('force', '/gate/pose/position/x', '5', '--source', '/talker/count')
             == 'rosslt force: /talker/count is not among its sources, which are /talker/radius'
         )
 
@@ -378,7 +378,7 @@ class TestSave:
             },
         }
         put(BEGINNING)
-        subprocess.run(['rosparam', 'load', str(saved)], check=True, timeout=30)
+        subprocess.run(['rosparam', 'load', str(saved)], check=True, timeout=60)
         for location, value in changed.items():
             wait_until(lambda: rosslt('get', '/talker/' + location).stdout == value + '\n', location)  # noqa: B023
 

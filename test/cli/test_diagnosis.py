@@ -39,12 +39,12 @@ class TestNames:
             (('get', '/talker/raduis'), '(did you mean radius?)'),
             (('get', '/talkr/radius'), '(did you mean /talker?)'),
             (('list', '/talkre'), '(did you mean /talker?)'),
-            (('echo', '/gaol'), '(did you mean /goal?)'),
-            (('echo', '/gaol/pose/position'), '(did you mean /goal?)'),
-            (('echo', '/goal/pose/positon'), '(did you mean position?)'),
-            (('force', '/goal/pose/position', '{xx: 1}'), '(did you mean x?)'),
-            (('force', '/goal/pose/position/x', '1', '--node', '/tlaker'), '(did you mean /talker?)'),
-            (('doctor', '/gaol'), '(did you mean /goal?)'),
+            (('echo', '/gaet'), '(did you mean /gate?)'),
+            (('echo', '/gaet/pose/position'), '(did you mean /gate?)'),
+            (('echo', '/gate/pose/positon'), '(did you mean position?)'),
+            (('force', '/gate/pose/position', '{xx: 1}'), '(did you mean x?)'),
+            (('force', '/gate/pose/position/x', '1', '--node', '/tlaker'), '(did you mean /talker?)'),
+            (('doctor', '/gaet'), '(did you mean /gate?)'),
         ],
     )
     def test_a_misspelt_name_is_guessed(self, nodes, arguments, meant):
@@ -97,7 +97,7 @@ class TestSilence:
                 'nothing\n'
             )
             process.send_signal(signal.SIGINT)
-            process.communicate(timeout=30)
+            process.communicate(timeout=60)
 
     def test_what_is_only_listened_to_is_told_with_its_type(self, nodes):
         with Node('ear', "rospy.Subscriber('unheard', Pose, print)\nrospy.spin()"):
@@ -133,22 +133,22 @@ class TestSimulatedTime:
 
     def test_everything_works_beside_it(self, clock):
         flow = lines('graph')
-        assert ['/talker/radius', '/goal', 'pose.position.x,pose.position.y', '/talker'] in flow
-        assert lines('echo', '--once', '/goal/pose/position/z')[1] == ['---']
+        assert ['/talker/radius', '/gate', 'pose.position.x,pose.position.y', '/talker'] in flow
+        assert lines('echo', '--once', '/gate/pose/position/z')[1] == ['---']
         assert rosslt('set', '/talker/count', '3').stderr == ''
 
 
 class TestDoctor:
     def test_finds_nothing_wrong_where_all_is_well(self, nodes):
-        found, _ = findings('/goal')
+        found, _ = findings('/gate')
         assert ('note', '/talker/fixed is read-only') in found
         assert ('ok', 'it comes from /talker/frame, /talker/radius, /talker/~parking/0, /talker//height') in found
         (sent,) = (text for kind, text in found if kind == 'ok' and text.startswith('/talker sends'))
         assert re.fullmatch(r'/talker sends provenance in (\d+) of \1 messages', sent)
 
     def test_shows_a_topic_with_its_findings_on_a_terminal(self, nodes):
-        printed = on_terminal('doctor', '/goal')
-        assert printed.startswith('/goal  geometry_msgs/PoseStamped\n  ok     /talker sends provenance in ')
+        printed = on_terminal('doctor', '/gate')
+        assert printed.startswith('/gate  geometry_msgs/PoseStamped\n  ok     /talker sends provenance in ')
 
     def test_names_a_publisher_that_is_not_tracked(self, nodes):
         plain = subprocess.Popen(['rostopic', 'pub', '-r', '20', '/plain', 'geometry_msgs/Point', '{x: 1}'])
@@ -167,7 +167,7 @@ class TestDoctor:
     def test_finds_where_provenance_enters_and_does_not_leave(self, nodes):
         loses = """
             publisher = rospy.Publisher('lost', Point, queue_size=1)
-            rosslt.Subscriber('goal', PoseStamped, lambda goal: publisher.publish(goal.pose.position))
+            rosslt.Subscriber('gate', PoseStamped, lambda gate: publisher.publish(gate.pose.position))
             rospy.spin()
             """
         with Node('loser', loses):
@@ -175,7 +175,7 @@ class TestDoctor:
             found, code = findings('/lost')
             ((kind, text),) = found
             assert (kind, code) == ('fault', 1)
-            assert text.startswith('provenance enters /loser on /goal and does not leave it: /loser loses it: ')
+            assert text.startswith('provenance enters /loser on /gate and does not leave it: /loser loses it: ')
 
     def test_finds_a_node_that_takes_no_changes(self, nodes, master):
         master.setParam('/talker/rosslt/accept_changes', False)
@@ -227,7 +227,7 @@ class TestDoctor:
         handles = """
             from visualization_msgs.msg import InteractiveMarkerUpdate
             publisher = rospy.Publisher('/handles/update', InteractiveMarkerUpdate, queue_size=1)
-            rospy.Subscriber('/goal', PoseStamped, lambda goal: None)
+            rospy.Subscriber('/gate', PoseStamped, lambda gate: None)
             rospy.spin()
             """
         viewer = """
@@ -236,11 +236,11 @@ class TestDoctor:
             rospy.spin()
             """
         assert ('note', 'no node makes handles to drag it with: rosrun rosslt slt_visualization does') in findings(
-            '/goal'
+            '/gate'
         )[0]
         with Node('handles', handles):
-            wait_until(lambda: 'nobody shows its handles' in rosslt('doctor', '/goal').stdout, 'it makes handles')
-            found, code = findings('/goal')
+            wait_until(lambda: 'nobody shows its handles' in rosslt('doctor', '/gate').stdout, 'it makes handles')
+            found, code = findings('/gate')
             assert code == 1
             advice = 'in RViz, add a display InteractiveMarkers with the Update Topic /handles/update'
             assert ('fault', 'nobody shows its handles: ' + advice) in found
@@ -249,7 +249,7 @@ class TestDoctor:
             )
             with Node('viewer', viewer.format('handles')):
                 wait_until(
-                    lambda: ('ok', 'its handles are shown, through /handles/update') in findings('/goal')[0], 'shown'
+                    lambda: ('ok', 'its handles are shown, through /handles/update') in findings('/gate')[0], 'shown'
                 )
 
     def test_says_so_where_nobody_publishes(self, nodes):
@@ -262,4 +262,4 @@ class TestDoctor:
 
     def test_looks_at_all_that_is_drawn_or_tracked(self, nodes):
         looked_at = {line.split('\t')[0] for line in rosslt('doctor').stdout.splitlines()}
-        assert looked_at == {'/goal', '/pose'}
+        assert looked_at == {'/gate', '/pose'}

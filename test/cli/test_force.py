@@ -26,6 +26,28 @@ STEP = """
         rate.sleep()
     """
 
+# rospy sends the last message of a publisher that is no latched one to nobody who comes later
+ONCE = """
+    x = rosslt.location(1.0, name='x')
+
+    class Greeting(rospy.SubscribeListener):
+        def peer_subscribe(self, topic_name, topic_publish, peer_publish):
+            peer_publish(Point(2 * x, 0.0, 0.0))
+
+    publisher = rosslt.Publisher('only_once', Point, Greeting(), queue_size=1)
+    rospy.spin()
+    """
+
+CLOCK = """
+    publisher = rosslt.Publisher('ticking', Point, queue_size=1)
+    rate = rospy.Rate(20)
+    ticks = 0
+    while not rospy.is_shutdown():
+        ticks += 1
+        publisher.publish(rosslt.location(0.0, name='start') + ticks, 0.0, 0.0)
+        rate.sleep()
+    """
+
 NARROW = """
     from std_msgs.msg import Float32
 
@@ -77,11 +99,54 @@ class TestWhatIsSeenAfterwards:
             wait_until(lambda: rosslt('explain', '/stepped/x').stdout.startswith('x\t2.0\t'), 'it publishes')
             yield node
 
-    def test_a_result_that_came_otherwise_is_no_success(self, step):
-        result = rosslt('force', '/stepped/x', '12')
+    def test_another_branch_is_solved_in_turn(self, step):
+        (changed,) = lines('force', '/stepped/x', '18')
+        assert changed[:3] == ['/step/x', '1.0', '6.0']
+        assert int(changed[4]) >= 2
+        assert float(changed[5]) > 0
+        assert lines('echo', '--once', '/stepped/x')[0][1] == '18.0'
+
+    def test_what_cannot_be_reached_is_no_success_and_is_taken_back(self, step):
+        assert failure('force', '/stepped/x', '12') == (
+            'rosslt force: /step now sends 8.0 instead of 12.0; it takes another branch: 2 became 3; '
+            'it takes another branch: 3 became 2; taken back'
+        )
+        assert rosslt('get', '/step/x').stdout == '1.0\n'
+
+    def test_it_is_left_on_request(self, step):
+        result = rosslt('force', '/stepped/x', '12', '--keep-anyway', '--rounds', '1')
         assert result.returncode == 1
         assert result.stdout.startswith('/step/x\t1.0\t6.0\t')
-        assert result.stderr == 'rosslt force: this has changed, but /step now sends 18.0 instead of 12\n'
+        assert result.stderr == (
+            'rosslt force: /step now sends 18.0 instead of 12.0; it takes another branch: 2 became 3; '
+            'the change was left\n'
+        )
+        assert rosslt('get', '/step/x').stdout == '6.0\n'
+
+    def test_a_person_is_told_when_it_was_seen(self, step):
+        assert re.fullmatch(
+            r'/step/x: 1\.0 -> 2\.0  \[step\.py:\d+:\d+\]\nseen after \d+ messages?, \d+ ms\n',
+            on_terminal('force', '/stepped/x', '4'),
+        )
+
+    def test_where_no_message_follows_it_is_said_and_taken_back(self, master):
+        with Node('once', ONCE):
+            wait_until(lambda: lines('list', '/once'), 'it has its location')
+            told = failure('force', '/only_once/x', '4', '--timeout', '0.5')
+            assert told == 'rosslt force: no message of /once came within 0.5 s; taken back'
+            assert rosslt('get', '/once/x').stdout == '1.0\n'
+
+    def test_a_field_that_moves_by_itself_is_solved_for_its_moment(self, master):
+        with Node('clock', CLOCK):
+            wait_until(lambda: rosslt('explain', '/ticking/x').stdout, 'it publishes')
+            result = rosslt('force', '/ticking/x', '-1000')
+            assert result.returncode == 0
+            assert result.stdout.startswith('/clock/start\t')
+            assert re.fullmatch(
+                r'rosslt force: it moves by itself: it was solved for the moment it was seen at, and /clock has sent '
+                r'-99\d\.0 since\n',
+                result.stderr,
+            )
 
     def test_it_returns_when_the_change_is_seen(self, step):
         assert rosslt('force', '/stepped/x', '4').returncode == 0
@@ -107,9 +172,9 @@ class TestWhatIsSeenAfterwards:
 
 class TestExplain:
     def test_prints_expression_and_locations(self, nodes):
-        printed = on_terminal('explain', '/goal/pose/position/y')
+        printed = on_terminal('explain', '/gate/pose/position/y')
         assert re.fullmatch(
-            r'/goal pose\.position\.y = 2\.0, published by /talker\n'
+            r'/gate pose\.position\.y = 2\.0, published by /talker\n'
             r'  = 2\.0 \[radius, talker\.py:\d+:\d+\] \+ 0\.0 \[~parking/0, talker\.py:\d+:\d+\]\n'
             r'  /talker/radius      2\.0  0\.5 \.\. 10\.0  /\S+/talker\.py:\d+:\d+\n'
             r'  /talker/~parking/0  0\.0               /\S+/talker\.py:\d+:\d+\n',
@@ -125,6 +190,6 @@ class TestExplain:
         ]
 
     def test_says_whose_message_has_no_source(self, nodes):
-        assert failure('explain', '/goal/pose/orientation/x') == (
-            'rosslt explain: nothing in it has a source, as /talker sends it; `rosslt doctor /goal` says why'
+        assert failure('explain', '/gate/pose/orientation/x') == (
+            'rosslt explain: nothing in it has a source, as /talker sends it; `rosslt doctor /gate` says why'
         )

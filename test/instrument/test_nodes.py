@@ -225,12 +225,12 @@ class Listener:
 
     def next(self):
         self.arrived.clear()
-        assert self.arrived.wait(20)
+        assert self.arrived.wait(60)
         return self.last
 
     def comes(self, holds):
         """Wait for a message for which that holds."""
-        wait_until(lambda: self.last is not None and holds(self.last), 'such a message comes', 20)
+        wait_until(lambda: self.last is not None and holds(self.last), 'such a message comes')
         return self.last
 
     def __enter__(self):
@@ -348,10 +348,10 @@ def test_frames_of_both_broadcasters_follow(run):
 
     subscriber = rosslt.Subscriber('/tf', TFMessage, take)
     with run(FRAMES, 'frames'):
-        wait_until(lambda: {'old', 'new'} <= set(seen), 'both frames come', 30)
+        wait_until(lambda: {'old', 'new'} <= set(seen), 'both frames come')
         node.force_value(seen['new'].translation.x, 2.0)
         node.force_value(seen['old'].translation.z, 3.0)
-        wait_until(lambda: seen['new'].translation.x == 2.0 and seen['old'].translation.z == 3.0, 'they follow', 20)
+        wait_until(lambda: seen['new'].translation.x == 2.0 and seen['old'].translation.z == 3.0, 'they follow')
         assert values.is_tracked(seen['old'].rotation.z)
     subscriber.unregister()
 

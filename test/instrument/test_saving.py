@@ -8,14 +8,13 @@ import signal
 import subprocess
 
 import pytest
-import rosgraph
 import rospy
 from geometry_msgs.msg import PointStamped
 from rosgraph_msgs.msg import Log as RosoutMessage
 
 import rosslt
 from rosslt import files, node, srv
-from rosslt.cli.saving import changes_to_save
+from rosslt.node import changes_to_save
 from support.processes import wait_until
 from support.shell import rosslt as command
 from support.unmodified import Unmodified
@@ -181,7 +180,7 @@ def test_a_thousand_changes_leave_every_other_byte_and_are_published_after_a_res
                 }
                 change('/orbit', drawn)
                 changes += len(drawn)
-                edits, unsaved = changes_to_save(rosgraph.Master('/test'), '/orbit')
+                edits, unsaved = changes_to_save('/orbit', 2.0)
                 called = {one.local_name for one in numbers if drawn.get(one.location.id, one.value) != one.value}
                 assert ({one.what for one in edits}, unsaved) == (called, [])
                 files.write(edits)

@@ -7,7 +7,7 @@ import pytest
 
 from rosslt import math, values
 from rosslt.markers.drags import changes
-from rosslt.markers.rviz.menus import choices_of
+from rosslt.markers.drags.choices import choices_of
 
 SHOULDER, ELBOW = values.Source('/arm', 1), values.Source('/arm', 2)
 UPPER_ARM, FOREARM = 1.2, 0.9

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy
 import pytest
-from geometry_msgs.msg import Point, Pose, PoseStamped
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from hypothesis import given, strategies
 from sensor_msgs.msg import Image, LaserScan
 from std_msgs.msg import Empty, Float32, Float64, Header, Int64, String, UInt8, UInt64
@@ -230,6 +230,17 @@ def test_a_full_history_that_is_too_long_is_folded():
 def test_a_field_that_is_not_finite_is_its_source_still(value):
     received = arrived(Float64(track(value, Source('/sensor', 1))))
     assert sources(received.data) == [Source('/sensor', 1)]
+
+
+def test_one_expression_that_is_not_finite_leaves_the_others_tracked(caplog):
+    x = track(1000.0, Source('/sensor', 1))
+    huge = (x * 1e200) * (x * 1e200)
+    received = arrived(Pose(position=Point(math.sin(x), huge, huge - huge), orientation=Quaternion(w=math.sqrt(x) * x)))
+    assert explain(received.position.x) == 'sin(1000.0 [/sensor#1])'
+    assert sources(received.orientation.w) == [Source('/sensor', 1)]
+    assert not sources(received.position.y)
+    assert not sources(received.position.z)
+    assert 'delivered untracked: an operation gives inf' in caplog.text
 
 
 def test_what_cannot_be_sent_is_left_out_with_a_warning(caplog):

@@ -204,6 +204,16 @@ class Told(unittest.TestCase):
     def test_weights_are_told(self):
         with Node('weighted', OWNER) as node:
             self.assertEqual((listed(node)['offset'].weight, listed(node)['gain'].weight), (3.0, 0.0))
+            offset, gain = tracked(node, 'offset'), tracked(node, 'gain')
+            stiff, other = rosslt.sources([offset, gain])
+            # the stiff one last, although it is the first one
+            self.assertEqual(list(rosslt.force_value(offset + gain, float(offset + gain) + 1.0)), [other])
+            offset, gain = tracked(node, 'offset'), tracked(node, 'gain')
+            both = rosslt.force_value([offset + gain, 2 * offset + 2 * gain], [6.0, 12.0])
+            moved = {source: change.new - change.old for source, change in both.items()}
+            self.assertAlmostEqual(moved[other], 9 * moved[stiff])
+            # but where it is chosen
+            self.assertEqual(list(rosslt.force_value(offset + gain, 20.0, sources=[stiff])), [stiff])
 
     def test_an_anonymous_node_leaves_no_parameters(self):
         code = """

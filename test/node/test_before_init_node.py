@@ -27,7 +27,7 @@ EARLY = """
     """
 
 READER = """
-    value = rosslt.wait_for_message('values', Float64, timeout=10.0).data
+    value = rosslt.wait_for_message('values', Float64, timeout=60.0).data
     print([source.node for source in rosslt.sources(value)], flush=True)
     print(json.dumps(list(rosslt.force_value(value, 8.0, timeout=5.0).values())), flush=True)
     rospy.spin()

@@ -66,7 +66,7 @@ def test_the_publisher_and_the_subscriber_of_the_readme(run):
     _, publisher, subscriber = blocks('README.md', 'python')
     run('talker', publisher)
     listener = run('listener', subscriber)
-    output, _ = listener.communicate(timeout=30)
+    output, _ = listener.communicate(timeout=60)
     assert listener.returncode == 0, output
     assert re.search(r'100 \* 1\.5 \[.*\] \+ 20 is 170.0', output), output
     assert 'now 320.0' in output
@@ -90,12 +90,12 @@ def test_the_plain_talker_of_the_page_on_nodes_and_its_tracked_twin(run):
 import rospy, rosslt, math
 from geometry_msgs.msg import PoseStamped
 rosslt.init_node('asker')
-target = rosslt.wait_for_message('target', PoseStamped, timeout=10.0).pose.position
+target = rosslt.wait_for_message('target', PoseStamped, timeout=60.0).pose.position
 rosslt.force_value(target, rosslt.evaluate(target, {rosslt.sources(target)[0]: 3.0}))
 print(rosslt.explain(target.x))
 """
     asker = run('asker', ask)
-    output, _ = asker.communicate(timeout=30)
+    output, _ = asker.communicate(timeout=60)
     assert asker.returncode == 0, output
     assert re.search(r'0\.\d+ \* 2\.0 \[radius, talker\.py:29:22\]', output), output
     wait_until(lambda: parameter('/talker/rosslt/radius') == 3.0, 'the radius is changed')

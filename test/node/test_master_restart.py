@@ -18,7 +18,7 @@ OWNER = """
     """
 
 ASKER = """
-    value = rosslt.wait_for_message('value', Float64, timeout=10.0).data
+    value = rosslt.wait_for_message('value', Float64, timeout=60.0).data
     publisher = rosslt.Publisher('input', Float64, queue_size=1, latch=True)
     publisher.publish(value)
     (change,) = rosslt.force_value(value, {target}, timeout=5.0).values()
@@ -65,4 +65,4 @@ def test_a_node_without_a_master_keeps_its_values_and_ends_when_told_to(master):
         line = node.read_line()
         assert 'Change(old=1.0, new=3.0)' in line
         assert line.endswith('0.0')
-        assert node.process.wait(10) == 0
+        assert node.process.wait(60) == 0

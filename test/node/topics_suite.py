@@ -40,7 +40,7 @@ class Inbox(queue.Queue):
         super().__init__()
         self.subscriber = subscriber_class(topic, kind, self.put, **options)
 
-    def next(self, timeout=5.0):
+    def next(self, timeout=60.0):
         return self.get(timeout=timeout)
 
     def close(self):
@@ -167,7 +167,7 @@ class Topics(unittest.TestCase):
             """
         with Node('latcher', code):
             for _ in range(2):
-                value = rosslt.wait_for_message('latched', Float64, timeout=5.0).data
+                value = rosslt.wait_for_message('latched', Float64, timeout=60.0).data
                 self.assertEqual((value, rosslt.is_tracked(value)), (1.5, True))
 
     def test_a_chain_of_nodes_keeps_the_first_source_and_a_change_goes_back_to_it(self):
@@ -274,7 +274,7 @@ class Topics(unittest.TestCase):
             ending.process.stdin.write('end\n')
             ending.process.stdin.flush()
             self.assertEqual(ending.read_line(), 'publish() to an unregistered() handle', package)
-            self.assertEqual(ending.process.wait(10), 0)
+            self.assertEqual(ending.process.wait(60), 0)
 
     def test_a_wrong_field_is_an_error_of_that_field_and_the_next_message_arrives(self):
         for kind in (Pose, PoseTracked):
@@ -370,7 +370,7 @@ class Topics(unittest.TestCase):
                 wait_until(lambda: os.path.exists(path + '.active'), 'the bag is open')
                 time.sleep(1.0)  # some messages: rosbag tells nobody how many it has
                 record.send_signal(signal.SIGINT)
-                record.wait(10)
+                record.wait(60)
             with rosbag.Bag(path) as bag:
                 self.assertEqual(next(bag.read_messages())[1].position.x, 0.6)
             inbox = Inbox(rosslt.Subscriber, '/pose', Pose)
@@ -379,7 +379,7 @@ class Topics(unittest.TestCase):
                 pose = inbox.next(15.0)
             finally:
                 play.send_signal(signal.SIGINT)
-                play.wait(10)
+                play.wait(60)
                 inbox.close()
             self.assertEqual([source.node for source in rosslt.sources(pose)], ['/talker'])
             self.assertEqual(rosslt.solve(pose.position.x, 2.0), {rosslt.sources(pose)[0]: 1.0})
@@ -396,7 +396,7 @@ class Topics(unittest.TestCase):
         wait_until(lambda: all(publisher.get_num_connections() for publisher in publishers), 'they are connected')
         for factor, publisher in enumerate(publishers, 2):
             publisher.publish(PointStamped(Header(stamp=rospy.Time(5)), Point(factor * x, 0.0, 0.0)))
-        both = got.get(timeout=10.0)
+        both = got.get(timeout=60.0)
         self.assertEqual(
             [rosslt.solve(each.point.x, 12.0) for each in both], [{rosslt.sources(x)[0]: 12.0 / f} for f in (2, 3)]
         )

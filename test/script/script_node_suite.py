@@ -44,12 +44,12 @@ class ScriptNode(unittest.TestCase):
         command = ['rosrun', 'rosslt', 'interactive_script', '_file:={}'.format(self.script), *options]
         self.node = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(self.stop, self.node)
-        wait_until(lambda: self.waypoints, 'a waypoint')
+        wait_until(lambda: self.waypoints, 'a waypoint', 60.0)
 
     def stop(self, node):
         if node.poll() is None:
             node.terminate()
-            node.wait(10)
+            node.wait(60)
 
     def locations(self):
         rospy.wait_for_service(NODE + '/rosslt/list_locations', 5)
@@ -123,6 +123,17 @@ class ScriptNode(unittest.TestCase):
             'the first one again',
         )
 
+    def test_it_is_warned_where_nobody_says_where_the_robot_is(self):
+        self.stop(self.node)
+        self.addCleanup(rospy.delete_param, NODE + '/robot_frame')
+        self.start('_robot_frame:=nowhere')
+        text = 'no tf from world to nowhere: it is not known whether the robot has reached a waypoint'
+        wait_until(
+            lambda: [entry for entry in self.log if entry.level == Log.WARN and entry.msg.startswith(text)],
+            'the warning that there is no tf',
+            30.0,
+        )
+
     def test_an_error_is_in_the_log_with_file_line_and_column_and_the_last_good_script_stays(self):
         del self.log[:]
         self.script.write_text(TOUR + 'goto(1, 2\n')
@@ -178,7 +189,7 @@ class ScriptNode(unittest.TestCase):
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 text=True,
-                timeout=30,
+                timeout=60,
                 check=False,
                 env=dict(os.environ, ROS_LOG_DIR=str(self.script.parent)),
             )

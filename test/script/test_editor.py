@@ -73,7 +73,7 @@ class Desk:
     def close(self):
         for process in reversed(self.processes):
             process.send_signal(signal.SIGTERM)
-            process.wait(10)
+            process.wait(60)
 
     def tool(self, *arguments):
         return subprocess.run(

@@ -11,7 +11,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerI
 STEP_TIME = 0.02
 
 
-def wait_until(condition, what, timeout=30.0):
+def wait_until(condition, what, timeout=60.0):
     """Wait until `condition()` is true, and give its value; AssertionError says `what` was waited for.
 
     Args:

@@ -24,7 +24,7 @@ DIRECTIVE = re.compile(r'^\{')
 ESCAPES = re.compile(r'\x1b\[[^a-zA-Z]*[a-zA-Z]|\x1b\][^\a]*\a')
 # What rospy warns of while the machine is busy is no part of a page.
 WARNINGS = re.compile(r'^\[WARN\] \[[^\n]*\n', re.MULTILINE)
-PATIENCE = 20.0  # seconds for what a command shows to come true, on a busy machine
+PATIENCE = 60.0  # seconds for what a command shows to come true, on a busy machine
 TIME_LIMIT = 200
 
 
@@ -125,7 +125,7 @@ class Reader:
         for process in self._background:
             try:
                 os.killpg(process.pid, signal.SIGINT)
-                process.wait(10)
+                process.wait(60)
             except ProcessLookupError:
                 pass
             except subprocess.TimeoutExpired:

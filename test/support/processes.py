@@ -89,10 +89,14 @@ class Node:
                 return line.strip()
             self.log.append(line)
 
+    def logged(self):
+        """What it has written on its standard error so far: warnings and errors of rospy among it."""
+        with open(self.errors, encoding='utf-8') as errors:
+            return errors.read()
+
     def warnings(self):
         """How many warnings rospy logged on its standard error, after it has ended."""
-        with open(self.errors, encoding='utf-8') as errors:
-            return errors.read().count('[WARN]')
+        return self.logged().count('[WARN]')
 
     def stop(self, number=signal.SIGINT):
         """End it, and wait until it has ended; returns its exit status."""
@@ -100,7 +104,7 @@ class Node:
             self.process.send_signal(signal.SIGCONT)
             self.process.send_signal(number)
         try:
-            return self.process.wait(10)
+            return self.process.wait(60)
         except subprocess.TimeoutExpired:
             self.process.kill()
             return self.process.wait()
@@ -144,7 +148,7 @@ def node_pid(uri):
         return None
 
 
-def wait_until(holds, what, timeout=10.0):
+def wait_until(holds, what, timeout=60.0):
     """Wait until `holds()` gives something true, and return it.
 
     Raises:

@@ -3,6 +3,7 @@
 import math as plain_math
 from typing import NamedTuple
 
+import numpy
 import pytest
 
 import rosslt
@@ -56,6 +57,42 @@ def test_several_results_are_solved_together():
     assert (radius, angle) == (5.0, plain_math.atan2(4, 3))
     answer = solve([radius, angle], [10.0, 0.5])
     assert evaluate([radius, angle], answer) == pytest.approx([10.0, 0.5], rel=1e-9)
+
+
+@pytest.mark.parametrize('make', [list, tuple, lambda items: numpy.array(items, dtype=object)], ids=['list', 'tuple', 'array'])
+def test_arguments_and_results_may_be_lists_and_arrays(make):
+    chain = rosslt.operation(lambda joints, length=1.0: numpy.array([length * sum(joints), joints[0] * joints[1]]))
+    sums = chain(make([track(1.0, A), 2.0, track(3.0, B)]), length=2.0)
+    assert sums.tolist() == [12.0, 2.0]
+    assert sources(sums[0]) == [A, B]
+    assert explain(sums[1]) == 'numerically <lambda>([1.0 [/node#1], 2.0, 3.0 [/node#2]], length=2.0)[1]'
+    assert evaluate(sums, {A: 2.0}).tolist() == [14.0, 4.0]
+    assert solve(list(sums), [20.0, 5.0]) == {A: pytest.approx(2.5), B: pytest.approx(5.5)}
+
+
+def test_functions_of_libraries_are_operations():
+    norm = rosslt.operation(numpy.linalg.norm)
+    x, y = track(3.0, A), track(4.0, B)
+    length = norm(numpy.array([x, y]))
+    assert not is_tracked(length)  # NumPy's own array is one of plain numbers
+    length = norm([x, y])
+    assert (length, sources(length)) == (5.0, [A, B])
+    assert evaluate(length, solve(length, 13.0)) == pytest.approx(13.0)
+    halves = rosslt.operation(lambda x: [x / 2, None, x * 2])(x)
+    assert [is_tracked(part) for part in halves] == [True, False, True]
+
+
+def test_the_slope_of_an_argument_that_holds_several_numbers_is_a_sequence():
+    calls = []
+
+    def slope(numbers):
+        calls.append(numbers)
+        return [numbers[1], numbers[0]]
+
+    product = rosslt.operation(lambda numbers: numbers[0] * numbers[1], slope=slope)([track(3.0, A), track(4.0, B)])
+    assert explain(product) == '<lambda>([3.0 [/node#1], 4.0 [/node#2]])'
+    assert rosslt.values.slopes([product]) == {A: (4.0,), B: (3.0,)}
+    assert calls == [[3.0, 4.0]] * 2
 
 
 class Point(NamedTuple):

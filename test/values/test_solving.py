@@ -243,6 +243,19 @@ def test_bounds_hold_for_several_results_together(x, y):
     refusal(values, [6.0, 0.5], bounds={A: (0, 1), B: (0, 1), C: (0, 1)})
 
 
+def test_a_source_out_of_its_bounds_stays_where_it_need_not_move(x, y):
+    bounds = {A: (1.0, 5.0)}
+    assert not 1.0 <= x <= 5.0
+    assert solve([x, x + y], [float(x), 8.0], bounds=bounds) == {B: pytest.approx(8.0 - x)}
+    z = track(7.0, C)
+    assert solve([x * y, x + y + z], [4.0 * x, x + 10.0], bounds=bounds) == {
+        B: pytest.approx(4.0),
+        C: pytest.approx(6.0),
+    }
+    # Where it must move, it comes back within them.
+    assert solve([x + y, 2 * y], [2.5, 2.0], bounds=bounds) == {A: pytest.approx(1.5), B: pytest.approx(1.0)}
+
+
 def test_several_results_move_all_their_sources_as_little_as_possible(x, y):
     z = track(0.0, C)
     answer = solve([x + y + z, x - y], [5.3, -1.7])

@@ -265,6 +265,35 @@ def test_bounds_and_weights_say_which_source_moves_further():
         solve(values, targets, weights={A: 0.0})
 
 
+def test_a_stiff_source_moves_last():
+    a, b = track(1.0, A), track(1.0, B)
+    assert solve(a + b, 5.0) == {A: 4.0}
+    assert solve(a + b, 5.0, weights={A: 10.0}) == {B: 4.0}
+    assert solve(a + b, 5.0, weights={A: 10.0, B: 20.0}) == {A: 4.0}
+    assert solve(a + b, 5.0, weights={A: 10.0}, bounds={B: (0.0, 3.0)}) == {A: 4.0}
+    assert solve(a + b, 5.0, weights={B: 0.1}) == {B: 4.0}
+
+
+def test_without_bounds_a_large_source_moves_further_than_a_small_one_and_angles_move_alike():
+    a, b, c = track(1000.0, A), track(1.0, B), track(3.0, C)
+    answer = solve([a + b, 2 * a + 2 * b], [1100.0, 2200.0])
+    assert answer[A] - 1000.0 == pytest.approx((1000.0 / plain_math.tau) ** 2 * (answer[B] - 1.0))
+    answer = solve([b + c, 2 * b + 2 * c], [5.0, 10.0])
+    assert answer == {B: 1.5, C: 3.5}
+
+
+def test_bools_and_whole_numbers_take_part_rounded_either_way():
+    flag, n, x = track(False, A), track(2, B), track(1.0, C)
+    assert solve(flag * 10 + x, 15.0, bounds={C: (0.0, 6.0)}) == {A: True, C: 5.0}
+    answer = solve([n * 10 + x * 1.0, n * 20 + x * 2.0], [47.0, 94.0], bounds={C: (0.0, 9.0)})
+    assert answer == {B: 4, C: 7.0}
+    assert type(answer[B]) is int
+    whole = solve([n * 3 + flag * 1, n * 6 + flag * 2], [16, 32])
+    assert whole == {A: True, B: 5}
+    assert type(whole[A]) is bool
+    assert 'cannot make' in refusal([n * 3 + flag * 1, n * 6 + flag * 2], [17, 34])
+
+
 def test_whole_numbers_take_part_where_rounding_them_meets_the_target():
     n, x = track(3, A), track(0.5, B)
     values = [n * 1.0 + x, n * 2.0 - x]
@@ -365,6 +394,23 @@ def test_a_joint_system_of_many_results_is_solved(size):
     assert evaluate(values, answer) == pytest.approx(targets, rel=1e-9)
     targets[5] = 1.5
     assert 'sin takes values in [-1, 1]' in refusal(values, targets)
+
+
+def test_a_result_that_goes_up_and_down_hinders_no_others():
+    a, b, c, d, e = (
+        track(value, Source('/joint', number))
+        for number, value in enumerate((-2.2635, 2.9675, 0.9473, 2.9325, -2.0431))
+    )
+    values = [
+        a * d,
+        b - c - e,
+        ((-0.97 + c) * e + 1.71) / (2.51 * d),
+        d**2 - e,
+        math.sin(math.degrees(d + b)) - 2.71,
+        d * b * a,
+    ]
+    targets = evaluate(values, {Source('/joint', n): v for n, v in enumerate((-2.0, 2.78, 0.7, 2.78, -1.9))})
+    assert evaluate(values, solve(values, targets)) == pytest.approx(targets, rel=1e-9)
 
 
 def test_a_dense_joint_system_is_solved():

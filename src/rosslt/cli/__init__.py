@@ -1,8 +1,9 @@
 """The room of the `rosslt` command: which locations are there, what reaches which topic, and how is it changed from a
 shell?
 
-It may import all rooms and rospy. Its door is this module: `main` runs the command, `run` one verb of it. A verb is a
-module in `verbs` that says all about it (`verb.Verb`), and only the one that is asked for is loaded.
+It may import all rooms and rospy. Its door is this module: `command` is the executable, `main` runs the command, and
+`run` one verb of it. A verb is a module in `verbs` that says all about it (`verb.Verb`), and only the one that is asked
+for is loaded.
 """
 
 import contextlib
@@ -55,6 +56,23 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     return run(name, rest)
 
 
+def command() -> int:
+    """`main` as the executable of this process: it leaves the ROS graph when it is done.
+
+    Returns:
+        The exit code, as of `main`.
+    """
+    status = main()
+    # a node that runs in this process ends as it would by itself
+    if 'rosslt.node' in sys.modules and not any(map(_takes_over, sys.argv[1:2])):
+        sys.modules['rosslt.node'].leave()
+    return status
+
+
+def _takes_over(name: str) -> bool:
+    return name in verb.names() and bool(getattr(verb.load(name), 'TAKES_OVER', False))
+
+
 def usage() -> str:
     """What `rosslt -h` prints."""
     lines: Dict[str, List[str]] = {}
@@ -84,7 +102,7 @@ def run(name: str, arguments: Sequence[str], program: Optional[str] = None) -> i
         arguments = [argument for argument in arguments if not re.match(r'__\w+:=', argument)]
     parser = verb.parser(name, program)
     options = parser.parse_args(arguments)
-    if getattr(chosen, 'TAKES_OVER', False):
+    if _takes_over(name):
         # The node that it runs ends as if it were run by itself: what it raises is its own.
         return chosen.run(options) or 0
     try:

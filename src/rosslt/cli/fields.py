@@ -1,13 +1,11 @@
 """Fields of messages, as people write them: `pose/position/x`, `points[3].x`; and targets for them."""
 
 import copy
-import re
-import struct
-from typing import Any, Dict, List, Optional, Union
+from typing import Any, Dict, List, Union
 
 import yaml
 
-from rosslt import values
+from rosslt import messages, values
 from rosslt.cli.failure import Failure
 from rosslt.cli.scalars import parse_scalar
 from rosslt.cli.suggestions import did_you_mean
@@ -19,14 +17,12 @@ def field_of(message: Any, path: str) -> Any:
     Raises:
         Failure: there is no such part.
     """
-    part, walked = message, ''
-    for step in steps(path):
-        try:
-            part = part[step] if isinstance(step, int) else _attribute(part, step)
-        except (TypeError, IndexError, AttributeError):
-            raise Failure(_missing(part, step, walked)) from None
-        walked += f'[{step}]' if isinstance(step, int) else f'.{step}' if walked else step
-    return part
+    try:
+        return messages.part_at(message, path)[0]
+    except messages.NoSuchPart as missing:
+        raise Failure(_missing(missing.part, missing.step, missing.where)) from None
+    except ValueError as error:
+        raise Failure(str(error)) from None
 
 
 def steps(path: str) -> List[Union[str, int]]:
@@ -35,10 +31,10 @@ def steps(path: str) -> List[Union[str, int]]:
     Raises:
         Failure: it is no path.
     """
-    found = re.findall(r'(\w+)|\[(\d+)\]', path)
-    if re.sub(r'\w+|\[\d+\]|[./]', '', path):
-        raise Failure(f'{path!r} is no field: give names with / or . between, and [INDEX] for an array')
-    return [int(index) if index else name for name, index in found]
+    try:
+        return messages.path_steps(path)
+    except ValueError as error:
+        raise Failure(str(error)) from None
 
 
 def joined(path: str, leaf: str) -> str:
@@ -70,20 +66,6 @@ def target(part: Any, text: str) -> Any:
         raise Failure(f'{text!r} is no YAML: ' + ' '.join(str(error).split())) from None
 
 
-def is_reached(part: Any, wanted: Any) -> bool:
-    """Whether a part of a message equals its target, but for rounding."""
-    if wanted is None:
-        return True
-    if hasattr(part, '_slot_types'):
-        return all(is_reached(getattr(part, name), getattr(wanted, name)) for name in part.__slots__)
-    if isinstance(part, (list, tuple)):
-        return len(part) == len(wanted) and all(map(is_reached, part, wanted))
-    plain = values.untracked(part)
-    if isinstance(wanted, float):
-        return values.is_same(plain, wanted) or plain == _in_32_bits(wanted)
-    return bool(plain == wanted)
-
-
 def source_values(part: Any) -> Dict[values.Source, Any]:
     """The sources of a part of a message, in order of appearance, each with the value that the message has of it."""
     return values.source_values([leaf for _, leaf in values.leaves(part)])
@@ -112,21 +94,6 @@ def _shaped(part: Any, wanted: Any, where: str) -> Any:
         return parse_scalar(str(wanted), type(values.untracked(part)).__name__)
     except (KeyError, ValueError) as error:
         raise Failure(f'{where}: {error}') from None
-
-
-def _in_32_bits(number: float) -> Optional[float]:
-    """What a field of 32 bits holds of a number; None where it is too large for one."""
-    try:
-        (rounded,) = struct.unpack('f', struct.pack('f', number))
-    except OverflowError:
-        return None
-    return float(rounded)
-
-
-def _attribute(part: Any, name: str) -> Any:
-    if name not in getattr(part, '__slots__', ()):
-        raise AttributeError(name)
-    return getattr(part, name)
 
 
 def _missing(part: Any, step: Union[str, int], where: str) -> str:

@@ -64,12 +64,20 @@ def limits(place: Place) -> str:
     return ''
 
 
-def write_change(directory: Directory, source: values.Source, old: str, new: str, is_planned: bool = False) -> None:
+def write_change(
+    directory: Directory,
+    source: values.Source,
+    old: str,
+    new: str,
+    is_planned: bool = False,
+    more: Sequence[object] = (),
+) -> None:
     """Print that a source was changed, or would be.
 
     Args:
         directory: the Directory that may know its name and place.
         old, new: its values as texts.
+        more: further cells, for a pipe.
     """
     place = directory.of(source)
     if is_terminal():
@@ -83,7 +91,7 @@ def write_change(directory: Directory, source: values.Source, old: str, new: str
             )
         )
     else:
-        write_row(directory.name(source), old, new, place.file if place else '')
+        write_row(directory.name(source), old, new, place.file if place else '', *more)
 
 
 def write_applied(directory: Directory, node: str, change: msg.AppliedChange) -> None:

@@ -11,7 +11,7 @@ def _words(text: str) -> Set[str]:
 PLAIN_MODULES = _words(
     """
     argparse asyncio bisect csv ctypes cv2 cv_bridge datetime errno fcntl getopt glob gzip hashlib importlib
-    itertools json logging matplotlib mmap multiprocessing optparse os pickle pigpio plt pygame queue re
+    json logging matplotlib mmap multiprocessing optparse os pickle pigpio plt pygame queue re
     requests sched select serial shutil signal smbus socket sqlite3 ssl string struct subprocess sys tempfile
     termios threading time tkinter traceback tty unittest urllib uuid warnings yaml zlib zmq Queue GPIO PIL
     Image torch tensorflow usb
@@ -21,7 +21,7 @@ PLAIN_MODULES = _words(
 #: Functions and classes whose numbers are counts, rates, times, sizes or codes.
 PLAIN_CALLS = _words(
     """
-    range xrange enumerate len round int bool str repr chr ord hex bin oct bytes bytearray print exit quit
+    range xrange enumerate len bool str repr chr ord hex bin oct bytes bytearray print exit quit
     input islice Rate Duration Time Timer sleep from_sec from_seconds wait join wait_for_service
     wait_for_message wait_for_server wait_for_result wait_for_transform waitForTransform wait_for settimeout
     signal_shutdown spin_once acquire get_nowait send_goal_and_wait loginfo logwarn logerr logdebug logfatal
@@ -47,6 +47,9 @@ SHAPE_CALLS = {
     'randn': 0,
     'tile': 1,
     'repeat': 1,
+    'round': 1,
+    'combinations': 1,
+    'permutations': 1,
     'roll': 1,
     'zeros_like': 1,
     'ones_like': 1,

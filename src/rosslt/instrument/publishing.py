@@ -2,7 +2,7 @@
 
 import contextlib
 import time
-from typing import Any, List
+from typing import Any, Callable, List
 
 import rospy
 
@@ -12,6 +12,9 @@ from rosslt.instrument.cells import decide_shapes, location_of
 #: The first messages of a publisher are looked into, and later ones as often as that, in seconds.
 FIRST_MESSAGES = 3
 PERIOD = 0.5
+
+#: What all publishers of this process together may spend on provenance.
+_ALLOWANCE = messages.Allowance()
 
 
 class Publisher(node.Publisher):
@@ -24,6 +27,19 @@ class Publisher(node.Publisher):
     _looked = 0
     _look_again = _counted_since = 0.0
     _count = 0
+
+    def _provenance(self) -> Callable[[Any, bool], bytes]:
+        sparing = messages.SparingProvenance(_ALLOWANCE)
+        seen = 0
+
+        def provenance(message: Any, full_history: bool) -> bytes:
+            nonlocal seen
+            if node.change_count() != seen:
+                seen = node.change_count()
+                sparing.forget()
+            return sparing.to_send(message, full_history)
+
+        return provenance
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""

@@ -2,22 +2,29 @@
 
 The paper's `slt_visualization` (section V). It may import the rooms `node`, `messages` and `values`, and rospy. Two
 parts know nothing of how things are shown: `scene` says which handles there are, and `drags` what a drag of one
-changes. `rviz` shows a scene as interactive markers; another view shows the same one.
+changes. `rviz` shows a scene as interactive markers; the room `web` shows the same one on a page.
 """
 
+from rosslt.markers import geometry
 from rosslt.markers.describing import Descriptions
+from rosslt.markers.drags.choices import Choice, choices_of
 from rosslt.markers.drags.drags import Drags, Rules
+from rosslt.markers.drags.wording import refusal, short_numbers
 from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
 from rosslt.markers.scene.by_type import KINDS, MessageKind
-from rosslt.markers.scene.handle import Handle, Motions, Settings, View
+from rosslt.markers.scene.follower import Follower
+from rosslt.markers.scene.handle import CanChange, Handle, Motions, Settings, View
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
 
 __all__ = [
     'KINDS',
+    'CanChange',
+    'Choice',
     'Descriptions',
     'Drags',
+    'Follower',
     'Handle',
     'MessageKind',
     'Motions',
@@ -26,6 +33,10 @@ __all__ = [
     'Settings',
     'View',
     'Watch',
+    'choices_of',
+    'geometry',
     'open_rviz',
+    'refusal',
     'run',
+    'short_numbers',
 ]

@@ -3,12 +3,14 @@
 It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 
 - `fields`: what the fields of a message class are; `codegen`: code compiled for the class that walks them.
+- `field_path`: parts of messages by the paths that people write.
 - `codec`: provenance as bytes (docs/wire_format.md); `inband` and `tracked_types`: how these travel with a message.
 - `msg_files`: the generator of tracked message types; `location_header`: the header of the paper's C++ library.
 """
 
-from rosslt.messages.codec import attach, encode
+from rosslt.messages.codec import Allowance, SparingProvenance, attach, encode, provenance_to_send
 from rosslt.messages.errors import BadHeader, UnknownType
+from rosslt.messages.field_path import NoSuchPart, distance, is_reached, part_at, path_steps
 from rosslt.messages.inband import (
     Decoded,
     append_provenance,
@@ -19,33 +21,42 @@ from rosslt.messages.inband import (
     read_tracked,
     split_provenance,
 )
-from rosslt.messages.leaves import tracked_fields, tracked_leaves, with_leaves
+from rosslt.messages.leaves import set_leaves, tracked_fields, tracked_leaves, with_leaves
 from rosslt.messages.location_header import LocationHeader, PaperIds, from_paper_header, to_paper_header
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 
 __all__ = [
+    'Allowance',
     'BadHeader',
     'Decoded',
     'LocationHeader',
     'MessagePath',
+    'SparingProvenance',
+    'NoSuchPart',
     'PaperIds',
     'UnknownType',
     'append_provenance',
     'attach',
     'decode',
     'decoder',
+    'distance',
     'encode',
     'from_paper_header',
+    'is_reached',
     'is_tracked_type',
     'packed_arrays',
+    'part_at',
+    'path_steps',
     'plain_check',
     'plain_type',
     'plan_files',
     'provenance_size',
+    'provenance_to_send',
     'read_tracked',
     'select_types',
+    'set_leaves',
     'split_provenance',
     'to_paper_header',
     'tracked_fields',

@@ -23,15 +23,21 @@ _FOOTER = struct.Struct('<I4s')
 _LENGTH = struct.Struct('<I')
 
 
-def append_provenance(message: Any, buff: BinaryIO, full_history: bool = False) -> None:
+def append_provenance(
+    message: Any,
+    buff: BinaryIO,
+    full_history: bool = False,
+    provenance: Callable[[Any, bool], bytes] = provenance_to_send,
+) -> None:
     """Write the provenance of a message behind it; nothing, where no leaf is tracked.
 
     Args:
         message: an ordinary message, which was just serialized into `buff`.
         buff: where rospy gathers what it sends.
         full_history: as of `encode`.
+        provenance: what gives it, as `provenance_to_send` does.
     """
-    data = provenance_to_send(message, full_history)
+    data = provenance(message, full_history)
     if data:
         buff.write(data + _FOOTER.pack(len(data), MAGIC))
 

@@ -26,11 +26,22 @@ def with_leaves(message: Any, replaced: Dict[int, Any]) -> Any:
         replaced: `{index: value}`, with indices as of `tracked_leaves`; `{}` for a plain copy.
     """
     result = _copied(message)
+    set_leaves(result, replaced)
+    return result
+
+
+def set_leaves(message: Any, replaced: Dict[int, Any]) -> None:
+    """Replace some leaves of a message.
+
+    Args:
+        message: any ROS message; it is changed.
+        replaced: `{index: value}`, with indices as of `tracked_leaves`.
+    """
     found: List[Tuple[Any, Any, Any, str]] = []
     arrays: List[Tuple[Any, str, Any, List[Any]]] = []
     indices = sorted(replaced)
     more = iter([*indices, END]).__next__
-    walkers(message.__class__).locate(result, 0, more(), more, found.append, arrays.append)
+    walkers(message.__class__).locate(message, 0, more(), more, found.append, arrays.append)
     for index, (owner, key, _, _) in zip(indices, found):
         if type(owner) is list:
             owner[key] = replaced[index]
@@ -38,7 +49,6 @@ def with_leaves(message: Any, replaced: Dict[int, Any]) -> Any:
             setattr(owner, key, replaced[index])
     for owner, name, _, items in arrays:
         setattr(owner, name, items)
-    return result
 
 
 def _copied(part: Any) -> Any:

@@ -9,6 +9,7 @@ from rosslt.node.api import (
     add_literal,
     add_location,
     directory,
+    force_field,
     force_value,
     get_param,
     init_node,
@@ -31,17 +32,23 @@ from rosslt.node.api import (
 from rosslt.node.call_sites import CallSite
 from rosslt.node.client import Change, ChangeRejected, SourceUnreachable, Undone, undo_request
 from rosslt.node.client import force_value as force_value_as
+from rosslt.node.closed_loop import NotReached, Outcome, close_loop
 from rosslt.node.directory import Directory, Place
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
+from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
+from rosslt.node.saving import Unsaved, changes_to_save
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
+from rosslt.node.sights import Look, Sight, sight_of
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
+from rosslt.node.undoing import histories, last_change
 
 __all__ = [
     'CallSite',
@@ -50,29 +57,41 @@ __all__ = [
     'Directory',
     'HeldLocation',
     'LiteralLocation',
+    'Look',
+    'NotReached',
+    'Outcome',
     'Place',
     'Publisher',
     'Service',
     'ServiceProxy',
+    'Sight',
     'SourceUnreachable',
     'Subscriber',
     'Undone',
+    'Unsaved',
     'add_literal',
     'add_location',
     'args_kwds_to_message',
     'ask_all',
+    'change_count',
+    'close_loop',
+    'changes_to_save',
     'connected_publishers',
     'directory',
+    'force_field',
     'force_value',
     'force_value_as',
     'from_json',
     'get_param',
+    'histories',
     'init_node',
     'is_initialized',
     'is_saved_here',
     'is_started',
     'is_whole_parameter',
     'keep_source',
+    'last_change',
+    'leave',
     'limits',
     'location',
     'new_request_id',
@@ -83,6 +102,7 @@ __all__ = [
     'remove_location',
     'reread',
     'rotated',
+    'sight_of',
     'start',
     'take_fractions',
     'tf_counterparts',

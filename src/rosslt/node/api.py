@@ -8,17 +8,17 @@ import re
 import sys
 import threading
 from types import FrameType
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Collection, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import rospy
 
 from rosslt import files, values
-from rosslt.node import client
+from rosslt.node import client, closed_loop, listening
 from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
 from rosslt.node.directory import Directory
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, ParameterLocation, checked_limits
-from rosslt.node.rospy_internals import is_initialized
+from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 from rosslt.node.server import SETTINGS, Owner
 from rosslt.node.source_files import SOURCE_FILES
 
@@ -52,6 +52,7 @@ def start() -> None:
             if not is_initialized():
                 raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
             _owner.serve()
+            shut_down_without_deadlock()
 
 
 def is_started() -> bool:
@@ -308,7 +309,12 @@ def undo() -> Dict[values.Source, client.Change]:
 
 
 def force_value(
-    x: Any, target: Any, source: Optional[values.Source] = None, timeout: float = 1.0, request_id: str = ''
+    x: Any,
+    target: Any,
+    source: Optional[values.Source] = None,
+    timeout: float = 1.0,
+    request_id: str = '',
+    sources: Optional[Collection[values.Source]] = None,
 ) -> Dict[values.Source, client.Change]:
     """Have `x` become `target` in the next message: solve for its sources, and have their owners change them.
 
@@ -323,6 +329,7 @@ def force_value(
         timeout: how long to wait for the owners' answers, in seconds; taking back may take a second more.
         request_id: what groups several calls, those of one drag for instance: they are one change in the owners'
             histories, and taken back as one. By default each call is a request of its own.
+        sources: change no other than these, such as `[first, second]`.
 
     Returns:
         {Source: Change(old, new)}, with the values that the owners say they had and have now.
@@ -334,7 +341,54 @@ def force_value(
             Of both, `changed` says what could not be taken back in other nodes; it is empty but for rare cases.
         rospy.ROSException: `init_node` has not been called.
     """
-    return client.force_value(started('force_value'), x, target, source, timeout, request_id)
+    return client.force_value(started('force_value'), x, target, source, timeout, request_id, sources)
+
+
+def force_field(
+    topic: str,
+    field: str,
+    target: Any,
+    source: Optional[values.Source] = None,
+    sources: Optional[Sequence[values.Source]] = None,
+    rounds: int = 5,
+    timeout: float = 5.0,
+    keep_anyway: bool = False,
+) -> closed_loop.Outcome:
+    """Have a field of a topic become a target, and see that it has.
+
+    Solves for the field of the next message, has the owners change its sources, and looks at the messages that the same
+    publisher sends then. Where the field is not as wanted, because the node takes another branch for instance, the
+    new message's expression is solved, until the field is as wanted (to a relative 1e-9) or comes no nearer.
+
+    Args:
+        topic: as of `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
+        field: `pose/position/x`, `points[3].x`; '' for the whole message.
+        target: plain, of the field's shape, in its unit; in a message or array None leaves a part free.
+        source: change this Source alone.
+        sources: change no other than these.
+        rounds: how many times it is solved at most.
+        timeout: how long to wait for the first message, and for each message that shows a change, in seconds.
+        keep_anyway: leave the changes where the target is not reached; otherwise they are taken back.
+
+    Returns:
+        The Outcome: what has changed, what was seen, and after how many messages and milliseconds. A field that moves
+        by itself is solved for the moment it was seen at; then `moves` is True.
+
+    Raises:
+        NotTracked, NotInvertible: there is no answer to begin with; nothing was requested.
+        ChangeRejected, SourceUnreachable: as of `force_value`.
+        NotReached: the sources have changed, but no message shows the target; the error says what came instead, and
+            why as far as it is known, and has the Outcome.
+        ValueError: the topic's messages have no such field, or both `source` and `sources` were given.
+        rospy.ROSException: nobody publishes the topic, no message came in time, or `init_node` has not been called.
+    """
+    if source is not None and sources is not None:
+        raise ValueError('give either source or sources')
+    owner = started('force_field')
+    with listening.Listener(rospy.resolve_name(topic)) as stream:
+        heard = stream.first(field, timeout)
+        chosen = sources if source is None else [source]
+        return closed_loop.close_loop(owner, stream, heard, field, target, chosen, rounds, timeout, keep_anyway)
 
 
 def reevaluate(x: Any, timeout: float = 1.0) -> Any:

@@ -5,7 +5,7 @@ node's service, all nodes at once, and waits for the answer, but never longer th
 """
 
 import time
-from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
+from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 from rosslt import msg, srv, values
 from rosslt.node.directory import Directory
@@ -83,10 +83,11 @@ def force_value(
     source: Optional[values.Source] = None,
     timeout: float = 1.0,
     request_id: str = '',
+    sources: Optional[Collection[values.Source]] = None,
 ) -> Dict[values.Source, Change]:
     """`rosslt.force_value`, for a node that owns locations itself, or for a command that owns none."""
     deadline = time.monotonic() + timeout
-    wanted = _solved(owner, x, target, source, timeout / 2)
+    wanted = _solved(owner, x, target, source, sources, timeout / 2)
     by_node: Dict[str, List[Tuple[values.Source, Any]]] = {}
     for changing, value in wanted.items():
         by_node.setdefault(changing.node, []).append((changing, value))
@@ -106,11 +107,11 @@ def force_value(
     changed: Dict[values.Source, Change] = {}
     reasons: Dict[values.Source, str] = {}
     for node, answer in answers.items():
-        sources = [changing for changing, _ in by_node[node]]
+        asked = [changing for changing, _ in by_node[node]]
         if answer.applied:
-            changed.update(zip(sources, map(Change, answer.old_values, answer.new_values)))
+            changed.update(zip(asked, map(Change, answer.old_values, answer.new_values)))
         else:
-            reasons.update((changing, reason) for changing, reason in zip(sources, answer.reasons) if reason)
+            reasons.update((changing, reason) for changing, reason in zip(asked, answer.reasons) if reason)
     if reasons or silent:
         owner.directory.forget(wanted)
     if reasons:
@@ -121,20 +122,25 @@ def force_value(
 
 
 def _solved(
-    owner: Asker, x: Any, target: Any, source: Optional[values.Source], timeout: float
+    owner: Asker,
+    x: Any,
+    target: Any,
+    source: Optional[values.Source],
+    chosen: Optional[Collection[values.Source]],
+    timeout: float,
 ) -> Dict[values.Source, Any]:
     """As `values.solve`; raises ChangeRejected where a lock stands in the way."""
     sources = values.sources(x)
     limits = owner.directory.limits(sources, timeout)
     try:
-        return values.solve(x, target, source, **limits)
+        return values.solve(x, target, source, sources=chosen, **limits)
     except values.NotInvertible:
         if not limits['read_only']:
             raise
     owner.directory.forget(limits['read_only'])  # one may have been unlocked since
     limits = owner.directory.limits(sources, timeout)
     try:
-        return values.solve(x, target, source, **limits)
+        return values.solve(x, target, source, sources=chosen, **limits)
     except values.NotInvertible:
         locked = _locked(limits['read_only'], timeout)
         if not locked:

@@ -166,7 +166,7 @@ class Directory:
         """What `solve` has to know of sources; their owners are asked where that was long ago.
 
         Returns:
-            The arguments `bounds` and `read_only` of `solve`, and `rank` where owners say one.
+            The arguments `bounds` and `read_only` of `solve`, and `rank` and `weights` where owners say some.
         """
         self.learn(sources, timeout, FRESH)
         known = [(source, place) for source, place in ((source, self.of(source)) for source in sources) if place]
@@ -175,7 +175,12 @@ class Directory:
             'read_only': [source for source, place in known if place.read_only],
         }
         ranks = {source: place.location.rank for source, place in known if place.location.rank}
-        return {**limits, 'rank': ranks} if ranks else limits
+        if ranks:
+            limits['rank'] = ranks
+        weights = {source: place.location.weight for source, place in known if place.location.weight}
+        if weights:
+            limits['weights'] = weights
+        return limits
 
     def learn(self, sources: Iterable[values.Source], timeout: float = TIMEOUT, age: float = float('inf')) -> None:
         """Ask the owners of sources that are not known yet, or whose answer is older than `age` seconds."""

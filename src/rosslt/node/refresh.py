@@ -60,12 +60,14 @@ class ReplacedReadings:
         lock: held while values of locations change, of several at once for as long as it takes; setters of the user
             are called with it, so no thread that may hold a lock of the user's waits for it.
         changed: set by each change.
+        count: how many changes there were.
     """
 
     def __init__(self) -> None:
         self.replaced: Dict[Source, List[Any]] = {}
         self.lock = threading.RLock()
         self.changed = threading.Event()
+        self.count = 0
         self._latest: Dict[Source, Any] = {}
         # Nothing else is called with it. Reentrant, as a signal's handler may publish in the middle of a publish.
         self._own_lock = threading.RLock()
@@ -82,6 +84,7 @@ class ReplacedReadings:
             if len(readings) >= _PRUNE_AT:
                 readings[:] = _in_use(readings, _UNUSED)
                 del readings[1 : len(readings) + 1 - MAX_READINGS]
+        self.count += 1
         self.changed.set()
 
     def outdated(self) -> Dict[Source, Tuple[Set[Any], Any]]:
@@ -100,6 +103,11 @@ class ReplacedReadings:
 
 #: Of this process, which is one node.
 READINGS = ReplacedReadings()
+
+
+def change_count() -> int:
+    """How many changes of this node's locations there were so far."""
+    return READINGS.count
 
 
 class Refresher:

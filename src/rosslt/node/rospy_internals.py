@@ -4,10 +4,15 @@ Nothing else in the package reaches into `rospy.impl`, `rospy.core` or `rospy.ms
 names and says which one is gone, so that a change of rospy is seen before a robot runs with it.
 """
 
-from typing import Set
+import os
+import signal
+import threading
+from types import FrameType
+from typing import Optional, Set
 
 import rospy.core
 import rospy.impl.registration
+import rospy.impl.tcpros_pubsub
 import rospy.impl.tcpros_service
 import rospy.msg
 
@@ -20,11 +25,25 @@ convert_return_to_response = rospy.impl.tcpros_service.convert_return_to_respons
 #: Whether `init_node` was called, by rospy or rosslt.
 is_initialized = rospy.core.is_initialized
 
+#: Its functions are called when this node has been unregistered, before rospy waits for its threads.
+add_shutdown_hook = rospy.core.add_shutdown_hook
+
 #: After a restart of the master, this node's publishers, subscribers and services are registered again.
 Registration = rospy.impl.registration.Registration
 get_registration_listeners = rospy.impl.registration.get_registration_listeners
 get_service_manager = rospy.impl.registration.get_service_manager
 get_topic_manager = rospy.impl.registration.get_topic_manager
+
+#: What holds a lock that rospy's shutdown takes as well, and that a thread cannot take twice: a call of the master, and
+#: the hand-over of a message to a slow connection.
+ask_master = rospy.core._LockedServerProxy._ServerProxy__request
+hand_over = rospy.impl.tcpros_pubsub.QueuedConnection.write_data
+
+#: What rospy does when the node is interrupted or terminated: it shuts down wherever the main thread is.
+shut_down_at_signal = rospy.core._ros_signal
+
+#: After how many seconds a signal that came while such a lock was held is sent again.
+_SIGNALLED_AGAIN = 0.02
 
 #: What `topics` uses of the objects behind a publisher and a subscriber. A publisher publishes, under their lock, a
 #: message that is carried in the place of another one, clears what it has written of a message that cannot be
@@ -45,3 +64,31 @@ def connected_publishers(subscriber: rospy.Subscriber) -> Set[str]:
     A node that crashed stays in the master's list, and rospy counts connections without saying to whom.
     """
     return {connection.callerid_pub for connection in subscriber.impl.connections if not connection.done}
+
+
+def shut_down_without_deadlock() -> None:
+    """Let a signal that comes while the main thread holds a lock which rospy's shutdown takes wait for its release.
+
+    Otherwise the node waits for itself, for ever. Without effect where rospy does not handle signals, and in other
+    threads than the main one.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is shut_down_at_signal:
+            signal.signal(number, _shut_down_later_where_locked)
+
+
+_LOCKING = {ask_master.__code__, hand_over.__code__}
+
+
+def _shut_down_later_where_locked(number: int, frame: Optional[FrameType]) -> None:
+    outer = frame
+    while outer is not None:
+        if outer.f_code in _LOCKING:
+            timer = threading.Timer(_SIGNALLED_AGAIN, os.kill, (os.getpid(), number))
+            timer.daemon = True
+            timer.start()
+            return
+        outer = outer.f_back
+    shut_down_at_signal(number, frame)

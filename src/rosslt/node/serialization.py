@@ -24,16 +24,23 @@ class Sending:
     full_history = False
 
 
-def serializer(message_class: Any, refresher: Refresher) -> Callable[[Any], Any]:
+Provenance = Callable[[Any, bool], bytes]
+"""Gives the provenance of a message, as `messages.provenance_to_send` does."""
+
+
+def serializer(
+    message_class: Any, refresher: Refresher, provenance: Provenance = messages.provenance_to_send
+) -> Callable[[Any], Any]:
     """The function that makes of a message what rospy serializes in its place: the message, then its provenance.
 
     Args:
         message_class: of the messages.
         refresher: the Refresher of the publisher, service or caller that sends them.
+        provenance: what gives the provenance of each.
     """
     if message_class is rospy.AnyMsg:
         return lambda message: message  # with the provenance that it was received with
-    make = functools.partial(_class_with_provenance(message_class), refresher)
+    make = functools.partial(_class_with_provenance(message_class), refresher, provenance)
     is_plain = messages.plain_check(message_class)
     if is_plain is None:
         return make
@@ -43,13 +50,14 @@ def serializer(message_class: Any, refresher: Refresher) -> Callable[[Any], Any]
 @functools.lru_cache(maxsize=None)
 def _class_with_provenance(message_class: Any) -> Any:
     class WithProvenance(genpy.Message):
-        __slots__ = ('message', 'refresher')
+        __slots__ = ('message', 'provenance', 'refresher')
         _type, _md5sum = message_class._type, message_class._md5sum
         _has_header = message_class._has_header
 
-        def __init__(self, refresher: Refresher, message: Any) -> None:
+        def __init__(self, refresher: Refresher, provenance: Provenance, message: Any) -> None:
             self.message = message
             self.refresher = refresher
+            self.provenance = provenance
 
         @property
         def header(self) -> Any:
@@ -63,7 +71,7 @@ def _class_with_provenance(message_class: Any) -> Any:
                 pack(message).serialize(buff)
             except genpy.SerializationError as error:
                 raise genpy.SerializationError(serialization_fault(message, error)) from None
-            messages.append_provenance(message, buff, Sending.full_history)
+            messages.append_provenance(message, buff, Sending.full_history, self.provenance)
 
     pack = messages.packed_arrays(message_class)
     return WithProvenance

@@ -7,13 +7,13 @@ parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/sou
 """
 
 from types import FrameType
-from typing import Any, Iterable, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterable, List, Optional, Sequence, Tuple, Union
 
 import rospy
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from rosslt import msg, srv, values
-from rosslt.node import access
+from rosslt.node import access, reconfigure
 from rosslt.node.access import Access
 from rosslt.node.call_sites import call_site
 from rosslt.node.callbacks import Callbacks
@@ -72,6 +72,7 @@ class Owner:
         self.wait_for_reserved = self._reservations.wait_for
         self.reserve_changes = self._reservations.reserve_changes
         self.decide_changes = self._reservations.decide_changes
+        self._show_to_reconfigure: Callable[[], None] = lambda: None
         values.describe_sources_with(self.directory.describe)
 
     def serve(self) -> None:
@@ -90,8 +91,9 @@ class Owner:
                 if isinstance(location, LiteralLocation):
                     self._follow(location)
             self._topic = LocationTopic(self.name, self._all_described)
-            self.locations.when_other(self._topic.update)
+            self.locations.when_other(self.told_otherwise)
             self._topic.update()
+        self._show_to_reconfigure = reconfigure.serve(self)
         rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
         rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
         rospy.Service('~rosslt/list_locations', srv.ListLocations, self._list_locations)
@@ -107,9 +109,10 @@ class Owner:
         MasterWatch(self.name, self._renew)
 
     def told_otherwise(self) -> None:
-        """What is told of the locations is other than before."""
+        """What is told of the locations is other than before: there are others, or others may change them."""
         if self._topic is not None:
             self._topic.update()
+        self._show_to_reconfigure()
 
     def _renew(self) -> None:
         """The master was restarted, and knows no parameters of this node."""
@@ -315,6 +318,8 @@ class Owner:
             self._changes.publish(applied_change(stamp, location, old, new, requester))
             for function in location.changed:
                 self._callbacks.call_soon(function)
+        if changes:
+            self._show_to_reconfigure()
         if record and changes:
             self.history.record(request_id, requester, stamp, changes)
 

@@ -16,7 +16,14 @@ from rosslt import messages
 from rosslt.node.latched import Latched, latch
 from rosslt.node.refresh import READINGS, Refresher
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
-from rosslt.node.serialization import Sending, received_class, report_bad_header, serialization_fault, serializer
+from rosslt.node.serialization import (
+    Provenance,
+    Sending,
+    received_class,
+    report_bad_header,
+    serialization_fault,
+    serializer,
+)
 
 
 class Publisher(rospy.Publisher):
@@ -37,11 +44,17 @@ class Publisher(rospy.Publisher):
         wraps = messages.is_tracked_type(data_class)
         self._plain_class = messages.plain_type(data_class) if wraps else data_class
         self._refresher = Refresher()
-        self._serializable: Callable[[Any], Any] = self._wrapped if wraps else serializer(data_class, self._refresher)
+        self._serializable: Callable[[Any], Any] = (
+            self._wrapped if wraps else serializer(data_class, self._refresher, self._provenance())
+        )
         self._latched: Optional[Latched] = None
         if subscriber_listener is not None:
             subscriber_listener = _Listener(subscriber_listener, self._outgoing)
         super().__init__(name, data_class, subscriber_listener, *args, **kwargs)
+
+    def _provenance(self) -> Provenance:
+        """What gives the provenance of each message."""
+        return messages.provenance_to_send
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also where the type is

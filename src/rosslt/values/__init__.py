@@ -1,8 +1,8 @@
 """Values that know where they came from and how they were computed (paper, section IV-B).
 
-This room answers: how was a value computed, and which source values give a wanted result? It is pure Python and
-imports no ROS. It may import the standard library, and NumPy and SciPy where they are installed. Other rooms use the
-names below and nothing behind them.
+This room answers: how was a value computed, and which source values give a wanted result? It imports no ROS, and does
+without its compiled core where there is none. It may import the standard library, and NumPy and SciPy where they are
+installed. Other rooms use the names below and nothing behind them.
 """
 
 import importlib
@@ -14,6 +14,7 @@ from .calls import operation
 from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
+from .fit import Fit, fit
 from .functions import MATH, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
@@ -22,10 +23,10 @@ from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
-from .solve import nearest, slopes, solve, source_values
+from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
-from .tracked import from_affine, lazy, origins, plain_scalar, track
+from .tracked import from_affine, has_form_of, lazy, origins, plain_scalar, track
 from .tree import is_tracked, leaves, untracked
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     'SOURCE',
     'TRACKED_CLASSES',
     'Error',
+    'Fit',
     'NotInvertible',
     'NotTracked',
     'Operation',
@@ -44,12 +46,15 @@ __all__ = [
     'affine',
     'assemble',
     'compute_ufuncs_with',
+    'continued',
     'describe_source',
     'describe_sources_with',
     'disassemble',
     'evaluate',
     'explain',
+    'fit',
     'from_affine',
+    'has_form_of',
     'is_same',
     'is_tracked',
     'lazy',

@@ -5,12 +5,13 @@ change. What travels to other nodes is its linearization at the present values.
 """
 
 import functools
-from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from .operations import Form
 from .operations.notation import FUNCTION, Text, literal
 from .recording import make, size_of
 from .tracked import CLASSES, TRACKED, plain
+from .tree import SCALARS, is_object_array, is_tracked, rebuilt, untracked
 
 STEP = 6e-6
 """The step of a central difference, relative to the number: the cube root of a float's precision."""
@@ -18,11 +19,39 @@ STEP = 6e-6
 Functions = Union[None, Callable[..., Any], Sequence[Optional[Callable[..., Any]]]]
 
 
-class CallForm(Form):
-    """`(form, (arguments, keywords), place)`: a call of a user's function, or one of its results.
+class Layout(NamedTuple):
+    """How the numbers of a call are its arguments.
 
-    `arguments` are those by position, then those by keyword, tracked or not; `keywords` are the names of the last
-    ones; `place` is that of the result in the tuple that the function returns, None where it returns a number.
+    Attributes:
+        keywords: the names of the last arguments.
+        containers: for each argument None where it is one number, or anything else as it is; else a plain copy of the
+            list, tuple, dict, message or array that it is, and how many numbers it holds.
+    """
+
+    keywords: Sequence[str]
+    containers: Sequence[Optional[Tuple[Any, int]]]
+
+    def arguments(self, numbers: Sequence[Any]) -> List[Any]:
+        """The arguments that hold such numbers; an array of floats where it held tracked ones."""
+        left = iter(numbers)
+        return [next(left) if held is None else _array(rebuilt(held[0], lambda _: next(left))) for held in self.containers]
+
+    def argument_of(self, place: int) -> Tuple[int, Optional[int]]:
+        """Which argument a number belongs to, and its place in that, None where it is the argument."""
+        for at, held in enumerate(self.containers):
+            size = 1 if held is None else held[1]
+            if place < size:
+                return at, None if held is None else place
+            place -= size
+        raise IndexError(place)
+
+
+class CallForm(Form):
+    """`(form, (numbers, layout), place)`: a call of a user's function, or one of its results.
+
+    `numbers` are what the arguments are made of, by position, then by keyword, tracked or not; `layout` makes the
+    arguments of them; `place` is that of the result in the tuple, list or array that the function returns, None where
+    it returns a number.
     """
 
     __slots__ = ('function', 'name', 'inverses', 'derivatives')
@@ -35,62 +64,89 @@ class CallForm(Form):
         self.derivatives = slope
 
     def operands(self, first: Any, second: Any) -> Sequence[Any]:
-        return [argument for argument in first[0] if type(argument) in TRACKED]
+        return [number for number in first[0] if type(number) in TRACKED]
 
     def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
         return self, (self._filled(first, operands), first[1]), second
 
     def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
-        result = self.call(self._filled(first, values), first[1])
-        return plain(result if second is None else result[second])
+        return plain(_part(self.call(self._filled(first, values), first[1]), second))
 
     def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
-        arguments, keywords = self._filled(first, values), first[1]
+        numbers, layout = self._filled(first, values), first[1]
         return [
-            self._slope(at, arguments, keywords, second)
-            for at, argument in enumerate(first[0])
-            if type(argument) in TRACKED
+            self._slope(at, numbers, layout, second) for at, number in enumerate(first[0]) if type(number) in TRACKED
         ]
 
     def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
-        at = [at for at, argument in enumerate(first[0]) if type(argument) in TRACKED][place]
-        inverse = _of(self.inverses, at)
-        if inverse is None or second is not None:
+        layout: Layout = first[1]
+        at = [at for at, number in enumerate(first[0]) if type(number) in TRACKED][place]
+        argument, inside = layout.argument_of(at)
+        inverse = _of(self.inverses, argument)
+        if inverse is None or second is not None or inside is not None:
             return NotImplemented
-        return inverse(wanted, *self._filled(first, values))
+        return inverse(wanted, *layout.arguments(self._filled(first, values)))
 
     def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
-        arguments, keywords = first
+        numbers, layout = first
         left = iter(texts)
-        shown = [next(left)[0] if type(one) in TRACKED else literal(one)[0] for one in arguments]
-        begin = len(arguments) - len(keywords)
-        shown[begin:] = ['%s=%s' % pair for pair in zip(keywords, shown[begin:])]
+        flat = iter([next(left)[0] if type(one) in TRACKED else literal(one)[0] for one in numbers])
+        shown = [
+            next(flat) if held is None else '[%s]' % ', '.join([next(flat) for _ in range(held[1])])
+            for held in layout.containers
+        ]
+        begin = len(shown) - len(layout.keywords)
+        shown[begin:] = ['%s=%s' % pair for pair in zip(layout.keywords, shown[begin:])]
         text = '%s(%s)' % (self.name, ', '.join(shown)) + ('' if second is None else '[%d]' % second)
-        is_exact = all(_of(self.derivatives, at) for at, one in enumerate(arguments) if type(one) in TRACKED)
+        tracked = [layout.argument_of(at)[0] for at, one in enumerate(numbers) if type(one) in TRACKED]
+        is_exact = all(_of(self.derivatives, argument) for argument in tracked)
         return text if is_exact else 'numerically ' + text, FUNCTION
 
-    def call(self, arguments: Sequence[Any], keywords: Sequence[str]) -> Any:
-        """The function's result for such arguments."""
-        begin = len(arguments) - len(keywords)
-        return self.function(*arguments[:begin], **dict(zip(keywords, arguments[begin:])))
+    def call(self, numbers: Sequence[Any], layout: Layout) -> Any:
+        """The function's result for such numbers."""
+        arguments = layout.arguments(numbers)
+        begin = len(arguments) - len(layout.keywords)
+        return self.function(*arguments[:begin], **dict(zip(layout.keywords, arguments[begin:])))
 
     def _filled(self, first: Any, values: Sequence[Any]) -> List[Any]:
         left = iter(values)
-        return [next(left) if type(argument) in TRACKED else argument for argument in first[0]]
+        return [next(left) if type(number) in TRACKED else number for number in first[0]]
 
-    def _slope(self, at: int, arguments: List[Any], keywords: Sequence[str], place: Optional[int]) -> Any:
-        derivative = _of(self.derivatives, at)
+    def _slope(self, at: int, numbers: List[Any], layout: Layout, place: Optional[int]) -> Any:
+        argument, inside = layout.argument_of(at)
+        derivative = _of(self.derivatives, argument)
         if derivative is not None:
-            slope = derivative(*arguments)
-            return slope if place is None else slope[place]
-        step = STEP * max(1.0, abs(arguments[at]))
+            slope = _part(derivative(*layout.arguments(numbers)), place)
+            return slope if inside is None else slope[inside]
+        step = STEP * max(1.0, abs(numbers[at]))
         ends = []
         for side in (step, -step):
-            moved = list(arguments)
-            moved[at] = arguments[at] + side
-            result = self.call(moved, keywords)
-            ends.append(plain(result if place is None else result[place]))
+            moved = list(numbers)
+            moved[at] = numbers[at] + side
+            ends.append(plain(_part(self.call(moved, layout), place)))
         return (ends[0] - ends[1]) / (2 * step)
+
+
+def _part(result: Any, place: Optional[int]) -> Any:
+    """One of several results; the only one where the place is None."""
+    if place is None:
+        return result
+    if _is_array(result):
+        return result.flat[place].item() if hasattr(result.flat[place], 'item') else result.flat[place]
+    return result[place]
+
+
+def _is_array(value: Any) -> bool:
+    return hasattr(value, 'dtype') and bool(getattr(value, 'shape', ()))
+
+
+def _array(argument: Any) -> Any:
+    """An array of objects as one of numbers, which other libraries expect."""
+    if is_object_array(argument):
+        import numpy
+
+        return numpy.array(argument.tolist())
+    return argument
 
 
 def _of(functions: Functions, at: int) -> Optional[Callable[..., Any]]:
@@ -106,14 +162,16 @@ def operation(
     """Make a function of numbers one that keeps provenance, as a decorator or by a call: `ik = rosslt.operation(ik)`.
 
     Args:
-        function: takes plain numbers by position or keyword, and whatever else it likes (a method its `self`). It
-            returns a number or a tuple of numbers, the same for the same arguments.
+        function: takes plain numbers, or lists, tuples, dicts, messages or arrays of them, by position or keyword, and
+            whatever else it likes (a method its `self`). It returns a number, or a tuple, list or array of numbers, the
+            same for the same arguments.
         inverse: for each argument the function `inverse(wanted, *arguments)` that gives what this argument must become,
             or None; a single function is that of the first argument. Without one, the argument is searched for
-            numerically, and so it is where the function returns a tuple.
+            numerically, and so it is where the function returns several numbers or the argument holds several.
         slope: for each argument the function `slope(*arguments)` that gives the derivative, or None; a single function
-            is that of the first argument. Where the function returns a tuple, so does the slope. Without one it is a
-            central difference, and `explain` says `numerically`.
+            is that of the first argument. Where the function returns several numbers, so does the slope; where the
+            argument holds several, a slope is the sequence of theirs. Without one it is a central difference, and
+            `explain` says `numerically`.
 
     Returns:
         The function; with tracked arguments its results are tracked. On the wire travels its linearization.
@@ -124,18 +182,38 @@ def operation(
 
     @functools.wraps(function, updated=())
     def called(*args: Any, **kwargs: Any) -> Any:
-        arguments, keywords = [*args, *kwargs.values()], tuple(kwargs)
-        operands = [argument for argument in arguments if type(argument) in TRACKED]
-        result = form.call([plain(argument) for argument in arguments], keywords)
+        numbers, layout = _flattened([*args, *kwargs.values()], tuple(kwargs))
+        operands = [number for number in numbers if type(number) in TRACKED]
+        result = form.call([plain(number) for number in numbers], layout)
         if not operands:
             return result
-        first, size = (tuple(arguments), keywords), size_of(operands)
-        if isinstance(result, tuple):
-            made = [_tracked(part, (form, first, place), size) for place, part in enumerate(result)]
-            return type(result)(*made) if hasattr(result, '_fields') else tuple(made)
-        return _tracked(result, (form, first, None), size)
+        first, size = (tuple(numbers), layout), size_of(operands)
+        if not isinstance(result, (tuple, list)) and not _is_array(result):
+            return _tracked(result, (form, first, None), size)
+        parts = result.flat if _is_array(result) else result
+        made = [_tracked(part, (form, first, place), size) for place, part in enumerate(parts)]
+        if _is_array(result):
+            array = result.astype(object)
+            array.flat[:] = made
+            return array
+        return type(result)(*made) if hasattr(result, '_fields') else type(result)(made)
 
     return called
+
+
+def _flattened(arguments: List[Any], keywords: Sequence[str]) -> Tuple[List[Any], Layout]:
+    """The numbers that arguments hold, and how to make the arguments of them."""
+    numbers: List[Any] = []
+    containers: List[Optional[Tuple[Any, int]]] = []
+    for argument in arguments:
+        if type(argument) in SCALARS or not is_tracked(argument):
+            numbers.append(argument)
+            containers.append(None)
+            continue
+        begin = len(numbers)
+        rebuilt(argument, numbers.append)
+        containers.append((untracked(argument), len(numbers) - begin))
+    return numbers, Layout(keywords, containers)
 
 
 def _tracked(result: Any, record: tuple, size: int) -> Any:

@@ -5,6 +5,7 @@ is_exact)` over earlier instructions that are sources, or `(Operation, index, ..
 operands among the earlier instructions.
 """
 
+import math
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 from .affine import folded
@@ -89,38 +90,60 @@ def _moved(instruction: tuple, moved: Dict[int, int]) -> tuple:
 
 
 def assemble(
-    instructions: Iterable[tuple], check: Optional[Callable[[Operation, List[Any]], None]] = None
+    instructions: Iterable[tuple],
+    check: Optional[Callable[[Operation, List[Any]], None]] = None,
+    faults: Optional[Dict[int, Exception]] = None,
 ) -> List[Any]:
     """The values that instructions make, in their order; constants come back plain.
 
     Args:
         instructions: as from `disassemble`; the caller has checked counts and indices.
-        check: `check(operation, operands)` is called before each operation; what it raises refuses the instructions.
+        check: `check(operation, operands)` is called before each operation; what it raises refuses the operation.
+        faults: gets the error of each instruction that makes no finite scalar, by its index, and of those over
+            it; the value of these is None. Without it, the first error is raised, and infinite values are values.
 
     Raises:
         TypeError, ValueError, ArithmeticError, IndexError: the instructions do not fit each other, or make a
             number or text that no message holds.
     """
     made: List[Any] = []
-    for instruction in instructions:
-        kind = instruction[0]
-        if isinstance(kind, Operation):
-            operands = [made[index] for index in instruction[1:]]
-            if check is not None:
-                check(kind, operands)
-            value = apply(kind, *operands)
-            if value is NotImplemented:
-                raise TypeError('%s of such operands' % kind.name)
-            _check_size(value)
-        elif kind == SOURCE:
-            value = make(instruction[2], (RECORD_SOURCE, instruction[1], None), 1)
-        elif kind == CONSTANT:
-            value = instruction[1]
-        else:
-            terms = tuple([(made[index], slope) for index, slope in instruction[2]])
-            value = make(instruction[1], (RECORD_AFFINE, terms, instruction[3]), len(terms) + 1)
+    for at, instruction in enumerate(instructions):
+        if faults is None:
+            made.append(_made(instruction, made, check))
+            continue
+        fault = next((faults[place] for place in _operands(instruction) if place in faults), None) if faults else None
+        if fault is None:
+            try:
+                value = _made(instruction, made, check)
+                if not isinstance(value, (float, int, str)) or (isinstance(value, float) and not math.isfinite(value)):
+                    raise ValueError('an operation gives %r' % (value,))
+            except Exception as error:
+                # Of any class: what makes it comes from outside.
+                fault = error.with_traceback(None)
+        if fault is not None:
+            faults[at], value = fault, None
         made.append(value)
     return made
+
+
+def _made(instruction: tuple, made: List[Any], check: Optional[Callable[[Operation, List[Any]], None]]) -> Any:
+    """The value that an instruction makes of those before it."""
+    kind = instruction[0]
+    if isinstance(kind, Operation):
+        operands = [made[index] for index in instruction[1:]]
+        if check is not None:
+            check(kind, operands)
+        value = apply(kind, *operands)
+        if value is NotImplemented:
+            raise TypeError('%s of such operands' % kind.name)
+        _check_size(value)
+        return value
+    if kind == SOURCE:
+        return make(instruction[2], (RECORD_SOURCE, instruction[1], None), 1)
+    if kind == CONSTANT:
+        return instruction[1]
+    terms = tuple([(made[index], slope) for index, slope in instruction[2]])
+    return make(instruction[1], (RECORD_AFFINE, terms, instruction[3]), len(terms) + 1)
 
 
 def _check_size(value: Any) -> None:

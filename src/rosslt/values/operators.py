@@ -2,13 +2,25 @@
 
 from typing import Any, Optional, Tuple
 
+from .accelerator import CORE
 from .affine import LIMIT, shorten
 from .instructions import assemble, disassemble
 from .numpy_ufuncs import array_ufunc
-from .operations import BY_CODE, FUNCTION, Operation
+from .operations import BY_CODE, FUNCTION, LAZY, SOURCE, Operation
 from .operations import table as ops
 from .recording import MAX_SHARED_SIZE, apply, joint_size
-from .tracked import CREATE, TRACKED, TrackedBool, TrackedFloat, TrackedInt, TrackedStr, plain
+from .sources import Source, UnnamedSource
+from .tracked import (
+    CREATE,
+    TRACKED,
+    TrackedBool,
+    TrackedFloat,
+    TrackedInt,
+    TrackedStr,
+    new_of_python,
+    plain,
+    resolve,
+)
 
 NUMBERS: Tuple[Any, ...] = (TrackedFloat, TrackedInt, TrackedBool)
 WHOLE: Tuple[Any, ...] = (TrackedInt, TrackedBool)
@@ -167,18 +179,49 @@ def from_instructions(instructions: Any, index: int) -> Any:
     return assemble(instructions)[index]
 
 
+def complete_core() -> None:
+    """Tell the compiled core which forms its arithmetic records, and what does all that it does not do itself."""
+
+    def fallback(operation: Operation) -> Any:
+        if operation is not ops.MULTIPLY:
+            return lambda a, b: apply(operation, a, b)
+        return lambda a, b: product(a, b) if type(a) is TrackedInt else times_whole(a, b)
+
+    def times_whole(a: Any, b: Any) -> Any:
+        return product(b, a) if type(b) is TrackedInt and type(a) is not TrackedFloat else apply(ops.MULTIPLY, a, b)
+
+    rows = list(FAST.values())
+    CORE.complete(
+        tuple([form for row in rows for form in (row.left, row.right, row.both)]),
+        tuple([fallback(row) for row in rows]),
+        ops.NEGATE.left,
+        SOURCE,
+        LAZY,
+        shorten,
+        resolve,
+        new_of_python,
+        (Source, UnnamedSource),
+        LIMIT,
+        MAX_SHARED_SIZE,
+    )
+
+
 def give_all() -> None:
     """Complete the tracked classes."""
+    if CORE is not None:
+        complete_core()
     for name, row in FAST.items():
-        give_fast_operator(name, row)
-        give_operator(TrackedInt, name, row)
+        if CORE is None:
+            give_fast_operator(name, row)
+            give_operator(TrackedInt, name, row)
         give_operator(TrackedBool, name, row)
     for name, row in BITWISE.items():
         give_operator(TrackedInt, name, row)
         give_operator(TrackedBool, name, row)
     for cls in WHOLE:
         cls.numerator = property(itself)
-        cls.__mul__ = cls.__rmul__ = product
+        if CORE is None or cls is TrackedBool:
+            cls.__mul__ = cls.__rmul__ = product
     for cls in NUMBERS:
         give_operator(cls, 'pow', ops.POWER)
         cls.__pow__ = power
@@ -187,13 +230,14 @@ def give_all() -> None:
         cls.__pos__ = cls.conjugate = itself
         cls.real = property(itself)
         for name, row in (
-            ('__neg__', ops.NEGATE),
             ('__abs__', ops.ABSOLUTE),
             ('__trunc__', ops.TRUNCATE),
             ('__floor__', ops.FLOOR),
             ('__ceil__', ops.CEIL),
         ):
             give_method(cls, name, row)
+        if CORE is None or cls is TrackedBool:
+            give_method(cls, '__neg__', ops.NEGATE)
         for row in BY_CODE.values():
             for name in row.numpy if row.precedence == FUNCTION else ():
                 give_method(cls, name, row)

@@ -5,7 +5,7 @@ from typing import Any, Sequence
 from .affine import LIMIT, shorten
 from .numpy_ufuncs import broadcast, is_array
 from .operations import Operation
-from .tracked import CREATE, TRACKED, plain_scalar
+from .tracked import CLASSES, TRACKED, new, plain_scalar
 
 MAX_SHARED_SIZE = 16
 """The most that the smaller of two operands adds to the size of a result. Operands mostly share their past; adding
@@ -14,13 +14,9 @@ up their sizes would count it twice at every step, and so pass the limit in no t
 
 def make(value: Any, record: tuple, size: int) -> Any:
     """The tracked value with that record; `value` itself if its type cannot be tracked (a complex number)."""
-    create = CREATE.get(type(value))
-    if create is None:
+    if type(value) not in CLASSES:
         return value
-    result = create(value)
-    result._plain = value
-    result._record = record
-    result._size = size
+    result = new(value, record, size)
     if size > LIMIT:
         shorten(result)
     return result

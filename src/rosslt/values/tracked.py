@@ -7,6 +7,7 @@ means the same, so readers take it once and need no lock. Recording an operation
 
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
+from .accelerator import CORE
 from .operations import AFFINE, LAZY, SOURCE
 from .operations import table as ops
 from .sources import Source
@@ -20,7 +21,7 @@ class TrackedType(type):
     """
 
     def __call__(cls, *args: Any, **options: Any) -> Any:
-        return PLAIN_CLASSES[cls](*args, **options)
+        return next(kind for tracked, kind in PLAIN_CLASSES.items() if issubclass(cls, tracked))(*args, **options)
 
 
 class TrackedFloat(float, metaclass=TrackedType):
@@ -57,9 +58,13 @@ class TrackedStr(str, metaclass=TrackedType):  # type: ignore[misc]  # for mypy,
 
 
 CLASSES: Dict[Any, Any] = {float: TrackedFloat, int: TrackedInt, bool: TrackedBool, str: TrackedStr}
-PLAIN_CLASSES: Dict[Any, Any] = {tracked: kind for kind, tracked in CLASSES.items()}
 CREATE: Dict[Any, Callable[[Any], Any]] = {kind: type.__call__.__get__(tracked) for kind, tracked in CLASSES.items()}
-"""What makes a tracked value, still without provenance, of a plain one of each type."""
+"""What makes a tracked value of the classes above, still without provenance, of a plain one of each type."""
+if CORE is not None:
+    # The same, compiled; bools and texts are few.
+    TrackedFloat = CLASSES[float] = CORE.TrackedFloat  # type: ignore[misc]
+    TrackedInt = CLASSES[int] = CORE.TrackedInt  # type: ignore[misc]
+PLAIN_CLASSES: Dict[Any, Any] = {tracked: kind for kind, tracked in CLASSES.items()}
 TRACKED = frozenset(CLASSES.values())
 
 
@@ -93,6 +98,11 @@ def new(value: Any, record: tuple, size: int) -> Any:
     return result
 
 
+new_of_python = new
+if CORE is not None:
+    new = CORE.new
+
+
 def track(value: Any, source: Source) -> Any:
     """A tracked value whose provenance is that source itself.
 
@@ -118,14 +128,7 @@ def lazy(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[A
             that `value` is, or was rounded from), or terms as `affine` gives them. It may be called more than once, and
             by several threads.
     """
-    results = []
-    for value, load in zip(values, loads):
-        result = CREATE[type(value)](value)
-        result._plain = value
-        result._record = (LAZY, load, None)
-        result._size = 1
-        results.append(result)
-    return results
+    return [new(value, (LAZY, load, None), 1) for value, load in zip(values, loads)]
 
 
 def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
@@ -139,6 +142,15 @@ def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
             return None
         found.append(first)
     return tuple(found)
+
+
+def has_form_of(value: Any, other: Any) -> bool:
+    """Whether a value was made by the same operation as another one, or is the same source."""
+    if type(value) is not type(other) or type(value) not in TRACKED:
+        return False
+    form, source, _ = resolve(value)
+    other_form, other_source, _ = resolve(other)
+    return form is other_form and (form is not SOURCE or source == other_source)
 
 
 def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:

@@ -1,35 +1,67 @@
-"""`rosslt bag`: what provenance a recorded bag holds."""
+"""`rosslt bag`: what provenance a recorded bag holds, and what the messages would have been with other values."""
 
 import argparse
-from typing import Any, Dict, List, Sequence, Tuple
+import contextlib
+import itertools
+import os
+import sys
+import time
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
-from rosslt.cli import bags
-from rosslt.cli.directory import Directory
+import rosbag
+
+from rosslt import values
+from rosslt.cli import bags, what_if
+from rosslt.cli.directory import Directory, Place
+from rosslt.cli.failure import Failure
 from rosslt.cli.output import is_terminal, table, write_row
+from rosslt.cli.progress import bar
 from rosslt.cli.provenance_map import ProvenanceMap, brief
+from rosslt.cli.scalars import parse_scalar
+from rosslt.cli.suggestions import did_you_mean
 from rosslt.cli.verb import LOOK, Argument
 
 GROUP = LOOK
-SUMMARY = 'what provenance a recorded bag holds'
+SUMMARY = 'what provenance a recorded bag holds, and what its messages would have been with other values'
 DESCRIPTION = """Print what provenance a recorded bag holds: for each topic how many of its messages have some, and
 which sources reach which fields. Sources have their names where
-<node>/rosslt/locations was recorded too, or where their nodes run now, and are NODE#ID otherwise."""
+<node>/rosslt/locations was recorded too, or where their nodes run now, and are NODE#ID otherwise.
+
+With --set and -o, write a bag with what the messages would have been had a location had another value all the time:
+each tracked field is evaluated by its provenance. What was computed without provenance stays as it was recorded."""
 EXAMPLE = """\
-example:
+examples:
   rosslt bag run.bag
+  rosslt bag run.bag --set /planner/speed=0.8 -o slower.bag
 
 In a pipe each source of each topic is a line of columns between tabs: topic, type, number of messages, number of
-those with provenance, source, fields; a topic without provenance has a line with the last two empty.
+those with provenance, source, fields; a topic without provenance has a line with the last two empty. With --set, each
+topic is one: topic, number of messages, how many of them have other values now.
 """
 ARGUMENTS = [
     Argument('file', metavar='FILE'),
+    Argument(
+        '--set',
+        action='append',
+        metavar='NODE/LOCATION=VALUE',
+        help='with this value of a location, named as the listing does; may be given several times',
+    ),
+    Argument('-o', '--output', metavar='OUT', help='write the messages as they would have been'),
 ]
+
+#: How many messages of each topic are looked at for their sources, before all are.
+FIRST = 20
 
 #: What is known of the sources on a topic: (source, the fields that it reaches).
 Rows = Sequence[Tuple[str, List[str]]]
 
 
 def run(options: argparse.Namespace) -> None:
+    if options.set or options.output:
+        if not (options.set and options.output):
+            raise Failure('give --set NODE/LOCATION=VALUE and -o OUT together')
+        _rewrite(options.file, options.set, options.output)
+        return
     found = ProvenanceMap()
     tracked: Dict[str, int] = {}
     directory = Directory()
@@ -62,3 +94,117 @@ def _show(name: str, topic: Any, tracked: int, rows: Rows) -> None:
 def _write(name: str, topic: Any, tracked: int, rows: Rows) -> None:
     for source, fields in rows or [('', [])]:
         write_row(name, topic.msg_type, topic.message_count, tracked, source, ','.join(fields))
+
+
+def _rewrite(file: str, settings: Sequence[str], output: str) -> None:
+    """Write a bag with other values of locations.
+
+    Raises:
+        Failure: a location is not known, a value does not fit, or the bag cannot be written.
+    """
+    directory, began = Directory(), time.perf_counter()
+    with bags.opened(file) as bag:
+        changes = _changes(bag, directory, settings)
+        with _replacing(output) as part:
+            try:
+                with rosbag.Bag(part, 'w', compression=bag.get_compression_info()[0]) as written:
+                    result = what_if.rewrite(bag, written, changes, bar('rewriting'))
+            except OSError as error:
+                raise Failure(f'cannot write {output}: {error.strerror or error}') from None
+    taken = time.perf_counter() - began
+    rows = [(name, str(topic.count), str(topic.changed)) for name, topic in sorted(result.topics.items())]
+    if is_terminal():
+        for line in table([('topic', 'messages', 'changed'), *rows], left=1):
+            print(line)
+        print(
+            '{}: {:.1f} s of recording in {:.2f} s, {:.0f} times as fast as real time'.format(
+                output, result.recorded, taken, result.recorded / taken
+            )
+        )
+    else:
+        for row in rows:
+            write_row(*row)
+    for name, topic in sorted(result.topics.items()):
+        if topic.left_out:
+            print(f'rosslt bag: {topic.left_out} messages on {name} are left out: {topic.reason}', file=sys.stderr)
+        if topic.is_approximate:
+            print(f'rosslt bag: messages on {name} are approximate: their provenance is linearized', file=sys.stderr)
+
+
+@contextlib.contextmanager
+def _replacing(output: str) -> Iterator[str]:
+    """The name of a file that becomes `output` once all has gone well.
+
+    Raises:
+        Failure: there is such a file already.
+    """
+    if os.path.exists(output):
+        raise Failure(f'{output} exists already: give another name, or remove it')
+    part = output + '.part'
+    try:
+        yield part
+        os.replace(part, output)
+    finally:
+        with contextlib.suppress(OSError):
+            os.remove(part)
+
+
+def _changes(bag: rosbag.Bag, directory: Directory, settings: Sequence[str]) -> Dict[values.Source, Any]:
+    """{Source: value} of NODE/LOCATION=VALUE.
+
+    Raises:
+        Failure: it is no such thing, the bag has no such location, or the location would not take the value.
+    """
+    bags.take_names(bag, directory)
+    recorded = _recorded(bag, directory, FIRST)
+    changes: Dict[values.Source, Any] = {}
+    for setting in settings:
+        name, equals, text = setting.partition('=')
+        if not equals:
+            raise Failure(f'{setting!r} is not NODE/LOCATION=VALUE')
+        source = _source(directory, recorded, name)
+        if source is None:
+            recorded = _recorded(bag, directory, None)
+            source = _source(directory, recorded, name)
+        if source is None:
+            every = sorted(directory.name(source) for source in recorded)
+            raise Failure(
+                f'no message comes from {name}{did_you_mean(name, every)}; the sources are '
+                + (', '.join(every) or 'none')
+            )
+        try:
+            value = parse_scalar(text, type(recorded[source]).__name__)
+        except ValueError as error:
+            raise Failure(f'{name}: {error}') from None
+        place = directory.of(source)
+        if place is not None:
+            _check_bounds(place, value)
+        changes[source] = value
+    return changes
+
+
+def _recorded(bag: rosbag.Bag, directory: Directory, limit: Optional[int]) -> Dict[values.Source, Any]:
+    """The sources of the first messages of each topic, each with a value that it had; the directory learns of them."""
+    recorded: Dict[values.Source, Any] = {}
+    for topic in bag.get_type_and_topic_info().topics:
+        for received in itertools.islice(bags.messages(bag, [topic]), limit):
+            leaves = [leaf for _, leaf in values.leaves(received.message) if values.is_tracked(leaf)]
+            for source, value in values.source_values(leaves).items():
+                recorded.setdefault(source, value)
+    directory.learn(recorded)
+    return recorded
+
+
+def _source(directory: Directory, recorded: Dict[values.Source, Any], name: str) -> Optional[values.Source]:
+    """The recorded source of a name, None where there is none."""
+    for source in recorded:
+        if {name, '/' + name} & {str(source), directory.name(source)}:
+            return source
+    return None
+
+
+def _check_bounds(place: Place, value: Any) -> None:
+    if place.minimum is not None and value < place.minimum:
+        raise Failure(f'{place.name} would refuse {value!r}: it is below its minimum {place.minimum!r}')
+    if place.maximum is not None and value > place.maximum:
+        raise Failure(f'{place.name} would refuse {value!r}: it is above its maximum {place.maximum!r}')

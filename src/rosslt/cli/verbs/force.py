@@ -2,8 +2,7 @@
 
 import argparse
 import sys
-import time
-from typing import Any, Dict, Optional, Set, Tuple
+from typing import Any, Dict, Optional, Sequence, Set, Tuple
 
 import rospy
 
@@ -11,18 +10,19 @@ from rosslt import node, values
 from rosslt.cli.completers import fields, locations, nodes
 from rosslt.cli.directory import TIMEOUT, Directory
 from rosslt.cli.failure import Failure
-from rosslt.cli.fields import field_of, is_reached, source_values, target
+from rosslt.cli.fields import field_of, source_values, target
 from rosslt.cli.hearing import heard_publishers
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change
-from rosslt.cli.reading import Inbox
-from rosslt.cli.rendering import text_of
+from rosslt.cli.reading import Inbox, Received
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
 SUMMARY = 'have a field of a topic become a value, by changing where it comes from'
 DESCRIPTION = """Take the next message of a topic, solve for the sources of a field of it, and have their nodes change
-them, so that the field of the messages to come is VALUE. Prints what changed, and waits until a message shows it. Where
+them, so that the field of the messages to come is VALUE; then look at the next message. Where the field is not VALUE,
+as the node has taken another branch for instance, the new message is solved, and so on. Prints what changed, and after
+how many messages it was seen. Where VALUE is not reached, the changes are taken back, and the exit code is 1. Where
 several nodes publish the topic, it is about the first one by name whose messages have a source, unless --node or
 --source says another."""
 EXAMPLE = """\
@@ -31,7 +31,8 @@ examples:
   rosslt force /target/pose/position "{x: 1.5, y: 0.0}" --dry-run
   rosslt force /target/pose/position/x 1.5 --source /talker/radius
 
-In a pipe each change is a line of columns between tabs: NODE/LOCATION, old value, new value, file:line:column.
+In a pipe each change is a line of columns between tabs: NODE/LOCATION, old value, new value, file:line:column; and,
+where something was changed, after how many messages and milliseconds it was seen.
 """
 ARGUMENTS = [
     Argument('field', completer=fields, metavar='TOPIC/FIELD', help='as /target/pose/position/x or /path/points[3]'),
@@ -44,6 +45,8 @@ ARGUMENTS = [
     ),
     Argument('--node', completer=nodes, metavar='NODE', help='in the messages of this node'),
     Argument('--dry-run', action='store_true', help='print what would change; change nothing'),
+    Argument('--rounds', type=int, default=5, metavar='N', help='solve at most N messages (default: 5)'),
+    Argument('--keep-anyway', action='store_true', help='leave the changes also where VALUE is not reached'),
     Argument('--timeout', type=float, default=5.0, metavar='S', help='seconds to wait for a message (default: 5)'),
 ]
 
@@ -77,18 +80,81 @@ def run(options: argparse.Namespace) -> None:
             )
         wanted = target(part, options.value)
         if options.dry_run:
-            changes = _planned(directory, part, wanted, source)
-        else:
-            inbox.clear()
-            changes = node.force_value_as(Requester(rospy.get_name(), directory), part, wanted, source, TIMEOUT)
-        changes = {changing: change for changing, change in changes.items() if change.old != change.new}
-        if not changes and is_terminal():
-            print('nothing to change: it is so already')
-        for changed, (old, new) in changes.items():
-            write_change(directory, changed, node.to_json(old), node.to_json(new), is_planned=options.dry_run)
-        if changes and not options.dry_run:
+            _show(directory, _planned(directory, part, wanted, source), is_planned=True)
+            return
+        heard_one = next(received for received in heard if received.publisher == publisher)
+        outcome = _forced(directory, inbox, heard_one, field, wanted, source, options)
+    _show(directory, outcome.changes, seen=(outcome.messages, f'{outcome.milliseconds:.0f}'))
+    _report(outcome, publisher)
+
+
+def _forced(
+    directory: Directory,
+    inbox: Inbox,
+    received: Received,
+    field: str,
+    wanted: Any,
+    source: Optional[values.Source],
+    options: argparse.Namespace,
+) -> node.Outcome:
+    """What forcing the field of a message has changed.
+
+    Raises:
+        Failure: the field has not become what was wanted; what was left changed is printed.
+    """
+    inbox.clear()
+    try:
+        return node.close_loop(
+            Requester(rospy.get_name(), directory),
+            inbox,
+            received,
+            field,
+            wanted,
+            None if source is None else [source],
+            options.rounds,
+            options.timeout,
+            options.keep_anyway,
+        )
+    except node.NotReached as error:
+        if not error.outcome.is_taken_back:
+            _show(directory, error.outcome.changes)
             sys.stdout.flush()
-            _wait_until_seen(inbox, publisher, field, wanted, changes, options)
+        raise Failure(str(error)) from None
+
+
+def _show(
+    directory: Directory,
+    changes: Dict[values.Source, node.Change],
+    is_planned: bool = False,
+    seen: Sequence[object] = (),
+) -> None:
+    """Print changes of sources."""
+    for changed, (old, new) in changes.items():
+        if old != new:
+            write_change(directory, changed, node.to_json(old), node.to_json(new), is_planned, seen)
+
+
+def _report(outcome: node.Outcome, publisher: str) -> None:
+    """Print what was seen of the changes."""
+    if outcome.moves:
+        print(
+            f'rosslt force: it moves by itself: it was solved for the moment it was seen at, and {publisher} has sent '
+            f'{outcome.seen} since',
+            file=sys.stderr,
+        )
+    if not is_terminal():
+        return
+    if not outcome.rounds:
+        print('nothing to change: it is so already')
+        return
+    print(
+        'seen after {} message{}, {:.0f} ms{}'.format(
+            outcome.messages,
+            's' * (outcome.messages != 1),
+            outcome.milliseconds,
+            f', solved {outcome.rounds} times' if outcome.rounds > 1 else '',
+        )
+    )
 
 
 def _chosen(directory: Directory, parts: Dict[str, Any], text: Optional[str]) -> Tuple[str, Optional[values.Source]]:
@@ -124,49 +190,6 @@ def _planned(
     new = values.solve(part, wanted, source, **directory.limits(values.sources(part), TIMEOUT))
     old = source_values(part)
     return {changing: node.Change(old[changing], value) for changing, value in new.items()}
-
-
-def _wait_until_seen(
-    inbox: Inbox,
-    publisher: str,
-    field: str,
-    wanted: Any,
-    changes: Dict[values.Source, node.Change],
-    options: argparse.Namespace,
-) -> None:
-    """Wait for a message of the same publisher that was made after the change, and check its value.
-
-    Raises:
-        Failure: it does not have the wanted value.
-    """
-    end = time.monotonic() + options.timeout
-    last = None
-    while True:
-        received = inbox.next_before(end)
-        if received is None:
-            break
-        if received.publisher != publisher:
-            continue
-        last = field_of(received.message, field)
-        if is_reached(last, wanted):
-            return
-        present = source_values(last)
-        if all(source in present and present[source] == change.new for source, change in changes.items()):
-            break
-    if last is None:
-        print(
-            f'rosslt force: no message of {publisher} came within {options.timeout:g} s after that: '
-            'it is seen when the node publishes again',
-            file=sys.stderr,
-        )
-    else:
-        raise Failure(f'this has changed, but {publisher} now sends {_shown(last)} instead of {options.value}')
-
-
-def _shown(part: Any) -> str:
-    """A part of a message in one line."""
-    tracked = [(path, leaf) for path, leaf in values.leaves(part) if values.is_tracked(leaf)]
-    return ', '.join(f'{path}: {text_of(leaf)}' if path else text_of(leaf) for path, leaf in tracked) or str(part)
 
 
 def _names(directory: Directory, source: values.Source) -> Set[str]:

@@ -1,7 +1,11 @@
 """`rosslt graph`: the flow of provenance."""
 
 import argparse
+import contextlib
+import sys
 from typing import Iterable
+
+import rosgraph
 
 from rosslt import values
 from rosslt.cli.completers import topics
@@ -9,10 +13,13 @@ from rosslt.cli.directory import Directory
 from rosslt.cli.drawing import dot, svg
 from rosslt.cli.failure import Failure
 from rosslt.cli.flow import Flow, Step
-from rosslt.cli.master import find_master, full_name
+from rosslt.cli.history import recorded_changes
+from rosslt.cli.master import find_master, full_name, tracked_nodes
 from rosslt.cli.output import is_terminal, write_row
+from rosslt.cli.prov_document import prov_json
 from rosslt.cli.provenance_map import ProvenanceMap, brief
 from rosslt.cli.reading import Inbox
+from rosslt.cli.unreachable import why_unreachable
 from rosslt.cli.verb import LOOK, Argument
 
 GROUP = LOOK
@@ -23,6 +30,7 @@ EXAMPLE = """\
 examples:
   rosslt graph
   rosslt graph --svg > graph.svg
+  rosslt graph --prov provenance.json
 
 In a pipe each location and topic is a line of columns between tabs: NODE/LOCATION, topic, fields, nodes on the way.
 """
@@ -31,10 +39,16 @@ ARGUMENTS = [
     Argument('--time', type=float, default=2.0, metavar='S', help='how long to listen (default: 2)'),
     Argument('--dot', action='store_true', help='print it for graphviz', exclusive=True),
     Argument('--svg', action='store_true', help='print it drawn by graphviz', exclusive=True),
+    Argument(
+        '--prov',
+        metavar='FILE',
+        help='write it, all locations and who changed what as W3C PROV-JSON; - for standard output',
+        exclusive=True,
+    ),
 ]
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> int:
     master = find_master()
     published = [topic for topic, _ in master.getPublishedTopics('/')]
     topics = list(map(full_name, options.topics)) or published
@@ -45,6 +59,8 @@ def run(options: argparse.Namespace) -> None:
     with Inbox(topics) as inbox:
         for received in inbox.during(options.time):
             found.add(received)
+    if options.prov:
+        return _write_prov(master, found, options.prov)
     if not found.fields:
         raise Failure(f'no message with provenance within {options.time:g} s')
     flow, directory = Flow(found, dict(master.getSystemState()[1])), Directory()
@@ -59,6 +75,27 @@ def run(options: argparse.Namespace) -> None:
         for source in sources:
             for topic, fields, nodes in flow.paths(source):
                 write_row(directory.name(source), topic, ','.join(fields), ','.join(nodes))
+    return 0
+
+
+def _write_prov(master: rosgraph.Master, found: ProvenanceMap, file_name: str) -> int:
+    nodes, directory = tracked_nodes(master), Directory()
+    if not nodes and not found.fields:
+        raise Failure('there is no node with locations')
+    places, silent = directory.ask(nodes)
+    changes, silent_of_changes = recorded_changes(places)
+    sources = [place.source for name in nodes for place in places.get(name, ())]
+    directory.learn(found.sources)
+    text = prov_json(directory, sources, found, changes)
+    try:
+        with contextlib.nullcontext(sys.stdout) if file_name == '-' else open(file_name, 'w', encoding='utf-8') as file:
+            file.write(text + '\n')
+    except OSError as error:
+        raise Failure(f'cannot write {file_name}: {error.strerror}') from None
+    silent.update(silent_of_changes)
+    for name, why in sorted(silent.items()):
+        print(f'rosslt graph: cannot reach {name}: {why_unreachable(master, name, why)}', file=sys.stderr)
+    return 1 if silent else 0
 
 
 def _show(flow: Flow, sources: Iterable[values.Source], directory: Directory) -> None:

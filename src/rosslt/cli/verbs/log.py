@@ -3,11 +3,11 @@
 import argparse
 import sys
 from datetime import datetime
-from typing import Any, List, NamedTuple
+from typing import List
 
-from rosslt import node, srv, values
 from rosslt.cli.completers import nodes
-from rosslt.cli.directory import TIMEOUT, Directory, tracked_node
+from rosslt.cli.directory import Directory, tracked_node
+from rosslt.cli.history import Recorded, recorded_changes
 from rosslt.cli.master import find_master, tracked_nodes
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.unreachable import why_unreachable
@@ -34,22 +34,10 @@ ARGUMENTS = [
 _EARLIEST_DATE = 1e8
 
 
-class Recorded(NamedTuple):
-    """A change in the history of a node."""
-
-    node: str
-    recorded: Any
-    """rosslt/RecordedChange."""
-
-
 def run(options: argparse.Namespace) -> int:
     master = find_master()
     asked = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
-    request = srv.GetHistoryRequest(limit=max(0, options.count))
-    answers, silent = node.ask_all('get_history', srv.GetHistory, dict.fromkeys(asked, request), TIMEOUT)
-    found = [Recorded(name, recorded) for name, answer in answers.items() for recorded in answer.changes]
-    found.sort(key=lambda each: each.recorded.change.stamp)
-    found = found[-options.count :] if options.count else found
+    found, silent = recorded_changes(asked, max(0, options.count))
     directory = Directory()
     directory.ask(sorted({each.node for each in found}))
     (_show if is_terminal() else _write)(found, directory)
@@ -65,7 +53,7 @@ def _show(found: List[Recorded], directory: Directory) -> None:
         (
             _time(each.recorded.change.stamp.to_sec()),
             each.recorded.change.requester,
-            _name(directory, each),
+            each.name(directory),
             f'{each.recorded.change.old_value} -> {each.recorded.change.new_value}',
             'taken back' if each.recorded.undone else '',
         )
@@ -81,18 +69,12 @@ def _write(found: List[Recorded], directory: Directory) -> None:
         write_row(
             change.stamp.to_sec(),
             change.requester,
-            _name(directory, each),
+            each.name(directory),
             change.old_value,
             change.new_value,
             each.recorded.request_id,
             'undone' if each.recorded.undone else '',
         )
-
-
-def _name(directory: Directory, each: Recorded) -> str:
-    """NODE/LOCATION, also of a location that is gone."""
-    place = directory.of(values.Source(each.node, each.recorded.change.location_id))
-    return place.name if place else f'{each.node}/{each.recorded.change.name}'
 
 
 def _time(seconds: float) -> str:

@@ -8,13 +8,12 @@ from typing import Any, Dict, List, Sequence, Union
 import rosgraph
 import yaml
 
-from rosslt import files
+from rosslt import files, node
 from rosslt.cli.completers import nodes
-from rosslt.cli.directory import Directory, locations_of, tracked_node
+from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach, locations_of, tracked_node
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import find_master
 from rosslt.cli.output import is_terminal, write_row
-from rosslt.cli.saving import changes_to_save
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
@@ -53,7 +52,10 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> None:
-    edits, unsaved = changes_to_save(master, name)
+    try:
+        edits, unsaved = node.changes_to_save(name, TIMEOUT)
+    except node.SourceUnreachable as error:
+        raise cannot_reach(master, name, str(error)) from None
     try:
         if is_diff:
             sys.stdout.write(files.unified_diff(edits))

@@ -6,7 +6,7 @@ from typing import Any, Dict, List, Optional
 
 import rosgraph
 
-from rosslt import node, srv
+from rosslt import node
 from rosslt.cli.completers import nodes
 from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
@@ -37,11 +37,7 @@ def run(options: argparse.Namespace) -> int:
     master = find_master()
     asked = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
     histories = _histories(master, asked, '', options.node and asked[0])
-    last = max(
-        (recorded for changes in histories.values() for recorded in changes if not recorded.undone),
-        key=lambda recorded: recorded.change.stamp,
-        default=None,
-    )
+    last = node.last_change(histories)
     if last is None:
         raise Failure(
             f'{asked[0]}: there is no change to take back' if options.node else 'there is no change to take back'
@@ -68,9 +64,8 @@ def _histories(
         Failure: a node does not answer that is still there: what it has changed is not known, and would not be taken
             back. A node that has ended has nothing to take back, but for the one that was asked for.
     """
-    request = srv.GetHistoryRequest(request_id=request_id)
-    answers, silent = node.ask_all('get_history', srv.GetHistory, dict.fromkeys(nodes, request), TIMEOUT)
+    found, silent = node.histories(nodes, request_id, TIMEOUT)
     for name, reason in silent.items():
         if name == asked or not has_ended(master, name):
             raise cannot_reach(master, name, reason)
-    return {name: list(answer.changes) for name, answer in answers.items() if answer.changes}
+    return found

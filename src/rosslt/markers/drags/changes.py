@@ -1,7 +1,7 @@
 """From the pose that a drag asks for to new values of the sources, and the request to their owners."""
 
 import math
-from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt import node, values
 
@@ -17,16 +17,24 @@ class Plan(NamedTuple):
         after: {Source: new value}.
         gap: the distance from the target that remains.
         stops: {Source: a bound that it has come to, such as 'maximum 4.5'}.
+        is_exact: whether the values become their targets.
     """
 
     before: Dict[values.Source, Any]
     after: Dict[values.Source, Any]
     gap: float = 0.0
     stops: Optional[Dict[values.Source, str]] = None
+    is_exact: bool = True
 
 
 def plan(
-    tracked: Sequence[Any], targets: Sequence[float], source: Optional[values.Source] = None, timeout: float = 1.0
+    tracked: Sequence[Any],
+    targets: Sequence[float],
+    source: Optional[values.Source] = None,
+    timeout: float = 1.0,
+    began: Optional[Mapping[values.Source, Any]] = None,
+    last: Optional[Mapping[values.Source, Any]] = None,
+    may_leap: bool = False,
 ) -> Plan:
     """What the sources of tracked values must become so that these become their targets, or come as near as they can.
 
@@ -34,22 +42,35 @@ def plan(
         tracked, targets: tracked values and as many numbers.
         source: change this Source alone where a value depends on it.
         timeout: how long to wait for what the owners say of their bounds, in seconds.
+        began: {Source: value} where the drag began, of the sources that it has changed. The plan is made from there, so
+            that a hand that comes back brings them back.
+        last: {Source: value} of the last answer of this drag that brought the values to their targets, to be followed
+            without a jump.
+        may_leap: whether an answer that can only be reached by a jump is one, too.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
     """
+    if began:
+        tracked = values.reapply(list(tracked), began)
     present = values.source_values(tracked)
     limits = node.limits(list(present), timeout)
     if source is not None:
         limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
     try:
-        return Plan(present, values.solve(list(tracked), list(targets), **limits))
+        return Plan(present, values.continued(tracked, targets, last or {}, **limits))
     except values.NotInvertible:
-        after, gap = _nearest(tracked, targets, present, limits)
+        if last and may_leap:
+            return plan(tracked, targets, source, timeout)
+        if last:
+            # As near as it comes from the last good values.
+            tracked = values.reapply(list(tracked), last)
+        after, gap = _nearest(tracked, targets, values.source_values(tracked), limits)
+        after = {**(last or {}), **after}
         stops = _stops({**present, **after}, limits['bounds'])
         if not after and not stops:
             raise
-        return Plan(present, after, gap, stops)
+        return Plan(present, after, gap, stops, is_exact=False)
 
 
 def default_sources(tracked: Sequence[Any], read_only: Collection[values.Source] = ()) -> List[values.Source]:
@@ -124,6 +145,7 @@ def _nearest(
             bounds=limits['bounds'],
             read_only=limits['read_only'],
             sources=[source for source in present if ranks.get(source, 0) <= rank],
+            weights=limits.get('weights'),
         )
         if found:
             break

@@ -20,28 +20,31 @@ class Drag:
         handle: what it holds.
         leap_limit: as of a Guard.
         request_id: an id that goes with all changes of this drag, so that they are one in the owners' history.
+        hand: whose hand it is, where a view is shown to several people.
 
     Attributes:
         pose: where the hand has it now.
         asked: the last pose that the sources have been asked for.
         applied_at: the last one where they followed, None before the first.
         is_withheld: whether the answer for that pose leaps, and was held back.
+        is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
         heard: when the hand last did something.
         answered: when the owners last answered.
         fault: what is wrong with what the hand reports, or None.
         refusal: the error of the last request, or None.
         before, after: {Source: value} of what it has changed.
+        followed: {Source: value} of the last answer that brought the handle to where the hand was.
     """
 
-    def __init__(self, handle: Handle, leap_limit: float, request_id: str) -> None:
-        self.handle, self.request_id = handle, request_id
+    def __init__(self, handle: Handle, leap_limit: float, request_id: str, hand: str = '') -> None:
+        self.handle, self.request_id, self.hand = handle, request_id, hand
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
         self.start: PoseTuple = handle.pose
         self.guard = Guard(leap_limit, handle.size)
         self.is_moved = self.is_turned = self.is_over = False
-        self.is_withheld = False
+        self.is_withheld = self.is_exact = False
         self.applied_at: Optional[PoseTuple] = None
         self.heard = time.monotonic()
         self.due = self.answered = 0.0
@@ -49,6 +52,7 @@ class Drag:
         self.refusal: Optional[Exception] = None
         self.before: Dict[values.Source, Any] = {}
         self.after: Dict[values.Source, Any] = {}
+        self.followed: Dict[values.Source, Any] = {}
 
     def move(self, frame: str, pose: PoseTuple) -> None:
         """The hand is at a pose now."""

@@ -14,6 +14,7 @@ import rospy
 
 from rosslt import node, values
 from rosslt.markers.drags import changes, wording
+from rosslt.markers.drags.check import Check
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.scene.handle import Handle
@@ -24,6 +25,9 @@ HAND_TIMEOUT = 3.0
 
 #: How far from its target a drag may end without a message, in the unit of the coordinate.
 NOTICEABLE = 1e-3
+
+#: How often it is looked whether what was dropped is shown there, in seconds.
+CHECK_PERIOD = 0.02
 
 #: How many drags of one handle can be undone.
 UNDO_LIMIT = 50
@@ -61,40 +65,48 @@ class Drags:
         self._scene, self._rules, self._name_of = scene, rules, name_of
         self._held: Dict[str, Drag] = {}
         self._over: Deque[Drag] = collections.deque()
+        self._checks: Dict[str, Check] = {}  # name of a handle -> whether it is shown where it was dropped
         self._wake = threading.Condition()
         self.chosen: Dict[str, Optional[values.Source]] = {}
         self._past: Dict[str, Deque[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
         threading.Thread(target=self._work, name='drags', daemon=True).start()
 
-    def hold(self, name: str) -> None:
-        """A hand takes hold of a handle."""
-        with self._wake:
-            self._drag_of(name)
+    def hold(self, name: str, hand: str = '') -> bool:
+        """A hand takes hold of a handle; False where there is none, or another hand has it.
 
-    def move(self, name: str, frame: str, pose: PoseTuple) -> None:
-        """A hand has moved a handle.
+        Args:
+            hand: whose it is, where one view shows the handle to several people.
+        """
+        with self._wake:
+            return self._drag_of(name, hand) is not None
+
+    def move(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
+        """A hand has moved a handle; False as of `hold`.
 
         Args:
             frame: the frame that the pose is in.
             pose: where it stands now.
+            hand: as of `hold`.
         """
         with self._wake:
-            drag = self._drag_of(name)
+            drag = self._drag_of(name, hand)
             if drag is not None:
                 drag.move(frame, pose)
                 self._wake.notify()
+            return drag is not None
 
-    def keep(self, name: str) -> None:
+    def keep(self, name: str, hand: str = '') -> None:
         """A hand still holds a handle."""
         with self._wake:
-            if name in self._held:
+            if name in self._held and self._held[name].hand == hand:
                 self._held[name].heard = time.monotonic()
 
-    def release(self, name: str, frame: str, pose: PoseTuple) -> None:
+    def release(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> None:
         """A hand has let go of a handle."""
         with self._wake:
-            drag = self._held.pop(name, None)
-            if drag is not None:
+            drag = self._held.get(name)
+            if drag is not None and drag.hand == hand:
+                del self._held[name]
                 drag.heard = time.monotonic()
                 drag.move(frame, pose)
                 self._over.append(drag)
@@ -109,6 +121,7 @@ class Drags:
             self._scene.say(handle, 'nothing to undo')
             return
         request_id, nodes = past[-1]
+        self._checks.pop(name, None)
         undone = node.undo_request(request_id, nodes, rospy.get_name(), self._rules.timeout)
         if undone.reasons:
             reason = '; '.join(dict.fromkeys(undone.reasons.values()))
@@ -117,14 +130,18 @@ class Drags:
         if undone.changes or not undone.reasons:
             past.pop()
 
-    def _drag_of(self, name: str) -> Optional[Drag]:
+    def _drag_of(self, name: str, hand: str) -> Optional[Drag]:
+        """The drag of a hand, which begins where nobody has the handle; None where another hand has it."""
         drag = self._held.get(name)
         if drag is None:
             handle = self._scene.handle(name)
             if handle is None:
                 return None
-            drag = self._held[name] = Drag(handle, self._rules.leap_limit, node.new_request_id())
+            self._checks.pop(name, None)
+            drag = self._held[name] = Drag(handle, self._rules.leap_limit, node.new_request_id(), hand)
             self._scene.hold(name)
+        if drag.hand != hand:
+            return None
         drag.heard = time.monotonic()
         return drag
 
@@ -132,6 +149,12 @@ class Drags:
         while not rospy.is_shutdown():
             with self._wake:
                 drag = self._next()
+            try:
+                self._correct_what_was_dropped()
+            except rospy.ROSInterruptException:
+                return
+            except Exception:
+                rospy.logerr('a check of what was dropped failed\n%s', traceback.format_exc())
             if drag is None:
                 self._scene.say_what_is_not_shown()
                 continue
@@ -143,18 +166,47 @@ class Drags:
                 rospy.logerr('%s: the drag failed\n%s', drag.handle.name, traceback.format_exc())
                 self._scene.let_go(drag.handle.name)
 
+    def _correct_what_was_dropped(self) -> None:
+        """Solve again for things that are shown elsewhere than they were dropped: their nodes took other branches."""
+        for name, check in list(self._checks.items()):
+            is_elsewhere = check.is_elsewhere(self._scene.handle(name))
+            if is_elsewhere is None or self._checks.pop(name, None) is not check:
+                continue
+            if is_elsewhere:
+                self._correct(check)
+
+    def _correct(self, check: Check) -> None:
+        drag, rounds = check.drag, check.rounds - 1
+        before = dict(drag.after)
+        refusal = self._force(drag, drag.pose) if rounds >= 0 else None
+        if refusal is None and rounds >= 0 and drag.after != before:
+            self._remember(drag)
+            self._checks[drag.handle.name] = Check(drag, self._scene.handle(drag.handle.name), rounds)
+            return
+        reason = '; ' + wording.refusal(refusal) if refusal else ''
+        self._scene.say(
+            drag.handle, 'shown elsewhere than it was dropped: its node computes it in another way' + reason
+        )
+
+    def _remember(self, drag: Drag) -> None:
+        """Keep what a drag has changed, to be undone."""
+        past = self._past.setdefault(drag.handle.name, collections.deque(maxlen=UNDO_LIMIT))
+        if past and past[-1][0] == drag.request_id:
+            past.pop()
+        past.append((drag.request_id, {source.node for source in drag.before}))
+
     def _next(self) -> Optional[Drag]:
         """The next drag to follow; after a wait, None where there is none yet."""
         now = time.monotonic()
         for name in [name for name, drag in self._held.items() if now - drag.heard > HAND_TIMEOUT]:
             drag = self._held.pop(name)
-            drag.fault = 'RViz reports no more of the drag'
+            drag.fault = 'nothing more is heard of the drag'
             self._over.append(drag)
         if self._over:
             drag = self._over.popleft()
             drag.is_over = True
             return drag
-        wait = 0.5
+        wait = CHECK_PERIOD if self._checks else 0.5
         for drag in self._held.values():
             if self._rules.is_live and drag.asked != drag.pose:
                 wait = min(wait, drag.due - now)
@@ -184,10 +236,12 @@ class Drags:
     def _end(self, drag: Drag, refusal: Optional[str]) -> None:
         name = drag.handle.name
         if drag.before:
-            past = self._past.setdefault(name, collections.deque(maxlen=UNDO_LIMIT))
-            past.append((drag.request_id, {source.node for source in drag.before}))
+            self._remember(drag)
         if name not in self._held:  # no hand has taken it again meanwhile
-            self._scene.let_go(name, drag.after if not refusal and not drag.is_withheld else None)
+            has_followed = not refusal and not drag.is_withheld
+            self._scene.let_go(name, drag.after if has_followed else None)
+            if has_followed and drag.after and drag.is_exact:
+                self._checks[name] = Check(drag, self._scene.handle(name))
         if refusal:
             rospy.logwarn('%s snaps back: %s', name, refusal)
 
@@ -199,17 +253,21 @@ class Drags:
             return None
         timeout = self._rules.timeout
         try:
-            plan = changes.plan(tracked, targets, self.chosen.get(handle.name), timeout / 2)
+            chosen = self.chosen.get(handle.name)
+            plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.before, drag.followed, drag.is_over)
             if plan.after and self._is_leap(drag, handle, pose, plan, tracked):
                 return None
             wanted = changes.to_request(plan, drag.after)
             if wanted:
                 drag.remember(changes.request(wanted, timeout, drag.request_id))
                 drag.applied_at = pose
+            if plan.is_exact:
+                drag.followed = {source: drag.after.get(source, new) for source, new in plan.after.items()}
         except values.Error as error:
             # Of several owners, some may have changed what others have refused.
             drag.remember(getattr(error, 'changed', {}))
             return error
+        drag.is_exact = plan.gap <= NOTICEABLE
         self._say_how_far(handle, plan)
         return None
 

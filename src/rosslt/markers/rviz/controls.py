@@ -10,7 +10,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl
 
 from rosslt.markers.geometry import IDENTITY, ONTO_AXIS, PoseTuple, Rotation, Vector, inverse, onto, product
-from rosslt.markers.scene.handle import Axes, CanChange, Handle
+from rosslt.markers.scene.handle import CanChange, Handle
 
 AXIS_NAMES = 'xyz'
 
@@ -29,7 +29,7 @@ def handle_marker(handle: Handle, can_change: CanChange, is_free: bool) -> Any:
     parts = [arrow(axis) for axis in range(3) if motions.arrows[axis]]
     parts.extend(ring(name, direction) for name, direction in motions.rings)
     rotation = handle.pose[3:] if motions.is_in_frame else IDENTITY
-    parts.append(body(motions.axes, handle.shapes(), rotation, bool(handle.tracked), is_free))
+    parts.append(body(motions.of_body(is_free), handle.shapes(), rotation, bool(handle.tracked)))
     return interactive_marker(handle.name, handle.frame, handle.pose, ARROW_SCALE * handle.size, parts)
 
 
@@ -61,24 +61,19 @@ def ring(name: str, direction: Vector) -> Any:
 
 
 def body(
-    movable: Axes,
+    axes: Sequence[int],
     shapes: List[Any],
     turned: Sequence[float] = IDENTITY,
     has_menu: bool = True,
-    is_free: bool = False,
 ) -> Any:
-    """Shapes to grab, which move the way that the movable axes allow: all three in the plane of x and y.
+    """Shapes to grab.
 
     Args:
-        movable: for x, y and z.
+        axes: those that they move along, as of Motions; all three mean the plane of the screen.
         shapes: Markers whose poses are relative to the interactive marker.
         turned: the rotation of the interactive marker against the frame that the axes belong to.
         has_menu: whether a right click opens the menu even where no axis is movable.
-        is_free: whether what is movable every way moves in the plane of the screen.
     """
-    axes = [axis for axis in range(3) if movable[axis]]
-    if len(axes) == 3 and not is_free:
-        axes = [0, 1]
     mode = InteractiveMarkerControl.MENU if has_menu else InteractiveMarkerControl.NONE
     rotation: Rotation = IDENTITY
     if len(axes) == 1:

@@ -1,26 +1,24 @@
 """The display: which interactive markers RViz is shown, and how they follow the handles of a scene.
 
-Handles are put and dropped as messages come; `apply` then sends what differs from what RViz has, at most as
-often as it is called. What a hand holds is left alone: RViz lets go of a marker that is inserted again.
+`apply` sends what differs from what RViz has, at most as often as it is called. RViz lets go of a marker that is
+inserted again, so that what a hand holds has to be left alone.
 """
 
-import traceback
-from typing import Any, Callable, Dict, Hashable, List, Optional, Set, Tuple
+from typing import Any, Callable, Optional, Set
 
-import rospy
 from visualization_msgs.msg import InteractiveMarkerFeedback as Feedback
 
 from rosslt.markers.drags.drags import Drags
-from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.rviz import controls
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.rviz.server import Server
+from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import CanChange, Handle
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.shapes import pose_tuple
 
 
-class Display:
+class Display(Follower):
     """A scene in RViz: a View of it.
 
     Args:
@@ -34,14 +32,11 @@ class Display:
     """
 
     def __init__(self, server: Server, scene: Scene, can_change: CanChange, notes: Notes) -> None:
-        self.lock = scene.lock
+        super().__init__(scene)
         self.free: Set[str] = set()
-        self._server, self._scene, self._can_change, self._notes = server, scene, can_change, notes
+        self._server, self._can_change, self._notes = server, can_change, notes
         self._drags: Optional[Drags] = None
         self._add_menu: Callable[[Any, Handle], None] = lambda server, handle: None
-        self._wanted: Dict[str, Handle] = {}
-        self._shown: Dict[str, Tuple[Hashable, Optional[PoseTuple]]] = {}  # name -> (draw_key, pose)
-        self._differ: Set[str] = set()
 
     def connect(self, drags: Drags, add_menu: Callable[[Any, Handle], None]) -> None:
         """Connect drags and menus, before the first handle is added.
@@ -52,53 +47,31 @@ class Display:
         """
         self._drags, self._add_menu = drags, add_menu
 
-    # What the scene tells a View.
-
-    def put(self, handle: Handle) -> None:
-        """A handle is there, or has changed."""
-        name = handle.name
-        self._wanted[name] = handle
-        shown = self._shown.get(name)
-        if shown is None or shown[1] != handle.pose or shown[0] != handle.draw_key:
-            self._differ.add(name)
-
-    def drop(self, name: str) -> None:
-        """A handle was removed."""
-        if self._wanted.pop(name, None) is not None:
-            self._differ.add(name)
-
-    def let_go(self, name: str) -> None:
-        """A drag has ended: the server has to hear of the pose in any case, as other clients are shown the old one."""
-        if name in self._shown:
-            self._shown[name] = (self._shown[name][0], None)
-            self._differ.add(name)
-
     def say(self, handle: Handle, text: str) -> None:
         """Put a note beside a handle."""
         self._notes.put(handle, text)
 
+    def draw(self, handle: Handle) -> None:
+        """Insert the interactive marker of a handle."""
+        marker = controls.handle_marker(handle, self._can_change, handle.name in self.free)
+        self._server.insert(marker, self._feedback)
+        self._add_menu(self._server, handle)
+
+    def move(self, handle: Handle) -> None:
+        """Send where a handle is now."""
+        self._server.setPose(handle.name, controls.pose_message(handle.pose))
+
+    def erase(self, name: str) -> None:
+        """Take an interactive marker away."""
+        self._server.erase(name)
+
     # For the node.
-
-    def redraw(self, name: str) -> None:
-        """Have a marker drawn anew, as its menu has changed."""
-        with self.lock:
-            if name in self._shown:
-                self._shown[name] = (None, self._shown[name][1])
-                self._differ.add(name)
-
-    def names(self) -> List[str]:
-        """The names of all handles that are shown."""
-        with self.lock:
-            return list(self._wanted)
 
     def apply(self) -> None:
         """Send what differs from what RViz has."""
         with self.lock:
-            has_changed = self._notes.update(self._server)
-            if self._differ:
-                self._differ = {name for name in self._differ if not self._update(name)}
-                has_changed = True
-            if has_changed:
+            has_news = self._notes.update(self._server)
+            if self.follow() or has_news:
                 self._server.applyChanges()
 
     def clear(self) -> None:
@@ -107,27 +80,6 @@ class Display:
             self._wanted.clear()
             self._server.clear()
             self._server.applyChanges()
-
-    def _update(self, name: str) -> bool:
-        """Bring one marker up to date; False where it has to wait."""
-        handle, shown = self._wanted.get(name), self._shown.get(name)
-        if self._scene.is_held(name):
-            return False
-        if handle is None:
-            if shown is not None:
-                self._server.erase(name)
-                del self._shown[name]
-            return True
-        if shown is None or shown[0] != handle.draw_key:
-            try:
-                self._server.insert(controls.handle_marker(handle, self._can_change, name in self.free), self._feedback)
-                self._add_menu(self._server, handle)
-            except Exception:  # a thing that cannot be drawn must not prevent the others from being shown
-                rospy.logerr('%s cannot be shown\n%s', name, traceback.format_exc())
-        elif shown[1] != handle.pose:
-            self._server.setPose(name, controls.pose_message(handle.pose))
-        self._shown[name] = (handle.draw_key, handle.pose)
-        return True
 
     def _feedback(self, feedback: Any) -> None:
         """Hand on what RViz reports of a drag."""

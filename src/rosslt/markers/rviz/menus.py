@@ -9,7 +9,7 @@ from interactive_markers.menu_handler import MenuHandler
 
 from rosslt import values
 from rosslt.markers.describing import Descriptions
-from rosslt.markers.drags import changes
+from rosslt.markers.drags.choices import Choice, choices_of
 from rosslt.markers.drags.drags import Drags
 from rosslt.markers.rviz.display import Display
 from rosslt.markers.rviz.server import Server
@@ -19,25 +19,10 @@ from rosslt.markers.scene.scene import Scene
 #: For how long values must stay the same before a menu shows them, in seconds: RViz closes an open menu that changes.
 SETTLING_TIME = 2.0
 
-#: Slopes below this are treated as 0.
-NO_EFFECT = 1e-6
-
 HEADING = 'A drag changes'
 FREE = 'Move the body freely (with Shift: towards you and away)'
 UNDO = 'Undo the last drag'
 SOURCES = 'Sources'
-
-
-class Choice(NamedTuple):
-    """One line to choose from.
-
-    Attributes:
-        source: what is chosen, None for the default.
-        changed: the sources that a drag changes then.
-    """
-
-    source: Optional[values.Source]
-    changed: List[values.Source]
 
 
 class Drawn(NamedTuple):
@@ -157,20 +142,3 @@ class Menus:
         handle = self._scene.handle(name)
         if handle is not None:
             self._scene.say(handle, text)
-
-
-def choices_of(tracked: List[Any], read_only: Tuple[values.Source, ...]) -> List[Choice]:
-    """What there is to choose from where a drag changes tracked values, the default first."""
-    can = [
-        source
-        for source, slopes in values.slopes(tracked).items()
-        if source not in read_only and max(map(abs, slopes)) > NO_EFFECT
-    ]
-    default = changes.default_sources(tracked, read_only) or can
-    # Choosing a source makes a difference only where a value has several.
-    others = [
-        source
-        for source in can
-        if [source] != default and any(len(both) > 1 and source in both for both in map(values.sources, tracked))
-    ]
-    return [Choice(None, default)] + [Choice(source, [source]) for source in others]

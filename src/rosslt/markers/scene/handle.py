@@ -15,10 +15,12 @@ class Settings(NamedTuple):
     Attributes:
         is_planar: whether things move in x and y and turn around z only (2D).
         ball_size: the diameter of the balls on what has no size of its own, in metres.
+        draws_all: whether the view has to draw every marker itself, also those that RViz shows without its help.
     """
 
     is_planar: bool = False
     ball_size: float = 0.2
+    draws_all: bool = False
 
 
 class Motions(NamedTuple):
@@ -35,6 +37,17 @@ class Motions(NamedTuple):
     is_in_frame: bool = False
     arrows: Axes = (False, False, False)
     rings: Sequence[Tuple[str, Vector]] = ()
+
+    def of_body(self, is_free: bool) -> List[int]:
+        """The axes that a grabbed body moves along: 0, 1 and 2 for x, y and z.
+
+        A mouse moves a body that can go every way in the plane of x and y.
+
+        Args:
+            is_free: whether it moves in the plane of the screen instead: all three axes.
+        """
+        axes = [axis for axis in range(3) if self.axes[axis]]
+        return axes if len(axes) < 3 or is_free else [0, 1]
 
 
 class CanChange(Protocol):

@@ -69,6 +69,15 @@ class Scene:
         with self.lock:
             return [name for name in self._handles if self._places.is_shown(name)]
 
+    def origin(self, name: str) -> Tuple[str, str]:
+        """(topic, publisher) of the last message that shows a handle; ('', '') where there is none of that name."""
+        with self.lock:
+            for topic, things in self._things.items():
+                for names, publisher in things.values():
+                    if name in names:
+                        return topic, publisher
+            return '', ''
+
     def topics(self) -> Dict[str, str]:
         """{topic: the frame of one of its things} for each topic that shows something to drag."""
         with self.lock:
@@ -148,6 +157,7 @@ class Scene:
             is_shown: whether RViz shows it by itself.
         """
         publisher = (message._connection_header or {}).get('callerid', '')
+        is_shown = is_shown and not self._settings.draws_all
         with self.lock:
             things = self._things.setdefault(topic, {})
             if message._type == MarkerArray._type:

@@ -2,10 +2,11 @@
 
 `encoder` writes it and `decoder` reads it. Both share the parts: numbers of variable length (`varint`), the tables in
 front (`table_writer`, `table_reader`), the expressions that are not affine (`expressions`), and templates of what was
-written or read not long ago (`templates`).
+written or read not long ago (`templates`). `sparing` limits the time that is spent on writing.
 """
 
 from rosslt.messages.codec.decoder import attach
 from rosslt.messages.codec.encoder import encode, provenance_to_send
+from rosslt.messages.codec.sparing import Allowance, SparingProvenance
 
-__all__ = ['attach', 'encode', 'provenance_to_send']
+__all__ = ['Allowance', 'SparingProvenance', 'attach', 'encode', 'provenance_to_send']

@@ -5,7 +5,7 @@ of which sources, with which coefficients.
 """
 
 import functools
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Container, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.bounded_cache import BoundedCache
 from rosslt.messages.codec.expressions import packed_instructions, register, without_sources
@@ -158,6 +158,38 @@ def _encoded(message_type: str, leaves: Sequence[Leaf], full_history: bool) -> b
     if not expressions and len(fields) <= MAX_TEMPLATE_FIELDS:
         return _encoded_affine(message_type, fields)
     return _Encoder(message_type).encoded(fields, expressions, full_history)
+
+
+def encoded_with_slopes(message_type: str, leaves: Sequence[Leaf], moving: Container[int]) -> bytes:
+    """The provenance of tracked leaves, whatever its size, which holds for later values of some of them as well.
+
+    Args:
+        message_type: of the message.
+        leaves: the tracked ones.
+        moving: the indices of those leaves. Of what is not affine in its sources, the slopes are written that it has
+            now; what has none is left out.
+    """
+    fields: List[AffineField] = []
+    expressions: List[Leaf] = []
+    for leaf in leaves:
+        index, value, kind = leaf
+        terms = _affine(value)
+        if index in moving and terms is None and type(untracked(value)) in (float, int):
+            terms = _present_slopes(value)
+        if terms and fits(kind, terms):
+            fields.append(_field(leaf, terms))
+        elif index not in moving or origins([value]):
+            expressions.append(leaf)
+    return _Encoder(message_type).encoded(fields, expressions, False)
+
+
+def _present_slopes(value: Any) -> Terms:
+    """The slopes of a value that is not affine; `()` where some are larger than any float."""
+    try:
+        terms = [term for term in linearized(value) if type(term[1]) in (float, int)]
+    except ArithmeticError:
+        return ()
+    return tuple([term for term in terms if term[2]] or terms[:1])
 
 
 def _affine(value: Any) -> Optional[Terms]:

@@ -5,7 +5,7 @@ them is first needed, operation by operation with a bound on each result.
 """
 
 import math
-from typing import Any, Callable, List, Optional, Sequence
+from typing import Any, Callable, Dict, List, Optional, Sequence
 
 from rosslt.messages.codegen.walkers import PLAIN
 from rosslt.messages.fault_log import warn_once
@@ -31,7 +31,7 @@ class ReceivedExpressions:
     def __init__(self, instructions: Sequence[tuple]) -> None:
         self._instructions = instructions
         self._made: Optional[List[Any]] = None
-        self._fault = ''
+        self._faults: Dict[int, Exception] = {}
         self.count = len(instructions)
 
     def value(self, index: int, expected: Any, kind: str) -> Any:
@@ -42,28 +42,27 @@ class ReceivedExpressions:
             expected: the field's value.
             kind: the field's, as `fields.kind_of` gives it.
         """
-        if self._made is None and not self._fault:
-            try:
-                self._made = computed(self._instructions)
-            except Exception as error:
-                # Raised here, it would reach the code that reads the value, which did not send the message.
-                self._fault = str(error) or type(error).__name__
-        fault = self._fault
-        if self._made is not None:
-            made = self._made[index]
-            if type(made) in PLAIN and agrees(made, expected, kind):
-                return made
+        if self._made is None:
+            self._made = computed(self._instructions, self._faults)
+        made, error = self._made[index], self._faults.get(index)
+        if error is not None:
+            # Raised here, it would reach the code that reads the value, which did not send the message.
+            fault = str(error) or type(error).__name__
+        elif type(made) in PLAIN and agrees(made, expected, kind):
+            return made
+        else:
             fault = 'it makes %.60r' % made
         warn_once(fault, 'bad provenance: a field that holds %.60r is delivered untracked: %s', expected, fault)
         return ()
 
 
-def computed(instructions: Sequence[tuple]) -> List[Any]:
+def computed(instructions: Sequence[tuple], faults: Dict[int, Exception]) -> List[Any]:
     """The values that instructions make, where computing them takes neither long nor much memory.
 
-    Raises:
-        ValueError: it does, or a result is no finite scalar.
-        ArithmeticError, TypeError, IndexError: as the operations themselves.
+    Args:
+        instructions: as `expressions.read_instructions` gives them.
+        faults: gets the error of each instruction that makes no finite scalar in that way, by its index, and of those
+            over it; the value of these is None.
     """
     characters = 0
 
@@ -73,11 +72,7 @@ def computed(instructions: Sequence[tuple]) -> List[Any]:
         if characters > TEXTS_LIMIT:
             raise ValueError('the texts on its way have more than %d characters' % TEXTS_LIMIT)
 
-    made = assemble(instructions, check)
-    for value in made:
-        if not isinstance(value, (float, int, str)) or (isinstance(value, float) and not math.isfinite(value)):
-            raise ValueError('an operation gives %r' % (value,))
-    return made
+    return assemble(instructions, check, faults)
 
 
 def bounded_size(operation: Operation, operands: Sequence[Any]) -> int:

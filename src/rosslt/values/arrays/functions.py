@@ -8,6 +8,7 @@ import numpy as np
 from ..numpy_ufuncs import boxed
 from ..tracked import TRACKED, plain
 from . import linear_algebra  # noqa: F401, registers its functions
+from .statistics import corrcoef, cov
 from .tracked_array import (
     TrackedArray,
     array,
@@ -247,7 +248,7 @@ def _functions() -> Dict[str, Any]:
     }
     made.update({name: storage(getattr(np, name)) for name in ('zeros', 'ones', 'empty', 'identity', 'eye')})
     made.update({name: question(name) for name in ('isfinite', 'isnan', 'isinf', 'signbit')})
-    own = (array, full, arange, linspace, interp, einsum, cross, median, polyval, around, clip, where)
+    own = (array, full, arange, linspace, interp, einsum, cross, median, polyval, around, clip, where, cov, corrcoef)
     made.update({function.__name__: wrapping(function) for function in own})
     made['asarray'] = made['asanyarray'] = made['array']
     made['round'] = made['around']

@@ -2,11 +2,12 @@
 
 `choice.py` chooses which sources change, `chain.py` solves the simplest and most frequent case, `one.py` solves
 for one source, `several.py` for several sources together (`equations.py` and `descent.py` are its parts), `nearest.py`
-comes as near as it gets where nothing gives the target. `root_finding.py` and `least_squares.py` do the numerics,
+comes as near as it gets where nothing gives the target, `continuation.py` follows a target along a path. `root_finding.py` and `least_squares.py` do the numerics,
 `periods.py` knows by how much an angle can be turned without a difference, and `budget.py` says what it may cost.
 """
 
 from .choice import solve
+from .continuation import continued
 from .nearest import nearest, slopes, source_values
 
-__all__ = ['nearest', 'slopes', 'solve', 'source_values']
+__all__ = ['continued', 'nearest', 'slopes', 'solve', 'source_values']

@@ -116,7 +116,9 @@ class Trial:
         self.depends = graph.depending(changing)
         self.budget = budget
         last = max(roots)
-        steps = [step for step in graph.steps(self.depends) if step[0] <= last]
+        steps = graph.steps(self.depends)
+        if last < len(base) - 1:
+            steps = [step for step in steps if step[0] <= last]
         self._steps = steps
         whole = [value.bit_length() for value in base if type(value) is int]
         whole += [value.bit_length() for value in wanted if type(value) is int] if whole else []

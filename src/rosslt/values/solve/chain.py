@@ -2,6 +2,7 @@
 
 from typing import Any, Dict, List, Optional
 
+from ..accelerator import CORE
 from ..closeness import RELATIVE
 from ..operations import SOURCE
 from ..operations.table import ADD, DIVIDE, MULTIPLY, SUBTRACT
@@ -19,6 +20,10 @@ def solve_chain(value: Any, target: Any) -> Optional[Dict[Source, float]]:
     """
     if type(target) is not float:
         return None
+    if CORE is not None:
+        answer: Any = CORE.solve_chain(value, target, RELATIVE)
+        if answer is not NotImplemented:
+            return answer
     plus, minus, times, over = PLUS, MINUS, TIMES, OVER
     records: List[tuple] = []
     keep = records.append

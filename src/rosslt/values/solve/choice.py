@@ -5,14 +5,27 @@ numbers, bools and texts. *GetPut*: solving for the present value changes nothin
 is returned.
 """
 
+import itertools
 import math
-from typing import Any, Callable, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import (
+    Any,
+    Callable,
+    Collection,
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Tuple,
+    Union,
+)
 
 from ..closeness import almost_meets, is_same, meets
 from ..errors import NotInvertible, NotTracked
 from ..explain import brief
 from ..graph import Graph, evaluate
-from ..operations import SOURCE
 from ..operations.inverses import refuse
 from ..sources import Source, describe_source
 from ..tracked import TRACKED, TrackedFloat, plain_scalar
@@ -26,6 +39,15 @@ from .simplest import simplest
 
 MANY_SOURCES = 16
 """Of more sources than these, it is first looked up which ones cannot give the result alone."""
+
+ORDINARY = 2 * math.pi
+"""Sources without bounds move alike up to this size, so that angles do, and in proportion to their size beyond it."""
+
+MOST_ROUNDINGS = 16
+"""In so many ways at most are whole numbers rounded, up or down."""
+
+MOST_OUT_OF_BOUNDS = 4
+"""Of so many sources at most that are out of their bounds, each is moved alone before all of them are."""
 
 ALONE = 0.8
 """The part of the work that may go into looking for one source that does it alone; the rest is for several."""
@@ -56,23 +78,26 @@ class Freedom(NamedTuple):
         return source not in self.read_only and (self.only is None or source in self.only)
 
     def ranked(self, sources: Iterable[Source]) -> List[Source]:
-        """Sources in the order in which they are tried: by rank, and in the order given within a rank."""
-        return sorted(sources, key=self.rank)
+        """Sources in the order in which they are tried: by rank, then the stiff ones last, else in the order given."""
+        return sorted(sources, key=lambda source: (self.rank(source), self.weights.get(source, 1.0)))
 
     def limits(self, source: Source) -> Tuple[float, float]:
         """A source's minimum and maximum, infinite where there is none."""
         low, high = self.bounds.get(source, (None, None))
         return -math.inf if low is None else low, math.inf if high is None else high
 
-    def scale(self, source: Source) -> float:
-        """How far a source moves as easily as one without bounds moves by 1.
+    def scale(self, source: Source, value: float) -> float:
+        """How far a source moves as easily as one without bounds, of an ordinary size, moves by 1.
 
-        That is the range of its bounds, unless it has a weight.
+        That is the range of its bounds, else its size where that is a large one, unless it has a weight.
+
+        Args:
+            value: what it is now.
         """
         if source in self.weights:
             return 1.0 / self.weights[source]
         low, high = self.limits(source)
-        return high - low if 0 < high - low < math.inf else 1.0
+        return high - low if 0 < high - low < math.inf else max(1.0, abs(value) / ORDINARY)
 
 
 def solve(
@@ -97,8 +122,10 @@ def solve(
         read_only: sources to pass over.
         rank: `{Source: rank}`, or a function of a Source; 0 for those that are missing. A source is changed only
             where those of lower rank cannot give the target.
-        weights: `{Source: how hard it is to move}`, greater than 0, where several sources change together. A source
-            that has none moves the further the wider its bounds are; 1 stands for one without bounds.
+        weights: `{Source: how hard it is to move}`, greater than 0. Of sources of one rank, those of less weight are
+            tried first, and where several change together, they move further. There, a source
+            that has none moves the further the wider its bounds are, or, without bounds, the larger it is; 1 stands
+            for one without bounds whose size is below 2 pi.
 
     Returns:
         `{Source: new value}`. For a scalar one source, with its present value if the target is the present
@@ -121,7 +148,7 @@ def solve(
     only = [source] if source is not None else None if sources is None else list(sources)
     if weights and not all(weight > 0 for weight in weights.values()):
         raise ValueError('weights are greater than 0, found %r' % (dict(weights),))
-    freedom = Freedom(only, bounds or {}, read_only, _rank_of(rank), weights or {})
+    freedom = Freedom(only, bounds or {}, read_only, rank_of(rank), weights or {})
     if source is not None and source in read_only:
         raise NotInvertible('cannot change %s: it is read-only' % describe_source(source))
     if type(value) in TRACKED:
@@ -129,7 +156,8 @@ def solve(
     return _solve_parts(value, target, freedom)
 
 
-def _rank_of(rank: Optional[Rank]) -> Callable[[Source], int]:
+def rank_of(rank: Optional[Rank]) -> Callable[[Source], int]:
+    """Ranks as a function of a Source."""
     if rank is None:
         return lambda source: 0
     if isinstance(rank, Mapping):
@@ -243,7 +271,12 @@ def _unchanged(graph: Graph, root: int, base: List[Any], sources: List[Source]) 
 
 
 def _holds_number(graph: Graph, source: Source) -> bool:
-    return all(type(graph.nodes[place]._plain) in (float, int) for place in graph.occurrences[source])
+    return all(type(graph.nodes[place]._plain) in (float, int, bool) for place in graph.occurrences[source])
+
+
+def holds_floats(graph: Graph, source: Source) -> bool:
+    """Whether a source holds a float."""
+    return all(type(graph.nodes[place]._plain) is float for place in graph.occurrences[source])
 
 
 def _moved_together(
@@ -258,12 +291,35 @@ def _moved_together(
     floats = [source for source in sources if not _is_whole(graph, source)]
     for rank in sorted(set(map(freedom.rank, floats))):
         unknowns = [source for source in floats if freedom.rank(source) <= rank]
-        share = budget.share(0.7)
-        found = _solution(graph, goals, unknowns, freedom, share, base)
-        budget.refund(share)
-        if found is not None:
-            return dict(zip(unknowns, found))
+        for moving in _first_without(_out_of_bounds(graph, unknowns, freedom, base), unknowns):
+            share = budget.share(0.7)
+            found = _solution(graph, goals, moving, freedom, share, base)
+            budget.refund(share)
+            if found is not None:
+                return dict(zip(moving, found))
     return None
+
+
+def _out_of_bounds(graph: Graph, sources: List[Source], freedom: Freedom, base: Optional[List[Any]]) -> List[Source]:
+    """The sources whose present values are out of their bounds: where they move, they have to move back at once."""
+    found = []
+    for source in sources if freedom.bounds else ():
+        low, high = freedom.limits(source)
+        place = graph.occurrences[source][0]
+        if not low <= (_present(graph, source) if base is None else base[place]) <= high:
+            found.append(source)
+    return found
+
+
+def _first_without(some: List[Source], sources: List[Source]) -> Iterator[List[Source]]:
+    """The sources without those, then with one of those, then with all."""
+    if some:
+        rest = [source for source in sources if source not in some]
+        if rest:
+            yield rest
+        for one in some if 1 < len(some) <= MOST_OUT_OF_BOUNDS else ():
+            yield [*rest, one]
+    yield sources
 
 
 def _moved_with_whole(
@@ -277,24 +333,44 @@ def _moved_with_whole(
     """As `_moved_together`, with whole numbers among the sources: they are rounded, and the floats make up for it."""
     whole = [source for source in sources if _is_whole(graph, source)]
     floats = [source for source in sources if source not in whole]
-    found = _solution(graph, goals, floats + whole, freedom, budget, base) if whole else None
+    truths = [source for source in whole if type(_present(graph, source)) is bool]
+    freedom = freedom._replace(bounds={**freedom.bounds, **dict.fromkeys(truths, (0, 1))})
+    share = budget.share(0.5)
+    found = _solution(graph, goals, floats + whole, freedom, share, base) if whole else None
+    budget.refund(share)
     if found is None:
         return None
-    answer: Dict[Source, Any] = {source: round(new) for source, new in zip(whole, found[len(floats) :])}
-    for source, new in answer.items():
-        low, high = freedom.limits(source)
-        if not low <= new <= high:
-            return None
-    try:
-        values = graph.values({**_changes_of(graph, base), **answer})
-    except UNDEFINED:
-        return None
-    if floats:
-        rest = _solution(graph, goals, floats, freedom, budget, values)
-        return None if rest is None else {**answer, **dict(zip(floats, rest))}
-    size = size_of(goals)
-    met = all(almost_meets(values[graph.index[id(value)]], wanted, size) for _, value, wanted in goals)
-    return answer if met else None
+    changes = _changes_of(graph, base)
+    limits = [freedom.limits(source) for source in whole]
+    for rounded in itertools.islice(_roundings(found[len(floats) :]), MOST_ROUNDINGS):
+        if not all(low <= new <= high for new, (low, high) in zip(rounded, limits)):
+            continue
+        answer = {source: bool(new) if source in truths else new for source, new in zip(whole, rounded)}
+        values = _values(graph, {**changes, **answer})
+        if values is None:
+            continue
+        if floats:
+            share = budget.share(0.5)
+            rest = _solution(graph, goals, floats, freedom, share, values)
+            budget.refund(share)
+            if rest is not None:
+                return {**answer, **dict(zip(floats, rest))}
+        elif _missed(graph, goals, values) is None:
+            return answer
+    return None
+
+
+def _roundings(numbers: List[float]) -> Iterator[Tuple[int, ...]]:
+    """Whole numbers near some numbers, all rounded to the nearest first, then with one and more of them to the other
+    side, the nearer ones to a half first."""
+    sides = []
+    for number in numbers:
+        nearest = round(number)
+        sides.append((nearest, nearest + (1 if number > nearest else -1)))
+    order = sorted(range(len(numbers)), key=lambda at: abs(numbers[at] - sides[at][1]))
+    for count in range(len(numbers) + 1):
+        for turned in itertools.combinations(order, count):
+            yield tuple([sides[at][at in turned] for at in range(len(numbers))])
 
 
 def _solution(
@@ -312,8 +388,12 @@ def _solution(
         return None
 
 
+def _present(graph: Graph, source: Source) -> Any:
+    return graph.nodes[graph.occurrences[source][0]]._plain
+
+
 def _is_whole(graph: Graph, source: Source) -> bool:
-    return type(graph.nodes[graph.occurrences[source][0]]._plain) is int
+    return type(_present(graph, source)) in (int, bool)
 
 
 def _changes_of(graph: Graph, base: Optional[List[Any]]) -> Dict[Source, Any]:
@@ -338,7 +418,7 @@ def _solve_parts(value: Any, target: Any, freedom: Freedom) -> Dict[Source, Any]
             raise NotInvertible('cannot make %s become %r: it has no source, and is %r' % (path, wanted, leaf))
     graph = Graph(leaf for _, leaf, _ in tracked)
     answer: Dict[Source, Any] = {}
-    groups = _apart(graph, tracked, freedom)
+    groups = groups_apart(graph, tracked, freedom)
     for group in groups:
         if all(leaf._plain == wanted for _, leaf, wanted in group):
             continue
@@ -357,33 +437,34 @@ def _is_present(graph: Graph, source: Source, value: Any) -> bool:
     return all(repr(graph.nodes[place]._plain) == repr(value) for place in graph.occurrences[source])
 
 
-def _apart(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]]:
+def groups_apart(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]]:
     """The goals in groups that share no source which may change: nodes that are connected belong together."""
     depends = graph.depending([source for source in graph.occurrences if freedom.allows(source)])
-    parents = list(range(len(graph.nodes)))
+    # Each node counts as the root that brought it in.
+    root_of: List[int] = []
+    for root, begin in graph.begins.items():
+        root_of += [root] * (root + 1 - begin)
+    parents = {root: root for root in graph.begins}
 
     def group_of(place: int) -> int:
-        while parents[place] != place:
-            parents[place] = place = parents[parents[place]]
-        return place
+        root = root_of[place]
+        while parents[root] != root:
+            parents[root] = root = parents[parents[root]]
+        return root
 
     for places in graph.occurrences.values():
-        for place in places[1:]:
+        for place in places[1:] if depends[places[0]] else ():
             parents[group_of(place)] = group_of(places[0])
+    for place, forward, first, second, _ in graph.steps(depends):
+        begin = graph.begins[root_of[place]]
+        for operand in first if forward is None else (first,) if second is None else (first, second):
+            if operand < begin and depends[operand]:
+                parents[group_of(place)] = group_of(operand)
     index = graph.index
-    for place, (form, first, second) in enumerate(graph.records):
-        if not depends[place] or form is SOURCE:
-            continue
-        if form.single_operand:
-            parents[place] = parents[index[id(first)]]
-            continue
-        for operand in form.operands(first, second):
-            other = index[id(operand)]
-            if depends[other]:
-                parents[group_of(place)] = group_of(other)
     groups: Dict[int, List[Goal]] = {}
     for goal in goals:
-        groups.setdefault(group_of(index[id(goal[1])]), []).append(goal)
+        place = index[id(goal[1])]
+        groups.setdefault(group_of(place) if depends[place] else -1 - place, []).append(goal)
     return list(groups.values())
 
 
@@ -402,13 +483,14 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
     if any(isinstance(wanted, str) for _, _, wanted in goals):
         movable = []
     found = _moved_together(graph, goals, movable, freedom, budget)
-    if found is not None and _missed(graph, goals, found) is None:
-        return simplest(graph, goals, found, freedom.limits)
+    values = None if found is None else _values(graph, found)
+    if found is not None and values is not None and _missed(graph, goals, values) is None:
+        return simplest(graph, goals, found, values, freedom.limits)
     try:
         return _one_after_the_other(graph, goals, freedom, budget)
     except NotInvertible:
         found = _moved_with_whole(graph, goals, movable, freedom, budget)
-        if found is None or _missed(graph, goals, found) is not None:
+        if found is None or _missed(graph, goals, _values(graph, found)) is not None:
             raise
         return found
 
@@ -425,7 +507,7 @@ def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budg
             raise NotInvertible(
                 '%s, with the others as wanted' % reason if not path else '%s: %s' % (path, reason)
             ) from None
-    missed = _missed(graph, goals, changes)
+    missed = _missed(graph, goals, _values(graph, changes))
     if missed is not None:
         (path, value, wanted), result = missed
         raise NotInvertible(
@@ -448,11 +530,17 @@ def _evaluated(value: Any, changes: Mapping[Source, Any]) -> Any:
         return math.nan
 
 
-def _missed(graph: Graph, goals: List[Goal], changes: Mapping[Source, Any]) -> Optional[Tuple[Goal, Any]]:
-    """The first goal that source values do not meet, with the result that they give; None where they meet all."""
+def _values(graph: Graph, changes: Mapping[Source, Any]) -> Optional[List[Any]]:
+    """The values of a graph's nodes with other source values, None where they are not defined."""
     try:
-        values = graph.values(changes)
+        return graph.values(changes)
     except UNDEFINED:
+        return None
+
+
+def _missed(graph: Graph, goals: List[Goal], values: Optional[List[Any]]) -> Optional[Tuple[Goal, Any]]:
+    """The first goal that is not met by such values of the nodes, with its result; None where all are met."""
+    if values is None:
         return goals[0], math.nan
     size = size_of(goals)
     for goal in goals:

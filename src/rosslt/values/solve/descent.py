@@ -57,7 +57,7 @@ class Descents(Equations):
     ) -> None:
         super().__init__(graph, goals, unknowns, budget, base)
         self._limits = [freedom.limits(source) for source in unknowns]
-        self._scales = [freedom.scale(source) for source in unknowns]
+        self._scales = [freedom.scale(source, value) for source, value in zip(unknowns, self.start)]
         self._promised = 0.0
         """How far away the answer is, as the first step taken promises."""
         self.start = [self._clamped(place, value) for place, value in enumerate(self.start)]

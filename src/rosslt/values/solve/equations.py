@@ -73,12 +73,18 @@ class Equations:
         ]
         self._below: Dict[int, List[int]] = {}
         self.start = [float(base[graph.occurrences[source][0]]) for source in unknowns]
+        is_one = all(
+            [base[at] == start for source, start in zip(unknowns, self.start) for at in graph.occurrences[source]]
+        )
+        self._last_tried: Tuple[Point, Optional[List[Any]]] = (list(self.start) if is_one else []), base
 
     def _tried(self, x: Point) -> Optional[List[Any]]:
         """The nodes' values at a point; None where one is not defined, or the point is not finite."""
-        if not all(map(math.isfinite, x)):
-            return None
-        return self._trial.tried(dict(zip(self._unknowns, x)))
+        if x != self._last_tried[0]:
+            if not all(map(math.isfinite, x)):
+                return None
+            self._last_tried = list(x), self._trial.tried(dict(zip(self._unknowns, x)))
+        return self._last_tried[1]
 
     def _missing(self, values: Optional[List[Any]], equations: Sequence[Equation]) -> Optional[List[float]]:
         """By how much each node's value is too small, in its unit; None where one is not defined."""

@@ -36,7 +36,7 @@ def slopes(xs: Sequence[Any]) -> Dict[Source, Tuple[float, ...]]:
         the source, or where it has no slope or none that a float holds.
     """
     graph = Graph(x for x in xs if type(x) in TRACKED)
-    partials = graph.partials(graph.steps([True] * len(graph.nodes)), graph.plain())
+    partials = graph.partials(graph.steps(), graph.plain())
     found: Dict[Source, List[float]] = {
         source: [0.0] * len(xs) for source in graph.occurrences if _is_number(graph, source)
     }

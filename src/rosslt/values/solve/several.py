@@ -27,6 +27,9 @@ MOST_STARTS = 120
 FOLLOWED_STEPS = 8
 """In how many steps the results are moved along the straight way to what is wanted."""
 
+MOST_LEFT_OUT = 12
+"""Of so many results at most, each is left out once to find a start."""
+
 ENOUGH_DEAD_ENDS = 12
 """So many starts that end in the same place short of the target show that it is out of reach."""
 
@@ -173,6 +176,7 @@ class System(Descents):
         followed = self._followed()
         if followed is not None:
             yield followed
+        yield from self._without_one()
         yield from itertools.islice(self._scattered(RADII), MOST_STARTS)
 
     def _scattered(self, radii: Sequence[float]) -> Iterator[Point]:
@@ -227,6 +231,24 @@ class System(Descents):
                 break
             x = end.x
         return x
+
+    def _without_one(self) -> Iterator[Point]:
+        """Where all results but one are met, each left out in turn, the one that is missed most at first.
+
+        One that goes up and down, or has a pole on the way, does not hinder the others then; where these leave no
+        choice, it is met with them.
+        """
+        if not 2 < len(self._equations) <= MOST_LEFT_OUT:
+            return
+        end = self._dead_end
+        missing = self._missing(self._tried(end.x if end else self.start), self._equations)
+        if missing is None:
+            return
+        for left_out in sorted(range(len(missing)), key=lambda place: -abs(missing[place])):
+            others = self._equations[:left_out] + self._equations[left_out + 1 :]
+            met = self._descend(self.start, others)
+            if met is not None and met.size < 1e-6:
+                yield met.x
 
     def _unwound(self, x: Point, kept: Callable[[Point], Optional[Point]]) -> Point:
         """A point with each unknown within half a period of its present value, where that does as well.

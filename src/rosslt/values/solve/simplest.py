@@ -1,6 +1,6 @@
 """Source values that people would write: 0.5, where a search came to 0.49999999999999983."""
 
-from typing import Any, Callable, Dict, List, Mapping, Tuple
+from typing import Any, Callable, Dict, List, Tuple
 
 from ..graph import Graph
 from ..sources import Source
@@ -12,7 +12,11 @@ DIGITS = 13
 
 
 def simplest(
-    graph: Graph, goals: List[Goal], found: Dict[Source, Any], limits: Callable[[Source], Tuple[Any, Any]]
+    graph: Graph,
+    goals: List[Goal],
+    found: Dict[Source, Any],
+    values: List[Any],
+    limits: Callable[[Source], Tuple[Any, Any]],
 ) -> Dict[Source, Any]:
     """Round the float source values of an answer, where the results come as near to what is wanted.
 
@@ -20,6 +24,7 @@ def simplest(
         graph: of the goals.
         goals: with the wanted results.
         found: source values that meet the goals.
+        values: what the graph's nodes are with these.
         limits: gives the lowest and the highest value of a source.
 
     Returns:
@@ -29,9 +34,10 @@ def simplest(
     if rounded == found:
         return found
     try:
-        return rounded if _error(graph, goals, rounded) <= _error(graph, goals, found) else found
+        nearer = _error(graph, goals, graph.values(rounded)) <= _error(graph, goals, values)
     except UNDEFINED:
         return found
+    return rounded if nearer else found
 
 
 def _rounded(value: Any, low: Any, high: Any) -> Any:
@@ -39,7 +45,6 @@ def _rounded(value: Any, low: Any, high: Any) -> Any:
     return short if low <= short <= high else value
 
 
-def _error(graph: Graph, goals: List[Goal], changes: Mapping[Source, Any]) -> float:
+def _error(graph: Graph, goals: List[Goal], values: List[Any]) -> float:
     """The largest distance of a result from what is wanted."""
-    values = graph.values(changes)
     return max(abs(values[graph.index[id(value)]] - wanted) for _, value, wanted in goals)

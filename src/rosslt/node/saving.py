@@ -6,10 +6,13 @@ import json
 from typing import Any, Collection, Dict, List, NamedTuple, Tuple
 
 import rosgraph
+import rospy
 
 from rosslt import files, srv
-from rosslt import node as nodes
-from rosslt.cli.directory import Directory, Place, call, locations_of
+from rosslt.node.client import SourceUnreachable
+from rosslt.node.directory import Directory, Place
+from rosslt.node.json_scalars import from_json
+from rosslt.node.service_calls import ask_all
 
 
 class Unsaved(NamedTuple):
@@ -19,17 +22,32 @@ class Unsaved(NamedTuple):
     reason: str
 
 
-def changes_to_save(master: rosgraph.Master, node: str) -> Tuple[List[files.Edit], List[Unsaved]]:
+def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[Unsaved]]:
     """What would write the changed values of a node back to where they were read.
 
+    Args:
+        node: its full name.
+        timeout: how long it may take to answer each question, in seconds.
+
     Raises:
-        Failure: the node does not answer.
+        SourceUnreachable: it does not answer; the message is the reason alone.
     """
-    places = locations_of(master, Directory(), node)
-    answer: Any = call(master, node, 'list_edits', srv.ListEdits, srv.ListEditsRequest())
+    listed, silent = Directory().ask([node], timeout)
+    if node not in listed:
+        raise SourceUnreachable(silent[node], [node])
+    places = listed[node]
+    answer: Any = _call(node, 'list_edits', srv.ListEdits, srv.ListEditsRequest(), timeout)
     edits, unsaved = _in_sources(answer, places)
-    in_files, others = _in_parameter_files(master, node, places, answer.read_ids)
+    history: Any = _call(node, 'get_history', srv.GetHistory, srv.GetHistoryRequest(), timeout)
+    in_files, others = _in_parameter_files(history, places, answer.read_ids)
     return edits + in_files, unsaved + others
+
+
+def _call(node: str, service: str, service_class: Any, request: Any, timeout: float) -> Any:
+    answers, silent = ask_all(service, service_class, {node: request}, timeout)
+    if node not in answers:
+        raise SourceUnreachable(silent[node], [node])
+    return answers[node]
 
 
 def _in_sources(answer: Any, places: List[Place]) -> Tuple[List[files.Edit], List[Unsaved]]:
@@ -49,17 +67,17 @@ def _in_sources(answer: Any, places: List[Place]) -> Tuple[List[files.Edit], Lis
 
 
 def _in_parameter_files(
-    master: rosgraph.Master, node: str, places: List[Place], in_sources: Collection[int]
+    history: Any, places: List[Place], in_sources: Collection[int]
 ) -> Tuple[List[files.Edit], List[Unsaved]]:
     """What would write changed parameters into the YAML and launch files that `rosslt launch` has read them from.
 
     Args:
+        history: the node's.
         in_sources: the ids of the locations that are read from source files.
     """
-    answer: Any = call(master, node, 'get_history', srv.GetHistory, srv.GetHistoryRequest())
     first: Dict[int, Any] = {}
-    for one in answer.changes:
-        first.setdefault(one.change.location_id, nodes.from_json(one.change.old_value))
+    for one in history.changes:
+        first.setdefault(one.change.location_id, from_json(one.change.old_value))
     changed = [
         place
         for place in places
@@ -72,7 +90,7 @@ def _in_parameter_files(
         return [], []
     origins: Any = {}
     with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
-        origins = json.loads(master.getParam(files.ORIGINS))
+        origins = json.loads(rosgraph.Master(rospy.get_name()).getParam(files.ORIGINS))
     by_file: Dict[str, List[Tuple[Place, Dict[str, Any]]]] = {}
     unsaved: List[Unsaved] = []
     for place in changed:

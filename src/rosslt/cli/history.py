@@ -1,0 +1,41 @@
+"""What nodes remember of changes of their locations."""
+
+from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
+
+from rosslt import node, srv, values
+from rosslt.cli.directory import TIMEOUT, Directory
+
+
+class Recorded(NamedTuple):
+    """A change in the history of a node."""
+
+    node: str
+    recorded: Any
+    """rosslt/RecordedChange."""
+
+    @property
+    def source(self) -> values.Source:
+        """The location that was changed."""
+        return values.Source(self.node, self.recorded.change.location_id)
+
+    def name(self, directory: Directory) -> str:
+        """NODE/LOCATION, also of a location that is gone."""
+        place = directory.of(self.source)
+        return place.name if place else f'{self.node}/{self.recorded.change.name}'
+
+
+def recorded_changes(nodes: Iterable[str], count: int = 0) -> Tuple[List[Recorded], Dict[str, str]]:
+    """The changes that nodes remember, the oldest first.
+
+    Args:
+        nodes: their full names.
+        count: only the latest ones, so many; 0: all.
+
+    Returns:
+        (the changes, {node: why it does not answer}).
+    """
+    requests = dict.fromkeys(nodes, srv.GetHistoryRequest(limit=count))
+    answers, silent = node.ask_all('get_history', srv.GetHistory, requests, TIMEOUT)
+    found = [Recorded(name, recorded) for name, answer in answers.items() for recorded in answer.changes]
+    found.sort(key=lambda each: each.recorded.change.stamp)
+    return (found[-count:] if count else found), silent

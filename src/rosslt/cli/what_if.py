@@ -1,0 +1,143 @@
+"""What the messages of a bag would have been with other source values: evaluated from the provenance in them."""
+
+import io
+import time
+from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Tuple
+
+import rosbag
+
+from rosslt import messages, values
+from rosslt.cli.reading import Decoder
+from rosslt.values import AFFINE, Source
+
+#: In how many messages of a topic it is looked for linearizations.
+LOOKED_AT = 20
+
+#: How often the progress is told, in seconds.
+PROGRESS_PERIOD = 0.1
+
+
+class Topic:
+    """What became of the messages of one topic.
+
+    Attributes:
+        count: how many there are.
+        changed: how many have other values now.
+        left_out: how many have no value any more, as `reason` says, and were left out.
+        is_approximate: whether the first of them come from a linearization, which holds near the recorded values only.
+    """
+
+    def __init__(self) -> None:
+        self.count = self.changed = self.left_out = 0
+        self.is_approximate = False
+        self.reason = ''
+
+
+class Result(NamedTuple):
+    """What rewriting a bag has done.
+
+    Attributes:
+        topics: {name: Topic}.
+        recorded: how long the recording is, in seconds.
+    """
+
+    topics: Dict[str, Topic]
+    recorded: float
+
+
+def rewrite(
+    bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Any], progress: Callable[[int, int], None]
+) -> Result:
+    """Write what the messages of a bag would have been.
+
+    A message keeps its time, its connection and its provenance, which says the new source values. What was computed
+    without provenance stays as it was recorded; `if`s are not decided again.
+
+    Args:
+        bag: open for reading.
+        output: open for writing.
+        changes: {Source: value}.
+        progress: called now and then with (how many messages are done, of how many).
+    """
+    total, due = bag.get_message_count(), 0.0
+    topics: Dict[str, Topic] = {}
+    rewriter = _Rewriter(changes)
+    read = bag.read_messages(raw=True, return_connection_header=True)
+    for done, (name, raw, stamp, header) in enumerate(read):
+        topic = topics.setdefault(name, Topic())
+        topic.count += 1
+        data = rewriter.rewritten(name, topic, raw)
+        if data is not None:
+            output.write(name, (raw[0], data, *raw[2:]), stamp, raw=True, connection_header=header)
+        if time.perf_counter() > due:
+            progress(done, total)
+            due = time.perf_counter() + PROGRESS_PERIOD
+    progress(total, total)
+    recorded = bag.get_end_time() - bag.get_start_time() if total else 0.0
+    return Result(topics, recorded)
+
+
+class _Rewriter:
+    def __init__(self, changes: Mapping[Source, Any]) -> None:
+        self._changes = dict(changes)
+        self._nodes = {source.node.encode() for source in changes}
+        self._decoder = Decoder()
+
+    def rewritten(self, name: str, topic: Topic, raw: Tuple[Any, ...]) -> Optional[bytes]:
+        """The data of a message with the other source values; None where it has no value."""
+        data: bytes = raw[1]
+        # a provenance names the nodes of its sources
+        if not any(node in data for node in self._nodes):
+            return data
+        message_class = raw[-1]
+        message = self._decoder.decode(data, message_class, name).message
+        fields = messages.tracked_fields(message)
+        leaves = [leaf for _, leaf, _ in fields]
+        try:
+            new = values.reapply(leaves, self._changes)
+            messages.set_leaves(
+                message, {index: _fitting(made, leaf, kind) for (index, leaf, kind), made in zip(fields, new)}
+            )
+            written = _serialized(message, message_class)
+        except (ArithmeticError, ValueError, TypeError) as error:
+            topic.left_out += 1
+            topic.reason = topic.reason or str(error)
+            return None
+        topic.changed += any(made != leaf for made, leaf in zip(new, leaves))
+        if topic.count <= LOOKED_AT:
+            topic.is_approximate = topic.is_approximate or any(map(_is_linearized, leaves))
+        return written
+
+
+def _fitting(made: Any, leaf: Any, kind: str) -> Any:
+    """A new value as a field takes it.
+
+    Raises:
+        ValueError: the field takes whole numbers, and it is none, or it is no finite number.
+    """
+    plain = values.untracked(made)
+    if kind == 'i' and isinstance(plain, float):
+        whole = values.to_int(made)
+        if whole != plain:
+            raise ValueError(f'{plain!r} is no whole number, as the field takes them')
+        return whole
+    if isinstance(plain, complex):
+        raise ValueError(f'{values.explain(leaf)} would be {plain!r}')
+    return made
+
+
+def _is_linearized(leaf: Any) -> bool:
+    if values.affine(leaf) is not None:
+        return False
+    instructions, _ = values.disassemble([leaf])
+    return any(instruction[0] == AFFINE and not instruction[-1] for instruction in instructions)
+
+
+def _serialized(message: Any, message_class: Any) -> bytes:
+    buff = io.BytesIO()
+    if messages.is_tracked_type(message_class):
+        messages.wrap(message, message_class).serialize(buff)
+    else:
+        message.serialize(buff)
+        messages.append_provenance(message, buff)
+    return buff.getvalue()

@@ -1,0 +1,118 @@
+"""Parts of messages by the paths that people write: `pose/position/x`, `points[3].x`; and whether a part is as wanted.
+
+A part goes together with its ROS type: a `float32` can come no nearer to a wanted number than 32 bits allow.
+"""
+
+import math
+import re
+from typing import Any, Iterator, List, Tuple, Union
+
+from rosslt import values
+
+#: How far apart two neighbouring numbers of 32 bits are, relative to their size.
+FLOAT32 = 2.0**-23
+
+
+class NoSuchPart(LookupError):
+    """A message has no part at a path.
+
+    Attributes:
+        part: the last part on the way that there is.
+        step: the name or index that it does not have.
+        where: the path of that part.
+    """
+
+    def __init__(self, part: Any, step: Union[str, int], where: str) -> None:
+        super().__init__(
+            '{} has no {}'.format(where or getattr(part, '_type', 'it'), f'[{step}]' if isinstance(step, int) else step)
+        )
+        self.part, self.step, self.where = part, step, where
+
+
+def path_steps(path: str) -> List[Union[str, int]]:
+    """The steps of a path: names and indices.
+
+    Raises:
+        ValueError: it is no path.
+    """
+    found = re.findall(r'(\w+)|\[(\d+)\]', path)
+    if re.sub(r'\w+|\[\d+\]|[./]', '', path):
+        raise ValueError(f'{path!r} is no field: give names with / or . between, and [INDEX] for an array')
+    return [int(index) if index else name for name, index in found]
+
+
+def part_at(message: Any, path: str) -> Tuple[Any, str]:
+    """The part of a message at a path and its ROS type; the message itself at ''.
+
+    Raises:
+        ValueError: it is no path.
+        NoSuchPart: the message has no such part.
+    """
+    part, type_, walked = message, message._type, ''
+    for step in path_steps(path):
+        if isinstance(step, int):
+            if not type_.endswith(']') or step >= len(part):
+                raise NoSuchPart(part, step, walked)
+            part, type_ = part[step], type_[: type_.rindex('[')]
+            walked += f'[{step}]'
+        else:
+            names = list(getattr(part, '__slots__', ()))
+            if step not in names or type_.endswith(']'):
+                raise NoSuchPart(part, step, walked)
+            part, type_ = getattr(part, step), _types(part)[names.index(step)]
+            walked += f'.{step}' if walked else step
+    return part, type_
+
+
+def is_reached(part: Any, wanted: Any, type_: str = '') -> bool:
+    """Whether a part of a message equals its target, but for rounding.
+
+    Args:
+        part: a scalar, a message or an array of them.
+        wanted: of the same shape; None for what may be anything.
+        type_: the part's ROS type.
+    """
+    return all(_is_met(leaf, target, kind) for leaf, target, kind in _paired(part, wanted, type_))
+
+
+def distance(part: Any, wanted: Any) -> float:
+    """How far a part of a message is from its target: Euclidean, infinite where a text or a bool differs."""
+    total = 0.0
+    for leaf, target, _ in _paired(part, wanted, ''):
+        try:
+            total = math.hypot(total, float(leaf) - float(target))
+        except (TypeError, ValueError, OverflowError):
+            total = total if values.untracked(leaf) == target else math.inf
+    return total if total == total else math.inf
+
+
+def _paired(part: Any, wanted: Any, type_: str) -> Iterator[Tuple[Any, Any, str]]:
+    """The leaves beside those of a target, with their ROS types."""
+    if wanted is None:
+        return
+    if hasattr(part, '_slot_types'):
+        for name, kind in zip(part.__slots__, _types(part)):
+            yield from _paired(getattr(part, name), getattr(wanted, name, None), kind)
+    elif isinstance(part, (list, tuple)):
+        if len(part) != len(wanted):
+            yield len(part), f'{len(wanted)} elements', ''
+            return
+        for one, target in zip(part, wanted):
+            yield from _paired(one, target, type_.partition('[')[0])
+    else:
+        yield part, wanted, type_
+
+
+def _is_met(leaf: Any, wanted: Any, type_: str) -> bool:
+    plain = values.untracked(leaf)
+    if isinstance(plain, float) and isinstance(wanted, (int, float)):
+        return values.is_same(plain, wanted) or (type_ == 'float32' and abs(plain - wanted) <= FLOAT32 * abs(wanted))
+    try:
+        return bool(plain == wanted)
+    except ValueError:  # arrays of numbers
+        return list(plain) == list(wanted)
+
+
+def _types(message: Any) -> List[str]:
+    types = list(getattr(message, '_slot_types', ()))  # a time has slots, and none or other types
+    return types if len(types) == len(message.__slots__) else [''] * len(message.__slots__)

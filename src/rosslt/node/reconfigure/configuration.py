@@ -1,0 +1,170 @@
+"""Locations as dynamic_reconfigure's messages: their descriptions, and their values.
+
+A parameter there has the name of its location, and a group for each file in which locations stand.
+"""
+
+import collections
+import math
+import os
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Set, Tuple
+
+from dynamic_reconfigure import msg
+
+from rosslt.node.locations import Location
+
+#: What dynamic_reconfigure's messages and its client keep in the dictionary of a group, beside parameters by name.
+RESERVED = {'groups', 'id', 'name', 'parameters', 'parent', 'state', 'type'}
+
+#: The range of an int in dynamic_reconfigure's messages.
+LOWEST, HIGHEST = -(2**31), 2**31 - 1
+
+#: How dynamic_reconfigure calls the types of locations.
+TYPES = {float: 'double', int: 'int', str: 'str', bool: 'bool'}
+
+#: The id of the group that all others are in.
+ROOT = 0
+
+
+class Shown(NamedTuple):
+    """A location as dynamic_reconfigure shows it: the name that it has there, and its value."""
+
+    name: str
+    location: Location
+    value: Any
+
+
+class Configuration:
+    """The locations of a node at one moment.
+
+    Args:
+        locations: those that there are.
+        left_out: called with (location, why) for each that dynamic_reconfigure cannot show.
+
+    Attributes:
+        by_name: {name in dynamic_reconfigure: Shown}.
+    """
+
+    def __init__(self, locations: Iterable[Location], left_out: Callable[[Location, str], None]) -> None:
+        self.by_name: Dict[str, Shown] = {}
+        files: Dict[str, List[Shown]] = {}
+        found = sorted(locations, key=lambda one: (one.site.file, one.site.line, one.site.column))
+        taken = {one.name for one in found}
+        for location in found:
+            value, why = _readable(location)
+            if why:
+                left_out(location, why)
+                continue
+            shown = Shown(_free(location.name, taken), location, value)
+            self.by_name[shown.name] = shown
+            files.setdefault(os.path.realpath(location.site.file), []).append(shown)
+        self._groups = list(zip(_short_names(list(files)), files.values()))
+
+    def values(self) -> msg.Config:
+        """The present values: what is published on `parameter_updates`."""
+        return self._config((shown, shown.value) for shown in self.by_name.values())
+
+    def descriptions(self) -> msg.ConfigDescription:
+        """Names, types, bounds and defaults: what is published on `parameter_descriptions`."""
+        groups = [msg.Group('Default', '', [], ROOT, ROOT)]
+        for index, (name, members) in enumerate(self._groups, 1):
+            described = [
+                msg.ParamDescription(shown.name, TYPES[shown.location.type], 0, _described(shown.location), '')
+                for shown in members
+            ]
+            groups.append(msg.Group(name, '', described, ROOT, index))
+        shown = list(self.by_name.values())
+        return msg.ConfigDescription(
+            groups=groups,
+            max=self._config((one, _highest(one.location)) for one in shown),
+            min=self._config((one, _lowest(one.location)) for one in shown),
+            dflt=self._config((one, _default(one)) for one in shown),
+        )
+
+    def _config(self, values: Iterable[Tuple[Shown, Any]]) -> msg.Config:
+        config = msg.Config()
+        lists = {
+            float: (config.doubles, msg.DoubleParameter),
+            int: (config.ints, msg.IntParameter),
+            str: (config.strs, msg.StrParameter),
+            bool: (config.bools, msg.BoolParameter),
+        }
+        for shown, value in values:
+            members, parameter = lists[shown.location.type]
+            members.append(parameter(shown.name, value))
+        config.groups = [msg.GroupState('Default', True, ROOT, ROOT)]
+        config.groups += [msg.GroupState(name, True, index, ROOT) for index, (name, _) in enumerate(self._groups, 1)]
+        return config
+
+
+def _readable(location: Location) -> Tuple[Any, str]:
+    """The value of a location, and why dynamic_reconfigure cannot show it, '' where it can."""
+    try:
+        value = location.value
+    except Exception as error:  # a user's getter: others are shown all the same
+        return None, f'its getter raises {type(error).__name__}: {error}'
+    if location.type is float and type(value) is int:
+        value = float(value)
+    if type(value) is not location.type:
+        return None, f'it is a {location.type.__name__}, and {value!r} is not'
+    return (value, '') if _fits(value) else (None, f'{value!r} does not fit into its messages')
+
+
+def _fits(value: Any) -> bool:
+    """Whether a scalar can be sent: an int in 32 bits, a text in UTF-8."""
+    if type(value) is int:
+        return LOWEST <= value <= HIGHEST
+    return type(value) is not str or value.isascii() or value == value.encode('utf-8', 'ignore').decode('utf-8')
+
+
+def _free(name: str, taken: Set[str]) -> str:
+    """A name that means nothing else in dynamic_reconfigure: the location's own, with `_` behind it where needed."""
+    if name not in RESERVED:
+        return name
+    while name in RESERVED or name in taken:
+        name += '_'
+    taken.add(name)
+    return name
+
+
+def _short_names(paths: Sequence[str]) -> List[str]:
+    """The last part of each path; with folders before it where that is the name of several."""
+    parts = [path.split('/') for path in paths]
+    lengths = [1] * len(paths)
+    while True:
+        names = ['/'.join(part[-length:]) for part, length in zip(parts, lengths)]
+        count = collections.Counter(names)
+        longer = [
+            length + 1 if count[name] > 1 and length < len(part) else length
+            for name, part, length in zip(names, parts, lengths)
+        ]
+        if longer == lengths:
+            return [_free(name, set(names)) for name in names]
+        lengths = longer
+
+
+def _described(location: Location) -> str:
+    return location.place + (', read-only' if location.read_only else '')
+
+
+def _lowest(location: Location) -> Any:
+    """The lowest value that a location takes, as dynamic_reconfigure writes it."""
+    if location.type is float:
+        return -math.inf if location.minimum is None else location.minimum
+    if location.type is int:
+        return LOWEST if location.minimum is None else max(LOWEST, math.ceil(location.minimum))
+    return False if location.type is bool else ''
+
+
+def _highest(location: Location) -> Any:
+    """The highest value that a location takes, as dynamic_reconfigure writes it."""
+    if location.type is float:
+        return math.inf if location.maximum is None else location.maximum
+    if location.type is int:
+        return HIGHEST if location.maximum is None else min(HIGHEST, math.floor(location.maximum))
+    return True if location.type is bool else ''
+
+
+def _default(shown: Shown) -> Any:
+    """What the code says where that is known, else the present value."""
+    literal = shown.location.literal
+    return literal if type(literal) is shown.location.type and _fits(literal) else shown.value

@@ -1,0 +1,128 @@
+"""The dynamic_reconfigure server of a node: what its client library expects below `<node>/rosslt`.
+
+dynamic_reconfigure's own server has parameters that are known when it is written, keeps their values itself, and clamps
+what is out of bounds. Here parameters come and go, the locations have the values, and a change is one as all others: it
+is applied as a whole or refused with the reason, recorded, and can be taken back.
+"""
+
+import contextlib
+import json
+import threading
+import time
+from typing import Any, Dict, List, Set, Tuple
+
+import rospy
+from dynamic_reconfigure.msg import Config, ConfigDescription
+from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, ReconfigureResponse
+
+from rosslt import srv
+from rosslt.node.history import new_request_id
+from rosslt.node.locations import Location
+from rosslt.node.reconfigure.configuration import Configuration
+from rosslt.node.reconfigure.owner import Owner
+
+#: While values change, they are published no more often than this, in seconds.
+PERIOD = 0.1
+
+#: Changes of the same parameters by the same client are one request while they come within this time, in seconds: a
+#: slider that is dragged sends many.
+SAME_DRAG = 1.0
+
+
+class Server(rospy.SubscribeListener):
+    """Serves `set_parameters`, `parameter_descriptions` and `parameter_updates`.
+
+    Messages are made only while somebody has subscribed, and when a service is called.
+
+    Args:
+        owner: the owner of the locations.
+    """
+
+    def __init__(self, owner: Owner) -> None:
+        super().__init__()
+        self._owner = owner
+        self._left_out: Set[Tuple[int, str]] = set()
+        self._lock = threading.Lock()
+        self._drag: Tuple[Any, float, str] = (None, 0.0, '')
+        self._news = threading.Event()
+        self._asked = threading.Event()
+        self._is_started = False
+        self._ready = threading.Event()
+        self._descriptions = rospy.Publisher('~rosslt/parameter_descriptions', ConfigDescription, self, queue_size=10)
+        self._updates = rospy.Publisher('~rosslt/parameter_updates', Config, self, queue_size=10)
+        rospy.Service('~rosslt/set_parameters', Reconfigure, self._set)
+        self._ready.set()
+
+    def update(self) -> None:
+        """Locations were created, dropped or changed."""
+        self._news.set()
+
+    def peer_subscribe(self, _topic_name: str, _topic_publish: Any, _peer_publish: Any) -> None:
+        """Somebody has subscribed: rospy calls this."""
+        self._asked.set()
+        self._news.set()
+        with self._lock:
+            if not self._is_started:
+                self._is_started = True
+                threading.Thread(target=self._work, name='rosslt dynamic_reconfigure', daemon=True).start()
+
+    def _work(self) -> None:
+        self._ready.wait()
+        descriptions = values = None
+        while not rospy.is_shutdown():
+            self._news.wait()
+            self._news.clear()
+            is_asked = self._asked.is_set()
+            if is_asked:
+                self._asked.clear()
+            if self._descriptions.get_num_connections() or self._updates.get_num_connections():
+                before, configuration = (descriptions, values), self._configuration()
+                descriptions, values = configuration.descriptions(), configuration.values()
+                with contextlib.suppress(rospy.ROSException):  # the node has ended meanwhile
+                    if is_asked or descriptions != before[0]:
+                        self._descriptions.publish(descriptions)
+                    if is_asked or values != before[1]:
+                        self._updates.publish(values)
+            rospy.rostime.wallsleep(PERIOD)
+
+    def _configuration(self) -> Configuration:
+        with self._owner.lock:
+            return Configuration(self._owner.locations.by_id.values(), self._leave_out)
+
+    def _leave_out(self, location: Location, why: str) -> None:
+        """Warn once that a location is not among the parameters."""
+        if (location.id, why) not in self._left_out:
+            self._left_out.add((location.id, why))
+            rospy.logwarn('%s is left out of dynamic_reconfigure: %s', location.name, why)
+
+    def _set(self, request: ReconfigureRequest) -> ReconfigureResponse:
+        """Change what a client says, all or nothing; what has the value already is not touched."""
+        config = request.config
+        asked = [(one.name, one.value) for one in [*config.bools, *config.ints, *config.strs, *config.doubles]]
+        present = self._configuration().by_name
+        unknown = [name for name, _ in asked if name not in present]
+        if unknown:
+            raise rospy.ServiceException(f'{self._owner.name} has no location {", ".join(unknown)}')
+        wanted = {present[name].location: value for name, value in asked if value != present[name].value}
+        reasons = self._change(wanted, request._connection_header.get('callerid', '')) if wanted else []
+        if reasons:
+            # a client may show what it wanted: it is told what is
+            self._asked.set()
+            self._news.set()
+            raise rospy.ServiceException('; '.join(reasons))
+        return ReconfigureResponse(self._configuration().values())
+
+    def _change(self, wanted: Dict[Location, Any], client: str) -> List[str]:
+        """Request changes of locations; returns the reasons of refusals, none where all are applied."""
+        with self._lock:
+            what, now = (client, set(wanted)), time.monotonic()
+            last, at, request_id = self._drag
+            if what != last or now - at > SAME_DRAG:
+                request_id = new_request_id()
+            self._drag = what, now, request_id
+        # written with NaN and its like, which the owner refuses as it does elsewhere
+        texts = [json.dumps(value) for value in wanted.values()]
+        answer = self._owner.request_changes(
+            srv.RequestChangesRequest(request_id, client, [location.id for location in wanted], texts)
+        )
+        return [f'{location.name}: {reason}' for location, reason in zip(wanted, answer.reasons) if reason]

@@ -1,0 +1,30 @@
+"""Which change is the last one, and which nodes have a part in it."""
+
+from typing import Any, Dict, Iterable, List, Optional, Tuple
+
+from rosslt import msg, srv
+from rosslt.node.service_calls import ask_all
+
+
+def histories(
+    nodes: Iterable[str], request_id: str, timeout: float
+) -> Tuple[Dict[str, List[msg.RecordedChange]], Dict[str, str]]:
+    """What nodes remember of changes.
+
+    Args:
+        nodes: their full names.
+        request_id: what this request has changed; '' for all.
+        timeout: for all together, in seconds.
+
+    Returns:
+        ({node: its changes, the oldest first} of nodes that have any, {node: why it does not answer}).
+    """
+    requests: Dict[str, Any] = dict.fromkeys(nodes, srv.GetHistoryRequest(request_id=request_id))
+    answers, silent = ask_all('get_history', srv.GetHistory, requests, timeout)
+    return {name: list(answer.changes) for name, answer in answers.items() if answer.changes}, silent
+
+
+def last_change(found: Dict[str, List[msg.RecordedChange]]) -> Optional[msg.RecordedChange]:
+    """The last change in histories that has not been taken back; None where there is none."""
+    left = [recorded for changes in found.values() for recorded in changes if not recorded.undone]
+    return max(left, key=lambda recorded: recorded.change.stamp) if left else None

@@ -1,0 +1,26 @@
+"""The compiled core of this room, where there is one: what it does, the Python here does as well (PEP 399).
+
+`catkin build` compiles it from `core.c`. It lies beside the generated messages, where the devel space has a folder of
+this package; the name of its file says for which Python it was built, so that another one does not find it.
+"""
+
+import importlib
+import os
+from typing import Any
+
+INTERFACE = 1
+"""What `core.c` must have been when it was built: a workspace may hold one that is older than the Python."""
+
+
+def _loaded() -> Any:
+    if os.environ.get('ROSSLT_PURE', '') not in ('', '0'):
+        return None
+    try:
+        core = importlib.import_module('rosslt._core')
+    except ImportError:
+        return None
+    return core if core.INTERFACE == INTERFACE else None
+
+
+CORE: Any = _loaded()
+"""The compiled core, None where there is none, or where ROSSLT_PURE=1 asks for Python alone."""

@@ -1,0 +1,247 @@
+"""Solving along a path: a hand moves what is wanted little by little, and no source may jump, nor drift.
+
+Solved from step to step, the joints of an arm with more joints than it needs are elsewhere when the hand is back where
+it began. Solved anew from the beginning at each step, they jump where another answer becomes the nearer one. So the
+answer is the one that the straight way from the beginning leads to, which depends on what is wanted alone; where that
+would be a jump, the one that the last answer leads to, drawn towards it.
+"""
+
+from typing import Any, Collection, Dict, Iterator, List, Mapping, Optional, Sequence
+
+from ..closeness import is_same
+from ..errors import NotInvertible
+from ..graph import Graph
+from ..sources import Source
+from ..tracked import TRACKED
+from .budget import UNDEFINED, Budget
+from .choice import Bounds, Freedom, Rank, groups_apart, holds_floats, rank_of, solve, solve_one, target_of
+from .equations import Goal, Point
+from .least_squares import shortest_step
+from .several import System
+
+JUMP = 5.0
+"""A step that is so many times as long as the slopes on its way ask for is a jump."""
+
+ON_THE_WAY = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Where on its way the slopes are looked at."""
+
+SINGULAR = 1e-6
+"""How directions in which the results hardly move are damped, when it is asked how far the slopes would go."""
+
+STILL = 1e-9
+"""A step that is no longer than this part of the sources' sizes is none."""
+
+MOST_DRAWN = 5
+"""In so many steps at most an answer is drawn to where the straight way leads."""
+
+CATCH_UP = 1.5
+"""By how many times the way that the hand asks for it is drawn at most."""
+
+
+class Path(System):
+    """Equations whose solutions follow each other along a path. `start` is where it began."""
+
+    def continued(self, last: Point) -> Optional[Point]:
+        """The solution that the last one leads to, as near as it comes to the beginning; None where there is none."""
+        for x in self._candidates(last):
+            if self.accepts(x) and self.is_continuous(last, x):
+                return x
+        return None
+
+    def _candidates(self, last: Point) -> Iterator[Point]:
+        """Solutions in the order in which they are taken, if they are no jump.
+
+        The first two depend on what is wanted alone, so that they come back where it does.
+        """
+        yield self.start
+        straight = self._followed()
+        met = straight and self._descend(straight, self._equations)
+        if met:
+            yield self._tidied(met.x)
+        end = self._descend(last, self._equations)
+        if end is not None and self.accepts(end.x):
+            yield self._drawn(end.x, met.x if met else self.start, CATCH_UP * self._between(end.x, last))
+            yield end.x
+
+    def _between(self, one: Point, other: Point) -> float:
+        return self._length([a - b for a, b in zip(one, other)])
+
+    def _drawn(self, x: Point, goal: Point, most: float) -> Point:
+        """A solution drawn towards a point along the solutions, by no more than so much."""
+        if len(self._unknowns) <= len(self._roots):
+            return x
+        for _ in range(MOST_DRAWN):
+            values = self._tried(x)
+            if values is None:
+                break
+            whole = [to - value for to, value in zip(goal, x)]
+            rows = self._jacobian(values, self._equations)
+            try:
+                lost = self._step(x, rows, [_along(row, whole) for row in rows], 0.0)
+            except UNDEFINED:
+                break
+            way = [part - across for part, across in zip(whole, lost)]
+            length = self._length(way)
+            if length <= STILL * self._length(whole):
+                break
+            part = min(1.0, most / length)
+            ahead = [self._clamped(place, value + part * step) for place, (value, step) in enumerate(zip(x, way))]
+            end = self._descend(ahead, self._equations, rounds=6)
+            if end is None or not self.accepts(end.x) or self._between(end.x, goal) >= self._length(whole):
+                break
+            most -= self._between(end.x, x)
+            x = end.x
+            if most <= 0:
+                break
+        return x
+
+    def is_continuous(self, last: Point, x: Point) -> bool:
+        """Whether the slopes on the way from one point to another account for how far it is."""
+        way = [value - before for value, before in zip(x, last)]
+        length = self._length(way)
+        if length <= STILL * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
+            return True
+        ends = [self._tried(last), self._tried(x)]
+        if ends[0] is None or ends[1] is None:
+            return False
+        moved = [
+            (ends[1][equation.place] - ends[0][equation.place]) * equation.unit  # type: ignore[index]
+            for equation in self._equations
+        ]
+        asked = []
+        for part in ON_THE_WAY:
+            values = self._tried([before + part * step for before, step in zip(last, way)])
+            if values is None:
+                return False
+            rows = self._jacobian(values, self._equations)
+            try:
+                asked.append(self._length(shortest_step(rows, moved, self._scales, SINGULAR)))
+            except UNDEFINED:
+                return False
+        return length <= JUMP * sorted(asked)[len(asked) // 2]
+
+
+def _along(row: Mapping[int, float], way: Sequence[float]) -> float:
+    return sum([slope * way[place] for place, slope in row.items()])
+
+
+def continued(
+    xs: Sequence[Any],
+    targets: Sequence[Any],
+    last: Mapping[Source, Any],
+    *,
+    sources: Optional[Collection[Source]] = None,
+    bounds: Optional[Bounds] = None,
+    read_only: Collection[Source] = (),
+    rank: Optional[Rank] = None,
+    weights: Optional[Mapping[Source, float]] = None,
+) -> Dict[Source, Any]:
+    """The next answer on a path of targets, without a jump from the last one, and without drift.
+
+    Args:
+        xs: tracked scalars with the source values that they had where the path began; plain ones stay.
+        targets: as many values.
+        last: `{Source: value}` of the last answer on this path, `{}` at its beginning.
+        sources, bounds, read_only, rank, weights: as of `solve`.
+
+    Returns:
+        `{Source: new value}` of all sources that differ from the beginning. On a path that comes back to where it began
+        that is `{}`.
+
+    Raises:
+        NotTracked, NotInvertible: as of `solve`; also where there are answers, but none that the last one leads to. What
+            was before should stay then, and be `last` still.
+    """
+    options = {'sources': sources, 'bounds': bounds, 'read_only': read_only, 'rank': rank, 'weights': weights}
+    if not last:
+        return solve(list(xs), list(targets), **options)
+    freedom = Freedom(None if sources is None else list(sources), bounds or {}, read_only, rank_of(rank), weights or {})
+    goals: List[Goal] = []
+    for number, (x, wanted) in enumerate(zip(xs, targets)):
+        if type(x) in TRACKED:
+            goals.append(('[%d]' % number, x, target_of(x, wanted)))
+        elif not is_same(x, wanted):
+            raise NotInvertible('cannot make [%d] become %r: it has no source, and is %r' % (number, wanted, x))
+    graph = Graph(x for _, x, _ in goals)
+    answer: Dict[Source, Any] = {}
+    for group in groups_apart(graph, goals, freedom):
+        answer.update(_group_continued(group, freedom, last, options))
+    return answer
+
+
+def _group_continued(
+    goals: List[Goal], freedom: Freedom, last: Mapping[Source, Any], options: Dict[str, Any]
+) -> Dict[Source, Any]:
+    """As `continued`, for results that share sources."""
+    graph = Graph(x for _, x, _ in goals)
+    here = {source: last[source] for source in graph.occurrences if source in last}
+    movable = [source for source in freedom.ranked(graph.occurrences) if freedom.allows(source)]
+    floats = [source for source in movable if holds_floats(graph, source)]
+    anew: Dict[Source, Any] = {}
+    reason: Optional[NotInvertible] = None
+    if len(goals) == 1 or len(floats) < len(movable):
+        try:
+            anew = solve([x for _, x, _ in goals], [wanted for _, _, wanted in goals], **options)
+        except NotInvertible as error:
+            reason = error
+        if reason is None and not (set(floats) >= set(anew) and set(floats) >= set(here)):
+            return anew  # What is whole moves in jumps.
+    path = _path(graph, goals, floats, freedom)
+    if path is None or not floats:
+        if reason is not None:
+            raise reason
+        return anew
+    x = [float(here.get(source, start)) for source, start in zip(floats, path.start)]
+    try:
+        if len(goals) > 1:
+            for level in sorted(set(map(freedom.rank, floats))):
+                unknowns = [source for source in floats if freedom.rank(source) <= level]
+                part = path if len(unknowns) == len(floats) else _path(graph, goals, unknowns, freedom)
+                found = part and part.continued([x[floats.index(source)] for source in unknowns])
+                if found is not None:
+                    new = {**dict(zip(floats, path.start)), **dict(zip(unknowns, found))}
+                    if path.is_continuous(x, [new[source] for source in floats]):
+                        return _changed(graph, new)
+        elif reason is None and path.is_continuous(x, [float(anew.get(s, b)) for s, b in zip(floats, path.start)]):
+            return anew
+        else:
+            return _one_more(graph, goals[0], floats, freedom, here, path)
+    except UNDEFINED:
+        pass
+    raise reason or NotInvertible('there is no answer that the last one leads to without a jump')
+
+
+def _one_more(
+    graph: Graph, goal: Goal, floats: List[Source], freedom: Freedom, here: Mapping[Source, Any], path: Path
+) -> Dict[Source, Any]:
+    """Where the source that moved is stopped, another one moves while it stays; on the way back, that one first."""
+    _, value, wanted = goal
+    x = [float(here.get(source, start)) for source, start in zip(floats, path.start)]
+    reason: Optional[NotInvertible] = None
+    for source in sorted(floats, key=lambda one: one not in here or -floats.index(one)):
+        others = {one: new for one, new in here.items() if one != source}
+        try:
+            found = solve_one(value, wanted, freedom._replace(only=[source]), others)
+        except NotInvertible as error:
+            reason = reason or error
+            continue
+        new = {**others, **found}
+        if path.is_continuous(x, [float(new.get(one, start)) for one, start in zip(floats, path.start)]):
+            return _changed(graph, new)
+    raise reason or NotInvertible('there is no answer that the last one leads to without a jump')
+
+
+def _path(graph: Graph, goals: List[Goal], unknowns: List[Source], freedom: Freedom) -> Optional[Path]:
+    try:
+        return Path(graph, goals, unknowns, freedom, Budget.of(graph, len(goals)))
+    except UNDEFINED:
+        return None
+
+
+def _changed(graph: Graph, new: Mapping[Source, Any]) -> Dict[Source, Any]:
+    """The values that differ from those in the graph."""
+    return {
+        source: value
+        for source, value in new.items()
+        if any(graph.nodes[place]._plain != value for place in graph.occurrences[source])
+    }

@@ -1,0 +1,104 @@
+"""What a person can do with all numbers of a node: take the last change back, reset them, and save them."""
+
+import functools
+import threading
+from typing import Any, Callable, List
+
+import rospy
+
+from rosslt import files, node, srv, values
+
+#: How long nodes may take to answer, in seconds.
+TIMEOUT = 2.0
+
+NOTHING_TO_SAVE = 'nothing to save: all is as the files say'
+
+#: Called with (client, title, text) to show a notice to somebody.
+Tell = Callable[[Any, str, str], None]
+
+
+class Buttons:
+    """The buttons of all nodes.
+
+    Args:
+        server: viser's.
+        nodes: gives the names of all nodes that have locations.
+        tell: shows a notice to somebody.
+    """
+
+    def __init__(self, server: Any, nodes: Callable[[], List[str]], tell: Tell) -> None:
+        self._server, self._nodes, self._tell = server, nodes, tell
+        self._saving = threading.Lock()
+
+    def add(self, name: str) -> None:
+        """Add those of one node, where viser's next element would be."""
+        buttons = self._server.gui.add_button_group('', ['undo', 'reset', 'save'])
+        does = {'undo': self._undo, 'reset': self._reset, 'save': self._ask_to_save}
+
+        @buttons.on_click
+        def clicked(event: Any) -> None:
+            if event.client is None:
+                return
+            try:
+                does[event.target.value](name, event.client)
+            except values.Error as error:
+                self._tell(event.client, name, str(error))
+
+    def _undo(self, name: str, client: Any) -> None:
+        found, _ = node.histories([name], '', TIMEOUT)
+        last = node.last_change(found)
+        if last is None:
+            self._tell(client, name, 'there is no change to take back')
+            return
+        concerned, _ = node.histories(self._nodes(), last.request_id, TIMEOUT)
+        undone = node.undo_request(last.request_id, concerned, rospy.get_name(), TIMEOUT)
+        for other, reason in undone.reasons.items():
+            self._tell(client, other, 'cannot undo: ' + reason)
+        for other, changes in undone.changes.items():
+            self._tell(client, other, ', '.join(map(_told, changes)))
+
+    def _reset(self, name: str, client: Any) -> None:
+        request = srv.ResetLocationsRequest([], rospy.get_name())
+        answers, silent = node.ask_all('reset', srv.ResetLocations, {name: request}, TIMEOUT)
+        if name in silent:
+            self._tell(client, name, 'it does not answer: ' + silent[name])
+        elif not answers[name].applied:
+            self._tell(client, name, 'it refuses: ' + '; '.join(answers[name].reasons))
+        else:
+            self._tell(client, name, ', '.join(map(_told, answers[name].changes)) or 'all is as the code says')
+
+    def _ask_to_save(self, name: str, client: Any) -> None:
+        """Show what would be written, and ask whether it should."""
+        edits, unsaved = node.changes_to_save(name, TIMEOUT)
+        try:
+            diff = files.unified_diff(edits)
+        except files.FileError as error:
+            self._tell(client, name, 'nothing can be saved: {}'.format(error))
+            return
+        lines = ['- {} cannot be saved: {}'.format(one.name, one.reason) for one in unsaved]
+        if not edits:
+            self._tell(client, name, '\n'.join(lines) or NOTHING_TO_SAVE)
+            return
+        modal = client.gui.add_modal('Save the changes of {}?'.format(name))
+        with modal:
+            client.gui.add_markdown('```diff\n{}\n```\n\n{}'.format(diff.replace('```', "'''"), '\n'.join(lines)))
+            write = client.gui.add_button('Write', color='green')
+            leave = client.gui.add_button('Leave the files as they are')
+        write.on_click(functools.partial(self._save, name, edits, modal))
+        leave.on_click(lambda event: modal.close())
+
+    def _save(self, name: str, edits: List[files.Edit], modal: Any, event: Any) -> None:
+        """Write what has been shown, and nothing else."""
+        modal.close()
+        try:
+            with self._saving:
+                files.write(edits)
+        except files.FileError as error:
+            self._tell(event.client, name, 'nothing is written: {}'.format(error))
+        else:
+            saved = sorted({edit.file for edit in edits})
+            self._tell(event.client, name, 'saved in ' + ', '.join(saved))
+
+
+def _told(change: Any) -> str:
+    return '{}: {} → {}'.format(change.name, change.old_value, change.new_value)

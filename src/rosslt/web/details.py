@@ -1,0 +1,83 @@
+"""What a click on a thing shows: where its numbers come from, which of them a drag changes, and undo."""
+
+import threading
+from typing import Any, Dict, List
+
+from rosslt import values
+from rosslt.markers import Choice, Descriptions, Drags, Handle, Scene, choices_of
+from rosslt.web.things import Things
+
+#: Free movement, as the menu in RViz calls it.
+FREE = 'Move the body freely'
+
+
+class Details:
+    """The details of things, for whoever clicks on one.
+
+    Args:
+        scene: has the things.
+        things: shows them.
+        drags: changes what is chosen, and undoes.
+        descriptions: says what sources are called and where they are.
+    """
+
+    def __init__(self, scene: Scene, things: Things, drags: Drags, descriptions: Descriptions) -> None:
+        self._scene, self._things, self._drags, self._descriptions = scene, things, drags, descriptions
+        self._lock = threading.Lock()
+
+    def show(self, client: Any, handle: Handle) -> None:
+        """Show somebody the details of a thing."""
+        handle = self._scene.handle(handle.name) or handle
+        name, sources = handle.name, values.sources(handle.tracked)
+        self._descriptions.look_up(sources)
+        present = values.source_values(handle.tracked)
+        choices = choices_of(handle.tracked, self._descriptions.read_only(sources))
+        with self._lock:
+            modal = client.gui.add_modal(name)
+            with modal:
+                client.gui.add_markdown(self._text(handle, sources, present))
+                if len(choices) > 1:
+                    self._add_choices(client, name, choices, present)
+                if all(handle.motions(self._descriptions.can_change).axes):
+                    self._add_free(client, name)
+                undo = client.gui.add_button('Undo the last drag')
+                close = client.gui.add_button('Close')
+        undo.on_click(lambda event: self._drags.undo(name))
+        close.on_click(lambda event: modal.close())
+
+    def _text(self, handle: Handle, sources: List[values.Source], present: Dict[values.Source, Any]) -> str:
+        """Markdown: the expressions, the sources, and who sends them on."""
+        lines = ['**Where it comes from**', '']
+        lines += ['- {:.6g} = `{}`'.format(float(one), values.explain(one)) for one in handle.tracked]
+        lines += ['', '**The numbers behind it**', '']
+        for source in sources:
+            note = ', takes no change' if source in self._descriptions.read_only([source]) else ''
+            lines.append(
+                '- `{}` ({}){}'.format(
+                    self._descriptions.one(source, present), self._descriptions.in_full(source), note
+                )
+            )
+        topic, publisher = self._scene.origin(handle.name)
+        owners = sorted({source.node for source in sources})
+        lines += ['', '{} → … → {} → {}'.format(' and '.join(owners), publisher, topic)]
+        return '\n'.join(lines)
+
+    def _add_choices(self, client: Any, name: str, choices: List[Choice], present: Dict[values.Source, Any]) -> None:
+        titles = {}
+        for choice in choices:
+            title = self._descriptions.several(choice.changed, present)
+            titles[title if choice.source else title + ' (default)'] = choice.source
+        chosen = self._drags.chosen.get(name)
+        at_first = next((title for title, source in titles.items() if source == chosen), next(iter(titles)))
+        box = client.gui.add_dropdown('A drag changes', list(titles), initial_value=at_first)
+
+        @box.on_update
+        def choose(event: Any) -> None:
+            self._drags.chosen[name] = titles[box.value]
+
+    def _add_free(self, client: Any, name: str) -> None:
+        box = client.gui.add_checkbox(FREE, name in self._things.free)
+
+        @box.on_update
+        def free(event: Any) -> None:
+            (self._things.free.add if box.value else self._things.free.discard)(name)

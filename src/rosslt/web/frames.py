@@ -1,0 +1,100 @@
+"""Where frames stand: tf, shown as branches of the page's tree of things, so that what is in a frame moves with it."""
+
+import collections
+import threading
+import time
+from typing import Any, Dict, Optional
+from urllib.parse import quote
+
+import rospy
+import tf2_ros
+import yaml
+
+from rosslt.markers import geometry
+
+#: How often it is looked which frame all others hang on, in seconds.
+ROOT_PERIOD = 1.0
+
+AT_ORIGIN: geometry.PoseTuple = (0.0, 0.0, 0.0, *geometry.IDENTITY)
+
+
+class Frames:
+    """The frames that things stand in.
+
+    Args:
+        server: viser's.
+        fixed: the frame that stands still; by default the one at the root of those that things stand in.
+    """
+
+    def __init__(self, server: Any, fixed: str = '') -> None:
+        self._server, self._chosen, self._fixed = server, fixed.lstrip('/'), fixed.lstrip('/')
+        self._buffer = tf2_ros.Buffer()
+        tf2_ros.TransformListener(self._buffer)
+        self._branches: Dict[str, Any] = {}
+        self._poses: Dict[str, Optional[geometry.PoseTuple]] = {}
+        self._looked_at = 0.0
+        self._lock = threading.RLock()
+
+    def branch(self, frame: str) -> str:
+        """The name of the branch for things in a frame."""
+        frame = frame.lstrip('/')
+        with self._lock:
+            if frame not in self._branches:
+                name = '/' + quote(frame, safe='')
+                self._branches[frame] = self._server.scene.add_frame(name, show_axes=False, visible=False)
+                self._poses[frame] = None
+                self._place(frame)
+            return str(self._branches[frame].name)
+
+    def pose(self, frame: str) -> geometry.PoseTuple:
+        """Where a frame stands on the page, as far as known."""
+        return self._poses.get(frame.lstrip('/')) or AT_ORIGIN
+
+    def missing(self) -> Dict[str, str]:
+        """{frame of things that cannot be shown: the frame to which no tf leads}."""
+        with self._lock:
+            return {frame: self._fixed for frame, pose in self._poses.items() if pose is None}
+
+    def update(self) -> None:
+        """Put all frames where tf has them now."""
+        with self._lock:
+            now = time.monotonic()
+            if not self._chosen and self._branches and now - self._looked_at > ROOT_PERIOD:
+                self._looked_at = now
+                self._fixed = self._most_common_root()
+            for frame in self._branches:
+                self._place(frame)
+
+    def _place(self, frame: str) -> None:
+        pose = self._look_up(frame)
+        if pose == self._poses[frame]:
+            return
+        branch, before = self._branches[frame], self._poses[frame]
+        self._poses[frame] = pose
+        if pose is not None:
+            branch.position, branch.wxyz = pose[:3], (pose[6], *pose[3:6])
+        if (pose is None) != (before is None):
+            branch.visible = pose is not None
+
+    def _look_up(self, frame: str) -> Optional[geometry.PoseTuple]:
+        if frame == self._fixed:
+            return AT_ORIGIN
+        if not self._fixed:
+            return None
+        try:
+            found = self._buffer.lookup_transform(self._fixed, frame, rospy.Time()).transform
+        except tf2_ros.TransformException:
+            return None
+        move, turn = found.translation, found.rotation
+        rotation = geometry.normalized(float(turn.x), float(turn.y), float(turn.z), float(turn.w))
+        return (float(move.x), float(move.y), float(move.z), *rotation)
+
+    def _most_common_root(self) -> str:
+        known = yaml.safe_load(self._buffer.all_frames_as_yaml()) or {}
+        parents = {child: said['parent'] for child, said in known.items()} if isinstance(known, dict) else {}
+        roots: Dict[str, int] = collections.Counter()
+        for frame in self._branches:
+            while frame in parents:
+                frame = parents[frame]
+            roots[frame] += 1
+        return max(roots, key=lambda root: roots[root])

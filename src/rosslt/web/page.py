@@ -1,0 +1,127 @@
+"""The page: viser's server, and all that stands on it, kept up to date."""
+
+from typing import Any, Optional
+
+import rospy
+import viser
+
+from rosslt import node
+from rosslt.markers import Descriptions, Drags, Handle, Rules, Scene, Settings, Watch, short_numbers
+from rosslt.web.buttons import Buttons
+from rosslt.web.details import Details
+from rosslt.web.door import Door, NotServed, check_address, guarded, is_this_machine, read_password
+from rosslt.web.frames import Frames
+from rosslt.web.locations import Locations
+from rosslt.web.numbers import Numbers
+from rosslt.web.things import Things
+
+NODE = 'slt_web'
+
+#: How often things follow messages, in Hz.
+FRAME_RATE = 30.0
+
+#: How often fields follow, as a part of that.
+FIELDS_EVERY = 3
+
+#: How long a notice stays, in seconds.
+NOTICE_TIME = 6.0
+
+
+class Server(viser.ViserServer):
+    """viser's server, which nobody can have published on the Internet."""
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Do not: any browser could ask for it."""
+
+
+class Page:
+    """One page, for all who look at it.
+
+    Args:
+        host: the address to listen at.
+        port: the port.
+        password: what has to be given to see it, or None.
+        fixed_frame: the frame that stands still; by default the one that most others hang on.
+
+    Raises:
+        NotServed: it cannot listen there.
+    """
+
+    def __init__(self, host: str, port: int, password: Optional[str] = None, fixed_frame: str = '') -> None:
+        check_address(host, port)
+        with guarded(Door(host, password)):
+            self._server = Server(host=host, port=port, label='rosslt', verbose=False)
+        if self._server.get_port() != port:  # viser takes the next one
+            self._server.stop()
+            raise NotServed('cannot listen at {} port {}: somebody else does'.format(host, port))
+        self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width='large')
+        self._server.scene.set_up_direction('+z')
+        self._server.scene.add_grid('/grid', plane='xy', cell_size=1.0, section_size=10.0, infinite_grid=True)
+        self._server.initial_camera.position = (-3.0, -4.5, 3.5)
+        self._server.initial_camera.look_at = (0.0, 0.0, 0.5)
+        scene = Scene(Settings(draws_all=True))
+        descriptions = Descriptions(lambda: self._redraw())
+        drags = Drags(scene, Rules(), descriptions.name)
+        self._scene = scene
+        self._frames = Frames(self._server, fixed_frame)
+        self._things = Things(self._server, scene, self._frames, descriptions.can_change, self._say)
+        self._things.connect(drags)
+        self._things.picked = Details(scene, self._things, drags, descriptions).show
+        self._locations = Locations(rospy.get_name())
+        buttons = Buttons(self._server, self._locations.nodes, self._tell)
+        self._numbers = Numbers(self._server, self._locations, buttons.add, self._tell)
+        scene.add_view(self._things)
+        Watch(scene)
+
+    def show(self) -> None:
+        """Keep the page up to date until this node is shut down."""
+        count = 0
+        while not rospy.is_shutdown():
+            self._scene.expire()
+            self._frames.update()
+            self._things.keep_held()
+            self._things.follow()
+            if count % FIELDS_EVERY == 0:
+                self._numbers.update()
+            count += 1
+            rospy.rostime.wallsleep(1.0 / FRAME_RATE)
+        self._server.stop()
+
+    def _redraw(self) -> None:
+        """What is known of sources has changed, and so perhaps what can be moved."""
+        for name in self._things.names():
+            self._things.redraw(name)
+
+    def _say(self, handle: Handle, text: str) -> None:
+        for client in self._server.get_clients().values():
+            self._tell(client, handle.name, short_numbers(text))
+
+    def _tell(self, client: Any, title: str, text: str) -> None:
+        """Show a notice to somebody."""
+        client.add_notification(title, text, auto_close_seconds=NOTICE_TIME)
+
+
+def run(
+    host: str, port: int, password_file: Optional[str] = None, needs_no_password: bool = False, fixed_frame: str = ''
+) -> None:
+    """Show the page until this node is shut down.
+
+    Args:
+        host, port, fixed_frame: as of a Page.
+        password_file: a file whose first line is the password; None for no password.
+        needs_no_password: whether a page that others can reach may go without.
+
+    Raises:
+        NotServed: it cannot be served like that.
+    """
+    if password_file is None and not is_this_machine(host) and not needs_no_password:
+        raise NotServed(
+            'others can reach {}, and change what the robot does: give a --password-file, or --no-password where '
+            'everybody may'.format(host)
+        )
+    password = None if password_file is None else read_password(password_file)
+    check_address(host, port)
+    node.init_node(NODE)
+    page = Page(host, port, password, fixed_frame)
+    rospy.loginfo('the page is at http://%s:%d', host, port)
+    page.show()

@@ -1,0 +1,257 @@
+"""The things of a scene in the page's 3D view, with what a hand takes hold of: a View of the scene.
+
+Everybody who looks sees the same things. A thing that a hand holds is where this hand has it, for all of them.
+"""
+
+import asyncio
+from typing import Any, Callable, Dict, List, Optional, Set
+from urllib.parse import quote
+
+from rosslt.markers import CanChange, Drags, Follower, Handle, Scene
+from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation, onto
+from rosslt.web import drawing, hands
+from rosslt.web.frames import Frames
+
+#: How long the arrows and how wide the rings are against the thing, outside of which they are.
+CONTROL_SCALE = 1.5
+
+#: The rotation of a control that acts along, or around, the axes of the frame.
+UPRIGHT: Rotation = IDENTITY
+
+
+class Thing:
+    """What is drawn of one handle.
+
+    Attributes:
+        handle: it.
+        body: viser's branch that its shapes stand on.
+        arrows: viser's control to move it, or None.
+        rings: viser's controls to turn it, and how each is turned while nobody holds it; None: as the thing is.
+        shown: where it is drawn now.
+    """
+
+    def __init__(self, handle: Handle, body: Any) -> None:
+        self.handle, self.body = handle, body
+        self.arrows: Optional[Any] = None
+        self.rings: List[Any] = []
+        self.at_rest: List[Rotation] = []
+        self.shown = handle.pose
+
+    def put(self, pose: PoseTuple, held: Any = None) -> None:
+        """Draw it at a pose.
+
+        Args:
+            held: the control that a hand holds, which is left alone.
+        """
+        self.shown = pose
+        _place(self.body, pose[:3], pose[3:])
+        if self.arrows is not None and self.arrows is not held:
+            _place(self.arrows, pose[:3], UPRIGHT)
+        for ring, rotation in zip(self.rings, self.at_rest):
+            if ring is not held:
+                _place(ring, pose[:3], rotation)
+
+    def remove(self) -> None:
+        """Take it away."""
+        for part in (self.arrows, *self.rings, self.body):
+            if part is not None:
+                part.remove()
+
+
+class Grip:
+    """A hand on the body of a thing: what it took hold of, and where the thing was then."""
+
+    def __init__(self, grabbed: hands.Vector, start: PoseTuple) -> None:
+        self.grabbed, self.start = grabbed, start
+
+
+class Things(Follower):
+    """All things.
+
+    Args:
+        server: viser's.
+        scene: what is shown.
+        frames: where frames stand.
+        can_change: tells of a tracked value whether it has a source that takes changes.
+        tell: called with (handle, text) where there is something to say of a thing.
+
+    Attributes:
+        free: the names of things whose bodies move in the plane of the screen.
+        picked: called with (client, handle) when somebody clicks on a thing.
+    """
+
+    def __init__(
+        self, server: Any, scene: Scene, frames: Frames, can_change: CanChange, tell: Callable[[Handle, str], None]
+    ) -> None:
+        super().__init__(scene)
+        self._server, self._frames, self._can_change, self._tell = server, frames, can_change, tell
+        self._drags: Optional[Drags] = None
+        self._things: Dict[str, Thing] = {}
+        self._grips: Dict[str, Grip] = {}
+        self._holders: Dict[str, int] = {}  # name -> the client whose hand holds it
+        self.free: Set[str] = set()
+        self.picked: Callable[[Any, Handle], None] = lambda client, handle: None
+
+    def connect(self, drags: Drags) -> None:
+        """Connect the drags, before the first thing is shown."""
+        self._drags = drags
+
+    def say(self, handle: Handle, text: str) -> None:
+        """Show a message of a handle."""
+        self._tell(handle, text)
+
+    def draw(self, handle: Handle) -> None:
+        """Draw a thing, and the controls that its motions ask for."""
+        self.erase(handle.name)
+        scene, motions = self._server.scene, handle.motions(self._can_change)
+        name = '{}/{}'.format(self._frames.branch(handle.frame), quote(handle.name, safe=':[]'))
+        thing = Thing(handle, scene.add_frame(name, show_axes=False))
+        self._things[handle.name] = thing
+        for index, shape in enumerate(handle.shapes()):
+            for part in drawing.draw(scene, '{}/{}'.format(name, index), shape):
+                self._make_grabbable(part, handle)
+        size = CONTROL_SCALE * handle.size
+        if any(motions.arrows):
+            thing.arrows = scene.add_transform_controls(
+                name + '.move', size, active_axes=motions.arrows, disable_sliders=True, disable_rotations=True
+            )
+            self._on_control(thing.arrows, handle.name)
+        for index, (_, direction) in enumerate(motions.rings):
+            ring = scene.add_transform_controls(
+                '{}.turn{}'.format(name, index),
+                size,
+                active_axes=(True, False, False),
+                disable_axes=True,
+                disable_sliders=True,
+            )
+            thing.rings.append(ring)
+            thing.at_rest.append(onto(direction))
+            self._on_control(ring, handle.name)
+        thing.put(handle.pose)
+
+    def move(self, handle: Handle) -> None:
+        """Put a thing where it is now."""
+        thing = self._things.get(handle.name)
+        if thing is not None:
+            thing.handle = handle
+            thing.put(handle.pose)
+
+    def erase(self, name: str) -> None:
+        """Take a thing away."""
+        thing = self._things.pop(name, None)
+        if thing is not None:
+            thing.remove()
+
+    def shown(self, name: str) -> Optional[PoseTuple]:
+        """Where a thing is drawn now, in its frame; None where there is none of that name."""
+        thing = self._things.get(name)
+        return thing.shown if thing is not None else None
+
+    def keep_held(self) -> None:
+        """Say that hands that rest still hold what they hold: a browser reports a mouse only as it moves."""
+        if self._drags is not None:
+            clients = self._server.get_clients()
+            for name, client in list(self._holders.items()):
+                if client in clients:
+                    self._drags.keep(name, str(client))
+                else:
+                    self._holders.pop(name, None)
+
+    def _on_control(self, control: Any, name: str) -> None:
+        async def moved(event: Any) -> None:
+            with self.lock:
+                self._control_moved(event, control, name)
+
+        control.on_update(moved)
+
+    def _control_moved(self, event: Any, control: Any, name: str) -> None:
+        """A hand has moved the arrows or a ring of a thing."""
+        thing = self._things.get(name)
+        if thing is None or self._drags is None:
+            return
+        pose: PoseTuple = thing.shown
+        if control is thing.arrows:
+            x, y, z = map(float, control.position)
+            pose = (x, y, z, *thing.shown[3:])
+        else:
+            w, x, y, z = map(float, control.wxyz)
+            rest = thing.at_rest[thing.rings.index(control)]
+            start = self._grips.setdefault(name, Grip((0.0, 0.0, 0.0), thing.shown)).start
+            pose = (*thing.shown[:3], *hands.turned_by(rest, (x, y, z, w), start[3:]))
+        if event.phase == 'start':
+            self._grips[name] = Grip((0.0, 0.0, 0.0), thing.shown)
+            pose = thing.shown
+        self._hand(event, thing, pose, control)
+
+    def _make_grabbable(self, part: Any, handle: Handle) -> None:
+        name = handle.name
+
+        async def grabbed(event: Any) -> None:
+            with self.lock:
+                self._body_moved(event, name)
+
+        async def clicked(event: Any) -> None:
+            with self.lock:
+                thing = self._things.get(name)
+            if thing is not None:
+                asyncio.get_running_loop().run_in_executor(None, self.picked, event.client, thing.handle)
+
+        if handle.tracked:
+            part.on_click(clicked)
+        if any(handle.motions(self._can_change).axes):
+            part.on_drag(grabbed)
+
+    def _body_moved(self, event: Any, name: str) -> None:
+        """A hand has moved the body of a thing."""
+        thing = self._things.get(name)
+        if thing is None or self._drags is None:
+            return
+        frame = self._frames.pose(thing.handle.frame)
+        if event.phase == 'start':
+            self._grips[name] = Grip(hands.into(frame, event.start_position), thing.shown)
+        grip = self._grips.get(name)
+        if grip is None:
+            return
+        motions = thing.handle.motions(self._can_change)
+        turned = UPRIGHT if motions.is_in_frame else _rotation(grip.start)
+        eye = hands.into(frame, event.client.camera.position)
+        pointer = hands.into(frame, event.end_position)
+        way = hands.dragged(grip.grabbed, eye, pointer, motions.of_body(name in self.free), turned)
+        pose = thing.shown
+        if way is not None:
+            x, y, z = (a + b for a, b in zip(grip.start, way))
+            pose = (x, y, z, *grip.start[3:])
+        self._hand(event, thing, pose)
+
+    def _hand(self, event: Any, thing: Thing, pose: PoseTuple, control: Any = None) -> None:
+        """What a hand does is handed on to the drags; the first hand on a thing holds it."""
+        drags, handle, hand = self._drags, thing.handle, str(event.client_id)
+        if drags is None:
+            return
+        name = handle.name
+        if event.phase == 'start':
+            if not drags.hold(name, hand):
+                self._tell(handle, 'somebody else holds it')
+                thing.put(thing.shown)
+            else:
+                self._holders[name] = event.client_id
+            return
+        if event.phase == 'end':
+            self._grips.pop(name, None)
+            if self._holders.get(name) == event.client_id:
+                del self._holders[name]
+            drags.release(name, handle.frame, pose, hand)
+            return
+        if drags.move(name, handle.frame, pose, hand):
+            thing.put(pose, control)
+        else:
+            thing.put(thing.shown)
+
+
+def _rotation(pose: PoseTuple) -> Rotation:
+    return pose[3], pose[4], pose[5], pose[6]
+
+
+def _place(node: Any, position: Any, rotation: Any) -> None:
+    x, y, z, w = rotation
+    node.position, node.wxyz = tuple(position), (w, x, y, z)

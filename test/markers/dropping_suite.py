@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""What was dropped is shown where it was dropped, also where its node takes another branch then."""
+
+import time
+import unittest
+
+import rospy
+import rostest
+from rosslt.msg import AppliedChange
+
+import rosslt
+from support.hand import Hand, wait_until
+
+NOISE = 1e-5  # RViz reports in 32 bits
+A_WHILE = 1.5  # longer than a check looks at a second message, in seconds
+
+
+class Dropping(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.hand = Hand()
+        cls.changes = []
+        rospy.Subscriber('/branching_stage/rosslt/changes', AppliedChange, cls.changes.append)
+        for name in ('steeper', 'limited', 'moving'):
+            cls.hand.marker(handle(name))
+
+    def is_at(self, name, x):
+        return lambda: abs(self.hand.position(handle(name))[0] - x) < NOISE * max(1.0, abs(x))
+
+    def drop(self, name, x):
+        """Drag a marker to some x in one go, and let go."""
+        start = self.hand.position(handle(name))[0]
+        self.hand.drag(handle(name), dx=x - start, steps=1)
+
+    def test_another_branch_is_solved_in_turn(self):
+        self.drop('steeper', 18.0)
+        wait_until(lambda: abs(parameter('a') - 6.0) < NOISE, lambda: 'a to become 6; it is {}'.format(parameter('a')))
+        wait_until(self.is_at('steeper', 18.0), 'the cube to be where it was dropped')
+        self.drop('steeper', 8.0)
+        wait_until(lambda: abs(parameter('a') - 4.0) < NOISE, lambda: 'a to become 4; it is {}'.format(parameter('a')))
+        self.hand.choose(handle('steeper'), 'Undo')
+        wait_until(lambda: abs(parameter('a') - 6.0) < NOISE, 'the whole drag to be taken back')
+
+    def test_a_limit_that_stands_in_the_way_moves(self):
+        self.drop('limited', 3.5)
+        wait_until(lambda: abs(parameter('limit') - 3.5) < NOISE, 'the limit to follow')
+        wait_until(self.is_at('limited', 3.5), 'the cube to be where it was dropped')
+
+    def test_what_moves_by_itself_is_changed_once(self):
+        self.drop('moving', 30.0)
+        wait_until(lambda: 'start' in self.changed(), 'the start to follow')
+        time.sleep(A_WHILE)
+        self.assertEqual(self.changed().count('start'), 1)
+
+    def changed(self):
+        return [change.name for change in self.changes]
+
+
+def handle(name):
+    return '/branching:{}:0'.format(name)
+
+
+def parameter(name):
+    return rospy.get_param('/branching_stage/rosslt/' + name)
+
+
+if __name__ == '__main__':
+    rosslt.init_node('check_dropping')
+    rostest.rosrun('rosslt', 'check_dropping', Dropping)

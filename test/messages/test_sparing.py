@@ -1,0 +1,126 @@
+"""Provenance that is written less often than it is sent still says what holds for each message."""
+
+import io
+import math
+
+import pytest
+from geometry_msgs.msg import Point, Pose, PoseArray
+from std_msgs.msg import Float64MultiArray, String
+
+import rosslt
+from rosslt import messages, values
+from rosslt.messages.codec import sparing
+
+RADIUS, TURN, OTHER = (rosslt.Source('/node', number) for number in (1, 2, 3))
+
+
+@pytest.fixture
+def in_debt(monkeypatch):
+    """A publisher that has spent all that it may on its first message, and more with each that it writes."""
+    written = []
+    monkeypatch.setattr(sparing, 'SHARE', 1e-9)
+    for name in ('provenance_to_send', 'encoded_with_slopes'):
+        original = getattr(sparing, name)
+        monkeypatch.setattr(
+            sparing, name, lambda *arguments, original=original: (written.append(1), original(*arguments))[1]
+        )
+    return written
+
+
+def _sent(provenance, message):
+    buff = io.BytesIO()
+    values.untracked(message).serialize(buff)
+    messages.append_provenance(message, buff, False, provenance.to_send)
+    return messages.decode(buff.getvalue(), type(message))
+
+
+def _circle(turn, radius=2.0, source=RADIUS):
+    tracked = values.track(radius, source)
+    x, y = tracked * rosslt.math.cos(values.track(turn, TURN)), tracked * 3
+    return PoseArray(poses=[Pose(position=Point(x, y, tracked)), Pose(position=Point(1.0, 2.0, 3.0))])
+
+
+def test_what_stands_still_is_written_once_and_stays_exact(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for _ in range(5):
+        message, error = _sent(provenance, _circle(0.5))
+        assert error is None
+        assert values.explain(message.poses[0].position.x) == '2.0 [/node#1] * cos(0.5 [/node#2])'
+        assert values.explain(message.poses[0].position.y) == '3 * 2.0 [/node#1]'
+        assert values.sources(message.poses[0].position.z) == [RADIUS]
+    assert len(in_debt) == 2
+
+
+def test_what_moves_has_its_present_value_and_the_slopes_of_the_last_writing(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    turning = [values.track(2.0, RADIUS) * math.cos(turn / 100) for turn in range(40)]
+    for turn, x in enumerate(turning):
+        curved = rosslt.math.sin(x * 0.1)
+        message, error = _sent(provenance, PoseArray(poses=[Pose(position=Point(x, curved, 7.0))]))
+        position = message.poses[0].position
+        assert error is None
+        assert (position.x, position.y) == (values.untracked(x), values.untracked(curved))
+        assert values.sources(position.x) == values.sources(position.y) == [RADIUS]
+        assert values.solve(position.y, position.y + 0.001)[RADIUS] == pytest.approx(2.0, abs=0.1)
+    assert len(in_debt) <= 4
+
+
+def test_another_source_or_another_operation_is_written_anew(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for _ in range(3):
+        _sent(provenance, _circle(0.5))
+    message, _ = _sent(provenance, _circle(0.5, source=OTHER))
+    assert values.sources(message.poses[0].position.z) == [OTHER]
+    other = _circle(0.5)
+    other.poses[0].position.y = values.track(2.0, RADIUS) + 4
+    message, _ = _sent(provenance, other)
+    assert values.explain(message.poses[0].position.y) == '2.0 [/node#1] + 4.0'
+
+
+def test_two_sorts_of_messages_in_turn_are_both_remembered(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    longer = _circle(0.5)
+    longer.poses += _circle(0.5).poses
+    for _ in range(6):
+        assert values.sources(_sent(provenance, _circle(0.5)).message.poses[0].position.z) == [RADIUS]
+        assert values.sources(_sent(provenance, longer).message.poses[2].position.z) == [RADIUS]
+    assert len(in_debt) <= 4
+
+
+def test_a_growing_message_keeps_the_provenance_of_what_was_there(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    message = Float64MultiArray(data=[values.track(1.5, RADIUS) * (n + 1) for n in range(100)])
+    for count in range(10):
+        message.data = [*message.data, values.track(1.5, RADIUS) * (count + 0.5)]
+        received, error = _sent(provenance, message)
+        assert error is None
+        assert sum(values.is_tracked(one) for one in received.data) >= 0.9 * len(message.data)
+        assert values.untracked(received.data) == tuple(values.untracked(message.data))
+    assert len(in_debt) < 10
+
+
+def test_what_is_forgotten_is_written_anew(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for _ in range(3):
+        _sent(provenance, _circle(0.5))
+    provenance.forget()
+    message, _ = _sent(provenance, _circle(0.5, radius=4.0))
+    assert values.solve(message.poses[0].position.y, 15.0) == {RADIUS: 5.0}
+
+
+def test_texts_that_change_and_whole_numbers_that_turn_stay_right(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for word in ('one', 'two', 'three', 'four'):
+        text = values.track('the ', RADIUS) + word
+        message, error = _sent(provenance, String(text))
+        assert error is None
+        assert message.data == 'the ' + word
+        assert not values.is_tracked(message.data) or values.explain(message.data).endswith(f"'{word}'")
+
+
+def test_while_there_is_time_each_message_is_written_as_it_is(monkeypatch):
+    monkeypatch.setattr(sparing, 'SHARE', 1e9)
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for turn in range(5):
+        message, _ = _sent(provenance, _circle(turn / 10))
+        assert values.explain(message.poses[0].position.x) == f'2.0 [/node#1] * cos({turn / 10} [/node#2])'

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""What holds for `force_field`: what it reports as reached is what messages say, and what is not is taken back."""
+
+import unittest
+
+import rospy
+from branching_node import CANNOT, CASES, MOVES, REACHED, field_of
+
+import rosslt
+from support.processes import wait_until
+
+#: How near a field that moves by itself must have come to its target, by a message or two.
+NEAR = 2.5
+
+
+class Latest:
+    """The latest message of a topic, heard by a plain subscriber, which knows nothing of provenance."""
+
+    def __init__(self, one):
+        self.values = []
+        self._subscriber = rospy.Subscriber(one.name, one.message_class, self._take)
+
+    def _take(self, message):
+        self.values.append(
+            message.data[0] if isinstance(message.data, (list, tuple)) and message.data else message.data
+        )
+
+    def after_two_more(self):
+        """The value of a message that was sent after this call."""
+        count = len(self.values)
+        wait_until(lambda: len(self.values) >= count + 3, 'two more messages')
+        return self.values[-1]
+
+    def close(self):
+        self._subscriber.unregister()
+
+
+class Branches(unittest.TestCase):
+    """Every force ends at the target, on whichever branch, or says that it cannot."""
+
+
+def _test_of(one):
+    def test(self):
+        latest = Latest(one)
+        try:
+            for target, expected in one.targets:
+                with self.subTest(target=target):
+                    _force(self, one, latest, target, expected)
+        finally:
+            latest.close()
+
+    return test
+
+
+def _force(self, one, latest, target, expected):
+    before, count = latest.after_two_more(), len(latest.values)
+    try:
+        outcome = rosslt.force_field(one.name, field_of(one), target)
+    except rosslt.NotReached as error:
+        outcome = error.outcome
+        print('{} {}: {}'.format(one.name, target, error))
+        self.assertTrue(outcome.is_taken_back, error)
+        self.assertFalse(outcome.is_reached)
+        self.assertTrue(outcome.reason)
+        self.assertIn(CANNOT, expected, error)
+        if one.name != 'integral':
+            wait_until(lambda: latest.after_two_more() == before, 'what it was before')
+        return
+    except rosslt.Error as error:
+        print('{} {}: {}'.format(one.name, target, error))
+        self.assertIn(CANNOT, expected, error)
+        self.assertEqual(latest.after_two_more(), before)
+        return
+    print('{} {}: {}'.format(one.name, target, outcome))
+    self.assertTrue(outcome.is_reached)
+    self.assertIn(MOVES if outcome.moves else REACHED, expected, outcome)
+    now = latest.after_two_more()
+    if outcome.moves:
+        self.assertLess(min(abs(value - target) for value in latest.values[count:]), NEAR, outcome)
+    else:
+        self.assertLessEqual(abs(now - target), (1e-7 if '32' in one.name else 1e-9) * abs(target), outcome)
+        self.assertLessEqual(abs(outcome.seen - target), 1e-7 * abs(target))
+
+
+for _one in CASES.values():
+    setattr(Branches, 'test_' + _one.name, _test_of(_one))
+
+
+if __name__ == '__main__':
+    import rostest
+
+    rosslt.init_node('closed_loop')
+    rostest.rosrun('rosslt', 'closed_loop', '__main__')

@@ -1,0 +1,266 @@
+"""A browser of its own, which looks at the page and has a mouse."""
+
+import math
+import os
+import socket
+import subprocess
+import tempfile
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException, WebDriverException
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+from support.processes import wait_until
+
+#: For how long a browser may take that draws with the processor alone, in seconds.
+PATIENCE = 120.0
+SIZE = (1400, 950)
+FIELD_OF_VIEW = math.radians(75.0)  # of viser's camera, from top to bottom
+EYE, FOCUS = (-3.0, -4.5, 3.5), (0.0, 0.0, 0.5)  # where the page's camera is at first
+SCREENSHOTS = Path(
+    os.environ.get('ROSSLT_SCREENSHOTS') or Path(__file__).resolve().parents[2] / 'build' / 'screenshots'
+)
+
+#: What the page needs is not among the system's packages; `./run test` says where it is.
+LIBRARIES = os.environ.get('ROSSLT_PAGE_PATH', '')
+
+FLAGS = [
+    '--headless=new',
+    '--no-sandbox',
+    '--use-angle=swiftshader',
+    '--enable-unsafe-swiftshader',
+    '--disable-background-networking',
+    '--disable-component-update',
+    '--disable-sync',
+    '--no-first-run',
+    '--window-size={},{}'.format(*SIZE),
+]
+
+
+def python_path():
+    """The path of Python modules for a process that shows the page."""
+    return '{}:{}'.format(LIBRARIES, os.environ['PYTHONPATH'])
+
+
+class Server:
+    """`rosslt web` in a process of its own.
+
+    Args:
+        arguments: those of the command, but for the port.
+    """
+
+    def __init__(self, *arguments):
+        with socket.socket() as free:
+            free.bind(('127.0.0.1', 0))
+            self.port = free.getsockname()[1]
+        self.url = 'http://127.0.0.1:{}/'.format(self.port)
+        self._directory = tempfile.TemporaryDirectory(prefix='rosslt_web_')
+        self._log = Path(self._directory.name) / 'log'
+        with self._log.open('w') as log:
+            self.process = subprocess.Popen(
+                ['rosslt', 'web', '--port', str(self.port), *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=dict(os.environ, PYTHONPATH=python_path()),
+            )
+        try:
+            wait_until(self.answers, 'the page answers', PATIENCE)
+        except AssertionError:
+            self.stop()
+            raise AssertionError('no page: ' + self.log()) from None
+
+    def answers(self):
+        if self.process.poll() is not None:
+            raise AssertionError('the page has ended: ' + self.log())
+        try:
+            with urllib.request.urlopen(self.url, timeout=5):
+                return True
+        except urllib.error.HTTPError:
+            return True
+        except OSError:
+            return False
+
+    def log(self):
+        return self._log.read_text(encoding='utf-8')
+
+    def stop(self):
+        self.process.terminate()
+        try:
+            self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        self._directory.cleanup()
+
+
+class Browser:
+    """Chromium with the page in it.
+
+    Args:
+        url: of the page.
+    """
+
+    def __init__(self, url):
+        self._profile = tempfile.TemporaryDirectory(prefix='rosslt_browser_', ignore_cleanup_errors=True)
+        options = webdriver.ChromeOptions()
+        options.binary_location = '/usr/bin/chromium'
+        for flag in [*FLAGS, '--user-data-dir=' + self._profile.name]:
+            options.add_argument(flag)
+        self.driver = webdriver.Chrome(options=options, service=Service('/usr/bin/chromedriver'))
+        self.driver.set_page_load_timeout(PATIENCE)
+        self.driver.get(url)
+
+    def close(self):
+        self.driver.quit()
+        self._profile.cleanup()
+
+    def wait(self, holds, what):
+        """Wait until `holds()` gives something true; what the page has drawn anew meanwhile is looked for again."""
+
+        def held():
+            try:
+                return holds()
+            except (StaleElementReferenceException, IndexError):
+                return None
+
+        try:
+            return wait_until(held, what, PATIENCE)
+        except AssertionError:
+            self.picture('failed')
+            raise
+
+    def picture(self, name):
+        """Keep a screenshot, to be looked at after the tests."""
+        SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+        self.driver.save_screenshot(str(SCREENSHOTS / 'web_{}.png'.format(name)))
+
+    @property
+    def text(self):
+        """All text on the page."""
+        return self.driver.find_element(By.TAG_NAME, 'body').text
+
+    def wait_for_text(self, text):
+        self.wait(lambda: text in self.text, 'the page says ' + text)
+
+    def labels(self):
+        """What the fields are called."""
+        return [label.text for label in self.driver.find_elements(By.CSS_SELECTOR, 'label[for]') if label.text]
+
+    def row(self, name):
+        """The row of a field."""
+
+        def found():
+            for label in self.driver.find_elements(By.CSS_SELECTOR, 'label[for]'):
+                if label.text.split('● ')[-1] == name:
+                    return label.find_element(By.XPATH, 'ancestor::div[contains(@class, "mantine-Flex-root")][1]')
+            return None
+
+        return self.wait(found, 'a field {}'.format(name))
+
+    def field(self, name):
+        """The box of a field, to type into."""
+        return self.wait(
+            lambda: self.row(name).find_elements(By.CSS_SELECTOR, 'input:not([type=hidden])')[-1],
+            'a box for ' + name,
+        )
+
+    def value(self, name):
+        """What stands in a field."""
+        return self.wait(lambda: [self.field(name).get_attribute('value')], 'a value of ' + name)[0]
+
+    def type(self, name, text):
+        """Type into a field."""
+        self.field(name).send_keys(Keys.CONTROL, 'a')
+        self.field(name).send_keys(text)
+
+    def slide(self, name, pixels):
+        """Move a slider to the right."""
+        thumb = self.row(name).find_element(By.CSS_SELECTOR, '[role=slider]')
+        ActionChains(self.driver).move_to_element(thumb).click_and_hold().move_by_offset(pixels // 2, 0).move_by_offset(
+            pixels - pixels // 2, 0
+        ).release().perform()
+
+    def click(self, text):
+        """Click a button."""
+
+        def clicked():
+            for button in self.driver.find_elements(By.TAG_NAME, 'button'):
+                if button.text == text:
+                    try:
+                        button.click()
+                    except WebDriverException:  # something is still moving over it
+                        return False
+                    return True
+            return False
+
+        self.wait(clicked, 'a button ' + text)
+
+    # In the 3D view.
+
+    def canvas(self):
+        """The largest one."""
+        found = self.driver.find_elements(By.TAG_NAME, 'canvas')
+        return max(found, key=lambda one: one.rect['width'] * one.rect['height'])
+
+    def pixel(self, point):
+        """Where a point of the world, (x, y, z), is on the page, as long as nobody has moved the camera."""
+        rect = self.canvas().rect
+        out = _unit([a - b for a, b in zip(FOCUS, EYE)])
+        right = _unit(_cross(out, (0.0, 0.0, 1.0)))
+        up = _cross(right, out)
+        way = [a - b for a, b in zip(point, EYE)]
+        depth = _dot(way, out)
+        scale = rect['height'] / 2 / math.tan(FIELD_OF_VIEW / 2) / depth
+        return (
+            round(rect['x'] + rect['width'] / 2 + scale * _dot(way, right)),
+            round(rect['y'] + rect['height'] / 2 - scale * _dot(way, up)),
+        )
+
+    def press(self, pixel):
+        pointer = ActionChains(self.driver, duration=30).w3c_actions
+        pointer.pointer_action.move_to_location(*pixel)
+        pointer.pointer_action.pointer_down()
+        pointer.perform()
+
+    def move(self, start, end, steps=8):
+        pointer = ActionChains(self.driver, duration=60).w3c_actions
+        for step in range(1, steps + 1):
+            x, y = (round(a + (b - a) * step / steps) for a, b in zip(start, end))
+            pointer.pointer_action.move_to_location(x, y)
+        pointer.perform()
+
+    def release(self):
+        pointer = ActionChains(self.driver).w3c_actions
+        pointer.pointer_action.pointer_up()
+        pointer.perform()
+
+    def drag(self, start, end):
+        """Drag with the left button, from a point of the world to another."""
+        first, last = self.pixel(start), self.pixel(end)
+        self.press(first)
+        self.move(first, last)
+        self.release()
+
+
+def _dot(first, second):
+    return sum(a * b for a, b in zip(first, second))
+
+
+def _cross(first, second):
+    return (
+        first[1] * second[2] - first[2] * second[1],
+        first[2] * second[0] - first[0] * second[2],
+        first[0] * second[1] - first[1] * second[0],
+    )
+
+
+def _unit(vector):
+    length = math.sqrt(_dot(vector, vector))
+    return tuple(part / length for part in vector)

@@ -1,0 +1,151 @@
+"""A hand on a closed path: no source drifts, none jumps, and out of reach the last good values stay."""
+
+import math as plain_math
+
+import numpy
+import pytest
+
+from rosslt import NotInvertible, Source, math, solve, track
+from rosslt.values import continued, evaluate, reapply, slopes, source_values
+
+STEPS = 1000
+
+
+def arm(lengths, angles):
+    """Where the tip of an arm in the plane is."""
+    x = y = angle = 0.0
+    for number, (length, turn) in enumerate(zip(lengths, angles)):
+        angle = angle + track(turn, Source('/arm', number))
+        x, y = x + length * math.cos(angle), y + length * math.sin(angle)
+    return [x, y]
+
+
+def bezier(points, t):
+    """A point of a cubic curve in the plane, of its control points and its parameter."""
+    where = track(t, Source('/curve', 8))
+    numbers = [track(number, Source('/curve', place)) for place, number in enumerate(points)]
+    weights = [(1 - where) ** 3, 3 * (1 - where) ** 2 * where, 3 * (1 - where) * where * where, where**3]
+    return [sum(weight * number for weight, number in zip(weights, numbers[axis::2])) for axis in (0, 1)]
+
+
+def circle(results, radius, direction=0.0):
+    """A closed path of so many steps that begins and ends where the results are, its middle in a direction."""
+    x, y = map(float, results)
+    points = []
+    for step in range(1, STEPS):
+        turn = direction + plain_math.pi + plain_math.tau * step / STEPS
+        points.append(
+            [
+                x + radius * (plain_math.cos(direction) + plain_math.cos(turn)),
+                y + radius * (plain_math.sin(direction) + plain_math.sin(turn)),
+            ]
+        )
+    return [*points, [x, y]]
+
+
+def asked(results, here, there):
+    """How far the slopes ask the sources to go, in the mean of both ends."""
+    change = numpy.subtract(evaluate(results, there), evaluate(results, here))
+    lengths = []
+    for values in (here, there):
+        jacobian = numpy.array(list(slopes(reapply(results, values)).values())).T
+        lengths.append(numpy.linalg.norm(numpy.linalg.pinv(jacobian) @ change))
+    return sum(lengths) / 2
+
+
+def follow(results, path):
+    """Follow a path.
+
+    Returns:
+        The sources' last values in relation to the first ones, how many points were out of reach, and the longest step
+        of a source in relation to what the slopes ask for.
+    """
+    began, last, held, longest = source_values(results), {}, 0, 0.0
+    for target in path:
+        try:
+            new = continued(results, target, last)
+        except NotInvertible:
+            held += 1
+            continue
+        here, there = {**began, **last}, {**began, **new}
+        assert evaluate(results, there) == pytest.approx(target, rel=1e-9, abs=1e-9)
+        moved = max(abs(there[source] - here[source]) for source in began)
+        if moved > 1e-9:
+            longest = max(longest, moved / asked(results, here, there))
+        last = new
+    return {source: last.get(source, value) - value for source, value in began.items()}, held, longest
+
+
+ARMS = {
+    '2 joints': arm([0.5, 0.4], [0.3, 0.9]),
+    '3 joints': arm([0.5, 0.4, 0.3], [0.3, 0.7, 0.5]),
+    '6 joints': arm([0.5, 0.4, 0.4, 0.3, 0.3, 0.2], [0.2, 0.5, 0.4, -0.3, 0.6, 0.4]),
+    'four bars of equal length': arm([0.5] * 4, [0.4, 0.5, 0.6, 0.7]),
+}
+CURVE = {'a point of a curve': bezier([0.0, 0.0, 0.3, 1.0, 1.0, 0.8, 1.2, -0.1], 0.4)}
+
+
+def outwards(results):
+    """The direction from the base to a tip."""
+    return plain_math.atan2(results[1], results[0])
+
+
+@pytest.mark.parametrize('results', [*ARMS.values(), *CURVE.values()], ids=[*ARMS, *CURVE])
+def test_on_a_closed_path_every_source_comes_back_without_a_jump(results, capsys):
+    radius = 0.3 * plain_math.hypot(*results)
+    drift, held, longest = follow(results, circle(results, radius, outwards(results) + plain_math.pi + 0.3))
+    with capsys.disabled():
+        print('\n%.1e drift, %d held, longest step %.2f of what is asked' % (max(drift.values()), held, longest))
+    assert not held
+    assert max(map(abs, drift.values())) <= 1e-9
+    assert longest <= 5.0
+
+
+@pytest.mark.parametrize('results', ARMS.values(), ids=ARMS)
+def test_out_of_reach_the_last_good_values_stay_and_the_hand_is_picked_up_again(results, capsys):
+    drift, held, longest = follow(results, circle(results, 0.6, outwards(results)))
+    with capsys.disabled():
+        print('\n%.1e drift, %d held, longest step %.2f of what is asked' % (max(drift.values()), held, longest))
+    assert 0 < held < STEPS - 50
+    assert max(map(abs, drift.values())) <= 1e-9
+    assert longest <= 5.0
+
+
+def test_where_a_bound_stops_a_source_another_one_moves_on_and_both_come_back():
+    a, b = track(0.0, Source('/sum', 1)), track(0.0, Source('/sum', 2))
+    bounds = {Source('/sum', 1): (0.0, 1.0)}
+    last, steps = {}, []
+    for number in [*range(1, 200), *range(200, -1, -1)]:
+        new = continued([a + b], [number / 100], last, bounds=bounds)
+        steps.append(max(abs(new.get(s, 0.0) - last.get(s, 0.0)) for s in bounds.keys() | {Source('/sum', 2)}))
+        last = new
+    assert max(steps) == pytest.approx(0.01)
+    assert last == {}
+
+
+def test_an_answer_that_can_only_be_reached_by_a_jump_is_none():
+    x = track(1.0, Source('/wave', 1))
+    wave = math.sin(x) + 0.2 * x
+    last = {}
+    for number in range(100):
+        try:
+            last = continued([wave], [float(wave) + 0.02 * number], last)
+        except NotInvertible:
+            break
+    top = plain_math.acos(-0.2)
+    assert top - 0.2 < last[Source('/wave', 1)] <= top
+    beyond = float(wave) + 0.02 * number
+    assert solve(wave, beyond)[Source('/wave', 1)] > plain_math.pi
+    with pytest.raises(NotInvertible, match='without a jump'):
+        continued([wave], [beyond], last)
+
+
+def test_whole_numbers_and_plain_values_are_followed():
+    n = track(3, Source('/n', 1))
+    x = track(1.0, Source('/n', 2))
+    last = continued([n * 2, 2.0 * x, 5.0], [8, 3.0, 5.0], {})
+    assert last == {Source('/n', 1): 4, Source('/n', 2): 1.5}
+    assert continued([n * 2, 2.0 * x, 5.0], [10, 3.5, 5.0], last) == {Source('/n', 1): 5, Source('/n', 2): 1.75}
+    assert continued([n * 2, 2.0 * x, 5.0], [6, 2.0, 5.0], last) == {}
+    with pytest.raises(NotInvertible, match='no source'):
+        continued([n * 2, 2.0 * x, 5.0], [6, 2.0, 6.0], last)

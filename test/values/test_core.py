@@ -1,0 +1,249 @@
+"""The compiled core of the room `values`: it does what the Python beside it does, and leaves nothing behind."""
+
+import gc
+import os
+import subprocess
+import sys
+import sysconfig
+import threading
+import weakref
+from pathlib import Path
+
+import pytest
+
+from rosslt import Source, evaluate, explain, math, solve, track
+from rosslt.values import lazy
+from rosslt.values.accelerator import CORE
+from rosslt.values.operations.table import ADD, CONCATENATE, SUBTRACT, TO_FLOAT
+from rosslt.values.tracked import TRACKED, new, resolve
+
+ROOT = Path(__file__).resolve().parents[2]
+REPORT = ROOT / 'test' / 'support' / 'arithmetic_report.py'
+A, B = Source('/a', 1), Source('/b', 2)
+
+
+def python(*arguments, **settings):
+    """Starts ROS's Python with settings in its environment."""
+    env = {**{name: text for name, text in os.environ.items() if name != 'ROSSLT_PURE'}, **settings}
+    return subprocess.Popen(
+        [sys.executable, *map(str, arguments)],
+        env=env,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        universal_newlines=True,
+    )
+
+
+def output(process):
+    """What a program has printed, when it has ended well."""
+    text = process.communicate()[0]
+    assert process.returncode == 0, text[-4000:]
+    return text
+
+
+def test_the_workspace_has_the_core_unless_python_alone_is_asked_for():
+    assert (CORE is None) == bool(os.environ.get('ROSSLT_PURE'))
+
+
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_with_and_without_the_core_all_results_are_the_same(seed):
+    both = [python(REPORT, 300, seed), python(REPORT, 300, seed, ROSSLT_PURE='1')]
+    compiled, alone = [output(process).splitlines() for process in both]
+    assert len(compiled) > 1000
+    assert compiled == alone
+
+
+STAND_IN = """
+import sys, types
+sys.modules['rosslt._core'] = core = types.ModuleType('rosslt._core')
+core.INTERFACE = {interface}
+from rosslt.values.accelerator import CORE
+print(CORE is None)
+"""
+
+
+def test_a_core_that_is_older_than_the_python_is_not_used():
+    assert output(python('-c', STAND_IN.format(interface=0))) == 'True\n'
+
+
+def test_a_core_that_was_built_for_another_python_is_not_found(tmp_path):
+    package = tmp_path / 'rosslt'
+    package.mkdir()
+    for part in (ROOT / 'src' / 'rosslt').iterdir():
+        (package / part.name).symlink_to(part)
+    (package / '_core.cpython-37m-x86_64-linux-gnu.so').write_bytes(b'of another Python')
+    program = 'import rosslt; from rosslt.values.accelerator import CORE; print(rosslt.__file__, CORE)'
+    assert output(python('-c', program, PYTHONPATH=str(tmp_path))) == f'{package}/__init__.py None\n'
+
+
+CHAINS = """
+from rosslt import Source, track
+from rosslt.values.operations.table import ADD, SUBTRACT, TO_FLOAT
+from rosslt.values.tracked import new
+
+def grown(step, value, times):
+    for _ in range(times):
+        value = step(value)
+    return value
+
+leaf = track(1.5, Source('/a', 1))
+for step in (
+    lambda x: new(1.5, (ADD.left, x, 1.0), 5),
+    lambda x: new(1.5, (SUBTRACT.both, leaf, x), 5),
+    lambda x: new(1.5, (SUBTRACT.both, x, x), 5),
+    lambda x: new(1.5, (ADD.left, new(2**70, (ADD.left, x, 1), 5), 1.0), 5),
+    lambda x: new(1.5, (TO_FLOAT.left, new(True, (ADD.left, x, 1), 5), None), 5),
+    lambda x: new(1.5, (ADD.left, new('a', (ADD.left, [x], 1), 5), 1.0), 5),
+):
+    value = grown(step, leaf, 200_000)
+    del value
+print('gone')
+"""
+
+
+def test_a_long_chain_goes_without_filling_the_stack():
+    assert output(python('-c', CHAINS)) == 'gone\n'
+
+
+class Marker:
+    """Something that tells when it goes."""
+
+
+@pytest.mark.parametrize('plain', [0.5, 7, 2**80, True, 'a'])
+def test_what_refers_to_itself_goes_with_the_garbage(plain):
+    marker = Marker()
+    gone = weakref.ref(marker)
+
+    def entangle(holder):
+        (value,) = lazy([plain], [lambda given: track(given, holder[1])])
+        holder += [value, value + 'b' if plain == 'a' else value * 2 - value]
+
+    entangle([marker])
+    del marker
+    gc.collect()
+    assert gone() is None
+
+
+def test_what_is_recorded_goes_at_once():
+    """Without a cycle it needs no collector, and the collector needs not look at it."""
+    gc.collect()
+    gc.disable()
+    try:
+
+        def work():
+            x, n = track(0.5, A), track(7, B)
+            y = 1.0 - (x * 2.0 + n * x) / 3 - -x
+            z = math.sin(y) + (n * n + 3) // 2 + 2**70 * n
+            assert solve(y, 0.25)
+            assert evaluate(x * 2.0 - 1, {A: 3.0}) == 5.0
+            assert explain(z)
+            for wrong in (lambda: x / 0, lambda: n // 0, lambda: x + 'a', lambda: evaluate(1 / x, {A: 0.0})):
+                with pytest.raises((ArithmeticError, TypeError)):
+                    wrong()
+
+        for _ in range(20):
+            work()
+        gc.collect()
+        before = sys.getallocatedblocks()
+        for _ in range(200):
+            work()
+        gc.collect()
+        assert sys.getallocatedblocks() - before < 150
+        if CORE is not None:
+            assert not gc.is_tracked(track(0.5, A) * 2.0 + track(7, B))
+    finally:
+        gc.enable()
+
+
+def test_values_are_shared_by_threads_while_their_records_are_replaced():
+    base = track(0.5, A)
+    shared = lazy([0.5] * 50, [lambda plain: base] * 50)
+    faults = []
+    switch = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+
+    def work(own):
+        try:
+            total = own * 0.0
+            for _ in range(40):
+                for value in shared:
+                    total = total + math.sin(value * 2.0) / 7
+                    resolve(value)
+                    assert evaluate(value * 2.0 + 1, {A: 2.0}) == 5.0
+                    assert solve(value * 4.0, 4.0) == {A: 1.0}
+            assert evaluate(total, {A: 0.5}) == pytest.approx(total._plain)
+        except BaseException as error:
+            faults.append(error)
+
+    threads = [threading.Thread(target=work, args=(shared[number],)) for number in range(4)]
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(switch)
+    assert faults == []
+
+
+def test_a_tracked_class_makes_plain_values_also_when_it_is_derived_from():
+    for tracked in TRACKED:
+        kind = type(tracked())
+        derived = type('Derived', (tracked,), {})
+        assert type(derived()) is kind
+        assert derived() == kind()
+
+
+def test_a_record_of_another_shape_is_refused():
+    value = track(0.5, A)
+    for wrong in (None, (), (ADD.left, value), [ADD.left, value, 1.0]):
+        if CORE is not None:
+            with pytest.raises(TypeError, match='form, first, second'):
+                value._record = wrong
+    assert explain(new('ab', (CONCATENATE.left, track('a', B), 'b'), 2)) == "'a' [/b#2] + 'b'"
+    assert explain(new(0.0, (SUBTRACT.both, value, value), 2)) == '0.5 [/a#1] - 0.5 [/a#1]'
+    assert explain(new(2.0, (TO_FLOAT.left, track(2, B), None), 2)) == 'float(2 [/b#2])'
+
+
+SANITIZED = """
+import importlib.util, sys
+spec = importlib.util.spec_from_file_location('rosslt._core', sys.argv[1])
+sys.modules['rosslt._core'] = importlib.util.module_from_spec(spec)
+import pytest
+sys.exit(pytest.main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CORE is None, reason='there is no compiled core')
+def test_sanitizers_find_nothing(tmp_path):
+    """The laws and the tests above, with checks of each access to memory and of each computation."""
+    core = tmp_path / ('_core' + sysconfig.get_config_var('EXT_SUFFIX'))
+    headers = sysconfig.get_path('include')
+    options = ['-g', '-O1', '-fPIC', '-shared', '-fsanitize=address,undefined', '-fno-sanitize-recover=undefined']
+    source = ROOT / 'src' / 'rosslt' / 'values' / 'core.c'
+    subprocess.run(['gcc', *options, '-ffp-contract=off', f'-I{headers}', source, '-o', core], check=True)
+    sanitizer = subprocess.check_output(['gcc', '-print-file-name=libasan.so'], universal_newlines=True).strip()
+    tests = ['test/values/test_laws.py', 'test/values/test_core.py', 'test/values/test_tracked.py']
+    process = python(
+        *['-c', SANITIZED, core, *tests, '-q', '-m', 'not slow'],
+        LD_PRELOAD=sanitizer,
+        PYTHONMALLOC='malloc',  # so that each object is an allocation of its own
+        ASAN_OPTIONS='detect_leaks=0',  # Python itself keeps what it has until the end
+        ROSSLT_FEW_EXAMPLES='1',
+    )
+    assert ' passed' in output(process)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CORE is None, reason='this is the run in Python alone')
+@pytest.mark.parametrize('suite', ['values', 'messages', 'node'])
+def test_the_tests_pass_in_python_alone(suite):
+    """What needs no master of the room `node`; with fewer examples, as all other results are compared above."""
+    process = python(
+        *['-m', 'pytest', f'test/{suite}', '-q', '-m', 'not slow and not rostest'],
+        ROSSLT_PURE='1',
+        ROSSLT_FEW_EXAMPLES='1',
+    )
+    assert ' passed' in output(process)
