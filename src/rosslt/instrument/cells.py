@@ -5,6 +5,7 @@ wants to know it for the first time: when it is in a message that is sent. Only 
 literals that reach nothing cost nothing.
 """
 
+import functools
 import linecache
 import os
 import re
@@ -26,7 +27,19 @@ _lock = threading.RLock()
 
 def plain_object(value: Any) -> Any:
     """What `is` compares: the plain number or text that a tracked one stands for, anything else itself."""
-    return value._plain if type(value) in values.TRACKED_CLASSES else value
+    if type(value) not in values.TRACKED_CLASSES:
+        return value
+    plain = value._plain
+    if type(plain) not in (float, int):
+        return plain
+    # The compiled core makes a float anew whenever it is asked for one.
+    return _one_object(plain, str(plain)) if plain == plain else value
+
+
+@functools.lru_cache(maxsize=4096)
+def _one_object(number: Any, _: str) -> Any:
+    """The same object for the same number, of which the text tells 0.0 from -0.0 and from 0."""
+    return number
 
 
 def plain(value: Any) -> Any:

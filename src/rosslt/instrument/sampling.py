@@ -12,8 +12,9 @@ from typing import Any, Dict, List, Optional
 
 from rosslt import values
 
-#: From which share of a core on a process may be too expensive, and how much of it recording must be.
-HEAVY, WORTH = 0.06, 0.03
+#: From which share of a core on a process may be too expensive; how much of it recording must be, and how often as much
+#: the process must take with it as without.
+HEAVY, WORTH, RATIO = 0.06, 0.03, 1.5
 
 #: Which share of a core recording may take where it takes too much.
 ALLOWED = 0.02
@@ -133,7 +134,7 @@ class Sampling:
     def _pause(self, now: float) -> None:
         self._recording.add(*self._spent(now))
         cost = self._recording.share - self._pausing.share
-        if self._pausing.time > WATCHED and (cost < WORTH or self._recording.share < 1.5 * self._pausing.share):
+        if self._pausing.time > WATCHED and (cost < WORTH or self._recording.share < RATIO * self._pausing.share):
             self.is_on, self._not_before, self._heavy_windows = False, now + LEFT_ALONE, 0
             self._next = now + WATCHED
             return
