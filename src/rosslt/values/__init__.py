@@ -27,7 +27,7 @@ from .recording import RECORDING
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
-from .tracked import from_affine, has_form_of, lazy, origins, plain_scalar, track
+from .tracked import from_affine, is_made_alike, lazy, origins, plain_scalar, track
 from .tree import is_tracked, leaves, untracked
 
 __all__ = [
@@ -56,7 +56,7 @@ __all__ = [
     'explain',
     'fit',
     'from_affine',
-    'has_form_of',
+    'is_made_alike',
     'is_same',
     'is_tracked',
     'lazy',

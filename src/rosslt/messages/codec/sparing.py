@@ -12,7 +12,7 @@ from rosslt.messages.codec.encoder import Leaf, encoded_with_slopes, provenance_
 from rosslt.messages.codec.wire_format import BYTES_LIMIT, FIELD_LIMIT
 from rosslt.messages.codegen.walkers import walkers
 from rosslt.messages.leaves import located
-from rosslt.values import has_form_of, is_same, origins, untracked
+from rosslt.values import is_made_alike, is_same, origins, untracked
 
 SHARE = 0.02
 """The share of a core that is spent on provenance."""
@@ -25,6 +25,10 @@ MOST_NEW, MOST_NEW_IN_DEBT = 0.05, 0.3
 
 DEEP_DEBT = 0.5
 """How many seconds there are to wait where very much was spent."""
+
+TURN_REMEMBERED = 60.0
+"""For how many seconds after a publisher has sent two things in turn, the same fields made from other sources, nothing
+is recalled: a message that was not recorded may be about either."""
 
 
 class _Known(NamedTuple):
@@ -69,6 +73,7 @@ class SparingProvenance:
         self._allowance = allowance
         self._known: List[_Known] = []
         self._moved: Set[int] = set()
+        self._turned_at = -TURN_REMEMBERED
 
     def forget(self) -> None:
         """Write the next provenance anew: something has changed that it is made of."""
@@ -97,7 +102,10 @@ class SparingProvenance:
         return self._allowance.charge(time.monotonic(), lambda: self._written(message, leaves, size))
 
     def recalled(self, message: Any) -> bytes:
-        """The provenance of a message of which not all that it was computed by was recorded: that of an earlier one."""
+        """The provenance of a message of which not all that it was computed by was recorded: that of an earlier one,
+        or, where the publisher sends several things in turn, of what was recorded."""
+        if time.monotonic() < self._turned_at + TURN_REMEMBERED:
+            return provenance_to_send(message)
         leaves: List[Leaf] = []
         size = walkers(message.__class__).collect(message, 0, leaves.append)
         present = _Present(leaves)
@@ -154,6 +162,8 @@ class SparingProvenance:
             return provenance_to_send(message)
         indices = [index for index, _, _ in leaves]
         before = next((known.leaves for known in self._known if known.indices == indices), {})
+        if not all(is_made_alike(value, before[index][1]) for index, value, _ in leaves if index in before):
+            self._turned_at = time.monotonic()
         moving = self._moved | {
             index for index, value, _ in leaves if index in before and not is_same(value, before[index][1])
         }
@@ -197,7 +207,7 @@ class _Present:
             _, before, kind_before = known.leaves[index]
             if value is before:
                 continue
-            if kind != kind_before or not has_form_of(value, before):
+            if kind != kind_before or not is_made_alike(value, before):
                 return None
             if index not in known.moving and not is_same(value, before):
                 moved.add(index)
