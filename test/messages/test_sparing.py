@@ -54,7 +54,7 @@ def test_what_stands_still_is_written_once_and_stays_exact(in_debt):
 def test_what_moves_has_its_present_value_and_the_slopes_of_the_last_writing(in_debt):
     provenance = messages.SparingProvenance(messages.Allowance())
     turning = [values.track(2.0, RADIUS) * math.cos(turn / 100) for turn in range(40)]
-    for turn, x in enumerate(turning):
+    for x in turning:
         curved = rosslt.math.sin(x * 0.1)
         message, error = _sent(provenance, PoseArray(poses=[Pose(position=Point(x, curved, 7.0))]))
         position = message.poses[0].position

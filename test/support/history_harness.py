@@ -60,10 +60,11 @@ OWNERS = {
             time.sleep(0.02)
         """,
     'dynamic_reconfigure': """
+        rospy.init_node({name!r})
+        sys.argv = [sys.argv[0], '', '', '', '']  # the generator takes itself for a script of the build
         from dynamic_reconfigure.parameter_generator_catkin import ParameterGenerator, double_t
         from dynamic_reconfigure.server import Server
         from std_srvs.srv import Trigger, TriggerResponse
-        rospy.init_node({name!r})
         names = ['r0', 'r1', 'r2', 'twin']
         generator = ParameterGenerator()
         for name in names:

@@ -216,7 +216,6 @@ sys.exit(pytest.main(sys.argv[2:]))
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(CORE is None, reason='there is no compiled core')
 def test_sanitizers_find_nothing(tmp_path):
     """The laws and the tests above, with checks of each access to memory and of each computation."""
     core = tmp_path / ('_core' + sysconfig.get_config_var('EXT_SUFFIX'))
@@ -237,7 +236,6 @@ def test_sanitizers_find_nothing(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(CORE is None, reason='this is the run in Python alone')
 @pytest.mark.parametrize('suite', ['values', 'messages', 'node'])
 def test_the_tests_pass_in_python_alone(suite):
     """What needs no master of the room `node`; with fewer examples, as all other results are compared above."""

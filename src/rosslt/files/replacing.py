@@ -29,6 +29,10 @@ class Unsettled(FileError):
     """A file that is written all the time."""
 
 
+class _Displaced(FileError):
+    """What was in a file before could not be looked at, nor put back; it is in the other file, which stays."""
+
+
 def read(path: str) -> str:
     """The text of a file, with its newlines as they are.
 
@@ -114,15 +118,38 @@ def replace_bytes(path: str, expected: bytes, content: bytes) -> bool:
         try:
             with os.fdopen(handle, 'wb') as file:
                 file.write(content)
+                file.flush()
+                os.fsync(file.fileno())  # or a power cut after the exchange may leave an empty file
             os.chmod(other, stat.S_IMODE(status.st_mode))
             with contextlib.suppress(PermissionError):  # the owner of somebody else's file
                 os.chown(other, status.st_uid, status.st_gid)
-            return _swap(other, target, expected, content)
-        finally:
-            with contextlib.suppress(FileNotFoundError):  # it has been renamed
-                os.unlink(other)
+            is_replaced = _swap(other, target, expected, content)
+        except _Displaced:
+            raise
+        except BaseException:
+            _remove(other)
+            raise
+        _remove(other)
+        _settle(directory)
+        return is_replaced
     except OSError as error:
         raise FileError(path, None, None, 'it cannot be written: {}'.format(error.strerror)) from None
+
+
+def _remove(other: str) -> None:
+    """Remove the other file; where that fails, the target is as it should be all the same."""
+    with contextlib.suppress(OSError):  # or it has been renamed
+        os.unlink(other)
+
+
+def _settle(directory: str) -> None:
+    """Have a replaced file survive a power cut, where the file system can do so."""
+    with contextlib.suppress(OSError):
+        handle = os.open(directory, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def _swap(other: str, target: str, expected: bytes, placed: bytes) -> bool:
@@ -135,6 +162,22 @@ def _swap(other: str, target: str, expected: bytes, placed: bytes) -> bool:
             return False
         os.replace(other, target)
         return True
+    try:
+        return _put_back_newer(other, target, expected, placed)
+    except (FileError, OSError) as error:
+        try:
+            if _exchange(other, target):
+                raise
+        except OSError:
+            pass
+        reason = error.reason if isinstance(error, FileError) else error.strerror
+        raise _Displaced(
+            target, None, None, f'it was replaced, and what was there before is in {other}: {reason}'
+        ) from None
+
+
+def _put_back_newer(other: str, target: str, expected: bytes, placed: bytes) -> bool:
+    """Look at what was displaced by an exchange, and exchange again until nothing newer is displaced."""
     displaced = read_bytes(other)
     if displaced == expected:
         return True

@@ -38,7 +38,7 @@ GRACE = TAKE_BACK_TIMEOUT + 0.5
 ASK_TIMEOUT = 1.0
 
 #: The longest reservation, in seconds, and how many nodes may take part in one.
-LONGEST, MOST_NODES = 30.0, 100
+LONGEST, MOST_NODES = 5.0, 100
 
 #: How long another change waits for a location that is reserved, in seconds.
 PATIENCE = 0.5

@@ -148,6 +148,9 @@ def has_form_of(value: Any, other: Any) -> bool:
     """Whether a value was made by the same operation as another one, or is the same source."""
     if type(value) is not type(other) or type(value) not in TRACKED:
         return False
+    form = value._record[0]
+    if form is other._record[0] and form is not SOURCE and form is not LAZY:
+        return True
     form, source, _ = resolve(value)
     other_form, other_source, _ = resolve(other)
     return form is other_form and (form is not SOURCE or source == other_source)

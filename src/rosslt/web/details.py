@@ -1,10 +1,12 @@
 """What a click on a thing shows: where its numbers come from, which of them a drag changes, and undo."""
 
 import threading
-from typing import Any, Dict, List
+from typing import Any, Collection, Dict, List
 
 from rosslt import values
 from rosslt.markers import Choice, Descriptions, Drags, Handle, Scene, choices_of
+from rosslt.web.markdown import code
+from rosslt.web.plots import Plot
 from rosslt.web.things import Things
 
 #: Free movement, as the menu in RViz calls it.
@@ -24,6 +26,7 @@ class Details:
     def __init__(self, scene: Scene, things: Things, drags: Drags, descriptions: Descriptions) -> None:
         self._scene, self._things, self._drags, self._descriptions = scene, things, drags, descriptions
         self._lock = threading.Lock()
+        self._plots: Dict[Any, Plot] = {}  # what is open -> its plot
 
     def show(self, client: Any, handle: Handle) -> None:
         """Show somebody the details of a thing."""
@@ -42,24 +45,40 @@ class Details:
                     self._add_free(client, name)
                 undo = client.gui.add_button('Undo the last drag')
                 close = client.gui.add_button('Close')
+                plot = Plot(client, self._scene, name, self._descriptions)
         undo.on_click(lambda event: self._drags.undo(name))
-        close.on_click(lambda event: modal.close())
+        close.on_click(lambda event: self._close(client, modal))
+        with self._lock:
+            self._plots[client.client_id, modal] = plot
+
+    def update(self, clients: Collection[int]) -> None:
+        """Continue the plots of what is open.
+
+        Args:
+            clients: the ids of those who still look.
+        """
+        with self._lock:
+            self._plots = {key: plot for key, plot in self._plots.items() if key[0] in clients}
+            for plot in self._plots.values():
+                plot.update()
+
+    def _close(self, client: Any, modal: Any) -> None:
+        with self._lock:
+            self._plots.pop((client.client_id, modal), None)
+        modal.close()
 
     def _text(self, handle: Handle, sources: List[values.Source], present: Dict[values.Source, Any]) -> str:
         """Markdown: the expressions, the sources, and who sends them on."""
         lines = ['**Where it comes from**', '']
-        lines += ['- {:.6g} = `{}`'.format(float(one), values.explain(one)) for one in handle.tracked]
+        lines += ['- {:.6g} = {}'.format(float(one), code(values.explain(one))) for one in handle.tracked]
         lines += ['', '**The numbers behind it**', '']
         for source in sources:
             note = ', takes no change' if source in self._descriptions.read_only([source]) else ''
-            lines.append(
-                '- `{}` ({}){}'.format(
-                    self._descriptions.one(source, present), self._descriptions.in_full(source), note
-                )
-            )
+            brief, full = self._descriptions.one(source, present), self._descriptions.in_full(source)
+            lines.append('- {} ({}){}'.format(code(brief), code(full), note))
         topic, publisher = self._scene.origin(handle.name)
-        owners = sorted({source.node for source in sources})
-        lines += ['', '{} → … → {} → {}'.format(' and '.join(owners), publisher, topic)]
+        owners = ' and '.join(sorted({source.node for source in sources}))
+        lines += ['', code('{} → … → {} → {}'.format(owners, publisher, topic))]
         return '\n'.join(lines)
 
     def _add_choices(self, client: Any, name: str, choices: List[Choice], present: Dict[values.Source, Any]) -> None:

@@ -1,0 +1,138 @@
+"""Requests that no client sends: an owner answers all of them, and keeps its locations as they may be."""
+
+import json
+import math
+import random
+from types import SimpleNamespace
+from typing import Any, List, Tuple
+
+import rospy
+
+from rosslt import srv
+from rosslt.node.call_sites import CallSite
+from rosslt.node.locations import HeldLocation
+from rosslt.node.server import Owner
+
+TEXTS = [
+    '',
+    '{}',
+    '[1]',
+    '[' * 5000,
+    '"' * 3,
+    'nan',
+    'NaN',
+    'Infinity',
+    '1e999',
+    '9' * 5000,
+    '\x00',
+    '\ud800',
+    'null',
+    '-0.0',
+]
+NAMES = ['/owner', '', '/other', 'owner', '/a b', '/' + 'x' * 300, '\n', 'rosslt set']
+
+
+def owner() -> Owner:
+    """An owner of four locations that is no node: its services are called as functions."""
+    made = Owner()
+    made.name = '/owner'
+    made._changes = SimpleNamespace(publish=lambda *_: None)  # type: ignore[assignment]
+    for name, value, limits in (
+        ('gain', 1.0, {'minimum': 0.0, 'maximum': 10.0}),
+        ('count', 3, {'maximum': 100}),
+        ('frame', 'map', {}),
+        ('fixed', 5.0, {'read_only': True}),
+    ):
+        made.locations.add(HeldLocation(name, name, CallSite('hostile.py', 1, 1, '', 0, 1), value, **limits))
+    made.locations.name_node('/owner')
+    return made
+
+
+def play(seed: int, count: int) -> Tuple[int, int]:
+    """Send an owner requests, and check it after each.
+
+    Returns:
+        (how many requests were answered, how many were refused as a whole).
+
+    Raises:
+        AssertionError: a location has a value that it may not have, or an answer does not fit.
+        Exception: whatever is not the documented rospy.ServiceException.
+    """
+    is_initialized = rospy.rostime.is_rostime_initialized()
+    rospy.rostime.set_rostime_initialized(True)  # there is no node that would do so
+    try:
+        return _play(random.Random(seed), owner(), count)
+    finally:
+        rospy.rostime.set_rostime_initialized(is_initialized)
+
+
+def _play(chance: random.Random, target: Owner, count: int) -> Tuple[int, int]:
+    answered = refused = 0
+    for _ in range(count):
+        try:
+            _send(chance, target)
+            answered += 1
+        except rospy.ServiceException:
+            refused += 1
+        for location in target.locations.by_id.values():
+            assert location.checked(location.value) == location.value, location.name
+        assert target.locations.by_id[_id(target, 'fixed')].value == 5.0
+    return answered, refused
+
+
+def _id(target: Owner, name: str) -> int:
+    return next(one.id for one in target.locations.by_id.values() if one.name == name)
+
+
+def _send(chance: random.Random, target: Owner) -> None:
+    ids, texts = _pairs(chance, target)
+    name, request_id = chance.choice(NAMES), chance.choice(['', 'one', 'two', 'x' * 500])
+    transaction = chance.choice(['', 'a', 'b', str(chance.random())])
+    which = chance.randrange(8)
+    if which == 0:
+        answer = target.change_sources(srv.ChangeSourcesRequest(ids, texts, name))
+        assert len(answer.reasons) == len(ids), answer
+    elif which == 1:
+        answer = target.request_changes(srv.RequestChangesRequest(request_id, name, ids, texts))
+        assert answer.applied != any(answer.reasons), answer
+    elif which == 2:
+        lease = chance.choice([0.0, -1.0, math.nan, math.inf, 1e-9, 0.001, 0.01]) if chance.random() < 0.99 else 1e300
+        nodes = chance.choice([[], ['/owner'], ['owner'], [name] * 3, ['/owner'] * 200])
+        nodes = nodes if set(nodes) <= {'/owner'} or not name.startswith('/o') else ['/owner']
+        target.reserve_changes(srv.ReserveChangesRequest(transaction, request_id, name, nodes, lease, ids, texts))
+    elif which == 3:
+        decision = chance.choice(['apply', 'take back', '', 'both', '\x00'])
+        target.decide_changes(srv.DecideChangesRequest(transaction, decision))
+    elif which == 4:
+        answer = target.get_values(srv.GetValuesRequest(ids))
+        assert len(answer.values) == len(answer.reasons) == len(ids), answer
+    elif which == 5:
+        request = srv.UndoRequestRequest(request_id, name)
+        request._connection_header = {}
+        target._undo_request(request)
+    elif which == 6:
+        request = srv.ResetLocationsRequest(ids, name)
+        request._connection_header = {}
+        target._reset(request)
+    else:
+        target._list_locations(srv.ListLocationsRequest(ids))
+
+
+def _pairs(chance: random.Random, target: Owner) -> Tuple[List[int], List[str]]:
+    ids = [_an_id(chance, target) for _ in range(chance.choice([0, 1, 1, 2, 5]))]
+    texts = [_a_text(chance) for _ in ids]
+    if chance.random() < 0.1:
+        texts.append('1')
+    if chance.random() < 0.02:
+        ids, texts = ids * 1000, texts * 1000
+    return ids, texts
+
+
+def _an_id(chance: random.Random, target: Owner) -> int:
+    known = list(target.locations.by_id)
+    return chance.choice([*known, *known, 0, -1, 2**62, chance.getrandbits(48)])
+
+
+def _a_text(chance: random.Random) -> str:
+    value: Any = chance.choice([1.5, -3, 10.0, 7, True, 'base', 1e308, 2**70, 11.0])
+    return chance.choice([chance.choice(TEXTS), json.dumps(value), json.dumps(value), json.dumps(value)])
