@@ -7,13 +7,12 @@ import rospy
 
 from rosslt import files, node, values
 from rosslt.cli import bags
-from rosslt.cli.directory import TIMEOUT, Directory
+from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.pairing import pairs
 from rosslt.cli.reading import start_node
-from rosslt.cli.saving import changes_to_save
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
@@ -154,7 +153,10 @@ def _save(master: Any, nodes: Sequence[str]) -> None:
     edits: List[files.Edit] = []
     left: Dict[str, str] = {}
     for name in nodes:
-        found, unsaved = changes_to_save(master, name)
+        try:
+            found, unsaved = node.changes_to_save(name, TIMEOUT)
+        except node.SourceUnreachable as error:
+            raise cannot_reach(master, name, str(error)) from None
         edits += found
         left.update((f'{name}/{one.name}', one.reason) for one in unsaved)
     try:
