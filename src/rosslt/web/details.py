@@ -1,5 +1,6 @@
 """What a click on a thing shows: where its numbers come from, which of them a drag changes, and undo."""
 
+import functools
 import threading
 from typing import Any, Collection, Dict, List
 
@@ -11,6 +12,9 @@ from rosslt.web.things import Things
 
 #: Free movement, as the menu in RViz calls it.
 FREE = 'Move the body freely'
+
+#: What marks the choice that is in force.
+CHOSEN = '✓ '
 
 
 class Details:
@@ -82,17 +86,25 @@ class Details:
         return '\n'.join(lines)
 
     def _add_choices(self, client: Any, name: str, choices: List[Choice], present: Dict[values.Source, Any]) -> None:
-        titles = {}
-        for choice in choices:
-            title = self._descriptions.several(choice.changed, present)
-            titles[title if choice.source else title + ' (default)'] = choice.source
-        chosen = self._drags.chosen.get(name)
-        at_first = next((title for title, source in titles.items() if source == chosen), next(iter(titles)))
-        box = client.gui.add_dropdown('A drag changes', list(titles), initial_value=at_first)
+        """A button for each choice: a list to open would be open at once, and hide what is below it."""
+        client.gui.add_markdown('**A drag changes**')
+        titles = [self._descriptions.several(choice.changed, present) for choice in choices]
+        buttons = [client.gui.add_button(title, color='gray') for title in titles]
 
-        @box.on_update
-        def choose(event: Any) -> None:
-            self._drags.chosen[name] = titles[box.value]
+        def show() -> None:
+            sources = [choice.source for choice in choices]
+            chosen = self._drags.chosen.get(name)
+            at = sources.index(chosen) if chosen in sources else 0
+            for index, (button, title) in enumerate(zip(buttons, titles)):
+                button.label = (CHOSEN if index == at else '') + title
+
+        def choose(choice: Choice, _event: Any) -> None:
+            self._drags.chosen[name] = choice.source
+            show()
+
+        for button, choice in zip(buttons, choices):
+            button.on_click(functools.partial(choose, choice))
+        show()
 
     def _add_free(self, client: Any, name: str) -> None:
         box = client.gui.add_checkbox(FREE, name in self._things.free)
