@@ -202,9 +202,11 @@ def _publish_odometry():
 
 
 def _nodes_in(directory):
-    """The files of nodes: those that end in .py, and those that are executed by Python."""
+    """The files of nodes: those in Python that call `init_node`."""
     for path in sorted(directory.rglob('*')):
-        if path.is_file() and (path.suffix == '.py' or path.read_bytes()[:40].split(b'\n')[0].endswith(b'python')):
+        content = path.read_bytes() if path.is_file() else b''
+        is_python = path.suffix == '.py' or content.split(b'\n')[0].endswith(b'python')
+        if is_python and b'init_node(' in content:
             yield path.relative_to(directory)
 
 
