@@ -114,8 +114,8 @@ class Locations:
             for name, places in found.items():
                 self._places[name] = {place.location.id: place for place in places}
             self._silent = {name: self._silent.get(name, 0) + 1 for name in nodes if name not in found}
-            for name, places in list(self._places.items()):
-                if not places or (name not in found and self._silent.get(name, PATIENCE) >= PATIENCE):
+            for name in list(self._places):
+                if not self._places[name] or (name not in found and self._silent.get(name, PATIENCE) >= PATIENCE):
                     del self._places[name]
             there = set(found).union(self._places)
         self._follow(there)
