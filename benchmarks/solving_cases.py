@@ -5,8 +5,8 @@ Run as `./run exec python3 benchmarks/solving_cases.py [--cases N] [--seed N] [-
 A target is made by evaluating an expression at random source values, so that an answer exists. For each category it
 prints how many cases there were, what was refused, and what must never happen: a wrong answer, another exception than
 NotInvertible, a value that is not finite, a solve that takes longer than `--longest` seconds. `--drags` moves the tips
-of arms instead, and counts the joints that turned further than they had to. `--paths` follows closed paths of 1,000 steps,
-and prints how far from where they began the sources are at the end.
+of arms instead, and counts the joints that turned further than they had to. `--paths` follows closed paths of 1,000
+steps, and prints how far from where they began the sources are at the end.
 """
 
 import argparse
@@ -428,12 +428,12 @@ def follow(tip: List[Any], path: Iterator[List[float]]) -> Tuple[float, int, flo
 
 
 def closed_paths(seed: str, count: int) -> None:
-    """Follow closed paths within reach and partly out of it, and print how the sources moved."""
+    """Follow closed paths towards the base of an arm and beyond its reach, and print how the sources moved."""
     print('seed %s' % seed)
     print('%-42s %6s %9s %9s %6s %12s %8s' % ('', 'paths', 'largest', 'drifted', 'held', 'longest step', 'mean ms'))
     print('%-42s %6s %9s %9s %6s %12s %8s' % ('', '', 'drift', '', '', '/ asked for', ''))
     for name, make in PATHS.items():
-        for where, radius in (('within reach', -0.3), ('partly out of reach', 0.6)):
+        for where, radius in (('towards the base', -0.3), ('beyond the reach', 0.6)):
             if make is curve_point and radius > 0:
                 continue  # it reaches everything
             found = []

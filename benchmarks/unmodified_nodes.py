@@ -2,21 +2,29 @@
 """Runs rospy nodes as they are and with `rosslt run`, and prints what that gives and what it costs.
 
     ./run exec benchmarks/unmodified_nodes.py DIRECTORY [--nodes NODE...] [--seconds 10] [--arguments NODE ARGUMENTS]
+    ./run exec benchmarks/unmodified_nodes.py DIRECTORY --save 1000
 
 Of each node: the rates of its topics and the CPU time that it takes, plain and tracked, with one subscriber; how many
 numeric leaves its messages have (without stamps, sequence numbers and untracked zeros), and how many are tracked; and
-how many of those that stand still could be forced to another value. It starts a ROS master of its own, and an
-action server of `move_base` that succeeds after a second.
+how many of those that stand still could be forced to another value. With `--save`, copies of the nodes get so many
+random changes in all, which are saved: it prints whether any byte but those of numbers has become another one, and
+whether the node, started again, publishes the same on the fields that stand still.
+
+It starts a ROS master of its own, an action server of `move_base` that succeeds after a second, and publishes
+`/turtle1/pose` as an Odometry does `/odom`. Nodes in folders below DIRECTORY are found as well.
 """
 
 import argparse
 import math
 import os
+import random
 import shlex
+import shutil
 import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -26,7 +34,7 @@ import roslib.message
 import rospy
 
 import rosslt
-from rosslt import node, values
+from rosslt import files, node, values
 
 TICKS = os.sysconf('SC_CLK_TCK')
 WARM_UP = 2.0
@@ -176,6 +184,104 @@ def _serve_move_base():
     return server
 
 
+def _publish_odometry():
+    """A robot that drives, for nodes that wait for where they are: `/odom`, and `/turtle1/pose` where its type is."""
+    from nav_msgs.msg import Odometry
+
+    publishers = [(rospy.Publisher('/odom', Odometry, queue_size=1), Odometry())]
+    publishers[0][1].pose.pose.orientation.w = 1.0
+    pose_class = roslib.message.get_message_class('turtlesim/Pose')
+    if pose_class:
+        publishers.append((rospy.Publisher('/turtle1/pose', pose_class, queue_size=1), pose_class(x=5.5, y=5.5)))
+
+    def publish(_):
+        for publisher, message in publishers:
+            publisher.publish(message)
+
+    return rospy.Timer(rospy.Duration(0.1), publish)
+
+
+def _nodes_in(directory):
+    """The files of nodes: those in Python that call `init_node`."""
+    for path in sorted(directory.rglob('*')):
+        content = path.read_bytes() if path.is_file() else b''
+        is_python = path.suffix == '.py' or content.split(b'\n')[0].endswith(b'python')
+        if is_python and b'init_node(' in content:
+            yield path.relative_to(directory)
+
+
+def _try_saving(original, given, count):
+    """Make changes in a copy of a node, save them, and start it again."""
+    chance = random.Random(count)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(shutil.copy(original, folder))
+        file.chmod(0o755)
+        before = file.read_bytes()
+        first = Trial(['rosslt', 'run', str(file), *given], 1.0)
+        first.read()
+        name = _name_of(first)
+        made, failed, saves = 0, [], 0
+        while made < count and name:
+            places = [
+                place
+                for place in node.Directory().ask([name])[0][name]
+                if place.location.type in ('int', 'float') and not place.location.read_only
+            ]
+            if not places:
+                break
+            for place in chance.sample(places, min(10, len(places), count - made)):
+                value = chance.randint(1, 9) if place.location.type == 'int' else round(chance.uniform(0.5, 9), 3)
+                try:
+                    node.force_value(values.track(place.value, place.source), value)
+                except rosslt.Error as error:
+                    failed.append(str(error))
+                made += 1
+            saved = subprocess.run(['rosslt', 'save', name], capture_output=True, text=True, check=False)
+            saves += 1
+            if saved.returncode:
+                failed.append(saved.stderr.strip())
+        after = file.read_bytes()
+        is_same = _without_numbers(file, before) == _without_numbers(file, after)
+        first.last.clear()
+        _wait_until(lambda: all(first.last.get(topic) for topic in first.kinds), 5)
+        stood = {(topic, path): values.untracked(value) for topic, path, value, still in first.leaves() if still}
+        first.stop()
+        for parameter in rospy.get_param_names():
+            if name and parameter.startswith(name + '/'):
+                rospy.delete_param(parameter)
+        second = Trial([sys.executable, str(file), *given], 1.0)
+        second.read()
+        again = {(topic, path): value for topic, path, value, _ in second.leaves()}
+        second.stop()
+        common = [key for key in stood if key in again]
+        same = sum(math.isclose(stood[key], again[key], rel_tol=1e-6) for key in common)
+        print(
+            f'{original.name}: {made} changes, {saves} times saved; other bytes '
+            f'{"as they were" if is_same else "CHANGED"}; '
+            f'{same} of {len(common)} fields that stand still are published again'
+        )
+        for key in common:
+            if not math.isclose(stood[key], again[key], rel_tol=1e-6):
+                print(f'    {key[0]} {key[1]}: {stood[key]} became {again[key]}')
+        for text in dict.fromkeys(failed):
+            print(f'    {text}', flush=True)
+
+
+def _name_of(trial):
+    """The name of the node that sends what a trial has heard."""
+    publishers = dict(rosgraph.Master('/trial').getSystemState()[0])
+    return next((name for topic in trial.kinds for name in publishers.get(topic, ()) if name != '/trial'), None)
+
+
+def _without_numbers(file, content):
+    made, parts, place = files.SourceText(str(file), content), [], 0
+    for number in made.numbers:
+        start, end = (len(made.text[:one].encode()) for one in (number.start, number.end))
+        parts.append(content[place:start])
+        place = end
+    return [*parts, content[place:]]
+
+
 def _figure(numbers):
     return ', '.join(f'{number:.1f}' for number in numbers) or '-'
 
@@ -186,6 +292,7 @@ def main():
     parser.add_argument('--nodes', nargs='+', default=[], help='files in it; by default all that end in .py')
     parser.add_argument('--seconds', type=float, default=10.0)
     parser.add_argument('--arguments', nargs=2, action='append', default=[], metavar=('NODE', 'ARGUMENTS'))
+    parser.add_argument('--save', type=int, metavar='COUNT', help='make and save so many changes')
     options = parser.parse_args()
     arguments = dict(options.arguments)
     with socket.socket() as free:
@@ -201,9 +308,16 @@ def main():
         rosslt.init_node('trial', argv=[], disable_signals=True)
         rospy.on_shutdown(master.kill)
         server = _serve_move_base()
+        odometry = _publish_odometry()
+        names = options.nodes or sorted(map(str, _nodes_in(options.directory)))
+        if options.save:
+            for place, name in enumerate(names):
+                count = options.save // len(names) + (place < options.save % len(names))
+                _try_saving(options.directory / name, shlex.split(arguments.get(name, '')), count)
+            return
         print('| node | rate plain | rate tracked | CPU plain | CPU tracked | leaves | tracked | forced |')
         print('|---|---|---|---|---|---|---|---|', flush=True)
-        for name in options.nodes or sorted(path.name for path in options.directory.glob('*.py')):
+        for name in names:
             given = shlex.split(arguments.get(name, ''))
             file = str(options.directory / name)
             plain = Trial([sys.executable, file, *given], options.seconds)
@@ -221,7 +335,7 @@ def main():
             )
             if 'Traceback' in errors or 'rosslt:' in errors:
                 print(errors, file=sys.stderr)
-        del server
+        del server, odometry
     finally:
         master.kill()
 

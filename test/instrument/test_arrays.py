@@ -50,6 +50,7 @@ OPERATIONS = {
     'angles': lambda n, v, w, m: n.arctan2(v, w) + n.deg2rad(v) + n.hypot(v, w),
     'sums': lambda n, v, w, m: [v.sum(), n.sum(m), m.mean(), n.mean(v), v.max(), v.min(), n.prod(v)],
     'by axis': lambda n, v, w, m: n.sum(m, axis=0),
+    'median and spread': lambda n, v, w, m: [n.median(v), n.median(m), n.std(v), n.var(m), n.median([*v, 0.5])],
     'norm': lambda n, v, w, m: [n.linalg.norm(v), n.linalg.norm(m)],
     'norms': lambda n, v, w, m: n.linalg.norm(m, axis=1),
     'dot': lambda n, v, w, m: [n.dot(v, w), v.dot(w), n.inner(v, w)],

@@ -302,3 +302,34 @@ def test_the_default_of_a_parameter_keeps_its_provenance():
     assert values.is_tracked(names['x'])
     assert values.is_tracked(names['y'])
     assert shown(names) == shown(plain_run(text))
+
+
+SUMS = """\
+n = 2
+plain = float('0.5')
+a = sum([plain, n])
+b = sum(k * 0.1 for k in range(7))
+c = sum([plain, n, 3], plain)
+d = sum([1, 2]), sum([[1], [2]], []), sum(())
+e = plain
+e *= n
+class Box: pass
+box = Box()
+box.size = plain
+box.size += n
+f = box.size
+values = [1, 2]
+other = values
+values += [n]
+"""
+
+
+def test_sums_and_what_is_computed_in_place_see_ints_beside_plain_floats():
+    plain = {}
+    exec(SUMS, plain)
+    ours = run_rewritten(SUMS)
+    for name in 'abcdef':
+        assert ours[name] == plain[name]
+    assert [values.untracked(one) for one in ours['values']] == plain['values']
+    assert ours['other'] is ours['values']
+    assert all(values.is_tracked(ours[name]) for name in 'abcef')

@@ -362,6 +362,18 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
     process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         assert point(heard.next(lambda message: point(message) == wanted)) == wanted
+        assert save('/launched') == ''
+        change('/launched', {ids['/tall/heights/1']: 6.75})
+        heard.next(lambda message: message.point.y == 6.75)
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(60)
+    # What was changed while the node ran before, it reads as it is now.
+    process = subprocess.Popen(['rosslt', 'run', str(script), '__name:=launched'], env=environment)
+    try:
+        heard.next(lambda message: message.point.y == 6.75)
+        assert save('/launched').splitlines() == [f'/launched//tall/heights/1\t4.00\t6.75\t{tall}']
+        assert tall.read_bytes() == before[1].replace(b'[1.0, 2.50,', b'[1.0, 6.75,')
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(60)

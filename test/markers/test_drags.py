@@ -3,11 +3,15 @@
 import math as plain_math
 
 import pytest
+from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
 from rosslt.markers.drags import wording
+from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.guard import Guard
 from rosslt.markers.geometry import IDENTITY
+from rosslt.markers.scene.handle import Settings
+from rosslt.markers.scene.scene import Scene
 
 HEIGHT, TIME = values.Source('/owner', 1), values.Source('/owner', 2)
 LIMIT, SIZE = 10.0, 0.5
@@ -70,3 +74,24 @@ def test_a_refusal_says_each_reason_once_without_who_passed_it_on():
 
 def test_long_numbers_are_cut():
     assert wording.short_numbers('at 2.0999999046325684 of 0.5') == 'at 2.1 of 0.5'
+
+
+def test_the_first_hand_on_a_thing_holds_it():
+    scene = Scene(Settings())
+    marker = Marker(type=Marker.CUBE)
+    marker.header.frame_id = 'world'
+    marker.pose.position.x = values.track(1.0, HEIGHT)
+    marker._connection_header = {'callerid': '/owner'}
+    scene.take('/boxes', marker, is_shown=True)
+    drags = Drags(scene, Rules(is_live=False), str)
+    (name,) = scene.names()
+    pose = scene.handle(name).pose
+    assert drags.hold(name, 'first')
+    assert not drags.hold(name, 'second')
+    assert not drags.move(name, 'world', pose, 'second')
+    drags.release(name, 'world', pose, 'second')
+    assert not drags.hold(name, 'second'), 'only the hand that holds a thing can let it go'
+    assert drags.move(name, 'world', pose, 'first')
+    drags.release(name, 'world', pose, 'first')
+    assert drags.hold(name, 'second')
+    assert not drags.hold('nothing', 'first')

@@ -54,7 +54,7 @@ def test_what_stands_still_is_written_once_and_stays_exact(in_debt):
 def test_what_moves_has_its_present_value_and_the_slopes_of_the_last_writing(in_debt):
     provenance = messages.SparingProvenance(messages.Allowance())
     turning = [values.track(2.0, RADIUS) * math.cos(turn / 100) for turn in range(40)]
-    for turn, x in enumerate(turning):
+    for x in turning:
         curved = rosslt.math.sin(x * 0.1)
         message, error = _sent(provenance, PoseArray(poses=[Pose(position=Point(x, curved, 7.0))]))
         position = message.poses[0].position
@@ -124,3 +124,26 @@ def test_while_there_is_time_each_message_is_written_as_it_is(monkeypatch):
     for turn in range(5):
         message, _ = _sent(provenance, _circle(turn / 10))
         assert values.explain(message.poses[0].position.x) == f'2.0 [/node#1] * cos({turn / 10} [/node#2])'
+
+
+def test_two_things_sent_in_turn_keep_their_own_sources(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for turn in range(20):
+        for source in (RADIUS, OTHER):
+            message, error = _sent(provenance, Point(values.track(1.5, source) * 2 + turn, 0.0, 0.0))
+            assert error is None
+            assert values.sources(message.x) == [source]
+
+
+def test_what_was_not_recorded_is_not_taken_for_another_thing_sent_in_turn(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for source in (RADIUS, OTHER, RADIUS):
+        _sent(provenance, Point(values.track(1.5, source) * 2, values.track(1.0, TURN), 0.0))
+    buff = io.BytesIO()
+    message = Point(3.0, values.track(1.0, TURN), 0.0)
+    values.untracked(message).serialize(buff)
+    messages.append_provenance(message, buff, False, lambda one, _: provenance.recalled(one))
+    received, error = messages.decode(buff.getvalue(), Point)
+    assert error is None
+    assert not values.is_tracked(received.x)
+    assert values.sources(received.y) == [TURN]

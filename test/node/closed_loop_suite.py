@@ -39,6 +39,21 @@ class Branches(unittest.TestCase):
     """Every force ends at the target, on whichever branch, or says that it cannot."""
 
 
+class Misuse(unittest.TestCase):
+    def test_a_target_of_another_shape_is_refused(self):
+        for target in ([1.0], {'data': 1.0}):
+            with self.assertRaisesRegex(ValueError, 'the target of a std_msgs/Float64 must be one, too'):
+                rosslt.force_field('kink', '', target)
+        with self.assertRaisesRegex(ValueError, 'the target of an array must be a list'):
+            rosslt.force_field('gone_above_five', 'data', 1.0)
+
+    def test_what_is_not_there_is_said(self):
+        with self.assertRaisesRegex(rospy.ROSException, 'nobody publishes /nothing'):
+            rosslt.force_field('nothing', 'data', 1.0)
+        with self.assertRaisesRegex(ValueError, 'have no field position'):
+            rosslt.force_field('kink', 'position', 1.0)
+
+
 def _test_of(one):
     def test(self):
         latest = Latest(one)

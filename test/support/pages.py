@@ -22,6 +22,8 @@ import time
 BLOCK = re.compile(r'^([^\n]*)\n+```(\w*(?: [\w. ]+)?|\{[^\n]*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 DIRECTIVE = re.compile(r'^\{')
 ESCAPES = re.compile(r'\x1b\[[^a-zA-Z]*[a-zA-Z]|\x1b\][^\a]*\a')
+# What has been written over since: a progress bar.
+OVERWRITTEN = re.compile(r'[^\r\n]*\r')
 # What rospy warns of while the machine is busy is no part of a page.
 WARNINGS = re.compile(r'^\[WARN\] \[[^\n]*\n', re.MULTILINE)
 PATIENCE = 60.0  # seconds for what a command shows to come true, on a busy machine
@@ -108,7 +110,7 @@ class Reader:
                 break
         os.close(ours)
         status = process.wait(TIME_LIMIT)
-        shown = ESCAPES.sub('', shown.decode('utf-8').replace('\r\n', '\n'))
+        shown = OVERWRITTEN.sub('', ESCAPES.sub('', shown.decode('utf-8').replace('\r\n', '\n')))
         return status, WARNINGS.sub('', shown)
 
     def _started(self, command, **streams):

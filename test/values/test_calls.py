@@ -59,7 +59,7 @@ def test_several_results_are_solved_together():
     assert evaluate([radius, angle], answer) == pytest.approx([10.0, 0.5], rel=1e-9)
 
 
-@pytest.mark.parametrize('make', [list, tuple, lambda items: numpy.array(items, dtype=object)], ids=['list', 'tuple', 'array'])
+@pytest.mark.parametrize('make', [list, tuple, lambda items: numpy.array(items, dtype=object)])
 def test_arguments_and_results_may_be_lists_and_arrays(make):
     chain = rosslt.operation(lambda joints, length=1.0: numpy.array([length * sum(joints), joints[0] * joints[1]]))
     sums = chain(make([track(1.0, A), 2.0, track(3.0, B)]), length=2.0)

@@ -195,6 +195,14 @@ def test_a_tracked_class_makes_plain_values_also_when_it_is_derived_from():
         assert derived() == kind()
 
 
+def test_the_plain_value_is_always_the_same_object():
+    number, whole = 0.1 + len(sys.argv), 2**70 + len(sys.argv)
+    assert track(number, A)._plain is number
+    assert track(whole, A)._plain is whole
+    for made in (track(number, A) * 2.0, -track(number, A), track(whole, A) * 2):
+        assert made._plain is made._plain
+
+
 def test_a_record_of_another_shape_is_refused():
     value = track(0.5, A)
     for wrong in (None, (), (ADD.left, value), [ADD.left, value, 1.0]):
@@ -216,7 +224,6 @@ sys.exit(pytest.main(sys.argv[2:]))
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(CORE is None, reason='there is no compiled core')
 def test_sanitizers_find_nothing(tmp_path):
     """The laws and the tests above, with checks of each access to memory and of each computation."""
     core = tmp_path / ('_core' + sysconfig.get_config_var('EXT_SUFFIX'))
@@ -237,7 +244,6 @@ def test_sanitizers_find_nothing(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(CORE is None, reason='this is the run in Python alone')
 @pytest.mark.parametrize('suite', ['values', 'messages', 'node'])
 def test_the_tests_pass_in_python_alone(suite):
     """What needs no master of the room `node`; with fewer examples, as all other results are compared above."""

@@ -28,6 +28,7 @@ TALKER = """
         goal.pose.position.z = rosslt.location(getter=lambda: mast[-1], setter=set_mast, name='mast')
         goal.pose.orientation.w = rosslt.location(1.0, name='fixed', read_only=True)
         rosslt.location(True, name='is_on')
+        rosslt.location(10**30, name='huge')
         rosslt.location('home', name='place')
         rosslt.get_param('~parking')
         publisher.publish(goal)

@@ -62,9 +62,10 @@ def command() -> int:
     Returns:
         The exit code, as of `main`.
     """
+    # A node that runs in this process has a command line of its own, and ends as it would by itself.
+    is_node = any(map(_takes_over, sys.argv[1:2]))
     status = main()
-    # a node that runs in this process ends as it would by itself
-    if 'rosslt.node' in sys.modules and not any(map(_takes_over, sys.argv[1:2])):
+    if 'rosslt.node' in sys.modules and not is_node:
         sys.modules['rosslt.node'].leave()
     return status
 

@@ -1,10 +1,14 @@
-"""A progress bar for people: on a terminal only, and gone when the work is done."""
+"""A progress bar for people: on a terminal only, where something takes long, and gone when the work is done."""
 
 import sys
+import time
 from typing import Callable
 
 #: How many characters the bar has.
 LENGTH = 40
+
+#: Before when nothing is shown, in seconds.
+DELAY = 0.5
 
 
 def bar(what: str) -> Callable[[int, int], None]:
@@ -16,7 +20,11 @@ def bar(what: str) -> Callable[[int, int], None]:
     if not sys.stderr.isatty():
         return lambda done, total: None
 
+    due = time.monotonic() + DELAY
+
     def show(done: int, total: int) -> None:
+        if time.monotonic() < due:
+            return
         if done >= total:
             print('\r\033[K', end='', file=sys.stderr, flush=True)
             return

@@ -9,7 +9,7 @@ from rosslt import values
 from rosslt.instrument import cells, functions, scalars
 from rosslt.instrument.arrays import (
     LARGEST,
-    TrackedArray,
+    ArrayWithProvenance,
     any_tracked,
     compute,
     each,
@@ -24,7 +24,7 @@ _sqrt = values.MATH['sqrt']
 
 def plain(x: Any) -> Any:
     """An argument without provenance, at any depth of lists."""
-    if isinstance(x, TrackedArray):
+    if isinstance(x, ArrayWithProvenance):
         return x.view(numpy.ndarray)
     if isinstance(x, (list, tuple)) and not hasattr(x, '_fields') and type(x) in (list, tuple):
         return type(x)([plain(part) for part in x])
@@ -252,6 +252,24 @@ def _rounded(function: Any, arguments: Any, options: Any) -> Any:
     return each(lambda x: round(x, decimals), [plain(arguments[0])], [provenance_of(arguments[0])])
 
 
+def _median(function: Any, arguments: Any, options: Any) -> Any:
+    if options or len(arguments) != 1:
+        return None
+    numbers = sorted(_objects(arguments[0]).reshape(-1).tolist())
+    low, high = numbers[(len(numbers) - 1) // 2], numbers[len(numbers) // 2]
+    return only_tracked(low if len(numbers) % 2 else (low + high) / 2)
+
+
+def _spread(function: Any, arguments: Any, options: Any) -> Any:
+    """Of `numpy.var` and `numpy.std` of all elements."""
+    if options or len(arguments) != 1:
+        return None
+    numbers = _objects(arguments[0]).reshape(-1).tolist()
+    mean = sum(numbers) / len(numbers)
+    variance = sum((one - mean) * (one - mean) for one in numbers) / len(numbers)
+    return only_tracked(_sqrt(variance) if function is numpy.std else variance)
+
+
 _RULES: Dict[Any, Callable[..., Any]] = {}
 _RULED: List[str] = []
 for _rule, _names in {
@@ -269,6 +287,8 @@ for _rule, _names in {
     _polynomial: 'polyval',
     _meshed: 'meshgrid',
     _sorted: 'sort',
+    _median: 'median',
+    _spread: 'std var',
 }.items():
     _RULES.update((getattr(numpy, name), _rule) for name in _names.split() if hasattr(numpy, name))
     _RULED += _names.split()
@@ -283,9 +303,9 @@ def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> 
     result = function(*[plain(one) for one in arguments], **plain(options))
     rule = _RULES.get(function)
     out = options.get('out')
-    if isinstance(out, TrackedArray):
+    if isinstance(out, ArrayWithProvenance):
         out.write_beside(None)
-    if rule is None or getattr(result, 'size', 1) > LARGEST:
+    if rule is None or values.RECORDING.is_paused or getattr(result, 'size', 1) > LARGEST:
         return result
     try:
         beside = rule(function, arguments, options)
@@ -295,7 +315,7 @@ def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> 
         return type(result)([with_provenance(one, part) for one, part in zip(result, beside)])
     if beside is None:
         return result
-    if isinstance(out, TrackedArray):
+    if isinstance(out, ArrayWithProvenance):
         out.write_beside(beside)
         return out
     return with_provenance(result, beside)
@@ -320,8 +340,10 @@ def _made_array(original: Any) -> Any:
 
     @functools.wraps(original, updated=())
     def array(thing: Any, *arguments: Any, **options: Any) -> Any:
+        if values.RECORDING.is_paused:
+            return original(plain(thing), *arguments, **options)
         kind = type(thing)
-        if kind is TrackedArray:
+        if kind is ArrayWithProvenance:
             beside = thing._beside
             made = original(thing.view(numpy.ndarray), *arguments, **options)
             if made.base is not thing and not numpy.shares_memory(made, thing) and beside is not None:
@@ -350,8 +372,8 @@ def _made_empty(original: Any) -> Any:
     @functools.wraps(original, updated=())
     def empty(*arguments: Any, **options: Any) -> Any:
         made = original(*[plain(one) for one in arguments], **plain(options))
-        if made.dtype.char == 'd' and made.size <= LARGEST:
-            return made.view(TrackedArray)
+        if made.dtype.char == 'd' and made.size <= LARGEST and not values.RECORDING.is_paused:
+            return made.view(ArrayWithProvenance)
         return made
 
     return empty
@@ -361,7 +383,7 @@ def _full(original: Any) -> Any:
     @functools.wraps(original, updated=())
     def full(shape: Any, value: Any, *arguments: Any, **options: Any) -> Any:
         made = original(plain(shape), plain(value), *arguments, **options)
-        beside = provenance_of(value)
+        beside = None if values.RECORDING.is_paused else provenance_of(value)
         if beside is None:
             return made
         box = numpy.empty(made.shape, dtype=object)
@@ -373,7 +395,7 @@ def _full(original: Any) -> Any:
 
 def _linspace(start: Any, stop: Any, num: Any = 50, *arguments: Any, **options: Any) -> Any:
     made = numpy.linspace(plain(start), plain(stop), plain(num), *arguments, **options)
-    if not (type(start) in _TRACKED or type(stop) in _TRACKED):
+    if values.RECORDING.is_paused or not (type(start) in _TRACKED or type(stop) in _TRACKED):
         return made
     if not isinstance(made, numpy.ndarray) or made.ndim != 1:
         return made
@@ -384,7 +406,7 @@ def _linspace(start: Any, stop: Any, num: Any = 50, *arguments: Any, **options: 
 def _arange(*arguments: Any, **options: Any) -> Any:
     made = numpy.arange(*[plain(one) for one in arguments], **plain(options))
     start, step = (0, 1) if len(arguments) == 1 else (arguments[0], arguments[2] if len(arguments) > 2 else 1)
-    if not (type(start) in _TRACKED or type(step) in _TRACKED):
+    if values.RECORDING.is_paused or not (type(start) in _TRACKED or type(step) in _TRACKED):
         return made
     return _between(made, lambda index: start + index * step)
 
@@ -431,7 +453,7 @@ def _array_function(_array: Any, function: Any, _types: Any, arguments: Any, opt
 
 
 # It completes the class, as NEP 18 has it: `arrays` knows the operators alone.
-TrackedArray.__array_function__ = _array_function  # type: ignore[method-assign, assignment]
+ArrayWithProvenance.__array_function__ = _array_function  # type: ignore[method-assign, assignment]
 
 
 def keep_provenance_in_numpy() -> None:
@@ -439,4 +461,5 @@ def keep_provenance_in_numpy() -> None:
     values.compute_ufuncs_with(compute)
     scalars.give_attributes_of_numpy()
     functions.see_tracked_beside(numpy.float64)
-    cells.strip_by(TrackedArray, plain)
+    functions.show_as_plain(ArrayWithProvenance, numpy.ndarray)
+    cells.strip_by(ArrayWithProvenance, plain)

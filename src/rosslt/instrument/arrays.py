@@ -1,10 +1,10 @@
 """NumPy arrays whose elements keep provenance.
 
-A `TrackedArray` is an ordinary array of floats or ints: all that computes with it gets the numbers that it would get
-without provenance, to the last bit. Beside them stands an array of objects of the same shape, the tracked values, None
-where an element has no provenance. Views share it as they share the numbers. An element is read as its tracked value
-if that still has the number which stands in the array; where something has written to the numbers past this class, it
-has lost its provenance, and nothing else.
+An `ArrayWithProvenance` is an ordinary array of floats or ints: all that computes with it gets the numbers that it
+would get without provenance, to the last bit. Beside them stands an array of objects of the same shape, the tracked
+values, None where an element has no provenance. Views share it as they share the numbers. An element is read as its
+tracked value if that still has the number which stands in the array; where something has written to the numbers past
+this class, it has lost its provenance, and nothing else.
 """
 
 import operator
@@ -97,7 +97,7 @@ _SUMMED = {'add', 'multiply', 'maximum', 'minimum'}
 _IN_LINE = {'matmul'}
 
 
-class TrackedArray(numpy.ndarray):
+class ArrayWithProvenance(numpy.ndarray):
     """An array of floats or ints with the provenance of its elements. Made by `with_provenance` and by arithmetic.
 
     `array_functions` completes it with NumPy's functions.
@@ -128,7 +128,9 @@ class TrackedArray(numpy.ndarray):
     def __getitem__(self, key: Any) -> Any:
         found = super().__getitem__(key)
         beside = self._beside
-        if isinstance(found, TrackedArray):
+        if values.RECORDING.is_paused and type(found) is not ArrayWithProvenance:
+            return found
+        if isinstance(found, ArrayWithProvenance):
             if beside is None:
                 # What is written to a view must be seen here as well.
                 beside = self._made_beside()
@@ -150,10 +152,10 @@ class TrackedArray(numpy.ndarray):
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         return compute(ufunc, method, inputs, options)
 
-    def __copy__(self) -> 'TrackedArray':
+    def __copy__(self) -> 'ArrayWithProvenance':
         return self.copy()
 
-    def __deepcopy__(self, _: Any) -> 'TrackedArray':
+    def __deepcopy__(self, _: Any) -> 'ArrayWithProvenance':
         return self.copy()
 
     def __reduce__(self) -> Any:
@@ -174,7 +176,7 @@ class TrackedArray(numpy.ndarray):
             return super().tolist()
         if not self.ndim:
             return same_number(super().tolist(), self._beside[()])
-        return [part.tolist() if isinstance(part, TrackedArray) else _python(part) for part in self]
+        return [part.tolist() if isinstance(part, ArrayWithProvenance) else _python(part) for part in self]
 
     def item(self, *place: Any) -> Any:
         """As of `numpy.ndarray`."""
@@ -212,7 +214,7 @@ class TrackedArray(numpy.ndarray):
 
 
 def _method(name: str) -> Callable[..., Any]:
-    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
+    def method(self: ArrayWithProvenance, *arguments: Any, **options: Any) -> Any:
         return self._called(name, *arguments, **options)
 
     method.__name__ = name
@@ -235,7 +237,7 @@ _METHODS = (
     'round',
 )
 for _name in _METHODS:
-    setattr(TrackedArray, _name, _method(_name))
+    setattr(ArrayWithProvenance, _name, _method(_name))
 
 
 def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
@@ -249,7 +251,7 @@ def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
         return same_number(array, beside[()] if isinstance(beside, numpy.ndarray) else beside)
     if array.dtype.char not in 'dlq' or array.size > LARGEST:
         return array
-    made = array.view(TrackedArray)
+    made = array.view(ArrayWithProvenance)
     if beside is not None and beside.shape == array.shape:
         made._beside = beside
     return made
@@ -260,7 +262,7 @@ def provenance_of(value: Any) -> Any:
     kind = type(value)
     if kind in _TRACKED:
         return value
-    if kind is TrackedArray:
+    if kind is ArrayWithProvenance:
         return value._beside
     if kind in (list, tuple) and any_tracked(value):
         elements = list(_flat(value))
@@ -279,7 +281,7 @@ def any_tracked(value: Any) -> bool:
         kind = type(part)
         if kind in _TRACKED or (kind in (list, tuple) and any_tracked(part)):
             return True
-        if kind is TrackedArray and part._beside is not None:
+        if kind is ArrayWithProvenance and part._beside is not None:
             return True
     return False
 
@@ -288,7 +290,7 @@ def _flat(value: Any) -> Iterable[Any]:
     for part in value:
         if isinstance(part, (list, tuple)):
             yield from _flat(part)
-        elif isinstance(part, TrackedArray):
+        elif isinstance(part, ArrayWithProvenance):
             whole = part.tolist()
             yield from _flat(whole) if isinstance(whole, list) else [whole]
         elif isinstance(part, numpy.ndarray):
@@ -301,7 +303,7 @@ def _plain(value: Any) -> Any:
     """What an array is made from, without provenance."""
     if type(value) in _TRACKED:
         return value._plain
-    if type(value) is TrackedArray:
+    if type(value) is ArrayWithProvenance:
         return value.view(numpy.ndarray)
     if type(value) in (list, tuple):
         return [_plain(part) for part in value]
@@ -311,7 +313,7 @@ def _plain(value: Any) -> Any:
 def _plain_key(key: Any) -> Any:
     if type(key) is tuple:
         return tuple(_plain_key(part) for part in key)
-    return key.view(numpy.ndarray) if type(key) is TrackedArray else key
+    return key.view(numpy.ndarray) if type(key) is ArrayWithProvenance else key
 
 
 def _python(number: Any) -> Any:
@@ -337,15 +339,16 @@ def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str,
     out = options.get('out')
     if out is not None:
         options = dict(options, out=tuple([_plain(one) for one in out]))
+    is_paused = values.RECORDING.is_paused
     # First, since what is computed in place is no operand any more when it is done.
-    besides = [provenance_of(one) for one in inputs]
+    besides = [] if is_paused else [provenance_of(one) for one in inputs]
     beside = None
     if any(one is not None for one in besides) and method != 'at' and _size(plain) <= LARGEST:
         beside = _computed(ufunc, method, plain, besides, options)
     result = getattr(ufunc, method)(*plain, **options)
     if out is not None:
         for one in out:
-            if isinstance(one, TrackedArray):
+            if isinstance(one, ArrayWithProvenance):
                 one.write_beside(beside if len(out) == 1 else None)
         return out[0] if len(out) == 1 else result
     return result if beside is None or isinstance(result, tuple) else with_provenance(result, beside)

@@ -5,6 +5,7 @@ wants to know it for the first time: when it is in a message that is sent. Only 
 literals that reach nothing cost nothing.
 """
 
+import functools
 import linecache
 import os
 import re
@@ -17,9 +18,6 @@ from rosslt import files, node, values
 from rosslt.instrument.literals import Literal
 from rosslt.instrument.verdicts import NUMBER
 
-#: What comes from the shape of a formula alone is tracked where a topic carries at most so many such leaves a second.
-MOST_LEAVES_OF_SHAPES = 1000
-
 _files: Dict[str, 'Cells'] = {}
 _by_source: Dict[values.Source, 'CellLocation'] = {}
 _undecided: List['CellLocation'] = []
@@ -29,7 +27,19 @@ _lock = threading.RLock()
 
 def plain_object(value: Any) -> Any:
     """What `is` compares: the plain number or text that a tracked one stands for, anything else itself."""
-    return value._plain if type(value) in values.TRACKED_CLASSES else value
+    if type(value) not in values.TRACKED_CLASSES:
+        return value
+    plain = value._plain
+    if type(plain) not in (float, int):
+        return plain
+    # The compiled core makes a float anew whenever it is asked for one.
+    return _one_object(plain, str(plain)) if plain == plain else value
+
+
+@functools.lru_cache(maxsize=4096)
+def _one_object(number: Any, _: str) -> Any:
+    """The same object for the same number, of which the text tells 0.0 from -0.0 and from 0."""
+    return number
 
 
 def plain(value: Any) -> Any:
@@ -148,20 +158,18 @@ def location_of(source: values.Source) -> 'Optional[CellLocation]':
     return _by_source.get(source)
 
 
-def decide_shapes(leaves: Iterable[Any], rate: float) -> None:
+def decide_shapes(leaves: Iterable[Any]) -> None:
     """Have what gives formulas their shape do without provenance from now on, where nothing is lost by that.
 
     That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
-    shapes, the one that is changed most willingly; where very many such leaves are sent, none does: they would delay
-    the node.
+    shapes, the one that is changed most willingly.
 
     Args:
         leaves: of a message.
-        rate: how many such messages there are in a second; 0 where that is not known yet.
     """
     with _lock:
         undecided, _undecided[:] = list(_undecided), []
-        if not undecided and not _kept:
+        if not undecided:
             return
         alone = []
         for leaf in leaves:
@@ -169,14 +177,10 @@ def decide_shapes(leaves: Iterable[Any], rate: float) -> None:
             shapes = [location for location in locations if location is not None and location.is_shape]
             if shapes and len(shapes) == len(locations):
                 alone.append(shapes)
-        if len(alone) * rate > MOST_LEAVES_OF_SHAPES:
-            undecided += [shape for shapes in alone for shape in shapes]
-            _kept.difference_update(undecided)
-        else:
-            # What has one shape only has no choice, and may be enough for what has more.
-            for shapes in sorted(alone, key=len):
-                if _kept.isdisjoint(shapes):
-                    _kept.add(min(shapes, key=lambda shape: shape.rank))
+        # What has one shape only has no choice, and may be enough for what has more.
+        for shapes in sorted(alone, key=len):
+            if _kept.isdisjoint(shapes):
+                _kept.add(min(shapes, key=lambda shape: shape.rank))
         for shape in undecided:
             shape.decide(shape in _kept)
 

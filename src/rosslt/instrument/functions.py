@@ -1,10 +1,12 @@
 """`math` and the conversions of a node's own code: for plain numbers as they are, keeping provenance for others."""
 
+import functools
 import math
 import operator
 from typing import Any, Callable, Dict, Tuple
 
 from rosslt import values
+from rosslt.instrument.cells import plain_object
 
 _TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int, bool))
 
@@ -57,6 +59,24 @@ def to_int(x: Any) -> Any:
     return values.to_int(x) if type(x) in _TRACKED else int(x)
 
 
+def sum_of(numbers: Any, *start: Any) -> Any:
+    """`sum(numbers)`, keeping provenance: of ints beside floats too."""
+    if type(numbers) not in (list, tuple):
+        numbers = list(numbers)
+    if values.RECORDING.is_paused or not any(type(one) in _TRACKED for one in (*numbers, *start)):
+        return sum(numbers, *start)
+    total = sum([plain_object(one) for one in numbers], *map(plain_object, start))
+    add = REFLECTING['add']
+    made = functools.reduce(add, numbers, *(start or (0,)))
+    if type(made) not in _TRACKED or type(total) is not type(plain_object(made)):
+        return sum(numbers, *start)
+    if plain_object(made) == total:
+        return made
+    # Python may add more exactly than one by one.
+    (rounded,) = values.lazy([total], [lambda _: made])
+    return rounded
+
+
 def type_of(thing: Any) -> Any:
     """`type(x)`: the class that a number has without provenance."""
     kind = type(thing)
@@ -96,25 +116,32 @@ def see_tracked_beside(kind: type) -> None:
     _BESIDE[kind] = (_TRACKED_FLOAT, _TRACKED_INT)
 
 
-def _reflecting(name: str) -> Callable[[Any, Any], Any]:
+def _reflecting(name: str, in_place: bool = False) -> Callable[[Any, Any], Any]:
     """An operator that lets a number with provenance compute with the plain one on its left.
 
     A float takes every int for a plain one, and NumPy's float every float, and so would not ask it.
     """
-    plain = getattr(operator, name)
+    plain = getattr(operator, 'i' + name if in_place else name)
     reflected = {kind: getattr(kind, f'__r{name}__') for kind in (_TRACKED_FLOAT, _TRACKED_INT)}
 
     def compute(left: Any, right: Any) -> Any:
         kinds = _BESIDE.get(type(left))
         # What is divided by 0 is left to NumPy, which knows infinity.
-        if kinds is not None and type(right) in kinds and (right or plain is not operator.truediv):
+        if (
+            kinds is not None
+            and type(right) in kinds
+            and (right or name != 'truediv')
+            and not values.RECORDING.is_paused
+        ):
             return reflected[type(right)](right, float(left))
         return plain(left, right)
 
     return compute
 
 
-#: Operators by their names, which see the provenance on the right of a plain number.
+_NAMES = ('add', 'sub', 'mul', 'truediv')
+#: Operators by their names, also those in place, which see the provenance on the right of a plain number.
 REFLECTING: Dict[str, Callable[[Any, Any], Any]] = {
-    name: _reflecting(name) for name in ('add', 'sub', 'mul', 'truediv')
+    **{name: _reflecting(name) for name in _NAMES},
+    **{'i' + name: _reflecting(name, in_place=True) for name in _NAMES},
 }

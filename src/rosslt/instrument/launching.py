@@ -97,7 +97,7 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
 
 
 def prefix_of(present: Any, command: str) -> str:
-    """The launch-prefix that runs a node tracked, behind the one that it has: `xterm -e`, say."""
+    """The launch-prefix that runs a node tracked, behind the one that it has, such as `xterm -e`."""
     kept = re.sub(r'(^|\s)(\S*/)?(env\s+)?python[\d.]*\s*$', ' ', present or '').strip()
     return f'{kept} {command} run'.strip()
 

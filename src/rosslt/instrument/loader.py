@@ -29,6 +29,7 @@ from rosslt.instrument.rewriting import (
     ROUTE_ALL,
     STEP,
     Rewritten,
+    in_place,
     rewrite,
 )
 
@@ -110,8 +111,11 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     names[CONVERSIONS['float']] = functions.to_float
     names[CONVERSIONS['int']] = functions.to_int
     names[CONVERSIONS['type']] = functions.type_of
+    names[CONVERSIONS['sum']] = functions.sum_of
     for name in OPERATORS.values():
-        names[name] = functions.REFLECTING[name.strip('_').split('_', 1)[1]]
+        operator = name.strip('_').split('_', 1)[1]
+        names[name] = functions.REFLECTING[operator]
+        names[in_place(name)] = functions.REFLECTING['i' + operator]
 
 
 class OwnModules:

@@ -8,6 +8,7 @@ import rospy
 
 from rosslt import messages, node, values
 from rosslt.instrument.cells import decide_shapes, location_of
+from rosslt.instrument.sampling import SAMPLING
 
 #: The first messages of a publisher are looked into, and later ones as often as that, in seconds.
 FIRST_MESSAGES = 3
@@ -22,11 +23,15 @@ class Publisher(node.Publisher):
 
     Args:
         as of `rospy.Publisher`.
+
+    Attributes:
+        recorded_since: as of `sampling`, for which it is kept here.
     """
 
+    recorded_since = 0
+
     _looked = 0
-    _look_again = _counted_since = 0.0
-    _count = 0
+    _look_again = 0.0
 
     def _provenance(self) -> Callable[[Any, bool], bytes]:
         sparing = messages.SparingProvenance(_ALLOWANCE)
@@ -34,43 +39,48 @@ class Publisher(node.Publisher):
 
         def provenance(message: Any, full_history: bool) -> bytes:
             nonlocal seen
+            start = time.thread_time()
             if node.change_count() != seen:
                 seen = node.change_count()
                 sparing.forget()
-            return sparing.to_send(message, full_history)
+                SAMPLING.changed()
+            if full_history or not SAMPLING.is_on:
+                data = sparing.to_send(message, full_history)
+            elif not SAMPLING.is_recorded(self):
+                data = sparing.recalled(message)
+            else:
+                data = sparing.to_send(message) if SAMPLING.was_sampled(self) else sparing.remembered(message)
+            SAMPLING.sending += time.thread_time() - start
+            return data
 
         return provenance
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
         now = time.monotonic()
-        self._count += 1
-        if (now >= self._look_again or self._looked < FIRST_MESSAGES) and node.is_started():
+        is_due = now >= self._look_again or self._looked < FIRST_MESSAGES
+        if is_due and node.is_started() and not values.RECORDING.is_paused:
             self._looked += 1
             self._look_again = now + PERIOD
-            took = now - self._counted_since
-            rate = self._count / took if took >= PERIOD else 0.0
-            if rate or self._looked == 1:
-                self._count, self._counted_since = 0, now
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, rospy.ROSException):
-                reach(node.args_kwds_to_message(self.data_class, args, kwds), rate)
+                reach(node.args_kwds_to_message(self.data_class, args, kwds))
         super().publish(*args, **kwds)
+        SAMPLING.published(self)
 
 
-def reach(message: Any, rate: float = 0.0) -> None:
+def reach(message: Any) -> None:
     """Make the literals known that are in a message. Those that reach a field of whole numbers stay whole.
 
     Args:
         message: any ROS message.
-        rate: how many such messages there are in a second; 0 where that is not known yet.
     """
     if isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message)):
         return
     fields = messages.tracked_fields(message)
     leaves = list({id(value): value for _, value, _ in fields}.values())
     sources = values.sources(leaves)
-    decide_shapes(leaves, rate)
+    decide_shapes(leaves)
     for source in values.sources([value for _, value, kind in fields if kind == 'i']):
         location = location_of(source)
         if location is not None:

@@ -8,7 +8,7 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Set, Tuple
 
 from rosslt.instrument.callees import CHANCE
 from rosslt.instrument.literals import Literal, SourceText, find_literals
-from rosslt.instrument.states import find_states
+from rosslt.instrument.states import dotted, find_states
 
 #: The names that rewritten code finds in its module, beside its own.
 CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN, OBJECT = (
@@ -20,7 +20,12 @@ CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN, OBJECT = (
     '__rosslt_object__',
 )
 #: Conversions of which the argument may be tracked.
-CONVERSIONS = {'float': '__rosslt_float__', 'int': '__rosslt_int__', 'type': '__rosslt_type__'}
+CONVERSIONS = {
+    'float': '__rosslt_float__',
+    'int': '__rosslt_int__',
+    'sum': '__rosslt_sum__',
+    'type': '__rosslt_type__',
+}
 #: Operators of which a plain float, or NumPy's, on the left would take no notice of the provenance on the right.
 OPERATORS = {
     ast.Add: '__rosslt_add__',
@@ -28,6 +33,12 @@ OPERATORS = {
     ast.Mult: '__rosslt_mul__',
     ast.Div: '__rosslt_truediv__',
 }
+
+
+def in_place(operator: str) -> str:
+    """The name of an operator that computes in place, of the name of the one that does not."""
+    return operator.replace('__rosslt_', '__rosslt_i')
+
 
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
@@ -183,8 +194,10 @@ class _Rewriter(ast.NodeTransformer):
     def visit_Call(self, node: ast.Call) -> Any:
         self.generic_visit(node)
         conversion = CONVERSIONS.get(getattr(node.func, 'id', ''))
-        is_simple = len(node.args) == 1 and not node.keywords and not isinstance(node.args[0], ast.Starred)
-        if conversion and is_simple and getattr(node.func, 'id', '') not in self._bound:
+        name = getattr(node.func, 'id', '')
+        is_simple = len(node.args) in ((1, 2) if name == 'sum' else (1,)) and not node.keywords
+        is_simple = is_simple and not any(isinstance(argument, ast.Starred) for argument in node.args)
+        if conversion and is_simple and name not in self._bound:
             node.func = _name(conversion, node.func)
         return node
 
@@ -256,7 +269,13 @@ class _Rewriter(ast.NodeTransformer):
 
     def visit_AugAssign(self, node: ast.AugAssign) -> Any:
         is_step = node in self._steps
+        operator = OPERATORS.get(type(node.op))
+        is_needed = operator is not None and dotted(node.target) is not None and self._may_be_hidden(node.value)
         self.generic_visit(node)
+        if not is_step and is_needed:
+            read = _loaded(node.target)
+            value = _call(in_place(OPERATORS[type(node.op)]), [read, node.value], node)
+            return ast.copy_location(ast.Assign(targets=[node.target], value=value), node)
         if not is_step:
             return node
         node.value = _call(PLAIN, [node.value], node.value)
@@ -275,6 +294,13 @@ _HAS_PLAIN_INDEX = not hasattr(ast, 'Index') or not isinstance(
 
 def _name(name: str, where: ast.AST) -> ast.Name:
     return ast.copy_location(ast.Name(id=name, ctx=ast.Load()), where)
+
+
+def _loaded(target: Any) -> Any:
+    """A name, or an attribute of one, that is read where it was assigned."""
+    read = copy.copy(target)
+    read.ctx = ast.Load()
+    return read
 
 
 def _origin(node: ast.ImportFrom) -> List[ast.expr]:

@@ -13,7 +13,7 @@ import numpy
 
 from rosslt import values
 from rosslt.instrument.array_functions import plain
-from rosslt.instrument.arrays import TrackedArray, any_tracked, with_provenance
+from rosslt.instrument.arrays import ArrayWithProvenance, any_tracked, with_provenance
 from rosslt.instrument.functions import to_float
 
 #: So many angles are remembered with their sines.
@@ -52,9 +52,11 @@ def _either(original: Any, tracked: Any) -> Any:
             kind = type(one)
             if (
                 kind in _TRACKED
-                or (kind is TrackedArray and one.has_provenance)
+                or (kind is ArrayWithProvenance and one.has_provenance)
                 or (kind in (list, tuple) and any_tracked(one))
             ):
+                if values.RECORDING.is_paused:
+                    return original(*map(plain, arguments), **plain(options))
                 try:
                     return tracked(*arguments, **options)
                 except TypeError:  # it does with a number what only NumPy's numbers can

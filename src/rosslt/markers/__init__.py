@@ -7,6 +7,7 @@ changes. `rviz` shows a scene as interactive markers; the room `web` shows the s
 
 from rosslt.markers import geometry
 from rosslt.markers.describing import Descriptions
+from rosslt.markers.drags import mouse
 from rosslt.markers.drags.choices import Choice, choices_of
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.wording import refusal, short_numbers
@@ -35,6 +36,7 @@ __all__ = [
     'Watch',
     'choices_of',
     'geometry',
+    'mouse',
     'open_rviz',
     'refusal',
     'run',

@@ -71,6 +71,9 @@ def is_reached(part: Any, wanted: Any, type_: str = '') -> bool:
         part: a scalar, a message or an array of them.
         wanted: of the same shape; None for what may be anything.
         type_: the part's ROS type.
+
+    Raises:
+        ValueError: the target has another shape.
     """
     return all(_is_met(leaf, target, kind) for leaf, target, kind in _paired(part, wanted, type_))
 
@@ -91,9 +94,13 @@ def _paired(part: Any, wanted: Any, type_: str) -> Iterator[Tuple[Any, Any, str]
     if wanted is None:
         return
     if hasattr(part, '_slot_types'):
+        if list(getattr(wanted, '__slots__', ())) != list(part.__slots__):
+            raise ValueError(f'the target of a {part._type} must be one, too, found {wanted!r}')
         for name, kind in zip(part.__slots__, _types(part)):
-            yield from _paired(getattr(part, name), getattr(wanted, name, None), kind)
+            yield from _paired(getattr(part, name), getattr(wanted, name), kind)
     elif isinstance(part, (list, tuple)):
+        if not isinstance(wanted, (list, tuple)):
+            raise ValueError(f'the target of an array must be a list, found {wanted!r}')
         if len(part) != len(wanted):
             yield len(part), f'{len(wanted)} elements', ''
             return

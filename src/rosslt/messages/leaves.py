@@ -1,7 +1,7 @@
 """The tracked leaves of a message: found, and replaced in a copy."""
 
 import copy
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 from rosslt.messages.codegen.walkers import END, walkers
 
@@ -16,6 +16,24 @@ def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
 def tracked_leaves(message: Any) -> List[Tuple[int, Any]]:
     """The tracked leaves of a message, as `(index, value)`: the index among the flattened fields of the type."""
     return [(index, value) for index, value, _ in tracked_fields(message)]
+
+
+def located(
+    message: Any, indices: List[int], arrays: Optional[List[Tuple[Any, str, Any, List[Any]]]] = None
+) -> List[Tuple[Any, Any, Any, str]]:
+    """Where the leaves of a message with these rising indices are, as `walkers` have it: `(owner, key, value, kind)`.
+
+    Args:
+        message: any ROS message.
+        indices: of the leaves.
+        arrays: is extended by the arrays of scalars with such leaves, `(owner, name, array, copy)`; the owner of a leaf
+            in one of them is the copy.
+    """
+    found: List[Tuple[Any, Any, Any, str]] = []
+    more = iter([*indices, END]).__next__
+    arrays = [] if arrays is None else arrays
+    walkers(message.__class__).locate(message, 0, more(), more, found.append, arrays.append)
+    return found
 
 
 def with_leaves(message: Any, replaced: Dict[int, Any]) -> Any:
@@ -37,11 +55,9 @@ def set_leaves(message: Any, replaced: Dict[int, Any]) -> None:
         message: any ROS message; it is changed.
         replaced: `{index: value}`, with indices as of `tracked_leaves`.
     """
-    found: List[Tuple[Any, Any, Any, str]] = []
     arrays: List[Tuple[Any, str, Any, List[Any]]] = []
     indices = sorted(replaced)
-    more = iter([*indices, END]).__next__
-    walkers(message.__class__).locate(message, 0, more(), more, found.append, arrays.append)
+    found = located(message, indices, arrays)
     for index, (owner, key, _, _) in zip(indices, found):
         if type(owner) is list:
             owner[key] = replaced[index]

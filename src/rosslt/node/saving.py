@@ -78,19 +78,20 @@ def _in_parameter_files(
     first: Dict[int, Any] = {}
     for one in history.changes:
         first.setdefault(one.change.location_id, from_json(one.change.old_value))
-    changed = [
-        place
-        for place in places
-        if place.location.name.startswith('/')
-        and place.location.id not in in_sources
-        and place.location.id in first
-        and place.value != first[place.location.id]
+    parameters = [
+        place for place in places if place.location.name.startswith('/') and place.location.id not in in_sources
     ]
-    if not changed:
+    if not parameters:
         return [], []
     origins: Any = {}
     with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
         origins = json.loads(rosgraph.Master(rospy.get_name()).getParam(files.ORIGINS))
+    changed = [
+        place
+        for place in parameters
+        if (place.location.id in first and place.value != first[place.location.id])
+        or _was_changed_earlier(place, origins.get(place.location.name))
+    ]
     by_file: Dict[str, List[Tuple[Place, Dict[str, Any]]]] = {}
     unsaved: List[Unsaved] = []
     for place in changed:
@@ -110,6 +111,13 @@ def _in_parameter_files(
             edits += made
             unsaved += [Unsaved(name, reason) for name, reason in left]
     return edits, unsaved
+
+
+def _was_changed_earlier(place: Place, origin: Any) -> bool:
+    """Whether a parameter has another value than the file said that it was loaded from: a node that ran before, and
+    whose history is gone, may have changed it."""
+    said = (origin or {}).get('said')
+    return type(said) in (int, float) and type(place.value) in (int, float) and said != place.value
 
 
 def _why_not(place: Place, origin: Any) -> str:

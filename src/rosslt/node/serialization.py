@@ -42,7 +42,7 @@ def serializer(
         return lambda message: message  # with the provenance that it was received with
     make = functools.partial(_class_with_provenance(message_class), refresher, provenance)
     is_plain = messages.plain_check(message_class)
-    if is_plain is None:
+    if is_plain is None or provenance is not messages.provenance_to_send:
         return make
     return lambda message: message if is_plain(message) else make(message)
 

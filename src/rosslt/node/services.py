@@ -4,6 +4,7 @@ Requests and responses travel as ordinary ones with their provenance in-band, to
 """
 
 import functools
+import types
 from typing import Any, Callable
 
 import rospy
@@ -27,7 +28,23 @@ class Service(rospy.Service):
         def answer(request: Any) -> Any:
             return with_provenance(convert_return_to_response(handler(request), service_class._response_class))
 
-        super().__init__(name, reading_service(service_class, rospy.resolve_name(name)), answer, *args, **kwargs)
+        report = kwargs.pop('error_handler', None) or (args[1] if len(args) > 1 else None) or super().error_handler
+
+        def report_handler(error: Any, kind: Any, value: Any, traceback: Any) -> None:
+            report(error, kind, value, _without(answer.__code__, traceback))  # type: ignore[attr-defined]
+
+        reading = reading_service(service_class, rospy.resolve_name(name))
+        super().__init__(name, reading, answer, *args[:1], error_handler=report_handler, **kwargs)
+
+
+def _without(code: Any, traceback: Any) -> Any:
+    """A traceback without the frames of some code."""
+    if traceback is None:
+        return None
+    below = _without(code, traceback.tb_next)
+    if traceback.tb_frame.f_code is code:
+        return below
+    return types.TracebackType(below, traceback.tb_frame, traceback.tb_lasti, traceback.tb_lineno)
 
 
 class ServiceProxy(rospy.ServiceProxy):

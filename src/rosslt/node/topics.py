@@ -7,6 +7,7 @@ ordinary one (`Pose`) with its provenance in-band, behind the message. Callbacks
 import functools
 import threading
 import time
+import warnings
 from typing import Any, Callable, List, Optional
 
 import genpy
@@ -15,7 +16,7 @@ import rospy
 from rosslt import messages
 from rosslt.node.latched import Latched, latch
 from rosslt.node.refresh import READINGS, Refresher
-from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
+from rosslt.node.rospy_internals import args_kwds_to_message, get_topic_manager, is_initialized
 from rosslt.node.serialization import (
     Provenance,
     Sending,
@@ -24,6 +25,14 @@ from rosslt.node.serialization import (
     serialization_fault,
     serializer,
 )
+
+#: What rospy warns of.
+_NO_QUEUE_SIZE = (
+    "The publisher should be created with an explicit keyword argument 'queue_size'. Please see "
+    'http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers for more information.'
+)
+#: Which of the arguments behind `subscriber_listener` the queue size is.
+_PLACE_OF_QUEUE_SIZE = 3
 
 
 class Publisher(rospy.Publisher):
@@ -50,7 +59,14 @@ class Publisher(rospy.Publisher):
         self._latched: Optional[Latched] = None
         if subscriber_listener is not None:
             subscriber_listener = _Listener(subscriber_listener, self._outgoing)
-        super().__init__(name, data_class, subscriber_listener, *args, **kwargs)
+        if kwargs.get('queue_size') is not None or len(args) > _PLACE_OF_QUEUE_SIZE:
+            super().__init__(name, data_class, subscriber_listener, *args, **kwargs)
+            return
+        # rospy would say so of the line below, rather than of the one that makes this publisher.
+        warnings.warn(_NO_QUEUE_SIZE, SyntaxWarning, stacklevel=2)
+        present = {impl: impl.queue_size for impl in get_topic_manager().pubs.values()}
+        super().__init__(name, data_class, subscriber_listener, *args, **{**kwargs, 'queue_size': 0})
+        self.impl.set_queue_size(present.get(self.impl))
 
     def _provenance(self) -> Provenance:
         """What gives the provenance of each message."""

@@ -8,7 +8,6 @@ installed. Other rooms use the names below and nothing behind them.
 import importlib
 from typing import Any, Callable, Dict
 
-from . import operators  # noqa: F401, completes the tracked classes
 from .affine import affine
 from .calls import operation
 from .closeness import is_same
@@ -22,11 +21,13 @@ from .linearization import linearized
 from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
+from .operators import pause_recording, resume_recording
 from .reapply import reapply
+from .recording import RECORDING
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
-from .tracked import from_affine, has_form_of, lazy, origins, plain_scalar, track
+from .tracked import from_affine, is_made_alike, lazy, origins, plain_scalar, track
 from .tree import is_tracked, leaves, untracked
 
 __all__ = [
@@ -34,6 +35,7 @@ __all__ = [
     'CONSTANT',
     'MATH',
     'OPERATIONS',
+    'RECORDING',
     'SOURCE',
     'TRACKED_CLASSES',
     'Error',
@@ -54,7 +56,7 @@ __all__ = [
     'explain',
     'fit',
     'from_affine',
-    'has_form_of',
+    'is_made_alike',
     'is_same',
     'is_tracked',
     'lazy',
@@ -64,8 +66,10 @@ __all__ = [
     'numpy_functions',
     'operation',
     'origins',
+    'pause_recording',
     'plain_scalar',
     'reapply',
+    'resume_recording',
     'slopes',
     'solve',
     'source_values',

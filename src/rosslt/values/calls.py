@@ -34,7 +34,9 @@ class Layout(NamedTuple):
     def arguments(self, numbers: Sequence[Any]) -> List[Any]:
         """The arguments that hold such numbers; an array of floats where it held tracked ones."""
         left = iter(numbers)
-        return [next(left) if held is None else _array(rebuilt(held[0], lambda _: next(left))) for held in self.containers]
+        return [
+            next(left) if held is None else _array(rebuilt(held[0], lambda _: next(left))) for held in self.containers
+        ]
 
     def argument_of(self, place: int) -> Tuple[int, Optional[int]]:
         """Which argument a number belongs to, and its place in that, None where it is the argument."""

@@ -41,6 +41,7 @@ typedef struct {
 typedef struct {
     PyFloatObject value;
     Record record;
+    PyObject *plain; /* what it was made of, or gave when it was asked: always the same object; NULL until then */
 } Float;
 
 /* Behind the digits of an int, whose number differs. */
@@ -78,7 +79,12 @@ static inline Record *record_of(PyObject *self)
 /* The plain value of a tracked one, a plain float or int as it is, NULL without an error for anything else. */
 static PyObject *plain_of(PyObject *x)
 {
-    if (IS_FLOAT(x)) return PyFloat_FromDouble(PyFloat_AS_DOUBLE(x));
+    if (IS_FLOAT(x)) {
+        Float *self = (Float *)x;
+        if (self->plain == NULL) self->plain = PyFloat_FromDouble(self->value.ob_fval);
+        Py_XINCREF(self->plain);
+        return self->plain;
+    }
     PyObject *plain = IS_INT(x) ? int_part(x)->plain : PyFloat_CheckExact(x) || PyLong_CheckExact(x) ? x : NULL;
     Py_XINCREF(plain);
     return plain;
@@ -145,6 +151,7 @@ static PyObject *new_float(double value, PyObject *form, PyObject *first, PyObje
     Float *self = PyObject_GC_New(Float, FloatType);
     if (self != NULL) {
         self->value.ob_fval = value;
+        self->plain = NULL;
         fill(&self->record, form, first, second, kind, size);
     }
     return (PyObject *)self;
@@ -211,7 +218,7 @@ static void dealloc(PyObject *self)
     Py_DECREF(record->first);
     Py_DECREF(record->second);
     Py_XDECREF(record->fold);
-    if (IS_INT(self)) Py_DECREF(int_part(self)->plain);
+    Py_XDECREF(IS_INT(self) ? int_part(self)->plain : ((Float *)self)->plain);
     PyObject_GC_Del(self);
     Py_DECREF(type);
     Py_TRASHCAN_END
@@ -429,6 +436,10 @@ static PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t c
     if (kind < 0) return NULL;
     if (PyFloat_CheckExact(value)) {
         result = new_float(PyFloat_AS_DOUBLE(value), form, first, second, kind, size);
+        if (result != NULL) {
+            Py_INCREF(value);
+            ((Float *)result)->plain = value;
+        }
     } else if (PyLong_CheckExact(value)) {
         result = new_int(value, form, first, second, kind, size);
     } else {

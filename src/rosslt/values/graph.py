@@ -97,7 +97,7 @@ class Graph:
                     flags[place] = True
         for place, forward, first, second, _ in self.steps():
             if forward is None:
-                flags[place] = any([flags[operand] for operand in first])
+                flags[place] = any(flags[operand] for operand in first)
             else:
                 flags[place] = flags[first] if second is None else flags[first] or flags[second]
         return flags

@@ -1,6 +1,6 @@
 """Evaluating an expression with other source values, keeping its provenance."""
 
-from typing import Any, Dict
+from typing import Any, Dict, Mapping
 
 from .graph import Graph, check_changes, tracked_leaves
 from .recording import make, size_of
@@ -9,7 +9,7 @@ from .tracked import TRACKED
 from .tree import rebuilt
 
 
-def reapply(x: Any, changes: Dict[Source, Any]) -> Any:
+def reapply(x: Any, changes: Mapping[Source, Any]) -> Any:
     """As `evaluate`, but tracked: what `x` would have been had its sources had other values (paper, IV.A).
 
     Args:

@@ -5,11 +5,26 @@ from typing import Any, Sequence
 from .affine import LIMIT, shorten
 from .numpy_ufuncs import broadcast, is_array
 from .operations import Operation
-from .tracked import CLASSES, TRACKED, new, plain_scalar
+from .tracked import CLASSES, TRACKED, new, plain, plain_scalar
 
 MAX_SHARED_SIZE = 16
 """The most that the smaller of two operands adds to the size of a result. Operands mostly share their past; adding
 up their sizes would count it twice at every step, and so pass the limit in no time."""
+
+
+class Recording:
+    """Whether operations are recorded.
+
+    Attributes:
+        is_paused: what is computed now is plain; what is tracked already stays so.
+    """
+
+    def __init__(self) -> None:
+        self.is_paused = False
+
+
+#: Of this process.
+RECORDING = Recording()
 
 
 def make(value: Any, record: tuple, size: int) -> Any:
@@ -48,6 +63,8 @@ def apply(operation: Operation, first: Any, second: Any = None) -> Any:
     Raises:
         ArithmeticError, ValueError, TypeError: as the operation itself does.
     """
+    if RECORDING.is_paused:
+        first, second = plain(first), plain(second)
     if operation.arity == 1:
         if is_array(first):
             return broadcast(apply, operation, first)

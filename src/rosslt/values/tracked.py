@@ -144,13 +144,32 @@ def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
     return tuple(found)
 
 
-def has_form_of(value: Any, other: Any) -> bool:
-    """Whether a value was made by the same operation as another one, or is the same source."""
-    if type(value) is not type(other) or type(value) not in TRACKED:
-        return False
-    form, source, _ = resolve(value)
-    other_form, other_source, _ = resolve(other)
-    return form is other_form and (form is not SOURCE or source == other_source)
+def is_made_alike(value: Any, other: Any) -> bool:
+    """Whether two values were made by the same operations from the same sources, of whatever values and constants."""
+    pairs, seen = [(value, other)], set()
+    while pairs:
+        one, another = pairs.pop()
+        if one is another:
+            continue
+        if type(one) is not type(another) or type(one) not in TRACKED:
+            return False
+        place = id(one), id(another)
+        if place in seen:
+            continue
+        seen.add(place)
+        form, first, second = resolve(one)
+        other_form, other_first, other_second = resolve(another)
+        if form is not other_form:
+            return False
+        if form is SOURCE:
+            if first != other_first:
+                return False
+            continue
+        operands, others = form.operands(first, second), other_form.operands(other_first, other_second)
+        if len(operands) != len(others):
+            return False
+        pairs.extend(zip(operands, others))
+    return True
 
 
 def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:

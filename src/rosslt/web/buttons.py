@@ -7,6 +7,7 @@ from typing import Any, Callable, List
 import rospy
 
 from rosslt import files, node, srv, values
+from rosslt.web.markdown import block
 
 #: How long nodes may take to answer, in seconds.
 TIMEOUT = 2.0
@@ -75,13 +76,15 @@ class Buttons:
         except files.FileError as error:
             self._tell(client, name, 'nothing can be saved: {}'.format(error))
             return
-        lines = ['- {} cannot be saved: {}'.format(one.name, one.reason) for one in unsaved]
+        left = '\n'.join('{} cannot be saved: {}'.format(one.name, one.reason) for one in unsaved)
         if not edits:
-            self._tell(client, name, '\n'.join(lines) or NOTHING_TO_SAVE)
+            self._tell(client, name, left or NOTHING_TO_SAVE)
             return
         modal = client.gui.add_modal('Save the changes of {}?'.format(name))
         with modal:
-            client.gui.add_markdown('```diff\n{}\n```\n\n{}'.format(diff.replace('```', "'''"), '\n'.join(lines)))
+            client.gui.add_markdown(block(diff, 'diff'))
+            if left:
+                client.gui.add_markdown(block(left))
             write = client.gui.add_button('Write', color='green')
             leave = client.gui.add_button('Leave the files as they are')
         write.on_click(functools.partial(self._save, name, edits, modal))

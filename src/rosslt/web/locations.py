@@ -19,6 +19,9 @@ PERIOD = 1.0
 #: How long an owner may take to answer, in seconds.
 TIMEOUT = 2.0
 
+#: After so many questions without an answer, a node is taken as gone; a busy one misses some.
+PATIENCE = 3
+
 #: Changes of one location by one hand that are no further apart than this, in seconds, are undone as one.
 ONE_MOVE = 1.5
 
@@ -55,6 +58,7 @@ class Locations:
         self._news = threading.Condition(self._lock)
         self._places: Dict[str, Dict[int, Place]] = {}
         self._first: Dict[Key, str] = {}  # what a parameter was before its first change
+        self._silent: Dict[str, int] = {}  # node -> how many questions it has not answered
         self._subscribers: Dict[str, rospy.Subscriber] = {}
         self._wishes: Dict[Key, Wish] = {}
         self._moves: Dict[Key, Tuple[str, str, float]] = {}  # (hand, request id, when) of the last change of each
@@ -109,9 +113,12 @@ class Locations:
         with self._lock:
             for name, places in found.items():
                 self._places[name] = {place.location.id: place for place in places}
-            for name in [name for name, places in self._places.items() if name not in found or not places]:
-                del self._places[name]
-        self._follow(set(found))
+            self._silent = {name: self._silent.get(name, 0) + 1 for name in nodes if name not in found}
+            for name, places in list(self._places.items()):
+                if not places or (name not in found and self._silent.get(name, PATIENCE) >= PATIENCE):
+                    del self._places[name]
+            there = set(found).union(self._places)
+        self._follow(there)
         rospy.rostime.wallsleep(PERIOD)
 
     def _follow(self, nodes: Set[str]) -> None:

@@ -5,7 +5,10 @@ import math
 import os
 import threading
 import time
+import traceback
 from typing import Any, Callable, Dict, List, Tuple
+
+import rospy
 
 from rosslt.node import Place
 from rosslt.web.locations import Key, Locations
@@ -19,10 +22,11 @@ TYPING = 0.7
 #: For how long after a hand has moved a field the owner's reports do not move it, in seconds.
 HAND_IS_ON_IT = 0.5
 
+#: The largest whole number that a browser tells from the next one.
+LARGEST = 2**53
+
 #: What marks a location that has been changed.
 MARK = '● '
-
-REASON_LENGTH = 300
 
 
 class Field:
@@ -75,8 +79,11 @@ class Numbers:
             for key in [key for key in self._fields if key not in there]:
                 self._fields.pop(key).widget.remove()
             self._keep_folders(places)
-            for key, place in there.items():
-                self._show(key, place)
+            for order, (key, place) in enumerate(there.items()):
+                try:
+                    self._show(key, place, order)
+                except Exception:  # one odd location must not hide all others
+                    rospy.logerr_throttle(30, '%s cannot be shown\n%s', place.name, traceback.format_exc())
             self._apply_typed()
 
     def _keep_folders(self, places: Dict[str, List[Place]]) -> None:
@@ -99,25 +106,30 @@ class Numbers:
                 with self._folders[path[:1]]:
                     self._folders[path] = self._server.gui.add_folder(label)
 
-    def _show(self, key: Key, place: Place) -> None:
+    def _show(self, key: Key, place: Place, order: float) -> None:
         kind, field = _kind(place), self._fields.get(key)
         if field is None or field.kind != kind:
             if field is not None:
                 field.widget.remove()
             with self._folders[place.node, place.location.file]:
-                field = self._fields[key] = Field(place, self._widget(place), kind)
+                field = self._fields[key] = Field(place, self._widget(place, order), kind)
             field.widget.on_update(functools.partial(self._moved, key))
         field.place = place
+        if field.widget.order != order:
+            field.widget.order = order
         label = (MARK if self._locations.is_changed(place) else '') + _label(place)
         if field.widget.label != label:
             field.widget.label = label
         is_quiet = time.monotonic() - field.touched > HAND_IS_ON_IT and field.typed is None
-        if is_quiet and field.widget.value != place.value:
-            field.widget.value = place.value
+        value = str(place.value) if kind[0] == 'too large' else place.value
+        if is_quiet and field.widget.value != value:
+            field.widget.value = value
 
-    def _widget(self, place: Place) -> Any:
+    def _widget(self, place: Place, order: float) -> Any:
         gui, value = self._server.gui, place.value
-        options = {'disabled': place.read_only, 'hint': _hint(place)}
+        options = {'disabled': place.read_only, 'hint': _hint(place), 'order': order}
+        if _kind(place)[0] == 'too large':
+            return gui.add_text(_label(place), str(value), **{**options, 'disabled': True})
         if place.location.type == 'bool':
             return gui.add_checkbox(_label(place), bool(value), **options)
         if place.location.type == 'str':
@@ -136,7 +148,7 @@ class Numbers:
             return
         with self._lock:
             field = self._fields.get(key)
-            if field is None or field.place.read_only:
+            if field is None or field.place.read_only or field.kind[0] == 'too large':
                 return
             value, field.touched = field.widget.value, time.monotonic()
             if field.kind[0] in ('slider', 'bool'):
@@ -156,7 +168,7 @@ class Numbers:
         place = field.place
 
         def refused(reason: str) -> None:
-            self._tell(client, '{} stays {}'.format(_label(place), place.location.value), reason[:REASON_LENGTH])
+            self._tell(client, '{} stays {}'.format(_label(place), place.location.value), reason)
             field.touched = -math.inf
 
         self._locations.wish(place, value, str(client.client_id), refused)
@@ -169,6 +181,8 @@ def _kind(place: Place) -> Tuple[Any, ...]:
     if kind in ('int', 'float'):
         low, high = place.minimum, place.maximum
         kind = 'slider' if low is not None and high is not None and low < high else 'number'
+        if any(isinstance(one, int) and abs(one) > LARGEST for one in (place.value, low, high)):
+            kind = 'too large'
     return (kind, location.type, location.minimum, location.maximum, location.read_only, location.file, location.line)
 
 

@@ -1,5 +1,6 @@
 """The page: viser's server, and all that stands on it, kept up to date."""
 
+import traceback
 from typing import Any, Optional
 
 import rospy
@@ -12,6 +13,7 @@ from rosslt.web.details import Details
 from rosslt.web.door import Door, NotServed, check_address, guarded, is_this_machine, read_password
 from rosslt.web.frames import Frames
 from rosslt.web.locations import Locations
+from rosslt.web.notices import Notices
 from rosslt.web.numbers import Numbers
 from rosslt.web.things import Things
 
@@ -22,9 +24,6 @@ FRAME_RATE = 30.0
 
 #: How often fields follow, as a part of that.
 FIELDS_EVERY = 3
-
-#: How long a notice stays, in seconds.
-NOTICE_TIME = 6.0
 
 
 class Server(viser.ViserServer):
@@ -59,6 +58,7 @@ class Page:
         self._server.scene.add_grid('/grid', plane='xy', cell_size=1.0, section_size=10.0, infinite_grid=True)
         self._server.initial_camera.position = (-3.0, -4.5, 3.5)
         self._server.initial_camera.look_at = (0.0, 0.0, 0.5)
+        self._notices = Notices()
         scene = Scene(Settings(draws_all=True))
         descriptions = Descriptions(lambda: self._redraw())
         drags = Drags(scene, Rules(), descriptions.name)
@@ -66,10 +66,11 @@ class Page:
         self._frames = Frames(self._server, fixed_frame)
         self._things = Things(self._server, scene, self._frames, descriptions.can_change, self._say)
         self._things.connect(drags)
-        self._things.picked = Details(scene, self._things, drags, descriptions).show
+        self._details = Details(scene, self._things, drags, descriptions)
+        self._things.picked = self._details.show
         self._locations = Locations(rospy.get_name())
-        buttons = Buttons(self._server, self._locations.nodes, self._tell)
-        self._numbers = Numbers(self._server, self._locations, buttons.add, self._tell)
+        buttons = Buttons(self._server, self._locations.nodes, self._notices.tell)
+        self._numbers = Numbers(self._server, self._locations, buttons.add, self._notices.tell)
         scene.add_view(self._things)
         Watch(scene)
 
@@ -77,28 +78,32 @@ class Page:
         """Keep the page up to date until this node is shut down."""
         count = 0
         while not rospy.is_shutdown():
-            self._scene.expire()
-            self._frames.update()
-            self._things.keep_held()
-            self._things.follow()
-            if count % FIELDS_EVERY == 0:
-                self._numbers.update()
+            try:
+                self._update(count)
+            except Exception:  # what is odd for a moment must not end the page
+                rospy.logerr_throttle(10, 'while bringing the page up to date:\n%s', traceback.format_exc())
             count += 1
             rospy.rostime.wallsleep(1.0 / FRAME_RATE)
         self._server.stop()
+
+    def _update(self, count: int) -> None:
+        self._scene.expire()
+        self._frames.update()
+        self._things.keep_held()
+        self._things.follow()
+        if count % FIELDS_EVERY == 0:
+            self._numbers.update()
+            self._details.update(self._server.get_clients())
 
     def _redraw(self) -> None:
         """What is known of sources has changed, and so perhaps what can be moved."""
         for name in self._things.names():
             self._things.redraw(name)
 
-    def _say(self, handle: Handle, text: str) -> None:
-        for client in self._server.get_clients().values():
-            self._tell(client, handle.name, short_numbers(text))
-
-    def _tell(self, client: Any, title: str, text: str) -> None:
-        """Show a notice to somebody."""
-        client.add_notification(title, text, auto_close_seconds=NOTICE_TIME)
+    def _say(self, handle: Handle, text: str, to: Any = None) -> None:
+        """Show a message of a thing to somebody; None for everybody who looks."""
+        for client in self._server.get_clients().values() if to is None else [to]:
+            self._notices.tell(client, handle.name, short_numbers(text))
 
 
 def run(

@@ -4,12 +4,12 @@ Everybody who looks sees the same things. A thing that a hand holds is where thi
 """
 
 import asyncio
-from typing import Any, Callable, Dict, List, Optional, Set
+from typing import Any, Callable, Dict, List, Optional, Set, Tuple
 from urllib.parse import quote
 
-from rosslt.markers import CanChange, Drags, Follower, Handle, Scene
+from rosslt.markers import CanChange, Drags, Follower, Handle, Scene, mouse
 from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation, onto
-from rosslt.web import drawing, hands
+from rosslt.web import drawing
 from rosslt.web.frames import Frames
 
 #: How long the arrows and how wide the rings are against the thing, outside of which they are.
@@ -36,6 +36,7 @@ class Thing:
         self.rings: List[Any] = []
         self.at_rest: List[Rotation] = []
         self.shown = handle.pose
+        self._placed: Dict[str, Tuple[mouse.Vector, Rotation]] = {}  # name of a part -> where it was put
 
     def put(self, pose: PoseTuple, held: Any = None) -> None:
         """Draw it at a pose.
@@ -44,12 +45,17 @@ class Thing:
             held: the control that a hand holds, which is left alone.
         """
         self.shown = pose
-        _place(self.body, pose[:3], pose[3:])
+        position = pose[0], pose[1], pose[2]
+        self._place(self.body, position, _rotation(pose))
         if self.arrows is not None and self.arrows is not held:
-            _place(self.arrows, pose[:3], UPRIGHT)
+            self._place(self.arrows, position, UPRIGHT)
         for ring, rotation in zip(self.rings, self.at_rest):
             if ring is not held:
-                _place(ring, pose[:3], rotation)
+                self._place(ring, position, rotation)
+
+    def forget(self, control: Any) -> None:
+        """A hand has moved a control: it is not where it was put."""
+        self._placed.pop(control.name, None)
 
     def remove(self) -> None:
         """Take it away."""
@@ -57,11 +63,21 @@ class Thing:
             if part is not None:
                 part.remove()
 
+    def _place(self, part: Any, position: mouse.Vector, rotation: Rotation) -> None:
+        """Put a part somewhere; what stays as it is need not be sent to all browsers."""
+        before = self._placed.get(part.name)
+        self._placed[part.name] = position, rotation
+        if before is None or before[0] != position:
+            part.position = position
+        if before is None or before[1] != rotation:
+            x, y, z, w = rotation
+            part.wxyz = (w, x, y, z)
+
 
 class Grip:
     """A hand on the body of a thing: what it took hold of, and where the thing was then."""
 
-    def __init__(self, grabbed: hands.Vector, start: PoseTuple) -> None:
+    def __init__(self, grabbed: mouse.Vector, start: PoseTuple) -> None:
         self.grabbed, self.start = grabbed, start
 
 
@@ -73,7 +89,8 @@ class Things(Follower):
         scene: what is shown.
         frames: where frames stand.
         can_change: tells of a tracked value whether it has a source that takes changes.
-        tell: called with (handle, text) where there is something to say of a thing.
+        tell: called with (handle, text) where there is something to say of a thing to everybody, and with
+            (handle, text, client) to say it to one of them.
 
     Attributes:
         free: the names of things whose bodies move in the plane of the screen.
@@ -81,7 +98,7 @@ class Things(Follower):
     """
 
     def __init__(
-        self, server: Any, scene: Scene, frames: Frames, can_change: CanChange, tell: Callable[[Handle, str], None]
+        self, server: Any, scene: Scene, frames: Frames, can_change: CanChange, tell: Callable[..., None]
     ) -> None:
         super().__init__(scene)
         self._server, self._frames, self._can_change, self._tell = server, frames, can_change, tell
@@ -169,6 +186,7 @@ class Things(Follower):
         thing = self._things.get(name)
         if thing is None or self._drags is None:
             return
+        thing.forget(control)
         pose: PoseTuple = thing.shown
         if control is thing.arrows:
             x, y, z = map(float, control.position)
@@ -177,7 +195,7 @@ class Things(Follower):
             w, x, y, z = map(float, control.wxyz)
             rest = thing.at_rest[thing.rings.index(control)]
             start = self._grips.setdefault(name, Grip((0.0, 0.0, 0.0), thing.shown)).start
-            pose = (*thing.shown[:3], *hands.turned_by(rest, (x, y, z, w), start[3:]))
+            pose = (*thing.shown[:3], *mouse.turned_by(rest, (x, y, z, w), start[3:]))
         if event.phase == 'start':
             self._grips[name] = Grip((0.0, 0.0, 0.0), thing.shown)
             pose = thing.shown
@@ -208,15 +226,15 @@ class Things(Follower):
             return
         frame = self._frames.pose(thing.handle.frame)
         if event.phase == 'start':
-            self._grips[name] = Grip(hands.into(frame, event.start_position), thing.shown)
+            self._grips[name] = Grip(mouse.into(frame, event.start_position), thing.shown)
         grip = self._grips.get(name)
         if grip is None:
             return
         motions = thing.handle.motions(self._can_change)
         turned = UPRIGHT if motions.is_in_frame else _rotation(grip.start)
-        eye = hands.into(frame, event.client.camera.position)
-        pointer = hands.into(frame, event.end_position)
-        way = hands.dragged(grip.grabbed, eye, pointer, motions.of_body(name in self.free), turned)
+        eye = mouse.into(frame, event.client.camera.position)
+        pointer = mouse.into(frame, event.end_position)
+        way = mouse.dragged(grip.grabbed, eye, pointer, motions.of_body(name in self.free), turned)
         pose = thing.shown
         if way is not None:
             x, y, z = (a + b for a, b in zip(grip.start, way))
@@ -231,7 +249,7 @@ class Things(Follower):
         name = handle.name
         if event.phase == 'start':
             if not drags.hold(name, hand):
-                self._tell(handle, 'somebody else holds it')
+                self._tell(handle, 'somebody else holds it', event.client)
                 thing.put(thing.shown)
             else:
                 self._holders[name] = event.client_id
@@ -250,8 +268,3 @@ class Things(Follower):
 
 def _rotation(pose: PoseTuple) -> Rotation:
     return pose[3], pose[4], pose[5], pose[6]
-
-
-def _place(node: Any, position: Any, rotation: Any) -> None:
-    x, y, z, w = rotation
-    node.position, node.wxyz = tuple(position), (w, x, y, z)

@@ -1,17 +1,18 @@
 """Provenance for messages that are sent more often than their provenance can be written.
 
 All publishers of a process together may spend a share of a core on it. What they spend more, they make up for: until
-then messages carry the provenance that was written last, as long as it holds for them. A field that stands still holds its expression; one
-that moves, the slopes that it had then, and its present value.
+then messages carry the provenance that was written last, as long as it holds for them. A field that stands still holds
+its expression; one that moves, the slopes that it had then, and its present value.
 """
 
 import time
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set
 
 from rosslt.messages.codec.encoder import Leaf, encoded_with_slopes, provenance_to_send
 from rosslt.messages.codec.wire_format import BYTES_LIMIT, FIELD_LIMIT
 from rosslt.messages.codegen.walkers import walkers
-from rosslt.values import has_form_of, is_same
+from rosslt.messages.leaves import located
+from rosslt.values import is_made_alike, is_same, origins, untracked
 
 SHARE = 0.02
 """The share of a core that is spent on provenance."""
@@ -19,11 +20,15 @@ SHARE = 0.02
 MOST_KNOWN = 4
 """How many sorts of messages of one publisher are remembered."""
 
-MOST_NEW, MOST_NEW_IN_DEBT = 0.05, 0.5
+MOST_NEW, MOST_NEW_IN_DEBT = 0.05, 0.3
 """The share of tracked leaves that may be new since a provenance was written; and where very much was spent on it."""
 
 DEEP_DEBT = 0.5
 """How many seconds there are to wait where very much was spent."""
+
+TURN_REMEMBERED = 60.0
+"""For how many seconds after a publisher has sent two things in turn, the same fields made from other sources, nothing
+is recalled: a message that was not recorded may be about either."""
 
 
 class _Known(NamedTuple):
@@ -34,6 +39,8 @@ class _Known(NamedTuple):
     leaves: Dict[int, Leaf]
     moving: Set[int]
     """The indices of the leaves of which the slopes were written."""
+    size: int
+    """The number of all leaves of the message."""
     data: bytes
 
 
@@ -66,6 +73,7 @@ class SparingProvenance:
         self._allowance = allowance
         self._known: List[_Known] = []
         self._moved: Set[int] = set()
+        self._turned_at = -TURN_REMEMBERED
 
     def forget(self) -> None:
         """Write the next provenance anew: something has changed that it is made of."""
@@ -78,48 +86,84 @@ class SparingProvenance:
         if full_history or (debt <= 0 and not self._known):
             return self._allowance.charge(now, lambda: provenance_to_send(message, full_history))
         leaves: List[Leaf] = []
-        walkers(message.__class__).collect(message, 0, leaves.append)
+        size = walkers(message.__class__).collect(message, 0, leaves.append)
         if not leaves:
             return b''
         if debt > 0:
-            known = self._holding(leaves, debt)
+            known = self._holding(message, leaves, size, debt)
             if known is not None:
                 return known.data
-        return self._allowance.charge(now, lambda: self._written(message, leaves))
+        return self._allowance.charge(now, lambda: self._written(message, leaves, size))
 
-    def _holding(self, leaves: Sequence[Leaf], debt: float) -> Optional[_Known]:
-        """What was written that holds for these leaves, None where nothing does."""
-        indices = [index for index, _, _ in leaves]
-        ids = [id(value) for _, value, _ in leaves]
+    def remembered(self, message: Any) -> bytes:
+        """The provenance of a message, written anew, which is sent with later ones that are not recorded."""
+        leaves: List[Leaf] = []
+        size = walkers(message.__class__).collect(message, 0, leaves.append)
+        return self._allowance.charge(time.monotonic(), lambda: self._written(message, leaves, size))
+
+    def recalled(self, message: Any) -> bytes:
+        """The provenance of a message of which not all that it was computed by was recorded: that of an earlier one,
+        or, where the publisher sends several things in turn, of what was recorded."""
+        if time.monotonic() < self._turned_at + TURN_REMEMBERED:
+            return provenance_to_send(message)
+        leaves: List[Leaf] = []
+        size = walkers(message.__class__).collect(message, 0, leaves.append)
+        present = _Present(leaves)
+        for known in sorted(self._known, key=lambda one: -len(one.leaves)):
+            if known.size == size and known.leaves.keys() >= set(present.indices):
+                moved = self._moved_since(known, message, present)
+                if moved is not None:
+                    if moved:
+                        known = self._with_slopes(known, message, known.moving | moved)
+                    return known.data
+        return self.to_send(message)
+
+    def _moved_since(self, known: _Known, message: Any, present: '_Present') -> Optional[Set[int]]:
+        """The leaves that are others by now, though made in the same way; None where some were made in another way."""
+        moved = present.moved(known)
+        if moved is None or known.indices == present.indices:
+            return moved
+        plain = [index for index in known.indices if index not in present.by_index and index not in known.moving]
+        for index, (_, _, value, _) in zip(plain, located(message, plain)):
+            leaf = known.leaves[index][1]
+            if not is_same(value, untracked(leaf)):
+                if origins([leaf]):
+                    return None
+                moved.add(index)
+        return moved
+
+    def _with_slopes(self, known: _Known, message: Any, moving: Set[int]) -> _Known:
+        leaves = list(known.leaves.values())
+        data = self._allowance.charge(time.monotonic(), lambda: encoded_with_slopes(message._type, leaves, moving))
+        made = known._replace(moving=moving, data=data)
+        self._known = [made if one is known else one for one in self._known]
+        return made
+
+    def _holding(self, message: Any, leaves: Sequence[Leaf], size: int, debt: float) -> Optional[_Known]:
+        """What was written that holds for a message, None where nothing does."""
+        present = _Present(leaves)
+        most_new = MOST_NEW if debt < DEEP_DEBT else MOST_NEW_IN_DEBT
         for known in self._known:
-            if known.ids == ids and known.indices == indices:
+            if known.ids == present.ids and known.indices == present.indices:
                 return known
-        by_index: Dict[int, Tuple[Any, str]] = {}
-        for known in self._known:
-            by_index = by_index or {index: (value, kind) for index, value, kind in leaves}
-            most_new = MOST_NEW if debt < DEEP_DEBT else MOST_NEW_IN_DEBT
-            if len(leaves) - len(known.leaves) <= most_new * len(leaves) and self._holds(known, by_index):
+            if known.indices != present.indices:
+                missing = len(known.leaves.keys() - present.by_index.keys())
+                new = len(leaves) - len(known.leaves) + missing
+                if new > most_new * len(leaves) or (missing and (known.size != size or missing > MOST_NEW * size)):
+                    continue
+            moved = self._moved_since(known, message, present)
+            if not moved and moved is not None:
                 return known
+            self._moved |= moved or set()
         return None
 
-    def _holds(self, known: _Known, by_index: Dict[int, Tuple[Any, str]]) -> bool:
-        moved = []
-        for index, leaf, kind in known.leaves.values():
-            value, present_kind = by_index.get(index, (None, ''))
-            if value is leaf:
-                continue
-            if present_kind != kind or not has_form_of(value, leaf):
-                return False
-            if index not in known.moving and not is_same(value, leaf):
-                moved.append(index)
-        self._moved.update(moved)
-        return not moved
-
-    def _written(self, message: Any, leaves: List[Leaf]) -> bytes:
+    def _written(self, message: Any, leaves: List[Leaf], size: int) -> bytes:
         if len(leaves) > FIELD_LIMIT:
             return provenance_to_send(message)
         indices = [index for index, _, _ in leaves]
         before = next((known.leaves for known in self._known if known.indices == indices), {})
+        if not all(is_made_alike(value, before[index][1]) for index, value, _ in leaves if index in before):
+            self._turned_at = time.monotonic()
         moving = self._moved | {
             index for index, value, _ in leaves if index in before and not is_same(value, before[index][1])
         }
@@ -127,7 +171,44 @@ class SparingProvenance:
         data = encoded_with_slopes(message._type, leaves, moving)
         if len(data) > BYTES_LIMIT:
             return provenance_to_send(message)
-        known = _Known(indices, [id(value) for _, value, _ in leaves], {leaf[0]: leaf for leaf in leaves}, moving, data)
+        known = _Known(
+            indices, [id(value) for _, value, _ in leaves], {leaf[0]: leaf for leaf in leaves}, moving, size, data
+        )
         others = [one for one in self._known if one.indices != indices]
         self._known = [known, *others[: MOST_KNOWN - 1]]
         return data
+
+
+class _Present:
+    """The tracked leaves of a message that is to be sent."""
+
+    def __init__(self, leaves: Sequence[Leaf]) -> None:
+        self._leaves = leaves
+        self.indices = [index for index, _, _ in leaves]
+        self.ids = [id(value) for _, value, _ in leaves]
+        self._by_index: Optional[Dict[int, Leaf]] = None
+
+    @property
+    def by_index(self) -> Dict[int, Leaf]:
+        """The leaves by their indices."""
+        if self._by_index is None:
+            self._by_index = dict(zip(self.indices, self._leaves))
+        return self._by_index
+
+    def moved(self, known: _Known) -> Optional[Set[int]]:
+        """Which of these leaves are others than they were, though made in the same way; None where some were made in
+        another way. What moved when it was written may have moved again."""
+        if known.indices == self.indices:
+            others = [self._leaves[place] for place, (a, b) in enumerate(zip(self.ids, known.ids)) if a != b]
+        else:
+            others = [leaf for index, leaf in self.by_index.items() if index in known.leaves]
+        moved = set()
+        for index, value, kind in others:
+            _, before, kind_before = known.leaves[index]
+            if value is before:
+                continue
+            if kind != kind_before or not is_made_alike(value, before):
+                return None
+            if index not in known.moving and not is_same(value, before):
+                moved.add(index)
+        return moved

@@ -1,6 +1,6 @@
 """Covariances of arrays that hold tracked values."""
 
-from typing import Any
+from typing import Any, List
 
 import numpy as np
 
@@ -12,7 +12,7 @@ def cov(m: Any, y: Any = None, rowvar: bool = True, bias: bool = False, ddof: An
     """numpy.cov, keeping provenance; with weights, the result is plain."""
     given = {name: weight for name, weight in weights.items() if weight is not None}
     if given or not holds_tracked((m, y)):
-        plain = [part if part is None else each(plain_array, part) for part in (m, y)]
+        plain: List[Any] = [part if part is None else each(plain_array, part) for part in (m, y)]
         return np.cov(plain[0], plain[1], rowvar, bias, ddof, **weights)
     rows = _rows(m, rowvar) if y is None else np.concatenate((_rows(m, rowvar), _rows(y, rowvar)))
     freedom = rows.shape[1] - ((0 if bias else 1) if ddof is None else ddof)
@@ -26,7 +26,7 @@ def cov(m: Any, y: Any = None, rowvar: bool = True, bias: bool = False, ddof: An
 def corrcoef(x: Any, y: Any = None, rowvar: bool = True, **options: Any) -> Any:
     """numpy.corrcoef, keeping provenance."""
     if not holds_tracked((x, y)):
-        plain = [part if part is None else each(plain_array, part) for part in (x, y)]
+        plain: List[Any] = [part if part is None else each(plain_array, part) for part in (x, y)]
         return np.corrcoef(plain[0], plain[1], rowvar, **options)
     covariance = cov(x, y, rowvar)
     if not isinstance(covariance, np.ndarray):

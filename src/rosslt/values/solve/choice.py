@@ -9,17 +9,13 @@ import itertools
 import math
 from typing import (
     Any,
-    Callable,
     Collection,
     Dict,
-    Iterable,
     Iterator,
     List,
     Mapping,
-    NamedTuple,
     Optional,
     Tuple,
-    Union,
 )
 
 from ..closeness import almost_meets, is_same, meets
@@ -33,15 +29,13 @@ from ..tree import paired
 from .budget import UNDEFINED, Budget
 from .chain import solve_chain
 from .equations import Goal, size_of
+from .freedom import Bounds, Freedom, Rank, rank_of
 from .one import Attempt, beyond_bounds, written
 from .several import System
 from .simplest import simplest
 
 MANY_SOURCES = 16
 """Of more sources than these, it is first looked up which ones cannot give the result alone."""
-
-ORDINARY = 2 * math.pi
-"""Sources without bounds move alike up to this size, so that angles do, and in proportion to their size beyond it."""
 
 MOST_ROUNDINGS = 16
 """In so many ways at most are whole numbers rounded, up or down."""
@@ -51,53 +45,6 @@ MOST_OUT_OF_BOUNDS = 4
 
 ALONE = 0.8
 """The part of the work that may go into looking for one source that does it alone; the rest is for several."""
-
-Bounds = Mapping[Source, Tuple[Any, Any]]
-Rank = Union[Mapping[Source, int], Callable[[Source], int]]
-
-
-class Freedom(NamedTuple):
-    """Which sources may change, and how far.
-
-    Attributes:
-        only: the sources that may change, None for any.
-        bounds: `{Source: (minimum or None, maximum or None)}`.
-        read_only: sources that may not change.
-        rank: gives each source's rank; one of a higher rank changes only where those of lower ranks do not suffice.
-        weights: `{Source: how hard it is to move}`.
-    """
-
-    only: Optional[Collection[Source]]
-    bounds: Bounds
-    read_only: Collection[Source]
-    rank: Callable[[Source], int]
-    weights: Mapping[Source, float]
-
-    def allows(self, source: Source) -> bool:
-        """Whether a source may change at all."""
-        return source not in self.read_only and (self.only is None or source in self.only)
-
-    def ranked(self, sources: Iterable[Source]) -> List[Source]:
-        """Sources in the order in which they are tried: by rank, then the stiff ones last, else in the order given."""
-        return sorted(sources, key=lambda source: (self.rank(source), self.weights.get(source, 1.0)))
-
-    def limits(self, source: Source) -> Tuple[float, float]:
-        """A source's minimum and maximum, infinite where there is none."""
-        low, high = self.bounds.get(source, (None, None))
-        return -math.inf if low is None else low, math.inf if high is None else high
-
-    def scale(self, source: Source, value: float) -> float:
-        """How far a source moves as easily as one without bounds, of an ordinary size, moves by 1.
-
-        That is the range of its bounds, else its size where that is a large one, unless it has a weight.
-
-        Args:
-            value: what it is now.
-        """
-        if source in self.weights:
-            return 1.0 / self.weights[source]
-        low, high = self.limits(source)
-        return high - low if 0 < high - low < math.inf else max(1.0, abs(value) / ORDINARY)
 
 
 def solve(
@@ -154,16 +101,6 @@ def solve(
     if type(value) in TRACKED:
         return solve_one(value, target, freedom, {})
     return _solve_parts(value, target, freedom)
-
-
-def rank_of(rank: Optional[Rank]) -> Callable[[Source], int]:
-    """Ranks as a function of a Source."""
-    if rank is None:
-        return lambda source: 0
-    if isinstance(rank, Mapping):
-        ranks = rank
-        return lambda source: ranks.get(source, 0)
-    return rank
 
 
 def target_of(value: Any, target: Any) -> Any:

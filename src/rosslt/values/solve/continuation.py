@@ -14,8 +14,9 @@ from ..graph import Graph
 from ..sources import Source
 from ..tracked import TRACKED
 from .budget import UNDEFINED, Budget
-from .choice import Bounds, Freedom, Rank, groups_apart, holds_floats, rank_of, solve, solve_one, target_of
+from .choice import groups_apart, holds_floats, solve, solve_one, target_of
 from .equations import Goal, Point
+from .freedom import Bounds, Freedom, Rank, rank_of
 from .least_squares import shortest_step
 from .several import System
 
@@ -97,20 +98,17 @@ class Path(System):
 
     def is_continuous(self, last: Point, x: Point) -> bool:
         """Whether the slopes on the way from one point to another account for how far it is."""
-        way = [value - before for value, before in zip(x, last)]
+        way = [value - old for value, old in zip(x, last)]
         length = self._length(way)
         if length <= STILL * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
             return True
-        ends = [self._tried(last), self._tried(x)]
-        if ends[0] is None or ends[1] is None:
+        before, after = self._tried(last), self._tried(x)
+        if before is None or after is None:
             return False
-        moved = [
-            (ends[1][equation.place] - ends[0][equation.place]) * equation.unit  # type: ignore[index]
-            for equation in self._equations
-        ]
+        moved = [(after[equation.place] - before[equation.place]) * equation.unit for equation in self._equations]
         asked = []
         for part in ON_THE_WAY:
-            values = self._tried([before + part * step for before, step in zip(last, way)])
+            values = self._tried([old + part * step for old, step in zip(last, way)])
             if values is None:
                 return False
             rows = self._jacobian(values, self._equations)
@@ -149,10 +147,16 @@ def continued(
         that is `{}`.
 
     Raises:
-        NotTracked, NotInvertible: as of `solve`; also where there are answers, but none that the last one leads to. What
-            was before should stay then, and be `last` still.
+        NotTracked, NotInvertible: as of `solve`; also where there are answers, but none that the last one leads to.
+            What was before should stay then, and be `last` still.
     """
-    options = {'sources': sources, 'bounds': bounds, 'read_only': read_only, 'rank': rank, 'weights': weights}
+    options: Dict[str, Any] = {
+        'sources': sources,
+        'bounds': bounds,
+        'read_only': read_only,
+        'rank': rank,
+        'weights': weights,
+    }
     if not last:
         return solve(list(xs), list(targets), **options)
     freedom = Freedom(None if sources is None else list(sources), bounds or {}, read_only, rank_of(rank), weights or {})
@@ -191,13 +195,15 @@ def _group_continued(
         if reason is not None:
             raise reason
         return anew
-    x = [float(here.get(source, start)) for source, start in zip(floats, path.start)]
+    x: Point = [float(here.get(source, start)) for source, start in zip(floats, path.start)]
     try:
         if len(goals) > 1:
             for level in sorted(set(map(freedom.rank, floats))):
                 unknowns = [source for source in floats if freedom.rank(source) <= level]
                 part = path if len(unknowns) == len(floats) else _path(graph, goals, unknowns, freedom)
-                found = part and part.continued([x[floats.index(source)] for source in unknowns])
+                if part is None:
+                    continue
+                found = part.continued([x[floats.index(source)] for source in unknowns])
                 if found is not None:
                     new = {**dict(zip(floats, path.start)), **dict(zip(unknowns, found))}
                     if path.is_continuous(x, [new[source] for source in floats]):

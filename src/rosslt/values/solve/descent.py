@@ -43,7 +43,7 @@ class Descents(Equations):
 
     Args:
         graph, goals, unknowns, budget, base: as of `Equations`.
-        freedom: what limits the unknowns (`choice.Freedom`).
+        freedom: what limits the unknowns (`freedom.Freedom`).
     """
 
     def __init__(

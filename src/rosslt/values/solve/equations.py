@@ -74,7 +74,7 @@ class Equations:
         self._below: Dict[int, List[int]] = {}
         self.start = [float(base[graph.occurrences[source][0]]) for source in unknowns]
         is_one = all(
-            [base[at] == start for source, start in zip(unknowns, self.start) for at in graph.occurrences[source]]
+            base[at] == start for source, start in zip(unknowns, self.start) for at in graph.occurrences[source]
         )
         self._last_tried: Tuple[Point, Optional[List[Any]]] = (list(self.start) if is_one else []), base
 

@@ -10,7 +10,7 @@ from ..graph import Graph, evaluate
 from ..sources import Source
 from ..tracked import TRACKED
 from .budget import UNDEFINED, Budget
-from .choice import Bounds, Freedom
+from .freedom import Bounds, Freedom
 from .several import System
 
 

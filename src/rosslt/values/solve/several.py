@@ -55,7 +55,7 @@ class System(Descents):
         graph: holds the results.
         goals: `(path, tracked value, wanted value)` each.
         unknowns: the sources to change.
-        freedom: what limits them (`choice.Freedom`).
+        freedom: what limits them (`freedom.Freedom`).
         budget: what solving may cost.
         base: the values of the graph's nodes while nothing changes; the present ones by default.
     """

@@ -1,0 +1,167 @@
+"""`rosslt fit`: find the source values that bring recorded fields nearest to what was measured."""
+
+import argparse
+from typing import Any, Dict, List, Optional, Sequence
+
+import rospy
+
+from rosslt import files, node, values
+from rosslt.cli import bags
+from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach
+from rosslt.cli.failure import Failure
+from rosslt.cli.master import find_master
+from rosslt.cli.output import is_terminal, table, write_row
+from rosslt.cli.pairing import pairs
+from rosslt.cli.reading import start_node
+from rosslt.cli.verb import CHANGE, Argument
+
+GROUP = CHANGE
+SUMMARY = 'find the source values that bring recorded fields nearest to what was measured'
+DESCRIPTION = """Find the values of the locations that the fields of a bag come from with which the fields would have
+been as near as possible to others of the bag, by least squares; print the old and the new value of each, and its
+standard error. Messages are paired by their stamps. --apply changes the nodes that run now, --save writes the values
+back to where they were read, too."""
+EXAMPLE = """\
+examples:
+  rosslt fit run.bag /odom/pose/pose/position/x --to /truth/pose/pose/position/x
+  rosslt fit run.bag /odom/pose/x /odom/pose/y --to /truth/pose/x /truth/pose/y --loss cauchy --scale 0.1 --apply
+
+In a pipe each location is a line of columns between tabs: NODE/LOCATION, old value, new value, standard error.
+"""
+ARGUMENTS = [
+    Argument('file', metavar='BAG'),
+    Argument('fields', nargs='+', metavar='TOPIC/FIELD', help='tracked fields of numbers'),
+    Argument('--to', nargs='+', required=True, metavar='TOPIC/FIELD', help='as many: what they should have been'),
+    Argument('--source', action='append', metavar='S', help='fit this location alone; may be given several times'),
+    Argument(
+        '--loss', choices=['linear', 'soft_l1', 'huber', 'cauchy', 'arctan'], default='linear', help='as of SciPy'
+    ),
+    Argument(
+        '--scale', type=float, default=1.0, metavar='D', help='differences beyond D count less, with a robust loss'
+    ),
+    Argument('--slack', type=float, default=0.01, metavar='S', help='seconds between paired stamps (default: 0.01)'),
+    Argument('--apply', action='store_true', help='change the nodes that run now'),
+    Argument('--save', action='store_true', help='change them, and write the values to where they were read'),
+]
+
+
+class Requester:
+    """What the command has of a node that asks others: its name, and what it knows of their locations."""
+
+    def __init__(self, name: str, directory: Directory) -> None:
+        self.name = name
+        self.directory = directory
+
+
+def run(options: argparse.Namespace) -> None:
+    if len(options.fields) != len(options.to):
+        raise Failure(f'found {len(options.fields)} fields and {len(options.to)} after --to: give as many of each')
+    master = find_master() if options.apply or options.save else None
+    directory = Directory()
+    with bags.opened(options.file) as bag:
+        bags.take_names(bag, directory)
+        found = pairs(bag, options.fields, options.to, options.slack)
+    for field, paired in zip(options.fields, found):
+        if not paired:
+            raise Failure(f'no stamp of {field} is within {options.slack:g} s of one that it is compared with')
+    results = [pair.result for paired in found for pair in paired]
+    targets = [pair.target for paired in found for pair in paired]
+    sources = values.sources(results)
+    directory.learn(sources)
+    limits = directory.limits(sources, TIMEOUT)
+    try:
+        fitted = values.fit(
+            results,
+            targets,
+            _chosen(directory, sources, options.source),
+            options.loss,
+            scale=options.scale,
+            bounds=limits['bounds'],
+            read_only=limits['read_only'],
+        )
+    except (values.Error, ValueError, ArithmeticError) as error:
+        raise Failure(str(error)) from None
+    _show(directory, fitted)
+    if master is not None:
+        _apply(directory, fitted)
+        if options.save:
+            _save(master, sorted({source.node for source in fitted.values}))
+
+
+def _chosen(
+    directory: Directory, sources: Sequence[values.Source], names: Optional[Sequence[str]]
+) -> Optional[List[values.Source]]:
+    if not names:
+        return None
+    chosen = []
+    for name in names:
+        found = [source for source in sources if {name, '/' + name} & {str(source), directory.name(source)}]
+        if not found:
+            every = ', '.join(sorted(map(directory.name, sources))) or 'none'
+            raise Failure(f'{name} is not among the sources of the fields, which are {every}')
+        chosen.append(found[0])
+    return chosen
+
+
+def _show(directory: Directory, fitted: values.Fit) -> None:
+    rows = [
+        (directory.name(source), repr(fitted.old[source]), repr(new), repr(fitted.errors[source]))
+        for source, new in fitted.values.items()
+    ]
+    if not is_terminal():
+        for row in rows:
+            write_row(*row)
+        return
+    short = [
+        (name, f'{fitted.old[source]:.6g}', '->', f'{new:.6g}', '+-', f'{fitted.errors[source]:.2g}')
+        for (name, *_), (source, new) in zip(rows, fitted.values.items())
+    ]
+    for line in table(short):
+        print(line)
+    print(f'{fitted.compared} pairs; their differences have been {fitted.before:.4g}, and would be {fitted.after:.4g}')
+    if not fitted.is_converged:
+        print('the search has not come to an end: the values may not be the best ones')
+    if fitted.is_linearized:
+        print('approximate: an expression is linearized; apply, record again, and fit once more')
+
+
+def _apply(directory: Directory, fitted: values.Fit) -> None:
+    """Change the nodes that run now.
+
+    Raises:
+        Failure: a node refuses, or does not answer.
+    """
+    start_node()
+    try:
+        node.force_value_as(
+            Requester(rospy.get_name(), directory),
+            [values.track(old, source) for source, old in fitted.old.items()],
+            list(fitted.values.values()),
+            None,
+            TIMEOUT,
+        )
+    except values.Error as error:
+        raise Failure(str(error)) from None
+
+
+def _save(master: Any, nodes: Sequence[str]) -> None:
+    """Write the changed values of nodes back to where they were read.
+
+    Raises:
+        Failure: one cannot be written back.
+    """
+    edits: List[files.Edit] = []
+    left: Dict[str, str] = {}
+    for name in nodes:
+        try:
+            found, unsaved = node.changes_to_save(name, TIMEOUT)
+        except node.SourceUnreachable as error:
+            raise cannot_reach(master, name, str(error)) from None
+        edits += found
+        left.update((f'{name}/{one.name}', one.reason) for one in unsaved)
+    try:
+        files.write(edits)
+    except files.FileError as error:
+        raise Failure(f'nothing is written: {error}') from None
+    if left:
+        raise Failure('not written: ' + '; '.join(f'{name}: {reason}' for name, reason in left.items()))

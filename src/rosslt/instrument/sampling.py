@@ -1,0 +1,147 @@
+"""When operations are recorded: always, but where that costs a node too much, in some of its rounds only.
+
+A node that computes much would take several times its CPU time. Where this process takes a large share of a core and
+recording is a large part of that, operations are recorded in some rounds, as many as a small share of a core allows;
+between them, messages carry the provenance that was recorded last (`messages.SparingProvenance`). What was changed is
+followed by rounds that are recorded all.
+"""
+
+import threading
+import time
+from typing import Any, Dict, List, Optional
+
+from rosslt import values
+
+#: From which share of a core on a process may be too expensive; how much of it recording must be, and how often as much
+#: the process must take with it as without.
+HEAVY, WORTH, RATIO = 0.06, 0.03, 1.5
+
+#: Which share of a core recording may take where it takes too much.
+ALLOWED = 0.02
+
+#: How long a process is watched at a time, in seconds; and how long it is left alone where recording costs little.
+WATCHED, LEFT_ALONE = 0.5, 20.0
+
+#: The longest time without recording, and the time that is recorded after a change, in seconds.
+LONGEST_PAUSE, AFTER_CHANGE = 1.5, 2.0
+
+
+class _Phase:
+    """How much CPU time a process takes while it records, or while it does not."""
+
+    def __init__(self) -> None:
+        self.time = self.cpu = 0.0
+
+    def add(self, seconds: float, cpu: float) -> None:
+        # What was long ago counts less and less.
+        self.time, self.cpu = 0.8 * self.time + seconds, 0.8 * self.cpu + cpu
+
+    @property
+    def share(self) -> float:
+        return self.cpu / self.time if self.time else 0.0
+
+
+class Sampling:
+    """Decides when this process records.
+
+    Attributes:
+        is_on: whether it records in some rounds only.
+        sending: the CPU time spent on writing what was recorded, which is limited elsewhere.
+    """
+
+    def __init__(self) -> None:
+        self.is_on = False
+        self.sending = 0.0
+        self._lock = threading.Lock()
+        self._phase = 0
+        self._since, self._cpu = time.monotonic(), time.process_time()
+        self._next = self._since + 2 * WATCHED
+        self._not_before = 0.0
+        self._heavy_windows = 0
+        self._recording, self._pausing = _Phase(), _Phase()
+        self._leader: Optional[Any] = None
+        self._rounds = 0
+        self._began = 0.0
+        self._sampled: Dict[Any, float] = {}  # of each publisher, when a whole round was recorded last
+
+    def is_recorded(self, publisher: Any) -> bool:
+        """Whether all operations since the last message of a publisher were recorded."""
+        return not values.RECORDING.is_paused and publisher.recorded_since == self._phase
+
+    def was_sampled(self, publisher: Any) -> bool:
+        """Whether a publisher has sent a message already that was recorded as a whole, since recording began again."""
+        return self._sampled.get(publisher, 0.0) >= self._began
+
+    def changed(self) -> None:
+        """Record all for a while: something was changed, and who did so looks at what comes."""
+        if self.is_on:
+            with self._lock:
+                self._record(time.monotonic(), AFTER_CHANGE)
+
+    def published(self, publisher: Any) -> None:
+        """A publisher has sent a message, a round of it is over."""
+        now = time.monotonic()
+        if self.is_on:
+            with self._lock:
+                self._round_is_over(publisher, now)
+            publisher.recorded_since = -1 if values.RECORDING.is_paused else self._phase
+        elif now >= self._next:
+            with self._lock:
+                self._watch(publisher, now)
+
+    def _spent(self, now: float) -> List[float]:
+        cpu = time.process_time() - self.sending
+        spent = [now - self._since, cpu - self._cpu]
+        self._since, self._cpu = now, cpu
+        return spent
+
+    def _watch(self, publisher: Any, now: float) -> None:
+        seconds, cpu = self._spent(now)
+        self._next = now + WATCHED
+        self._heavy_windows = self._heavy_windows + 1 if cpu > HEAVY * seconds else 0
+        if self._heavy_windows < 2 or now < self._not_before:
+            return
+        self.is_on = True
+        self._recording, self._pausing = _Phase(), _Phase()
+        self._sampled = {publisher: 0.0}
+        self._began = now
+        self._record(now)
+
+    def _round_is_over(self, publisher: Any, now: float) -> None:
+        if self.is_recorded(publisher):
+            self._sampled[publisher] = now
+        else:
+            self._sampled.setdefault(publisher, 0.0)
+        if not values.RECORDING.is_paused:
+            if publisher is self._leader:
+                self._rounds -= 1
+            if now >= self._next and (self._rounds <= 0 or now > self._next + LONGEST_PAUSE):
+                self._pause(now)
+        elif now >= self._next:
+            self._pausing.add(*self._spent(now))
+            self._record(now)
+
+    def _record(self, now: float, at_least: float = 0.0) -> None:
+        if values.RECORDING.is_paused:
+            self._phase += 1
+            self._began = now
+            values.resume_recording()
+        self._leader = min(self._sampled, key=lambda one: self._sampled[one], default=None)
+        # The first round has begun already, and other publishers send theirs in turn.
+        self._rounds = 2
+        self._next = max(self._next, now + at_least) if at_least else now
+
+    def _pause(self, now: float) -> None:
+        self._recording.add(*self._spent(now))
+        cost = self._recording.share - self._pausing.share
+        if self._pausing.time > WATCHED and (cost < WORTH or self._recording.share < RATIO * self._pausing.share):
+            self.is_on, self._not_before, self._heavy_windows = False, now + LEFT_ALONE, 0
+            self._next = now + WATCHED
+            return
+        values.pause_recording()
+        length = self._recording.time * max(cost, WORTH) / ALLOWED
+        self._next = now + min(max(length, 0.05), LONGEST_PAUSE)
+
+
+#: Of this process.
+SAMPLING = Sampling()

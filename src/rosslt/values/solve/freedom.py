@@ -1,0 +1,66 @@
+"""What limits an answer: which sources may change, how far, and how willingly."""
+
+import math
+from typing import Any, Callable, Collection, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
+
+from ..sources import Source
+
+ORDINARY = 2 * math.pi
+"""Sources without bounds move alike up to this size, so that angles do, and in proportion to their size beyond it."""
+
+Bounds = Mapping[Source, Tuple[Any, Any]]
+Rank = Union[Mapping[Source, int], Callable[[Source], int]]
+
+
+class Freedom(NamedTuple):
+    """Which sources may change, and how far.
+
+    Attributes:
+        only: the sources that may change, None for any.
+        bounds: `{Source: (minimum or None, maximum or None)}`.
+        read_only: sources that may not change.
+        rank: gives each source's rank; one of a higher rank changes only where those of lower ranks do not suffice.
+        weights: `{Source: how hard it is to move}`.
+    """
+
+    only: Optional[Collection[Source]]
+    bounds: Bounds
+    read_only: Collection[Source]
+    rank: Callable[[Source], int]
+    weights: Mapping[Source, float]
+
+    def allows(self, source: Source) -> bool:
+        """Whether a source may change at all."""
+        return source not in self.read_only and (self.only is None or source in self.only)
+
+    def ranked(self, sources: Iterable[Source]) -> List[Source]:
+        """Sources in the order in which they are tried: by rank, then the stiff ones last, else in the order given."""
+        return sorted(sources, key=lambda source: (self.rank(source), self.weights.get(source, 1.0)))
+
+    def limits(self, source: Source) -> Tuple[float, float]:
+        """A source's minimum and maximum, infinite where there is none."""
+        low, high = self.bounds.get(source, (None, None))
+        return -math.inf if low is None else low, math.inf if high is None else high
+
+    def scale(self, source: Source, value: float) -> float:
+        """How far a source moves as easily as one without bounds, of an ordinary size, moves by 1.
+
+        That is the range of its bounds, else its size where that is a large one, unless it has a weight.
+
+        Args:
+            value: what it is now.
+        """
+        if source in self.weights:
+            return 1.0 / self.weights[source]
+        low, high = self.limits(source)
+        return high - low if 0 < high - low < math.inf else max(1.0, abs(value) / ORDINARY)
+
+
+def rank_of(rank: Optional[Rank]) -> Callable[[Source], int]:
+    """Ranks as a function of a Source."""
+    if rank is None:
+        return lambda source: 0
+    if isinstance(rank, Mapping):
+        ranks = rank
+        return lambda source: ranks.get(source, 0)
+    return rank

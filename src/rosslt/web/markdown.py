@@ -1,0 +1,11 @@
+"""Texts of others in Markdown, as they are: the page's Markdown may hold expressions that a browser evaluates."""
+
+
+def code(text: str) -> str:
+    """A text within a line."""
+    return '`{}`'.format(' '.join(text.replace('`', "'").split()) or ' ')
+
+
+def block(text: str, language: str = '') -> str:
+    """A text of several lines."""
+    return '```{}\n{}\n```'.format(language, text.replace('`', "'"))

@@ -1,0 +1,155 @@
+"""`rosslt fit`: a robot's wheel radius and wheelbase from the odometry in a bag and the truth beside it."""
+
+import re
+import subprocess
+
+import numpy
+import pytest
+import rosbag
+from scipy.optimize import least_squares
+
+from support.processes import Node, wait_until
+from support.shell import failure, lines, on_terminal, rosslt
+
+pytestmark = pytest.mark.rostest
+
+COUNT = 50
+RADIUS, BASE = 0.1, 0.5
+TRUE_RADIUS, TRUE_BASE = 0.1037, 0.462
+NOISE = 0.004
+
+#: The turns of the left and of the right wheel in each step, in radians.
+WHEELS = '[(1.0 + 0.5 * math.sin(0.3 * step), 1.2 + 0.6 * math.cos(0.2 * step)) for step in range({})]'.format(COUNT)
+
+#: It computes odometry as such nodes do; nothing in it is about fitting.
+ODOMETRY = f"""
+    import math
+    from geometry_msgs.msg import PoseStamped, Vector3Stamped
+    from rosslt import math as tracked
+
+    class Wheels:
+        turns = {WHEELS}
+
+    odometry = rosslt.Publisher('odometry', Vector3Stamped, queue_size=100)
+    truth = rospy.Publisher('truth', Vector3Stamped, queue_size=100)
+    while not (odometry.get_num_connections() and truth.get_num_connections()):
+        time.sleep(0.01)
+    radius = rosslt.location({RADIUS}, name='radius', minimum=0.01)
+    base = rosslt.location({BASE}, name='base')
+    x = y = heading = true_x = true_y = true_heading = 0.0
+    noise = __import__('random').Random(3)
+    rate = rospy.Rate(25)
+    for step, (left, right) in enumerate(Wheels.turns):
+        way = radius * (left + right) / 2
+        x, y = x + way * tracked.cos(heading), y + way * tracked.sin(heading)
+        heading = heading + radius * (right - left) / base
+        way = {TRUE_RADIUS} * (left + right) / 2
+        true_x, true_y = true_x + way * math.cos(true_heading), true_y + way * math.sin(true_heading)
+        true_heading = true_heading + {TRUE_RADIUS} * (right - left) / {TRUE_BASE}
+        for publisher, values in ((odometry, (x, y, heading)), (truth, (true_x, true_y, true_heading))):
+            message = Vector3Stamped()
+            message.header.stamp = rospy.Time(100 + step)
+            message.vector.x, message.vector.y, message.vector.z = values
+            if publisher is truth:
+                message.vector.x += noise.gauss(0.0, {NOISE})
+                message.vector.y += noise.gauss(0.0, {NOISE})
+            publisher.publish(message)
+        rate.sleep()
+    rospy.spin()
+    """
+
+FIELDS = '/odometry/vector/x', '/odometry/vector/y', '/odometry/vector/z'
+TRUTH = '/truth/vector/x', '/truth/vector/y', '/truth/vector/z'
+
+
+@pytest.fixture(scope='module')
+def run(master, tmp_path_factory):
+    """The node, and the bag of its run."""
+    path = tmp_path_factory.mktemp('fit') / 'run.bag'
+    with Node('robot', ODOMETRY) as node:
+        subprocess.run(
+            ['rosbag', 'record', '-O', str(path), '--limit', str(COUNT), '/odometry', '/truth'],
+            check=True,
+            stdout=subprocess.DEVNULL,
+            timeout=100,
+        )
+        wait_until(path.exists, 'the bag is there')
+        yield node, str(path)
+
+
+def by_hand(path):
+    """What SciPy finds with a residual that is written by hand."""
+    with rosbag.Bag(path) as bag:
+        truth = [(m.vector.x, m.vector.y, m.vector.z) for _, m, _ in bag.read_messages(['/truth'])]
+    turns = eval(WHEELS, {'math': __import__('math')})
+
+    def residual(point):
+        radius, base = point
+        pose, found = numpy.zeros(3), []
+        for left, right in turns:
+            way = radius * (left + right) / 2
+            pose = pose + [
+                way * numpy.cos(pose[2]),
+                way * numpy.sin(pose[2]),
+                radius * (right - left) / base,
+            ]
+            found.append(pose)
+        return (numpy.array(found) - truth).ravel()
+
+    return least_squares(residual, (RADIUS, BASE), x_scale='jac', xtol=1e-14, ftol=1e-14, gtol=1e-14)
+
+
+def test_it_is_the_optimum_of_scipy_without_a_line_of_model(run):
+    _, path = run
+    found = {line[0]: list(map(float, line[1:])) for line in lines('fit', path, *FIELDS, '--to', *TRUTH)}
+    best = by_hand(path)
+    assert found.keys() == {'/robot/radius', '/robot/base'}
+    assert found['/robot/radius'][:2] == [RADIUS, pytest.approx(best.x[0], rel=1e-6)]
+    assert found['/robot/base'][:2] == [BASE, pytest.approx(best.x[1], rel=1e-6)]
+    errors = numpy.sqrt(numpy.diag(numpy.linalg.inv(best.jac.T @ best.jac)) * 2 * best.cost / (3 * COUNT - 2))
+    assert [found['/robot/radius'][2], found['/robot/base'][2]] == pytest.approx(errors.tolist(), rel=1e-3)
+    assert abs(found['/robot/radius'][1] - TRUE_RADIUS) < 5 * errors[0] < 1e-3
+    assert abs(found['/robot/base'][1] - TRUE_BASE) < 5 * errors[1] < 1e-2
+
+
+def test_one_location_alone_and_a_robust_loss(run):
+    _, path = run
+    (line,) = lines('fit', path, FIELDS[0], '--to', TRUTH[0], '--source', '/robot/radius')
+    assert line[0] == '/robot/radius'
+    robust = lines('fit', path, *FIELDS, '--to', *TRUTH, '--loss', 'soft_l1', '--scale', '0.01')
+    assert abs(float(robust[0][2]) - TRUE_RADIUS) < 1e-3
+
+
+def test_a_person_sees_what_it_brings(run):
+    _, path = run
+    printed = on_terminal('fit', path, *FIELDS, '--to', *TRUTH)
+    assert re.fullmatch(
+        r'/robot/radius  0\.1  ->  0\.103\d+  \+-  [\d.e-]+\n/robot/base    0\.5  ->  0\.46\d+   ?\+-  [\d.e-]+\n'
+        r'150 pairs; their differences have been [\d.]+, and would be [\d.]+\n',
+        printed,
+    )
+
+
+def test_it_is_applied_and_saved_where_it_stands(run):
+    node, path = run
+    found = {line[0]: line[2] for line in lines('fit', path, *FIELDS, '--to', *TRUTH, '--save')}
+    assert rosslt('get', '/robot/radius').stdout.strip() == found['/robot/radius']
+    with open(node.file, encoding='utf-8') as file:
+        text = file.read()
+    assert f"rosslt.location({found['/robot/radius']}, name='radius'" in text
+    assert f"rosslt.location({found['/robot/base']}, name='base'" in text
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'reason'),
+    [
+        ((FIELDS[0], '--to', *TRUTH), 'found 1 fields and 3 after --to'),
+        ((FIELDS[0], '--to', '/truth/vector'), '/truth/vector holds a geometry_msgs/Vector3, and not a number'),
+        ((FIELDS[0], '--to', '/truht/vector/x'), 'has no topic /truht/vector/x'),
+        ((TRUTH[0], '--to', FIELDS[0]), 'no result comes from a source'),
+        ((FIELDS[0], '--to', TRUTH[0], '--source', 'nobody'), 'nobody is not among the sources'),
+        ((FIELDS[0], '--to', TRUTH[0], '--slack', '-1'), 'no stamp of /odometry/vector/x is within -1 s'),
+    ],
+)
+def test_what_cannot_be_fitted_is_said(run, arguments, reason):
+    assert reason in failure('fit', run[1], *arguments)

@@ -1,0 +1,155 @@
+"""A node that computes so much that not all of it can be recorded still sends what is tracked, and follows changes."""
+
+import threading
+
+import pytest
+import rospy
+from nav_msgs.msg import Path
+from std_msgs.msg import Bool
+
+import rosslt
+from rosslt import node, values
+from rosslt.instrument import sampling
+from support.processes import wait_until
+from support.unmodified import Unmodified
+
+HEAVY = """
+import math
+import numpy as np
+import rospy
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from std_msgs.msg import Bool
+from rosslt import values
+from rosslt.instrument import sampling
+
+sampling.HEAVY = sampling.WORTH = sampling.RATIO = 0.001  # this node takes too much on any machine
+
+rospy.init_node('heavy')
+pub = rospy.Publisher('heavy_path', Path, queue_size=1)
+paused = rospy.Publisher('heavy_paused', Bool, queue_size=1)
+radius = 2.0
+height = 1.5
+turn = 0.0
+rate = rospy.Rate(20)
+while not rospy.is_shutdown():
+    path = Path()
+    for k in range(60):
+        angle = k / 10.0
+        for _ in range(30):
+            x = radius * math.cos(angle + turn) + height
+        pose = PoseStamped()
+        pose.pose.position.x = x
+        pose.pose.position.y = radius * math.sin(angle) + 0.25
+        pose.pose.position.z = 3 * height
+        pose.pose.orientation.w = 1.0
+        path.poses.append(pose)
+    pub.publish(path)
+    paused.publish(values.RECORDING.is_paused)
+    turn += 0.01
+    rate.sleep()
+"""
+
+
+def test_a_node_that_computes_much_stays_tracked_and_follows(master, tmp_path):
+    paused, paths, came = [], [], threading.Event()
+    rospy.Subscriber('heavy_paused', Bool, lambda message: paused.append(message.data))
+    rosslt.Subscriber('heavy_path', Path, lambda message: (paths.append(message), came.set()))
+
+    def next_path():
+        paths.clear()
+        wait_until(lambda: paths, 'a path', 60)
+        return paths[0]
+
+    with Unmodified(tmp_path, 'heavy', HEAVY):
+        wait_until(lambda: True in paused, 'not all is recorded', 60)
+        for _ in range(20):
+            leaves = [
+                value
+                for path, value in values.leaves(next_path())
+                if path.startswith('poses') and 'pose.position' in path
+            ]
+            assert sum(map(values.is_tracked, leaves)) >= 0.95 * len(leaves)
+        still = next_path().poses[7].pose.position
+        assert node.force_value(still.y, 4.0, timeout=30)
+        wait_until(lambda: next_path().poses[7].pose.position.y == pytest.approx(4.0), 'the new path', 30)
+        paused.clear()
+        wait_until(lambda: True in paused, 'not all is recorded again', 60)
+        position = next_path().poses[3].pose.position
+        assert node.force_value(position.z, 6.0, timeout=30)
+        wait_until(lambda: next_path().poses[3].pose.position.z == pytest.approx(6.0), 'the new height', 30)
+
+
+class _Publisher:
+    recorded_since = 0
+
+
+class _Clock:
+    """A process whose time goes as it is told to."""
+
+    def __init__(self, monkeypatch):
+        self.now = self.cpu = 100.0
+        monkeypatch.setattr(sampling.time, 'monotonic', lambda: self.now)
+        monkeypatch.setattr(sampling.time, 'process_time', lambda: self.cpu)
+
+    def run(self, decides, publishers, rounds, plain, recorded):
+        """Rounds of 50 ms in which each takes so much CPU time; returns how many of them were recorded."""
+        count = 0
+        for _ in range(rounds):
+            is_recorded = not values.RECORDING.is_paused
+            count += is_recorded
+            self.now += 0.05
+            self.cpu += recorded if is_recorded else plain
+            for publisher in publishers:
+                decides.published(publisher)
+        return count
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    yield _Clock(monkeypatch)
+    values.resume_recording()
+
+
+def test_a_node_that_costs_little_is_recorded_always(clock):
+    decides = sampling.Sampling()
+    assert clock.run(decides, [_Publisher()], 400, 0.0005, 0.002) == 400
+    assert not decides.is_on
+
+
+def test_a_node_of_which_recording_is_a_small_part_is_left_alone(clock):
+    decides = sampling.Sampling()
+    assert clock.run(decides, [_Publisher()], 390, 0.020, 0.021) > 350
+    assert not decides.is_on
+
+
+def test_a_node_that_recording_makes_expensive_is_recorded_in_some_rounds(clock):
+    decides, publishers = sampling.Sampling(), [_Publisher(), _Publisher()]
+    clock.run(decides, publishers, 100, 0.001, 0.010)
+    assert decides.is_on
+    before = clock.cpu
+    recorded = clock.run(decides, publishers, 2000, 0.001, 0.010)
+    assert 20 < recorded < 500
+    assert clock.cpu - before < 2000 * 0.0035
+
+
+def test_each_publisher_gets_rounds_of_its_own(clock):
+    decides, publishers = sampling.Sampling(), [_Publisher() for _ in range(3)]
+    clock.run(decides, publishers, 100, 0.001, 0.010)
+    seen = set()
+    for _ in range(300):
+        clock.run(decides, publishers, 1, 0.001, 0.010)
+        seen |= {index for index, publisher in enumerate(publishers) if decides.is_recorded(publisher)}
+    assert seen == {0, 1, 2}
+
+
+def test_all_is_recorded_after_a_change(clock):
+    decides, publishers = sampling.Sampling(), [_Publisher()]
+    clock.run(decides, publishers, 100, 0.001, 0.010)
+    wait = 0
+    while not values.RECORDING.is_paused:
+        clock.run(decides, publishers, 1, 0.001, 0.010)
+        wait += 1
+        assert wait < 100
+    decides.changed()
+    assert clock.run(decides, publishers, 20, 0.001, 0.010) == 20
