@@ -90,11 +90,14 @@ class ReplacedReadings:
     def outdated(self) -> Dict[Source, Tuple[Set[Any], Any]]:
         """The sources of which replaced readings are in use: {Source: ({their values}, the latest value)}."""
         with self._own_lock:
-            for source in list(self.replaced):
-                readings = self.replaced[source]
+            # Both are made anew, as a source that got the name of its node since has another hash.
+            self._latest = dict(self._latest.items())
+            used: Dict[Source, List[Any]] = {}
+            for source, readings in self.replaced.items():
                 readings[:] = _in_use(readings, _UNUSED)
-                if not readings:
-                    del self.replaced[source]
+                if readings:
+                    used.setdefault(source, []).extend(readings)
+            self.replaced = used
             return {
                 source: (set(values.untracked(readings)), self._latest[source])
                 for source, readings in self.replaced.items()
