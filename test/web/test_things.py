@@ -47,36 +47,3 @@ def test_a_second_browser_sees_it(script, browser, page):
         second.picture('second')
     finally:
         second.close()
-
-
-def test_two_hands_on_one_thing_the_first_one_holds_it(script, browser, page):
-    see(browser, script)
-    x, y = numbers(script)[:2]
-    second = Browser(page.url)
-    try:
-        see(second, script)
-        start, other = browser.pixel((x, y, 1.0)), browser.pixel((x + 1.0, y, 1.0))
-
-        def held():
-            browser.press(start)
-            browser.move(start, browser.pixel((x + 0.5, y, 1.0)))
-            if numbers(script)[:2] != [x, y]:
-                return True
-            browser.release()
-            return False
-
-        browser.wait(held, 'the first hand gets hold of it')
-        wait_until(lambda: abs(numbers(script)[0] - x - 0.5) < 0.1, 'it follows the first hand', PATIENCE)
-
-        def refused():
-            here = second.pixel((numbers(script)[0], y, 1.0))
-            second.press(here)
-            second.move(here, other)
-            second.release()
-            return 'somebody else holds it' in second.text
-
-        second.wait(refused, 'the second hand is told that it is held')
-        assert abs(numbers(script)[0] - x - 0.5) < 0.1
-        browser.release()
-    finally:
-        second.close()
