@@ -51,8 +51,14 @@ class Robot(MouseCase):
         self.assert_comes_to('goal_x', 4.0, 1e-12)
 
     def test_an_answer_that_leaps_is_shown_and_waits_for_the_hand_to_let_go(self):
-        """x = fold^3 / 3 - fold turns round at fold = -1, where x is 2/3; beyond, only a fold above 2 gives x."""
-        self.drag((0.0, -2.0), (0.75, -2.0), FOLDED, steps=30, is_released=False)
+        """x = fold^3 / 3 - fold turns round at fold = -1, where x is 2/3; beyond, only a fold above 2 gives x.
+
+        A drag that comes there follows as far as it can without a leap; one that begins there is told of it.
+        """
+        self.drag((0.0, -2.0), (0.75, -2.0), FOLDED, steps=30)
+        self.assert_comes_to('fold', -1.0, 0.05)
+        self.screen.move([EMPTY])
+        self.drag((2 / 3, -2.0), (0.8, -2.0), FOLDED, is_released=False)
         wait_until(lambda: FOLDED + ':note' in self.inserts, 'the note')
         wait_until(lambda: self.screen.count(NOTE_COLOR, *self.note_box()) > 20, 'the note to be seen')
         self.screen.screenshot('leap')
