@@ -32,7 +32,8 @@ class Check:
     def is_elsewhere(self, handle: Optional[Handle]) -> Optional[bool]:
         """Whether the thing stays elsewhere; None as long as that is not known.
 
-        What moves by itself is not elsewhere: it was dropped where it was at its moment.
+        What moves by itself is not elsewhere: it was dropped where it was at its moment. One message does not tell
+        whether it moves.
 
         Args:
             handle: as the latest message has it, or None.
@@ -45,7 +46,7 @@ class Check:
             is_over = (sight is not None and look.is_over_after(sight)) or is_over
         if not is_over:
             return None
-        return bool(look.new or look.other) and not look.reached and not look.moves
+        return len(look.new or look.other) > 1 and not look.reached and not look.moves
 
     def _sight(self, handle: Handle) -> Optional[node.Sight]:
         """What a message shows; None where it was computed from what the hand has passed on its way."""
