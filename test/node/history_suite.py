@@ -185,21 +185,25 @@ class Told(unittest.TestCase):
     def test_another_node_explains_a_value_by_name_without_having_asked(self):
         with Node('explained', OWNER) as node:
             gain = rosslt.track(2.0, rosslt.Source('/explained', listed(node)['gain'].id))
-            self.assertEqual(rosslt.explain(2 * gain), '2 * 2.0 [gain, explained.py:7:1]')
+            self.assert_explained(2 * gain, '2 * 2.0 [gain, explained.py:7:1]')
 
     def test_the_node_is_named_where_two_have_the_location(self):
         with Node('twin', OWNER) as first:
             gain = rosslt.track(2.0, rosslt.Source('/twin', listed(first)['gain'].id))
-            self.assertEqual(rosslt.explain(gain), '2.0 [gain, twin.py:7:1]')
+            self.assert_explained(gain, '2.0 [gain, twin.py:7:1]')
             second = subprocess.Popen([sys.executable, first.file, '__name:=other'], stdout=subprocess.DEVNULL)
             try:
                 rospy.wait_for_service('/other/rosslt/undo', 30.0)
                 other = rosslt.track(2.0, rosslt.Source('/other', rosslt.sources(gain)[0].location_id))
-                self.assertEqual(rosslt.explain(other), '2.0 [/other: gain, twin.py:7:1]')
-                self.assertEqual(rosslt.explain(gain), '2.0 [/twin: gain, twin.py:7:1]')
+                self.assert_explained(other, '2.0 [/other: gain, twin.py:7:1]')
+                self.assert_explained(gain, '2.0 [/twin: gain, twin.py:7:1]')
             finally:
                 second.terminate()
                 second.wait()
+
+    def assert_explained(self, value, text):
+        """An explanation waits for owners for a moment only, and says what it knows."""
+        wait_until(lambda: rosslt.explain(value) == text, text)
 
     def test_weights_are_told(self):
         with Node('weighted', OWNER) as node:
