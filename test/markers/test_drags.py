@@ -7,6 +7,7 @@ from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
 from rosslt.markers.drags import wording
+from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.guard import Guard
 from rosslt.markers.geometry import IDENTITY
@@ -95,3 +96,82 @@ def test_the_first_hand_on_a_thing_holds_it():
     drags.release(name, 'world', pose, 'first')
     assert drags.hold(name, 'second')
     assert not drags.hold('nothing', 'first')
+
+
+def moving_scene(yaw=0.3):
+    """A box that has moved on to x = 1 and has turned on."""
+    scene = Scene(Settings())
+    marker = Marker(type=Marker.CUBE)
+    marker.header.frame_id = 'world'
+    marker.pose.position.x = values.track(1.0, HEIGHT)
+    turned = values.track(yaw, TIME)
+    marker.pose.orientation.z, marker.pose.orientation.w = math.sin(turned / 2), math.cos(turned / 2)
+    marker._connection_header = {'callerid': '/owner'}
+    scene.take('/boxes', marker, is_shown=True)
+    return scene
+
+
+def turned_at(x, yaw):
+    return (x, 0.0, 0.0, 0.0, 0.0, plain_math.sin(yaw / 2), plain_math.cos(yaw / 2))
+
+
+def drag_of(scene, frame, pose):
+    (name,) = scene.names()
+    drag = Drag(scene.handle(name), LIMIT, 'one')
+    drag.begin(frame, pose)
+    return drag
+
+
+def test_what_moves_on_while_a_hand_takes_hold_of_it_is_asked_for_what_the_hand_does_alone():
+    drag = drag_of(moving_scene(), 'world', turned_at(0.9, 0.25))
+    drag.move('world', turned_at(2.9, 0.25))
+    assert (drag.is_moved, drag.is_turned) == (True, False)
+    assert drag.handle.wanted(drag.pose, drag.is_moved, drag.is_turned)[1] == [2.9]
+    drag = drag_of(moving_scene(), 'world', turned_at(0.9, 0.25))
+    drag.move('world', turned_at(0.9, 0.75))
+    assert (drag.is_moved, drag.is_turned) == (False, True)
+
+
+def test_a_hand_that_takes_hold_and_lets_go_asks_for_nothing():
+    drag = drag_of(moving_scene(), 'world', turned_at(0.9, 0.25))
+    assert drag.asked == drag.pose == drag.start
+    drag.move('world', turned_at(0.9, 0.25))
+    assert drag.handle.wanted(drag.pose, drag.is_moved, drag.is_turned) == ([], [])
+
+
+def test_what_stands_still_begins_exactly_where_it_is_though_rviz_says_it_in_32_bits():
+    scene = moving_scene()
+    (name,) = scene.names()
+    pose = tuple(part * (1.0 + 3e-8) for part in scene.handle(name).pose)
+    assert drag_of(scene, 'world', pose).start == scene.handle(name).pose
+
+
+@pytest.mark.parametrize(
+    ('frame', 'pose'), [('moon', turned_at(0.9, 0.25)), ('world', turned_at(plain_math.nan, 0.25))]
+)
+def test_a_place_that_makes_no_sense_is_a_fault_of_the_drag_and_no_beginning(frame, pose):
+    drag = drag_of(moving_scene(), frame, pose)
+    assert drag.fault
+    assert drag.start == drag.handle.pose
+
+
+def test_a_hold_begins_where_the_view_had_the_thing_and_a_second_one_changes_nothing():
+    scene = moving_scene()
+    drags = Drags(scene, Rules(is_live=False), str)
+    (name,) = scene.names()
+    assert drags.hold(name, 'first', 'world', turned_at(0.9, 0.25))
+    drag = drags._held[name]
+    assert drags.hold(name, 'first', 'world', turned_at(5.0, 0.25))
+    assert drag.start[0] == 0.9, 'it is held already'
+
+
+def test_the_first_pose_that_a_hand_reports_is_where_it_takes_hold():
+    """RViz reports it before the press of the button."""
+    scene = moving_scene()
+    drags = Drags(scene, Rules(is_live=False), str)
+    (name,) = scene.names()
+    assert drags.move(name, 'world', turned_at(0.9, 0.25))
+    assert drags.hold(name, '', 'world', turned_at(0.9, 0.25))
+    assert drags.move(name, 'world', turned_at(1.9, 0.25))
+    drag = drags._held[name]
+    assert (drag.start[0], drag.is_moved, drag.is_turned) == (0.9, True, False)

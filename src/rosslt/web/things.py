@@ -248,7 +248,7 @@ class Things(Follower):
             return
         name = handle.name
         if event.phase == 'start':
-            if not drags.hold(name, hand):
+            if not drags.hold(name, hand, handle.frame, thing.shown):
                 self._tell(handle, 'somebody else holds it', event.client)
                 thing.put(thing.shown)
             else:

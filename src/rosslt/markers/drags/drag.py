@@ -24,6 +24,7 @@ class Drag:
 
     Attributes:
         pose: where the hand has it now.
+        start: where the hand took hold of it.
         asked: the last pose that the sources have been asked for.
         applied_at: the last one where they followed, None before the first.
         is_withheld: whether the answer for that pose leaps, and was held back.
@@ -54,22 +55,35 @@ class Drag:
         self.after: Dict[values.Source, Any] = {}
         self.followed: Dict[values.Source, Any] = {}
 
+    def begin(self, frame: str, pose: PoseTuple) -> None:
+        """The hand took hold of it at a pose: that of a thing that moves is no longer the one of the last message."""
+        if self._is_sound(frame, pose):
+            self.start = self.asked = self.pose = self._without_noise(pose)
+
     def move(self, frame: str, pose: PoseTuple) -> None:
         """The hand is at a pose now."""
+        if not self._is_sound(frame, pose):
+            return
+        self.pose = self._without_noise(pose)
+        # Only what the hand has changed is asked for, and that even where it goes back to where it was.
+        self.is_moved = self.is_moved or self.pose[:3] != self.start[:3]
+        self.is_turned = self.is_turned or not are_same_rotation(self.pose[3:], self.start[3:], NOISE**2)
+
+    def _is_sound(self, frame: str, pose: PoseTuple) -> bool:
+        """Whether what the hand reports can be used; `fault` says what is wrong with it."""
         if frame.lstrip('/') != self.handle.frame.lstrip('/'):
             self.fault = 'its pose is reported in the frame {} instead of {}'.format(frame, self.handle.frame)
-            return
+            return False
         if not all(map(math.isfinite, pose)):
             self.fault = 'its pose is not finite'
-            return
-        # What the hand left as it was stays exactly that: RViz reports all of it, in 32 bits.
+            return False
+        return True
+
+    def _without_noise(self, pose: PoseTuple) -> PoseTuple:
+        """A pose; what is left as it was at the start is exactly that: RViz reports all of it, in 32 bits."""
         x, y, z = without_noise(self.start[:3], pose[:3], NOISE)
         start = (self.start[3], self.start[4], self.start[5], self.start[6])
-        rotation = turn_without_noise(start, normalized(*pose[3:]), NOISE)
-        self.pose = (x, y, z, *rotation)
-        # Only what the hand has changed is asked for, and that even where it goes back to where it was.
-        self.is_moved = self.is_moved or (x, y, z) != self.start[:3]
-        self.is_turned = self.is_turned or not are_same_rotation(rotation, start, NOISE**2)
+        return (x, y, z, *turn_without_noise(start, normalized(*pose[3:]), NOISE))
 
     def remember(self, changes: Dict[values.Source, Any]) -> None:
         """Keep what it has changed, {Source: Change}, to be undone."""

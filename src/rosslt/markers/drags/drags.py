@@ -71,17 +71,21 @@ class Drags:
         self._past: Dict[str, Deque[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
         threading.Thread(target=self._work, name='drags', daemon=True).start()
 
-    def hold(self, name: str, hand: str = '') -> bool:
+    def hold(self, name: str, hand: str = '', frame: str = '', pose: Optional[PoseTuple] = None) -> bool:
         """A hand takes hold of a handle; False where there is none, or another hand has it.
 
         Args:
             hand: whose it is, where one view shows the handle to several people.
+            frame: the frame that the pose is in.
+            pose: where the view showed it then; None for where the last message has it.
         """
         with self._wake:
-            return self._drag_of(name, hand) is not None
+            return self._drag_of(name, hand, frame, pose) is not None
 
     def move(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
         """A hand has moved a handle; False as of `hold`.
+
+        Where it has not said that it takes hold, it does so here: RViz reports the pose first, and the press then.
 
         Args:
             frame: the frame that the pose is in.
@@ -89,7 +93,7 @@ class Drags:
             hand: as of `hold`.
         """
         with self._wake:
-            drag = self._drag_of(name, hand)
+            drag = self._drag_of(name, hand, frame, pose)
             if drag is not None:
                 drag.move(frame, pose)
                 self._wake.notify()
@@ -130,8 +134,8 @@ class Drags:
         if undone.changes or not undone.reasons:
             past.pop()
 
-    def _drag_of(self, name: str, hand: str) -> Optional[Drag]:
-        """The drag of a hand, which begins where nobody has the handle; None where another hand has it."""
+    def _drag_of(self, name: str, hand: str, frame: str, pose: Optional[PoseTuple]) -> Optional[Drag]:
+        """The drag of a hand, which begins at a pose where nobody has the handle; None where another hand has it."""
         drag = self._held.get(name)
         if drag is None:
             handle = self._scene.handle(name)
@@ -139,6 +143,8 @@ class Drags:
                 return None
             self._checks.pop(name, None)
             drag = self._held[name] = Drag(handle, self._rules.leap_limit, node.new_request_id(), hand)
+            if pose is not None:
+                drag.begin(frame, pose)
             self._scene.hold(name)
         if drag.hand != hand:
             return None

@@ -87,7 +87,7 @@ class Display(Follower):
             return
         name, event = feedback.marker_name, feedback.event_type
         if event == Feedback.MOUSE_DOWN:
-            self._drags.hold(name)
+            self._drags.hold(name, frame=feedback.header.frame_id, pose=pose_tuple(feedback.pose))
         elif event == Feedback.POSE_UPDATE:
             self._drags.move(name, feedback.header.frame_id, pose_tuple(feedback.pose))
         elif event == Feedback.MOUSE_UP:
