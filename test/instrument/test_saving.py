@@ -43,6 +43,7 @@ class Orbit:
 
     def step(self):
         p = PointStamped()
+        p.header.stamp = rospy.Time.now()
         p.point.x = radius * self.gain
         p.point.y = sum(heights) + offset(3.0)
         p.point.z = self.far * 2 - 4
@@ -187,8 +188,8 @@ def test_a_thousand_changes_leave_every_other_byte_and_are_published_after_a_res
                 after = started.file.read_bytes()
                 assert numbers_blanked(after, started.file) == numbers_blanked(content, started.file)
             assert save('/orbit', '--diff') == ''
-            heard.next()
-            wanted = point(heard.next())
+            now = rospy.Time.now()
+            wanted = point(heard.next(lambda message, now=now: message.header.stamp > now))
             text = started.file.read_text(encoding='utf-8')
             started.stop()
         forget('/orbit')

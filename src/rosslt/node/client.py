@@ -5,7 +5,21 @@ node's service, all nodes at once, and waits for the answer, but never longer th
 """
 
 import time
-from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
+from typing import (
+    Any,
+    Callable,
+    Collection,
+    Dict,
+    Iterable,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Protocol,
+    Sequence,
+    Tuple,
+    TypeVar,
+)
 
 from rosslt import msg, srv, values
 from rosslt.node.directory import Directory
@@ -13,6 +27,8 @@ from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import Refused, from_json, to_json
 from rosslt.node.service_calls import ask_all
 from rosslt.node.together import Part, change_together
+
+_Solved = TypeVar('_Solved')
 
 
 class Change(NamedTuple):
@@ -87,7 +103,12 @@ def force_value(
 ) -> Dict[values.Source, Change]:
     """`rosslt.force_value`, for a node that owns locations itself, or for a command that owns none."""
     deadline = time.monotonic() + timeout
-    wanted = _solved(owner, x, target, source, sources, timeout / 2)
+    wanted = solved(
+        owner,
+        values.sources(x),
+        timeout / 2,
+        lambda limits: values.solve(x, target, source, sources=sources, **limits),
+    )
     by_node: Dict[str, List[Tuple[values.Source, Any]]] = {}
     for changing, value in wanted.items():
         by_node.setdefault(changing.node, []).append((changing, value))
@@ -121,26 +142,29 @@ def force_value(
     return changed
 
 
-def _solved(
-    owner: Asker,
-    x: Any,
-    target: Any,
-    source: Optional[values.Source],
-    chosen: Optional[Collection[values.Source]],
-    timeout: float,
-) -> Dict[values.Source, Any]:
-    """As `values.solve`; raises ChangeRejected where a lock stands in the way."""
-    sources = values.sources(x)
+def solved(
+    owner: Asker, sources: Sequence[values.Source], timeout: float, solve: Callable[[Dict[str, Any]], _Solved]
+) -> _Solved:
+    """The result of solving within what the owners of sources allow.
+
+    Args:
+        timeout: how long to wait for what the owners say, in seconds.
+        solve: called with the limits, as arguments of `values.solve`.
+
+    Raises:
+        values.NotInvertible: as of `solve`.
+        ChangeRejected: a lock stands in the way.
+    """
     limits = owner.directory.limits(sources, timeout)
     try:
-        return values.solve(x, target, source, sources=chosen, **limits)
+        return solve(limits)
     except values.NotInvertible:
         if not limits['read_only']:
             raise
     owner.directory.forget(limits['read_only'])  # one may have been unlocked since
     limits = owner.directory.limits(sources, timeout)
     try:
-        return values.solve(x, target, source, sources=chosen, **limits)
+        return solve(limits)
     except values.NotInvertible:
         locked = _locked(limits['read_only'], timeout)
         if not locked:

@@ -10,7 +10,7 @@ from typing import Any, Collection, Dict, FrozenSet, List, NamedTuple, Optional,
 
 from rosslt import messages, values
 from rosslt.node.branches import Difference
-from rosslt.node.client import Asker, Change, ChangeRejected, SourceUnreachable, force_value, undo_request
+from rosslt.node.client import Asker, Change, ChangeRejected, SourceUnreachable, force_value, solved, undo_request
 from rosslt.node.history import new_request_id
 from rosslt.node.sights import Look, Sight, is_equal, sight_of
 from rosslt.values import Source
@@ -232,8 +232,7 @@ class _Loop:
     def _change(self, sight: Sight) -> Optional[Dict[Source, Change]]:
         """Have the sources become what a sight's expression needs; None where that has been tried already."""
         concerned = values.sources(sight.part)
-        limits = self._asker.directory.limits(concerned, OWNER_TIMEOUT)
-        new = self._untried(sight, limits)
+        new = solved(self._asker, concerned, OWNER_TIMEOUT, lambda limits: self._untried(sight, limits))
         if new is None:
             return None
         present = sight.expression.readings
