@@ -103,13 +103,13 @@ class Node:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGCONT)
             self.process.send_signal(number)
+        self.process.stdin.close()  # which a node may wait for, whatever it was told
         try:
             return self.process.wait(60)
         except subprocess.TimeoutExpired:
             self.process.kill()
             return self.process.wait()
         finally:
-            self.process.stdin.close()
             self.process.stdout.close()
 
     def __enter__(self):

@@ -2,8 +2,8 @@
 
 A node that computes much would take several times its CPU time. Where this process takes a large share of a core and
 recording is a large part of that, operations are recorded in some rounds, as many as a small share of a core allows;
-between them, messages carry the provenance that was recorded last (`messages.SparingProvenance`). What was changed is
-followed by rounds that are recorded all.
+between them, messages carry the provenance that was recorded last (`messages.SparingProvenance`). From the first change
+of a source on, all is recorded.
 """
 
 import threading
@@ -22,8 +22,8 @@ ALLOWED = 0.02
 #: How long a process is watched at a time, in seconds; and how long it is left alone where recording costs little.
 WATCHED, LEFT_ALONE = 0.5, 20.0
 
-#: The longest time without recording, and the time that is recorded after a change, in seconds.
-LONGEST_PAUSE, AFTER_CHANGE = 1.5, 2.0
+#: The longest time without recording, in seconds.
+LONGEST_PAUSE = 1.5
 
 
 class _Phase:
@@ -53,6 +53,7 @@ class Sampling:
         self.is_on = False
         self.sending = 0.0
         self._lock = threading.Lock()
+        self._has_changed = False
         self._phase = 0
         self._since, self._cpu = time.monotonic(), time.process_time()
         self._next = self._since + 2 * WATCHED
@@ -73,10 +74,14 @@ class Sampling:
         return self._sampled.get(publisher, 0.0) >= self._began
 
     def changed(self) -> None:
-        """Record all for a while: something was changed, and who did so looks at what comes."""
-        if self.is_on:
-            with self._lock:
-                self._record(time.monotonic(), AFTER_CHANGE)
+        """Record all from now on: what a node has kept of a source has the value from before the change, which only a
+        recorded operation tells."""
+        with self._lock:
+            self._has_changed = True
+            if self.is_on:
+                self.is_on = False
+                self._phase += 1
+                values.resume_recording()
 
     def published(self, publisher: Any) -> None:
         """A publisher has sent a message, a round of it is over."""
@@ -85,7 +90,7 @@ class Sampling:
             with self._lock:
                 self._round_is_over(publisher, now)
             publisher.recorded_since = -1 if values.RECORDING.is_paused else self._phase
-        elif now >= self._next:
+        elif now >= self._next and not self._has_changed:
             with self._lock:
                 self._watch(publisher, now)
 
@@ -121,7 +126,7 @@ class Sampling:
             self._pausing.add(*self._spent(now))
             self._record(now)
 
-    def _record(self, now: float, at_least: float = 0.0) -> None:
+    def _record(self, now: float) -> None:
         if values.RECORDING.is_paused:
             self._phase += 1
             self._began = now
@@ -129,7 +134,7 @@ class Sampling:
         self._leader = min(self._sampled, key=lambda one: self._sampled[one], default=None)
         # The first round has begun already, and other publishers send theirs in turn.
         self._rounds = 2
-        self._next = max(self._next, now + at_least) if at_least else now
+        self._next = now
 
     def _pause(self, now: float) -> None:
         self._recording.add(*self._spent(now))
