@@ -1,6 +1,7 @@
 """Tracked values in NumPy's arithmetic."""
 
 import math as plain_math
+import operator as op
 
 import pytest
 
@@ -44,6 +45,29 @@ def test_numpy_scalars_on_either_side(x, other):
         assert result == expected
         assert sources(result) == [A]
         assert solve(result, expected) == {A: 0.5}
+
+
+@pytest.mark.parametrize('other', SCALARS[2:5], ids=lambda other: type(other).__name__)
+@pytest.mark.parametrize('operator', [op.lshift, op.rshift, op.and_, op.or_, op.xor, op.eq, op.lt])
+def test_operators_on_bits_and_comparisons_give_what_numpy_gives(operator, other):
+    n = track(4, A)
+    for result, wanted in ((operator(other, n), operator(other, 4)), (operator(n, other), operator(4, other))):
+        assert untracked(result) == wanted
+
+
+def test_operators_on_bits_of_floats_are_refused_as_numpy_does(x):
+    for other in (*SCALARS[:3], np.array([1.0, 2.0])):
+        with pytest.raises(TypeError, match='not supported'):
+            other << x
+
+
+@pytest.mark.parametrize(
+    'number', [np.complex64(2j), np.complex128(2j), np.array([2j]), np.array([1, 2j], dtype=object)]
+)
+@pytest.mark.parametrize('operator', [op.add, op.sub, op.mul, op.truediv])
+def test_complex_numbers_and_arrays_give_what_numpy_gives(operator, number, x):
+    for result, wanted in ((operator(number, x), operator(number, 0.5)), (operator(x, number), operator(0.5, number))):
+        assert np.all(untracked(result) == wanted)
 
 
 def test_what_numpy_computes_without_asking_is_plain_and_right(x):

@@ -9,9 +9,15 @@ import sys
 from typing import Any, Callable, Optional
 
 from .operations import BY_CODE, Operation
+from .tracked import plain
 
 BY_UFUNC = {name: row for row in BY_CODE.values() for name in row.numpy}
 
+#: The ufuncs without a row that NumPy computes of objects by arithmetic, or by choosing one. The others compare,
+#: count or look at bits, and give plain results.
+ON_OBJECTS = frozenset(
+    ('conjugate', 'fmax', 'fmin', 'matmul', 'maximum', 'minimum', 'positive', 'reciprocal', 'square')
+)
 
 _compute: Optional[Callable[..., Any]] = None
 
@@ -41,7 +47,15 @@ def broadcast(apply: Callable[..., Any], operation: Operation, *operands: Any) -
     numpy = sys.modules['numpy']
     if operation.numpy and _compute is not None and not _has_objects(operands):
         return _compute(getattr(numpy, operation.numpy[0]), '__call__', operands, {})
-    each = numpy.frompyfunc(lambda *scalars: apply(operation, *scalars), len(operands), 1)
+    if operation.numpy and any(numpy.iscomplexobj(operand) for operand in operands):
+        return getattr(numpy, operation.numpy[0])(*[plain(operand) for operand in operands])
+
+    def computed(*scalars: Any) -> Any:
+        result = apply(operation, *scalars)
+        # Of a complex number among objects, for instance, nothing is recorded.
+        return operation.forward(*[plain(scalar) for scalar in scalars]) if result is NotImplemented else result
+
+    each = numpy.frompyfunc(computed, len(operands), 1)
     return each(*[boxed(numpy, operand) for operand in operands])
 
 
@@ -52,11 +66,12 @@ def boxed(numpy: Any, operand: Any) -> Any:
     if isinstance(operand, (list, tuple)):
         return numpy.array(operand, dtype=object)
     box = numpy.empty((), dtype=object)
-    box[()] = operand
+    # A scalar of NumPy would hand its operators back to the ufunc that is computed here, without end.
+    box[()] = operand.item() if isinstance(operand, numpy.generic) else operand
     return box
 
 
-def array_ufunc(apply: Callable[..., Any], plain: Callable[[Any], Any]) -> Callable[..., Any]:
+def array_ufunc(apply: Callable[..., Any]) -> Callable[..., Any]:
     """The method that NumPy calls for a ufunc with a tracked scalar among its operands."""
 
     def called(self: Any, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
@@ -64,12 +79,14 @@ def array_ufunc(apply: Callable[..., Any], plain: Callable[[Any], Any]) -> Calla
         if _compute is not None and not _has_objects(inputs):
             return _compute(ufunc, method, inputs, options)
         row = BY_UFUNC.get(ufunc.__name__)
-        if row is not None and row.arity == len(inputs) and method == '__call__' and not options:
-            return broadcast(apply, row, *inputs)
-        try:
-            return getattr(ufunc, method)(*[boxed(numpy, operand) for operand in inputs], **options)
-        except TypeError:
-            # A predicate (isfinite) or a plain array to write to: neither can hold provenance.
-            return getattr(ufunc, method)(*[plain(operand) for operand in inputs], **options)
+        if row is not None or ufunc.__name__ in ON_OBJECTS:
+            try:
+                if row is not None and row.arity == len(inputs) and method == '__call__' and not options:
+                    return broadcast(apply, row, *inputs)
+                return getattr(ufunc, method)(*[boxed(numpy, operand) for operand in inputs], **options)
+            except TypeError:
+                # A plain array to write to cannot hold provenance.
+                pass
+        return getattr(ufunc, method)(*[plain(operand) for operand in inputs], **options)
 
     return called

@@ -244,7 +244,7 @@ def give_all() -> None:
         for row in BY_CODE.values():
             for name in row.numpy if row.precedence == FUNCTION else ():
                 give_method(cls, name, row)
-        cls.__array_ufunc__ = array_ufunc(apply, plain)
+        cls.__array_ufunc__ = array_ufunc(apply)
     give_method(TrackedBool, '__pos__', ops.TRUNCATE)
     TrackedBool.real = TrackedBool.numerator = property(TrackedBool.__pos__)  # type: ignore[assignment]
     TEXT.__add__, TEXT.__radd__ = joined, joined_behind
