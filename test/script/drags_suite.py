@@ -12,6 +12,7 @@ import rospy
 import rostest
 from rosgraph_msgs.msg import Clock
 from rosslt.msg import PoseTracked
+from rosslt.srv import ListLocations
 from visualization_msgs.msg import Marker, MarkerArray
 
 import rosslt
@@ -21,6 +22,7 @@ SCRIPT = Path(rospy.myargv()[1])
 TICK = 0.02  # s, one turn of the nodes
 PRECISION = 0.001
 DURATION = 4.0  # s, of a flight
+A_WHILE = 1.5  # s, longer than it is looked whether something else is shown where a thing was dropped
 LINE, CONTROL, END = range(3)
 
 
@@ -105,6 +107,9 @@ class Drags(unittest.TestCase):
         self.hand.drag(name, dx=dx, dy=dy, dz=dz)
         return x + dx, y + dy, z + dz
 
+    def locations(self):
+        return rospy.ServiceProxy('/interactive_script/rosslt/list_locations', ListLocations)().locations
+
     def shown(self, name):
         """Where the thing is that a handle belongs to."""
         if name.startswith('/quadcopter'):
@@ -159,7 +164,6 @@ class Drags(unittest.TestCase):
     def test_dragging_the_quadcopter_in_mid_flight_changes_the_waypoint_so_that_it_flies_through_there(self):
         """The waypoint occurs in its position twice, as the end and in the control point."""
         before = (-1.5, -1.0, 2.5)
-        before = (-1.5, -1.0, 2.5)
         here = self.fly('goto(-1.5, -1.0, 2.5)\nspare = 0\n', before, 0.4)
         start, progress = place(self.trajectory[LINE].points[0]), self.progress(here)
         moved = (0.3, 0.2, -0.25)
@@ -186,6 +190,20 @@ class Drags(unittest.TestCase):
                 near(place(here), on_the_way, 0.51 * PRECISION),
                 'the quadcopter is at {} instead of {}'.format(place(here), on_the_way),
             )
+
+    def test_a_script_that_is_written_anew_after_a_drop_keeps_its_numbers(self):
+        self.fly('old = 0\ngoto(1.5, 0.5, 1.0)\n', (1.5, 0.5, 1.0), 0.25)
+        dropped = self.drag('/trajectory_markers:control:0', 0.25, 0.5, 0.25)
+        wait_until(lambda: 'goto(1.5' not in SCRIPT.read_text(), 'the script to follow')
+        text = 'new = 0\ngoto(-1.0, 2.0, 1.5)\n'
+        SCRIPT.write_text(text)
+        wait_until(lambda: {'-1.0', '2.0', '1.5'} < {one.value for one in self.locations()}, 'the script to be in force')
+        self.fly(text, (-1.0, 2.0, 1.5), 0.25)
+        self.assertFalse(near(self.shown('/trajectory_markers:control:0'), dropped, 0.1))
+        end = time.monotonic() + A_WHILE
+        while time.monotonic() < end:
+            self.time.tick()
+        self.assertEqual(SCRIPT.read_text(), text)
 
     def test_dragging_the_quadcopter_where_it_rests_moves_it_there(self):
         self.fly('goto(1.0, 1.0, 1.0)\na = b = 0\n', (1.0, 1.0, 1.0), 1.0)

@@ -178,8 +178,16 @@ class Drags:
             is_elsewhere = check.is_elsewhere(self._scene.handle(name))
             if is_elsewhere is None or self._checks.pop(name, None) is not check:
                 continue
-            if is_elsewhere:
+            if is_elsewhere and self._is_in_force(check.drag):
                 self._correct(check)
+
+    def _is_in_force(self, drag: Drag) -> bool:
+        """Whether all sources still have what a drag gave them: what somebody else has changed since is left alone."""
+        given = [values.track(new, source) for source, new in drag.after.items()]
+        try:
+            return bool(values.untracked(node.reevaluate(given, self._rules.timeout)) == values.untracked(given))
+        except values.Error:
+            return False
 
     def _correct(self, check: Check) -> None:
         drag, rounds = check.drag, check.rounds - 1
