@@ -197,7 +197,9 @@ class Drags(unittest.TestCase):
         wait_until(lambda: 'goto(1.5' not in SCRIPT.read_text(), 'the script to follow')
         text = 'new = 0\ngoto(-1.0, 2.0, 1.5)\n'
         SCRIPT.write_text(text)
-        wait_until(lambda: {'-1.0', '2.0', '1.5'} < {one.value for one in self.locations()}, 'the script to be in force')
+        wait_until(
+            lambda: {'-1.0', '2.0', '1.5'} < {one.value for one in self.locations()}, 'the script to be in force'
+        )
         self.fly(text, (-1.0, 2.0, 1.5), 0.25)
         self.assertFalse(near(self.shown('/trajectory_markers:control:0'), dropped, 0.1))
         end = time.monotonic() + A_WHILE
