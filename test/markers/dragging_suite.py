@@ -160,6 +160,20 @@ class Dragging(unittest.TestCase):
         publish()
         wait_until(lambda: abs(self.hand.position(name)[0] - 1.5) < NOISE, 'the next message to be believed')
 
+    def test_what_a_node_with_sources_logs_as_an_error_stands_at_one_of_its_handles(self):
+        publisher = rosslt.Publisher('erring', MarkerArray, queue_size=1, latch=True)
+        self.addCleanup(publisher.unregister)
+        publisher.publish([cube(rosslt.location(-8.0, name='erring_x'), 'erring')])
+        self.hand.marker('/erring:erring:0')
+        rospy.logwarn('the battery is half empty')
+        rospy.logerr('the battery is empty')
+        noted = wait_until(lambda: self.noted('the battery'), 'a note')
+        self.assertEqual(noted, ['/check_dragging: the battery is empty'])
+
+    def noted(self, text):
+        names = [name[: -len(':note')] for name in self.hand.names() if name.endswith(':note')]
+        return [note for note in map(self.note, names) if text in note]
+
     def test_one_thing_has_one_handle(self):
         poses = rosslt.Publisher('target', PoseStamped, queue_size=1, latch=True)
         markers = rosslt.Publisher('target_marker', MarkerArray, queue_size=1, latch=True)

@@ -47,7 +47,7 @@ def run() -> None:
     display.connect(drags, menus.add)
     scene.add_view(display)
     Watch(scene, topics)
-    rospy.Subscriber('/rosout_agg', Log, _show_errors, scene, queue_size=10)
+    rospy.Subscriber('/rosout', Log, _show_errors, scene, queue_size=10)
     rospy.on_shutdown(display.clear)
     while not rospy.is_shutdown():
         scene.expire()
