@@ -4,11 +4,20 @@ import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
+from support.masters import reached_master
+
 # How long an example takes says more about what else the machine does than about the code. The examples are the same
 # in every run, so that a change is judged by what it changes; `--hypothesis-profile=hunt` looks for new ones.
 settings.register_profile('rosslt', deadline=None, derandomize=True)
 settings.register_profile('hunt', deadline=None, derandomize=False, print_blob=True)
 settings.load_profile('rosslt')
+
+
+@pytest.fixture
+def master(tmp_path):
+    """A ROS master for a test that needs one to itself. Folders whose tests share one have a fixture of that name."""
+    with reached_master(tmp_path) as started:
+        yield started
 
 
 @pytest.hookimpl(trylast=True)

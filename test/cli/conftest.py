@@ -3,7 +3,8 @@
 import pytest
 import rosgraph
 
-from support.processes import Master, Node, wait_until
+from support.masters import reached_master
+from support.processes import Node, wait_until
 from support.shell import rosslt
 
 TALKER = """
@@ -37,13 +38,8 @@ RELAY = """
 @pytest.fixture(scope='session')
 def master(tmp_path_factory):
     """A master for all tests of the command."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_LOG_DIR', str(tmp_path_factory.mktemp('log')))
-        patch.setenv('ROS_HOSTNAME', 'localhost')
-        started = Master()
-        patch.setenv('ROS_MASTER_URI', started.uri)
+    with reached_master(tmp_path_factory.mktemp('log')):
         yield rosgraph.Master('/test')
-        started.kill()
 
 
 @pytest.fixture(scope='session')

@@ -8,6 +8,7 @@ import subprocess
 import pytest
 import rosgraph
 
+from support.masters import reached_master
 from support.processes import Node, wait_until
 from support.shell import failure, lines, on_terminal, rosslt
 
@@ -15,14 +16,10 @@ pytestmark = pytest.mark.rostest
 
 
 @pytest.fixture
-def master_of_its_own(monkeypatch):
+def master_of_its_own(tmp_path):
     """A master without a node, for a test that leaves some behind or needs to be alone."""
-    from support.processes import Master
-
-    started = Master()
-    monkeypatch.setenv('ROS_MASTER_URI', started.uri)
-    yield rosgraph.Master('/test')
-    started.kill()
+    with reached_master(tmp_path):
+        yield rosgraph.Master('/test')
 
 
 def findings(*arguments):

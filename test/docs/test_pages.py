@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import rosslt
+from support.masters import reached_master
 from support.pages import Reader, sessions
-from support.processes import Master
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / 'docs'
@@ -24,19 +24,15 @@ BUILDING = 'howto/track_a_message_type.md'
 
 
 @pytest.fixture
-def reader(tmp_path, monkeypatch):
+def reader(tmp_path):
     """Somebody who reads a page, with a master of their own."""
-    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'log'))
-    monkeypatch.setenv('ROS_HOSTNAME', 'localhost')
     folder = tmp_path / 'folder'
     folder.mkdir()
-    master = Master()
-    monkeypatch.setenv('ROS_MASTER_URI', master.uri)
-    started = Reader(folder)
-    sessions.clear()
-    yield started
-    started.close()
-    master.kill()
+    with reached_master(tmp_path / 'log'):
+        started = Reader(folder)
+        sessions.clear()
+        yield started
+        started.close()
 
 
 @pytest.mark.rostest

@@ -6,21 +6,16 @@ import rospy
 import rosslt
 from rosslt import values
 from rosslt.instrument import array_functions
-from support.processes import Master
+from support.masters import reached_master
 
 
 @pytest.fixture(scope='session')
 def master(tmp_path_factory):
     """A master for all tests of nodes; this process is a node of it, /test."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_LOG_DIR', str(tmp_path_factory.mktemp('log')))
-        patch.setenv('ROS_HOSTNAME', 'localhost')
-        started = Master()
-        patch.setenv('ROS_MASTER_URI', started.uri)
+    with reached_master(tmp_path_factory.mktemp('log')) as started:
         rosslt.init_node('test', argv=[], disable_signals=True)
         yield started
         rospy.signal_shutdown('the tests are over')
-        started.kill()
 
 
 @pytest.fixture(autouse=True)

@@ -6,13 +6,14 @@ import pytest
 from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
-from rosslt.markers.drags import wording
+from rosslt.markers.drags import other_views, wording
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.guard import Guard
 from rosslt.markers.geometry import IDENTITY
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
+from support.processes import wait_until
 
 HEIGHT, TIME = values.Source('/owner', 1), values.Source('/owner', 2)
 LIMIT, SIZE = 10.0, 0.5
@@ -77,13 +78,18 @@ def test_long_numbers_are_cut():
     assert wording.short_numbers('at 2.0999999046325684 of 0.5') == 'at 2.1 of 0.5'
 
 
-def test_the_first_hand_on_a_thing_holds_it():
+def box_scene():
     scene = Scene(Settings())
     marker = Marker(type=Marker.CUBE)
     marker.header.frame_id = 'world'
     marker.pose.position.x = values.track(1.0, HEIGHT)
     marker._connection_header = {'callerid': '/owner'}
     scene.take('/boxes', marker, is_shown=True)
+    return scene
+
+
+def test_the_first_hand_on_a_thing_holds_it():
+    scene = box_scene()
     drags = Drags(scene, Rules(is_live=False), str)
     (name,) = scene.names()
     pose = scene.handle(name).pose
@@ -96,6 +102,77 @@ def test_the_first_hand_on_a_thing_holds_it():
     drags.release(name, 'world', pose, 'first')
     assert drags.hold(name, 'second')
     assert not drags.hold('nothing', 'first')
+
+
+class Notes:
+    """A view that keeps what is said."""
+
+    def __init__(self):
+        self.said = []
+
+    def put(self, handle):
+        pass
+
+    def let_go(self, name):
+        pass
+
+    def say(self, handle, text):
+        self.said.append(text)
+
+
+class Sharing:
+    """The drags of one view, which tells another one what is held in it."""
+
+    def __init__(self, view):
+        self.scene, self.view, self.told, self.notes = box_scene(), view, [], Notes()
+        self.scene.add_view(self.notes)
+        (self.name,) = self.scene.names()
+        self.pose = self.scene.handle(self.name).pose
+        self.drags = Drags(self.scene, Rules(is_live=False), str, view)
+        self.drags.share(self.told.append)
+
+    def hears(self, other, *held):
+        """What another view has told last, or something else."""
+        self.drags.hear(other.view, *(held or other.told[-1:]))
+
+
+def test_a_thing_that_is_held_in_another_view_is_held_until_it_is_let_go_there():
+    rviz, page = Sharing('/rviz'), Sharing('/page')
+    assert rviz.drags.hold(rviz.name)
+    page.hears(rviz)
+    assert not page.drags.hold(page.name, 'hand')
+    assert not page.drags.move(page.name, 'world', page.pose, 'hand')
+    assert not page.drags.release(page.name, 'world', page.pose, 'hand')
+    assert rviz.drags.release(rviz.name, 'world', rviz.pose)
+    page.hears(rviz)
+    assert page.drags.hold(page.name, 'hand')
+
+
+def test_a_hand_keeps_what_another_view_says_of_itself_or_took_later():
+    page, rviz = Sharing('/page'), Sharing('/rviz')
+    assert page.drags.hold(page.name, 'hand')
+    page.hears(page)
+    page.hears(rviz, {name: since + 0.01 for name, since in page.told[-1].items()})
+    assert page.drags.move(page.name, 'world', page.pose, 'hand')
+
+
+@pytest.mark.parametrize('earlier', [0.01, 0.0], ids=['earlier', 'at the same time'])
+def test_of_two_hands_that_did_not_know_of_each_other_the_first_one_stays(earlier):
+    first, second = Sharing('/a'), Sharing('/b')
+    assert second.drags.hold(second.name, 'hand')
+    first_held = {name: since - earlier for name, since in second.told[-1].items()}
+    second.hears(first, first_held)
+    assert not second.drags.move(second.name, 'world', second.pose, 'hand')
+    wait_until(lambda: wording.HELD in second.notes.said, 'the hand is told')
+    assert second.told[-1] == {}, 'the others hear that it has let go'
+
+
+def test_a_view_of_which_nothing_is_heard_any_more_holds_nothing(monkeypatch):
+    page, rviz = Sharing('/page'), Sharing('/rviz')
+    page.hears(rviz, {page.name: 1.0})
+    assert not page.drags.hold(page.name)
+    monkeypatch.setattr(other_views, 'SILENCE', 0.0)
+    assert page.drags.hold(page.name)
 
 
 def moving_scene(yaw=0.3):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from support.processes import Master, Node
+from support.processes import Node
 
 ENDING = """
     from rosslt.markers.rviz.server import Server
@@ -16,13 +16,6 @@ ENDING = """
 
 
 @pytest.mark.rostest
-def test_a_timer_that_finds_the_topic_closed_raises_nothing(monkeypatch, tmp_path):
-    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path))
-    monkeypatch.setenv('ROS_HOSTNAME', 'localhost')
-    master = Master()
-    monkeypatch.setenv('ROS_MASTER_URI', master.uri)
-    try:
-        with Node('ending', ENDING, wait_for=None) as node:
-            assert node.read_line() == 'quiet', node.logged()
-    finally:
-        master.kill()
+def test_a_timer_that_finds_the_topic_closed_raises_nothing(master):
+    with Node('ending', ENDING, wait_for=None) as node:
+        assert node.read_line() == 'quiet', node.logged()

@@ -7,7 +7,8 @@ import pytest
 import rosgraph
 
 from support.browser import PATIENCE, Browser, Server
-from support.processes import Master, Node, wait_until
+from support.masters import reached_master
+from support.processes import Node, wait_until
 
 TALKER = """
     publisher = rosslt.Publisher('goal', PoseStamped, queue_size=10)
@@ -39,13 +40,8 @@ TALKER = """
 @pytest.fixture(scope='session')
 def master(tmp_path_factory):
     """A master for all tests of the page."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_LOG_DIR', str(tmp_path_factory.mktemp('log')))
-        patch.setenv('ROS_HOSTNAME', 'localhost')
-        started = Master()
-        patch.setenv('ROS_MASTER_URI', started.uri)
+    with reached_master(tmp_path_factory.mktemp('log')):
         yield rosgraph.Master('/test')
-        started.kill()
 
 
 @pytest.fixture(scope='session')

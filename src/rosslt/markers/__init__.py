@@ -10,7 +10,8 @@ from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags import mouse
 from rosslt.markers.drags.choices import Choice, choices_of
 from rosslt.markers.drags.drags import Drags, Rules
-from rosslt.markers.drags.wording import refusal, short_numbers
+from rosslt.markers.drags.other_views import HeldTopic
+from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
 from rosslt.markers.scene.by_type import KINDS, MessageKind
@@ -20,6 +21,7 @@ from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
 
 __all__ = [
+    'HELD',
     'KINDS',
     'CanChange',
     'Choice',
@@ -27,6 +29,7 @@ __all__ = [
     'Drags',
     'Follower',
     'Handle',
+    'HeldTopic',
     'MessageKind',
     'Motions',
     'Rules',

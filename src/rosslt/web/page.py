@@ -7,7 +7,7 @@ import rospy
 import viser
 
 from rosslt import node
-from rosslt.markers import Descriptions, Drags, Handle, Rules, Scene, Settings, Watch, short_numbers
+from rosslt.markers import Descriptions, Drags, Handle, HeldTopic, Rules, Scene, Settings, Watch, short_numbers
 from rosslt.web.buttons import Buttons
 from rosslt.web.details import Details
 from rosslt.web.door import Door, NotServed, check_address, guarded, is_this_machine, read_password
@@ -61,11 +61,12 @@ class Page:
         self._notices = Notices()
         scene = Scene(Settings(draws_all=True))
         descriptions = Descriptions(lambda: self._redraw())
-        drags = Drags(scene, Rules(), descriptions.name)
+        drags = Drags(scene, Rules(), descriptions.name, rospy.get_name())
         self._scene = scene
         self._frames = Frames(self._server, fixed_frame)
         self._things = Things(self._server, scene, self._frames, descriptions.can_change, self._say)
         self._things.connect(drags)
+        drags.share(HeldTopic(drags.hear).tell)
         self._details = Details(scene, self._things, drags, descriptions)
         self._things.picked = self._details.show
         self._locations = Locations(rospy.get_name())

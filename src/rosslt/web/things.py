@@ -7,7 +7,7 @@ import asyncio
 from typing import Any, Callable, Dict, List, Optional, Set, Tuple
 from urllib.parse import quote
 
-from rosslt.markers import CanChange, Drags, Follower, Handle, Scene, mouse
+from rosslt.markers import HELD, CanChange, Drags, Follower, Handle, Scene, mouse
 from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation, onto
 from rosslt.web import drawing
 from rosslt.web.frames import Frames
@@ -137,7 +137,7 @@ class Things(Follower):
             ring = scene.add_transform_controls(
                 '{}.turn{}'.format(name, index),
                 size,
-                active_axes=(True, False, False),
+                active_axes=(False, True, True),  # viser draws an arc between two axes, around the third
                 disable_axes=True,
                 disable_sliders=True,
             )
@@ -249,7 +249,7 @@ class Things(Follower):
         name = handle.name
         if event.phase == 'start':
             if not drags.hold(name, hand, handle.frame, thing.shown):
-                self._tell(handle, 'somebody else holds it', event.client)
+                self._tell(handle, HELD, event.client)
                 thing.put(thing.shown)
             else:
                 self._holders[name] = event.client_id
@@ -258,7 +258,8 @@ class Things(Follower):
             self._grips.pop(name, None)
             if self._holders.get(name) == event.client_id:
                 del self._holders[name]
-            drags.release(name, handle.frame, pose, hand)
+            if not drags.release(name, handle.frame, pose, hand):
+                thing.put(thing.shown)  # the browser has moved it all the same
             return
         if drags.move(name, handle.frame, pose, hand):
             thing.put(pose, control)

@@ -30,6 +30,7 @@ class Drag:
         is_withheld: whether the answer for that pose leaps, and was held back.
         is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
+        since: when the hand took hold of it, in seconds since 1970.
         heard: when the hand last did something.
         answered: when the owners last answered.
         fault: what is wrong with what the hand reports, or None.
@@ -47,7 +48,7 @@ class Drag:
         self.is_moved = self.is_turned = self.is_over = False
         self.is_withheld = self.is_exact = False
         self.applied_at: Optional[PoseTuple] = None
-        self.heard = time.monotonic()
+        self.since, self.heard = time.time(), time.monotonic()
         self.due = self.answered = 0.0
         self.fault: Optional[str] = None
         self.refusal: Optional[Exception] = None

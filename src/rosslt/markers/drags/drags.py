@@ -16,6 +16,7 @@ from rosslt import node, values
 from rosslt.markers.drags import changes, wording
 from rosslt.markers.drags.check import Check
 from rosslt.markers.drags.drag import Drag
+from rosslt.markers.drags.other_views import REPEAT_PERIOD, OtherViews
 from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
@@ -56,12 +57,13 @@ class Drags:
         scene: has the handles.
         rules: how sources follow.
         name_of: what a source is called, for people.
+        view: the name of this view among others that show the same things.
 
     Attributes:
         chosen: {name of a handle: the Source that its drags change}.
     """
 
-    def __init__(self, scene: Scene, rules: Rules, name_of: Callable[[Any], str]) -> None:
+    def __init__(self, scene: Scene, rules: Rules, name_of: Callable[[Any], str], view: str = '') -> None:
         self._scene, self._rules, self._name_of = scene, rules, name_of
         self._held: Dict[str, Drag] = {}
         self._over: Deque[Drag] = collections.deque()
@@ -69,10 +71,26 @@ class Drags:
         self._wake = threading.Condition()
         self.chosen: Dict[str, Optional[values.Source]] = {}
         self._past: Dict[str, Deque[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
+        self._others = OtherViews(view)
+        self._tell: Callable[[Dict[str, float]], None] = lambda held: None
+        self._told_at = 0.0
         threading.Thread(target=self._work, name='drags', daemon=True).start()
 
+    def share(self, tell: Callable[[Dict[str, float]], None]) -> None:
+        """Have a function called with what is held in this view, {name of a handle: since when}, for other views."""
+        self._tell = tell
+
+    def hear(self, view: str, held: Dict[str, float]) -> None:
+        """Another view says what is held in it, {name of a handle: since when}."""
+        with self._wake:
+            self._others.hear(view, held)
+            for name in list(self._held):
+                if self._others.is_before(name, self._held[name].since):
+                    self._end_for(name, wording.HELD)
+            self._wake.notify()
+
     def hold(self, name: str, hand: str = '', frame: str = '', pose: Optional[PoseTuple] = None) -> bool:
-        """A hand takes hold of a handle; False where there is none, or another hand has it.
+        """A hand takes hold of a handle; False where there is none, or another hand has it, here or in another view.
 
         Args:
             hand: whose it is, where one view shows the handle to several people.
@@ -105,16 +123,17 @@ class Drags:
             if name in self._held and self._held[name].hand == hand:
                 self._held[name].heard = time.monotonic()
 
-    def release(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> None:
-        """A hand has let go of a handle."""
+    def release(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
+        """A hand has let go of a handle; False where it did not have it."""
         with self._wake:
             drag = self._held.get(name)
-            if drag is not None and drag.hand == hand:
-                del self._held[name]
-                drag.heard = time.monotonic()
-                drag.move(frame, pose)
-                self._over.append(drag)
-                self._wake.notify()
+            if drag is None or drag.hand != hand:
+                return False
+            drag.heard = time.monotonic()
+            drag.move(frame, pose)
+            self._end_for(name)
+            self._wake.notify()
+            return True
 
     def undo(self, name: str) -> None:
         """Restore the values that the sources of a handle had before its last drag."""
@@ -139,17 +158,29 @@ class Drags:
         drag = self._held.get(name)
         if drag is None:
             handle = self._scene.handle(name)
-            if handle is None:
+            if handle is None or self._others.first(name) is not None:
                 return None
             self._checks.pop(name, None)
             drag = self._held[name] = Drag(handle, self._rules.leap_limit, node.new_request_id(), hand)
             if pose is not None:
                 drag.begin(frame, pose)
             self._scene.hold(name)
+            self._tell_others()
         if drag.hand != hand:
             return None
         drag.heard = time.monotonic()
         return drag
+
+    def _end_for(self, name: str, fault: Optional[str] = None) -> None:
+        """No hand has a handle any more."""
+        drag = self._held.pop(name)
+        drag.fault = drag.fault or fault
+        self._over.append(drag)
+        self._tell_others()
+
+    def _tell_others(self) -> None:
+        self._told_at = time.monotonic()
+        self._tell({name: drag.since for name, drag in self._held.items()})
 
     def _work(self) -> None:
         while not rospy.is_shutdown():
@@ -213,14 +244,14 @@ class Drags:
         """The next drag to follow; after a wait, None where there is none yet."""
         now = time.monotonic()
         for name in [name for name, drag in self._held.items() if now - drag.heard > HAND_TIMEOUT]:
-            drag = self._held.pop(name)
-            drag.fault = 'nothing more is heard of the drag'
-            self._over.append(drag)
+            self._end_for(name, 'nothing more is heard of the drag')
+        if self._held and now - self._told_at > REPEAT_PERIOD:
+            self._tell_others()
         if self._over:
             drag = self._over.popleft()
             drag.is_over = True
             return drag
-        wait = CHECK_PERIOD if self._checks else 0.5
+        wait = CHECK_PERIOD if self._checks else REPEAT_PERIOD
         for drag in self._held.values():
             if self._rules.is_live and drag.asked != drag.pose:
                 wait = min(wait, drag.due - now)

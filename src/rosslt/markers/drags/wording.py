@@ -5,6 +5,9 @@ from typing import Callable, Dict
 
 from rosslt import node, values
 
+#: Why a hand does not get hold of a thing.
+HELD = 'somebody else holds it'
+
 #: Numbers that are shortened to a few digits beside a marker.
 LONG_NUMBER = re.compile(r'-?\d+\.\d{4,}(e[-+]?\d+)?')
 

@@ -9,6 +9,7 @@ from typing import Any, Callable, Optional, Set
 from visualization_msgs.msg import InteractiveMarkerFeedback as Feedback
 
 from rosslt.markers.drags.drags import Drags
+from rosslt.markers.drags.wording import HELD
 from rosslt.markers.rviz import controls
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.rviz.server import Server
@@ -87,10 +88,20 @@ class Display(Follower):
             return
         name, event = feedback.marker_name, feedback.event_type
         if event == Feedback.MOUSE_DOWN:
-            self._drags.hold(name, frame=feedback.header.frame_id, pose=pose_tuple(feedback.pose))
+            has_it = self._drags.hold(name, frame=feedback.header.frame_id, pose=pose_tuple(feedback.pose))
+            if not has_it:
+                self._refuse(name)
         elif event == Feedback.POSE_UPDATE:
             self._drags.move(name, feedback.header.frame_id, pose_tuple(feedback.pose))
         elif event == Feedback.MOUSE_UP:
-            self._drags.release(name, feedback.header.frame_id, pose_tuple(feedback.pose))
+            if not self._drags.release(name, feedback.header.frame_id, pose_tuple(feedback.pose)):
+                with self.lock:
+                    self.let_go(name)  # RViz has moved it all the same
         else:
             self._drags.keep(name)
+
+    def _refuse(self, name: str) -> None:
+        with self.lock:
+            handle = self._wanted.get(name)
+            if handle is not None:
+                self.say(handle, HELD)
