@@ -8,7 +8,7 @@ import pytest
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from hypothesis import given, strategies
 from sensor_msgs.msg import Image, LaserScan
-from std_msgs.msg import Empty, Float32, Float64, Header, Int64, String, UInt8, UInt64
+from std_msgs.msg import Empty, Float32, Float64, Float64MultiArray, Header, Int64, String, UInt8, UInt64
 from visualization_msgs.msg import Marker
 
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track
@@ -125,6 +125,13 @@ def test_more_operations_than_fit_are_sent_linearized():
         assert 'linearized' in explain(point.x)
         nudge = {sources(sent.x)[0]: sent.x / 2 + 1e-6}
         assert evaluate(point.x, nudge) == pytest.approx(evaluate(sent.x, nudge), abs=1e-6)
+
+
+def test_sums_of_more_terms_than_fit_are_sent_untracked(caplog):
+    total = sum(track(0.5, Source('/wide', place)) for place in range(4100))
+    received = arrived(Float64MultiArray(data=[total * (1 + place % 3) for place in range(70)]))
+    assert [is_tracked(each) for each in received.data] == [True] * 63 + [False] * 7
+    assert 'the sums of the message have too many terms' in caplog.text
 
 
 @pytest.mark.parametrize('value', [-(2**63), 2**63 - 1, 0, -1])

@@ -1,21 +1,30 @@
 """Provenance from elsewhere is not believed: it is right, or it is refused with a reason, and nothing else happens."""
 
 import pickle
+import random
 import struct
 import traceback
 import tracemalloc
 
 import pytest
 from geometry_msgs.msg import Point
-from std_msgs.msg import Bool, Float64, Int64, String
+from std_msgs.msg import Bool, Float64, Float64MultiArray, Int64, String
 
 import rosslt
 from rosslt import Error, Source, is_tracked, sources
-from rosslt.messages import BadHeader, attach
-from rosslt.messages.codec.varint import packed, zigzag
+from rosslt.messages import BadHeader, attach, fault_log
+from rosslt.messages.codec.varint import Reader, packed, zigzag
 from rosslt.values import OPERATIONS
 from support.filling import serialized
-from support.header_fuzz import fuzz
+from support.header_fuzz import fuzz, fuzz_stream
+from support.slow_provenance import cases, cost
+
+
+@pytest.fixture(autouse=True)
+def faults_of_this_test(monkeypatch):
+    """So many faults come that rosout hears of no more: those of other tests are heard of."""
+    monkeypatch.setattr(fault_log, '_said', set())
+
 
 CODES = {operation.name: 16 + code for code, operation in OPERATIONS.items()}
 
@@ -98,6 +107,21 @@ def test_what_is_wrong_is_refused_and_named(data, reason):
 
 def test_a_provenance_that_is_longer_than_any_is_refused_unread():
     assert 'limit' in refused(Point(), header() + bytes(1 << 20))
+
+
+@pytest.mark.parametrize('longest', [8, 14, 63, 64, 70])
+def test_long_columns_are_read_exactly_or_refused(longest):
+    chance = random.Random(longest)
+    numbers = [chance.getrandbits(chance.randrange(1, longest + 1)) for _ in range(2000)] + [(1 << longest) - 1]
+    data = packed(numbers)
+    reader = Reader(b'?' + data + b'!')
+    reader.at = 1
+    assert reader.column(len(numbers), 'numbers') == numbers
+    assert reader.at == 1 + len(data)
+    with pytest.raises(BadHeader, match='found 2000 of 2001 of numbers'):
+        Reader(data[:-1]).column(len(numbers), 'numbers')
+    with pytest.raises(BadHeader, match='more than 10 bytes in numbers'):
+        Reader(bytes(3000) + b'\xff' * 10 + b'\1').column(3001, 'numbers')
 
 
 def test_no_leaf_comes_twice_and_none_is_beyond_the_message():
@@ -210,9 +234,16 @@ def test_the_limits_keep_the_memory_small():
 
 def test_twenty_thousand_bad_provenances_do_no_harm(caplog):
     caplog.set_level('CRITICAL', logger='rosout')
-    attached, faults = fuzz(cases=20000, seed=42)
+    result = fuzz(cases=20000, seed=42)
+    assert not result.faults
+    assert result.attached > 2000
+
+
+def test_what_was_changed_anywhere_on_its_way_is_decoded_or_refused(caplog):
+    caplog.set_level('CRITICAL', logger='rosout')
+    tracked, faults = fuzz_stream(cases=4000, seed=42)
     assert not faults
-    assert attached > 2000
+    assert tracked > 500
 
 
 def test_bad_provenances_take_little_memory(caplog):
@@ -223,6 +254,22 @@ def test_bad_provenances_take_little_memory(caplog):
         assert tracemalloc.get_traced_memory()[1] < 10e6
     finally:
         tracemalloc.stop()
+
+
+@pytest.mark.parametrize('case', cases(size=0.1), ids=lambda case: case[0])
+def test_what_is_made_to_be_slow_takes_as_little_memory_as_its_size_allows(case, caplog):
+    caplog.set_level('CRITICAL', logger='rosout')
+    _, message_class, elements, data = case
+    taken = cost(message_class, elements, data)
+    # 6,554 leaves of 600 bytes each, and 700 bytes for each of up to 26,214 terms that are asked for
+    assert taken.megabytes < 6
+    assert taken.megabytes_with_sources < 30
+
+
+def test_many_fields_that_are_sums_of_many_sources_are_refused():
+    case = next(data for name, *_, data in cases(0.05) if name.startswith('floats, each a sum of 1638'))
+    message = Float64MultiArray(data=[1.0] * 3276)
+    assert 'sums of %d terms together, the limit is %d' % (3276 * 1638, 1 << 18) in refused(message, case)
 
 
 @pytest.mark.parametrize('error', [rosslt.BadHeader, rosslt.UnknownType])

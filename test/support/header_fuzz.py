@@ -7,19 +7,37 @@ suites run fewer cases.
 import argparse
 import collections
 import contextlib
+import gc
 import logging
 import random
 import struct
 import sys
+import time
 import traceback
+from typing import NamedTuple
 
+import genpy
 from geometry_msgs.msg import Point, Pose, PoseArray
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float32, Float64, Int32, Int64, String
 from visualization_msgs.msg import Marker
 
-from rosslt import NotInvertible, NotTracked, Source, explain, is_tracked, math, solve, sources, track, untracked
-from rosslt.messages import BadHeader, attach, encode
+from rosslt import (
+    NotInvertible,
+    NotTracked,
+    Source,
+    evaluate,
+    explain,
+    is_tracked,
+    math,
+    solve,
+    sources,
+    track,
+    untracked,
+)
+from rosslt.messages import BadHeader, attach, decode, encode, is_tracked_type, tracked_type
+from rosslt.messages.codec.received_expressions import agrees
+from rosslt.values import SOURCE, disassemble, source_values
 from support.filling import Filling, every_leaf, serialized
 
 X = track(0.25, Source('/node', 1))
@@ -89,7 +107,11 @@ def use(message, plain):
     """Send a message on, and what a node would compute from it; ask for all its sources."""
     found = [leaf for _, leaf in every_leaf(message) if is_tracked(leaf)]
     for leaf in found:
-        explain(leaf)
+        kind = 's' if isinstance(leaf, str) else 'f'
+        # what is said to have made the value makes it; two readings of one source may differ
+        readings = [instruction[1] for instruction in disassemble([leaf])[0] if instruction[0] == SOURCE]
+        again = evaluate(leaf, source_values([leaf]) if len(set(readings)) == len(readings) else {})
+        assert agrees(again, untracked(leaf), kind), explain(leaf)
         assert all(isinstance(source, Source) for source in sources(leaf))
         with contextlib.suppress(NotInvertible, NotTracked):
             solve(leaf, leaf)
@@ -108,22 +130,32 @@ def use(message, plain):
         sources(received)
 
 
+class Result(NamedTuple):
+    """What changed provenances have done."""
+
+    attached: int
+    """How many were right by chance."""
+    faults: collections.Counter
+    """How often each fault came: an exception other than BadHeader, or any at all in using a message, or a message that
+    is not as it was, or a provenance that does not make the value of its field."""
+    slowest: float
+    """The longest time that receiving one message and asking for all its sources took, in seconds of processor time."""
+
+
 def fuzz(cases, seed):
     """Attach changed provenances to messages, and use what comes of it.
 
     Args:
         cases: how many.
         seed: of the random numbers.
-
-    Returns:
-        How many were right by chance, and of each fault how often it came: an exception other than BadHeader, or any at
-        all in using a message, or a message that is not as it was.
     """
     chance = random.Random(seed)
     right = samples()
     others = [data for _, data in right]
     plain = {cls: serialized(Filling(5).message(cls)) for cls, _ in right}
-    attached, faults = 0, collections.Counter()
+    attached, slowest, faults = 0, 0.0, collections.Counter()
+    gc.collect()
+    gc.freeze()  # what is there already is not what a message takes time for
     for _ in range(cases):
         cls, data = chance.choice(right)
         way = chance.random()
@@ -135,11 +167,15 @@ def fuzz(cases, seed):
             data = mutated(data, chance, others)
         message = cls().deserialize(plain[cls])
         try:
+            begin = time.process_time()
             try:
                 attach(message, data)
+                sources(message)
             except BadHeader:
+                slowest = max(slowest, time.process_time() - begin)
                 assert not is_tracked(message)
             else:
+                slowest = max(slowest, time.process_time() - begin)
                 attached += 1
                 use(message, plain[cls])
             assert serialized(message) == plain[cls]
@@ -147,7 +183,45 @@ def fuzz(cases, seed):
             place = traceback.extract_tb(error.__traceback__)[-1]
             faults['%s: %s (%s:%d)' % (type(error).__name__, error, place.filename, place.lineno)] += 1
             logging.getLogger(__name__).debug('%s with %s', cls.__name__, data.hex())
-    return attached, faults
+    return Result(attached, faults, slowest)
+
+
+def fuzz_stream(cases, seed):
+    """Decode what came over a connection, ordinary messages and those of tracked types, with anything in it changed.
+
+    Returns:
+        How many came with a provenance, and of each fault how often it came: any exception but that for a message that
+        cannot be read.
+    """
+    chance = random.Random(seed)
+    right = []
+    for message, (_, data) in zip(messages() * 2, samples()[::2] + samples()[1::2]):
+        plain = serialized(untracked(message))
+        right.append((type(message), plain + data + struct.pack('<I4s', len(data), b'rSLT')))
+        wrapped = tracked_type(type(message))(data=untracked(message))
+        wrapped.provenance.data = data
+        right.append((type(wrapped), serialized(wrapped)))
+    others = [data for _, data in right]
+    tracked, faults = 0, collections.Counter()
+    for _ in range(cases):
+        cls, data = chance.choice(right)
+        way = chance.random()
+        if way < 0.05:  # made for another type
+            other = chance.choice(right)[0]
+            cls = other if is_tracked_type(other) == is_tracked_type(cls) else cls
+        elif way < 0.95:
+            data = mutated(data, chance, others)
+        try:
+            with contextlib.suppress(genpy.DeserializationError):
+                message, error = decode(data, cls)
+                found = sources(message)
+                assert not (error and found)
+                tracked += bool(found)
+        except Exception as error:
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            faults['%s: %s (%s:%d)' % (type(error).__name__, error, place.filename, place.lineno)] += 1
+            logging.getLogger(__name__).debug('%s with %s', cls.__name__, data.hex())
+    return tracked, faults
 
 
 def main():
@@ -157,11 +231,14 @@ def main():
     parser.add_argument('--seed', type=int, default=1)
     options = parser.parse_args()
     logging.getLogger('rosout').setLevel(logging.CRITICAL)
-    attached, faults = fuzz(options.cases, options.seed)
+    attached, faults, slowest = fuzz(options.cases, options.seed)
     print(
-        'seed %d: %d cases, %d right by chance, %d faults'
-        % (options.seed, options.cases, attached, sum(faults.values()))
+        'seed %d: %d cases, %d right by chance, %d faults; %.0f ms at most'
+        % (options.seed, options.cases, attached, sum(faults.values()), 1e3 * slowest)
     )
+    tracked, others = fuzz_stream(options.cases // 5, options.seed)
+    print('%d streams, %d with a provenance, %d faults' % (options.cases // 5, tracked, sum(others.values())))
+    faults += others
     for fault, count in faults.most_common():
         print('%6d  %s' % (count, fault))
     return 1 if faults else 0

@@ -6,7 +6,7 @@ decoded when somebody first asks for that field's provenance.
 
 import functools
 import itertools
-from typing import Any, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt.messages.codec.bounded_cache import BoundedCache
 from rosslt.messages.codec.encoder import fits
@@ -23,6 +23,7 @@ from rosslt.messages.codec.wire_format import (
     HAS_LISTS,
     HAS_VALUES,
     IDENTITY,
+    SUMMED_LIMIT,
     VERSION,
 )
 from rosslt.messages.codegen.leaf_access import LeafWriter, Load, leaf_writer
@@ -204,6 +205,7 @@ class ReceivedHeader:
 
     def _checked(self, found: Sequence[Located]) -> List[Any]:
         values = []
+        right: Set[Tuple[int, int, str]] = set()
         fields = self._fields
         for origin, slope, index, (_, _, value, kind) in zip(fields.origins, fields.slopes, fields.wanted, found):
             if type(value) in PLAIN:
@@ -213,27 +215,38 @@ class ReceivedHeader:
                     'bad provenance: found one of leaf %d, which holds a %s' % (index, type(value).__name__)
                 )
             if slope != IDENTITY:
-                terms = self._terms(origin, slope)
-                if not (all(type(at) in (float, int) for _, at, _ in terms) and fits(kind, terms)):
-                    raise BadHeader(
-                        'bad provenance: found leaf %d, which holds %.60r, as a sum that begins with %r '
-                        'times %.60r' % (index, value, terms[0][2], terms[0][1])
-                    )
+                # Many fields may be sums of the same sources, of which there may be many.
+                sum_ = origin, slope, kind
+                if sum_ not in right:
+                    self._check_sum(index, value, *sum_)
+                    right.add(sum_)
             values.append(value)
         return values
 
+    def _check_sum(self, index: int, value: Any, origin: int, slope: int, kind: str) -> None:
+        tables = self._tables
+        numbers, slopes = self._numbers(origin, slope)
+        terms = [(None, tables.values[number], tables.coefficients[each]) for number, each in zip(numbers, slopes)]
+        if not (all(type(at) in (float, int) for _, at, _ in terms) and fits(kind, terms)):
+            raise BadHeader(
+                'bad provenance: found leaf %d, which holds %.60r, as a sum that begins with %r times %.60r'
+                % (index, value, terms[0][2], terms[0][1])
+            )
+
     def _terms(self, origin: int, slope: int) -> List[Tuple[Source, Any, Any]]:
         tables = self._tables
-        if origin < self._lists_from:
-            numbers: Sequence[int] = (origin,)
-            slopes: Sequence[int] = (slope,)
-        else:
-            numbers = tables.source_lists[origin - self._lists_from]
-            slopes = tables.slope_lists[slope - len(tables.coefficients)]
+        numbers, slopes = self._numbers(origin, slope)
         return [
             (tables.sources.source(number), tables.values[number], tables.coefficients[each])
             for number, each in zip(numbers, slopes)
         ]
+
+    def _numbers(self, origin: int, slope: int) -> Tuple[Sequence[int], Sequence[int]]:
+        """The numbers of the sources of a sum, and those of their coefficients."""
+        if origin < self._lists_from:
+            return (origin,), (slope,)
+        tables = self._tables
+        return tables.source_lists[origin - self._lists_from], tables.slope_lists[slope - len(tables.coefficients)]
 
     def _load(self, origin: int, slope: int, kind: str, value: Any) -> Any:
         """The provenance of one field, when it is first asked for."""
@@ -282,7 +295,7 @@ def _check_numbers(
     origins: Sequence[int],
     slopes: Sequence[int],
 ) -> None:
-    """Check the numbers of each field, where some name more than single sources."""
+    """Check the numbers of each field, where some name more than single sources, and count the terms of all sums."""
     singles = len(tables.coefficients)
     lists_from = tables.sources.size
     expressions_from = lists_from + len(tables.source_lists)
@@ -293,21 +306,30 @@ def _check_numbers(
         and min(slopes) >= singles
         and max(slopes) < singles + len(tables.slope_lists)
     ):
-        return  # All are lists, and these of one length.
+        # All are lists, and these of one length.
+        _check_summed(reader, len(origins) * len(tables.source_lists[0]))
+        return
+    summed = 0
     for index, origin, slope in zip(wanted, origins, slopes):
         if origin < lists_from:
             fits_table = slope < singles
         elif origin < expressions_from:
             place = slope - singles
-            fits_table = 0 <= place < len(tables.slope_lists) and len(tables.slope_lists[place]) == len(
-                tables.source_lists[origin - lists_from]
-            )
+            terms = len(tables.source_lists[origin - lists_from])
+            summed += terms
+            fits_table = 0 <= place < len(tables.slope_lists) and len(tables.slope_lists[place]) == terms
         else:
             fits_table = origin - expressions_from < instruction_count and slope == IDENTITY
         if not fits_table:
             raise reader.fail(
                 'found leaf %d with sources %d and coefficients %d, which there are not', index, origin, slope
             )
+    _check_summed(reader, summed)
+
+
+def _check_summed(reader: Reader, summed: int) -> None:
+    if summed > SUMMED_LIMIT:
+        raise reader.fail('found fields that are sums of %d terms together, the limit is %d', summed, SUMMED_LIMIT)
 
 
 def _has_numbers_only(tables: ReceivedTables, origins: Sequence[int], slopes: Sequence[int]) -> bool:

@@ -132,7 +132,7 @@ def _indices(which: int) -> Tuple[int, ...]:
     return tuple([index for index in range(which.bit_length()) if which >> index & 1])
 
 
-def fits(kind: str, terms: Terms) -> bool:
+def fits(kind: str, terms: Sequence[Tuple[Any, Any, Any]]) -> bool:
     """Whether affine terms give values of a field's kind: only integers make integers."""
     if kind in 'df':
         return True

@@ -20,6 +20,7 @@ from rosslt.messages.codec.wire_format import (
     LISTED_LIMIT,
     NO_VALUE,
     STRING,
+    SUMMED_LIMIT,
     TABLE_LIMIT,
     TRUE,
 )
@@ -75,7 +76,7 @@ class TableWriter:
         self._coefficients: Dict[Any, Any] = {}
         self._source_lists: Dict[Tuple[int, ...], int] = {}
         self._slope_lists: Dict[Tuple[Any, ...], int] = {}
-        self._listed = 0
+        self._listed = self._summed = 0
 
     def _add(self, source: Source, value: Any) -> int:
         if not isinstance(source.location_id, int):
@@ -123,11 +124,14 @@ class TableWriter:
         return key
 
     def lists(self, numbers: Tuple[int, ...], keys: Tuple[Any, ...]) -> Tuple[int, int]:
-        """The numbers, among the lists, of one of sources and one of the keys of their coefficients."""
+        """The numbers, among the lists, of one of sources and one of the keys of their coefficients, for one field."""
+        if self._summed + len(numbers) > SUMMED_LIMIT:
+            raise Unencodable('the sums of the message have too many terms')
         if numbers not in self._source_lists or keys not in self._slope_lists:
             self._listed += len(numbers)
             if self._listed > LISTED_LIMIT:
                 raise Unencodable('the message has too many lists of sources')
+        self._summed += len(numbers)
         return (
             self._source_lists.setdefault(numbers, len(self._source_lists)),
             self._slope_lists.setdefault(keys, len(self._slope_lists)),

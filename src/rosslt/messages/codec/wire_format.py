@@ -14,6 +14,9 @@ TABLE_LIMIT = 1 << 15
 LISTED_LIMIT = 1 << 16
 """The most numbers in the lists of sources together, and in those of coefficients."""
 
+SUMMED_LIMIT = 1 << 18
+"""The most terms of all fields that are sums together: many fields may name one long list."""
+
 INT_LIMIT = 1 << 64
 """Integers on the wire are smaller than that, with either sign: all that ROS has, signed or not."""
 
