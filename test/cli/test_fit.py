@@ -130,6 +130,30 @@ def test_a_person_sees_what_it_brings(run):
     )
 
 
+def test_it_is_applied_to_the_node_and_its_file_stays(run):
+    node, path = run
+    with open(node.file, encoding='utf-8') as file:
+        before = file.read()
+    found = {line[0]: line[2] for line in lines('fit', path, *FIELDS, '--to', *TRUTH, '--apply')}
+    assert {name: rosslt('get', name).stdout.strip() for name in found} == found
+    assert float(found['/robot/radius']) != RADIUS
+    with open(node.file, encoding='utf-8') as file:
+        assert file.read() == before
+    assert lines('undo')
+    assert [rosslt('get', name).stdout.strip() for name in found] == [str(RADIUS), str(BASE)]
+
+
+def test_a_locked_node_is_not_changed(run):
+    _, path = run
+    rosslt('lock', '/robot')
+    try:
+        refused = rosslt('fit', path, *FIELDS, '--to', *TRUTH, '--apply')
+        assert (refused.returncode, 'is locked' in refused.stderr) == (1, True), refused
+    finally:
+        rosslt('unlock', '/robot')
+    assert rosslt('get', '/robot/radius').stdout.strip() == str(RADIUS)
+
+
 def test_it_is_applied_and_saved_where_it_stands(run):
     node, path = run
     found = {line[0]: line[2] for line in lines('fit', path, *FIELDS, '--to', *TRUTH, '--save')}

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What was dropped is shown where it was dropped, also where its node takes another branch then."""
 
+import json
 import time
 import unittest
 
@@ -21,7 +22,7 @@ class Dropping(unittest.TestCase):
         cls.hand = Hand()
         cls.changes = []
         rospy.Subscriber('/branching_stage/rosslt/changes', AppliedChange, cls.changes.append)
-        for name in ('steeper', 'limited', 'moving'):
+        for name in ('steeper', 'limited', 'gap', 'moving'):
             cls.hand.marker(handle(name))
 
     def is_at(self, name, x):
@@ -46,11 +47,26 @@ class Dropping(unittest.TestCase):
         wait_until(lambda: abs(parameter('limit') - 3.5) < NOISE, 'the limit to follow')
         wait_until(self.is_at('limited', 3.5), 'the cube to be where it was dropped')
 
+    def test_what_stays_elsewhere_is_taken_back(self):
+        """The cube is never between 10 and 15, whatever its source is."""
+        self.drop('gap', 12.0)
+        wait_until(lambda: len(self.values_of('c')) > 1, 'c to be tried')
+        wait_until(
+            lambda: self.values_of('c')[-1] == 1.0, lambda: 'c to be 1 again; it became %s' % self.values_of('c')
+        )
+        wait_until(self.is_at('gap', 2.0), 'the cube to be where it was')
+        time.sleep(A_WHILE)
+        self.assertEqual(self.values_of('c')[-1], 1.0)
+
     def test_what_moves_by_itself_is_changed_once(self):
         self.drop('moving', 30.0)
         wait_until(lambda: 'start' in self.changed(), 'the start to follow')
         time.sleep(A_WHILE)
         self.assertEqual(self.changed().count('start'), 1)
+
+    def values_of(self, name):
+        """What a location has become, in turn."""
+        return [json.loads(change.new_value) for change in self.changes if change.name == name]
 
     def changed(self):
         return [change.name for change in self.changes]

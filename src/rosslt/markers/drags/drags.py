@@ -229,9 +229,19 @@ class Drags:
             self._checks[drag.handle.name] = Check(drag, self._scene.handle(drag.handle.name), rounds)
             return
         reason = '; ' + wording.refusal(refusal) if refusal else ''
-        self._scene.say(
-            drag.handle, 'shown elsewhere than it was dropped: its node computes it in another way' + reason
-        )
+        text = f'its node shows it elsewhere than it was dropped, and computes it in another way{reason}; '
+        self._scene.say(drag.handle, text + self._take_back(drag))
+
+    def _take_back(self, drag: Drag) -> str:
+        """Restore what the sources were before a drag, as a force that is not reached does; what came of it."""
+        past = self._past.get(drag.handle.name)
+        nodes = {source.node for source in drag.before}
+        undone = node.undo_request(drag.request_id, nodes, rospy.get_name(), self._rules.timeout)
+        if undone.reasons:
+            return 'it could not be taken back: ' + '; '.join(dict.fromkeys(undone.reasons.values()))
+        if past and past[-1][0] == drag.request_id:
+            past.pop()
+        return 'taken back'
 
     def _remember(self, drag: Drag) -> None:
         """Keep what a drag has changed, to be undone."""
