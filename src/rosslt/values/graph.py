@@ -146,13 +146,13 @@ class Graph:
             for place in self.occurrences.get(source, ()):
                 values[place] = value
         for place, forward, first, second, constant in steps:
-            if forward is None:
-                form, of, by = records[place]
-                value = form.evaluate(constant, of, by, [values[operand] for operand in first])
-            elif second is None:
+            if second is not None:
+                value = forward(values[first], values[second])
+            elif forward is not None:
                 value = forward(values[first], constant)
             else:
-                value = forward(values[first], values[second])
+                form, of, by = records[place]
+                value = form.evaluate(constant, of, by, [values[operand] for operand in first])
             if most_bits and type(value) is int and value.bit_length() > most_bits:
                 raise OverflowError('a number of %d digits' % (value.bit_length() * 0.30103))
             values[place] = value

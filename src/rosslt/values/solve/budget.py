@@ -18,7 +18,7 @@ WORK_OF_A_RESULT = 150_000
 MOST_WORK_OF_RESULTS = 400_000
 """... and for all of them, in expressions of ordinary size."""
 
-WORK_PER_NODE = 60
+WORK_PER_NODE = 40
 """What may be done beyond that for each node of a large expression ..."""
 
 WORK_PER_NODE_ALONE = 400
@@ -119,7 +119,7 @@ class Trial:
         steps = graph.steps(self.depends)
         if last < len(base) - 1:
             steps = [step for step in steps if step[0] <= last]
-        self._steps = steps
+        self.steps = steps
         whole = [value.bit_length() for value in base if type(value) is int]
         whole += [value.bit_length() for value in wanted if type(value) is int] if whole else []
         self._most_bits = max([MOST_BITS] + [2 * bits for bits in whole]) if whole else 0
@@ -150,7 +150,7 @@ class Trial:
     def partials(self, values: List[Any]) -> Dict[int, tuple]:
         """The slopes of all nodes that may change for their operands, at such values."""
         self.budget.spend(self.work * WORK_OF_A_SLOPE)
-        return self.graph.partials(self._steps, values)
+        return self.graph.partials(self.steps, values)
 
 
 def _with_small_powers(graph: Graph, steps: List[tuple], most_bits: int) -> List[tuple]:

@@ -8,13 +8,12 @@ would be a jump, the one that the last answer leads to, drawn towards it.
 
 from typing import Any, Collection, Dict, Iterator, List, Mapping, Optional, Sequence
 
-from ..closeness import is_same
 from ..errors import NotInvertible
 from ..graph import Graph
 from ..sources import Source
-from ..tracked import TRACKED
 from .budget import UNDEFINED, Budget
-from .choice import groups_apart, holds_floats, solve, solve_one, target_of
+from .choice import holds_floats, solve, solve_one, target_of, tracked_parts
+from .components import connected
 from .equations import Goal, Point
 from .freedom import Bounds, Freedom, Rank, rank_of
 from .least_squares import shortest_step
@@ -160,15 +159,10 @@ def continued(
     if not last:
         return solve(list(xs), list(targets), **options)
     freedom = Freedom(None if sources is None else list(sources), bounds or {}, read_only, rank_of(rank), weights or {})
-    goals: List[Goal] = []
-    for number, (x, wanted) in enumerate(zip(xs, targets)):
-        if type(x) in TRACKED:
-            goals.append(('[%d]' % number, x, target_of(x, wanted)))
-        elif not is_same(x, wanted):
-            raise NotInvertible('cannot make [%d] become %r: it has no source, and is %r' % (number, wanted, x))
+    goals = [(path, x, target_of(x, wanted)) for path, x, wanted in tracked_parts(list(xs), list(targets))]
     graph = Graph(x for _, x, _ in goals)
     answer: Dict[Source, Any] = {}
-    for group in groups_apart(graph, goals, freedom):
+    for group in connected(graph, goals, freedom):
         answer.update(_group_continued(group, freedom, last, options))
     return answer
 

@@ -24,10 +24,13 @@ MOST_APPROACHES = 200
 FIRST_RADIUS = 1.0
 """How far the first step may go, in the sources' scales or sizes, unless the results follow it as a line does."""
 
-MET = 1e-10
+CONVERGED = 1e-10
 """Results that miss no more than this part of their size are met; what is left to do is to polish them."""
 
-STRAIGHT = 1e-3
+EXACT = 2.0**-51
+"""Nearer than this, in the root of the mean square of what is missing, only roundings differ."""
+
+NEARLY_LINEAR = 1e-3
 """Where a step leaves no more than this part of what was missing, the results follow the slopes as a line does."""
 
 
@@ -114,7 +117,7 @@ class Descents(Equations):
         slow = 0
         rows: Rows = []
         for _ in range(rounds):
-            if not size:
+            if size <= EXACT * math.sqrt(len(equations)):
                 break
             try:
                 # The slopes of the round before do where they foretold the results that well.
@@ -124,7 +127,7 @@ class Descents(Equations):
             except UNDEFINED:
                 break
             # What is met is polished, without a search for a better way.
-            for attempt in range(level, len(DAMPINGS)) if size > MET else (0,):
+            for attempt in range(level, len(DAMPINGS)) if size > CONVERGED else (0,):
                 try:
                     step = self._step(x, rows, missing, DAMPINGS[attempt])
                 except Exhausted:
@@ -138,7 +141,7 @@ class Descents(Equations):
                 if length > radius and attempt == level:
                     # As good as a line: however far it is.
                     ahead, there, left = self._ahead(x, step, 1.0, equations)
-                    if left is not None and math.hypot(*left) <= STRAIGHT * size:
+                    if left is not None and math.hypot(*left) <= NEARLY_LINEAR * size:
                         break
                 ahead, there, left = self._ahead(x, step, min(1.0, radius / length), equations)
                 if left is not None and math.hypot(*left) < size:
@@ -151,9 +154,9 @@ class Descents(Equations):
                 break
             level = max(0, attempt - 1)
             gain = size - math.hypot(*left)
-            if size - gain > max(STRAIGHT * size, MET):
+            if size - gain > max(NEARLY_LINEAR * size, CONVERGED):
                 rows = []
-            if size < MET and gain < 0.1 * size:
+            if size < CONVERGED and gain < 0.1 * size:
                 x, size = ahead, size - gain
                 break
             x, values, missing, size = ahead, there, left, size - gain

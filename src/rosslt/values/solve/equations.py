@@ -2,7 +2,7 @@
 their outermost operations are undone."""
 
 import math
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from ..graph import Graph
 from ..operations.table import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
@@ -10,6 +10,7 @@ from ..sources import Source
 from .budget import UNDEFINED, Budget, Trial
 from .least_squares import Rows
 from .one import undone
+from .preaccumulation import Preaccumulated
 
 Goal = Tuple[str, Any, Any]
 """`(path, tracked value, wanted value)`."""
@@ -59,7 +60,6 @@ class Equations:
     ) -> None:
         self._graph = graph
         self._unknowns = unknowns
-        self._column = {source: column for column, source in enumerate(unknowns)}
         self._roots = [graph.index[id(value)] for _, value, _ in goals]
         self._wanted = [wanted for _, _, wanted in goals]
         self._budget = budget
@@ -71,20 +71,23 @@ class Equations:
             Equation(root, float(wanted), _unit(wanted, at, 1e-6 * self._size))
             for root, wanted, at in zip(self._roots, self._wanted, self._present)
         ]
-        self._below: Dict[int, List[int]] = {}
+        self._slopes: Optional[Preaccumulated] = None
         self.start = [float(base[graph.occurrences[source][0]]) for source in unknowns]
         is_one = all(
             base[at] == start for source, start in zip(unknowns, self.start) for at in graph.occurrences[source]
         )
-        self._last_tried: Tuple[Point, Optional[List[Any]]] = (list(self.start) if is_one else []), base
+        self._tried_last: List[Tuple[Point, Optional[List[Any]]]] = [(list(self.start), base)] if is_one else []
 
     def _tried(self, x: Point) -> Optional[List[Any]]:
         """The nodes' values at a point; None where one is not defined, or the point is not finite."""
-        if x != self._last_tried[0]:
-            if not all(map(math.isfinite, x)):
-                return None
-            self._last_tried = list(x), self._trial.tried(dict(zip(self._unknowns, x)))
-        return self._last_tried[1]
+        for known, values in self._tried_last:
+            if x == known:
+                return values
+        if not all(map(math.isfinite, x)):
+            return None
+        values = self._trial.tried(dict(zip(self._unknowns, x)))
+        self._tried_last = [(list(x), values), *self._tried_last[:1]]
+        return values
 
     def _missing(self, values: Optional[List[Any]], equations: Sequence[Equation]) -> Optional[List[float]]:
         """By how much each node's value is too small, in its unit; None where one is not defined."""
@@ -101,27 +104,23 @@ class Equations:
 
     def _jacobian(self, values: List[Any], equations: Sequence[Equation]) -> Rows:
         """The slopes of each node's value, in its unit, for each unknown; without zeros."""
-        partials = self._trial.partials(values)
+        terms = [(number, *term) for number, one in enumerate(equations) for term in _terms(one, values)]
         rows: Rows = [{} for _ in equations]
-        terms = [term for row, one in zip(rows, equations) for term in _terms(row, one, values)]
         if len(self._unknowns) * 4 < len(equations):
+            partials = self._trial.partials(values)
             self._budget.spend(len(self._unknowns) * len(partials))
             for column, source in enumerate(self._unknowns):
                 rise = self._graph.tangent(source, partials)
-                for row, place, unit in terms:
-                    slope = rise.get(place)
-                    if slope:
-                        row[column] = row.get(column, 0.0) + _finite(slope * unit)
+                for number, place, unit in terms:
+                    if place in rise:
+                        _add(rows[number], {column: rise[place]}, unit)
             return rows
-        for row, place, unit in terms:
-            below = self._below.get(place)
-            if below is None:
-                below = self._below[place] = self._graph.below(place, partials)
-            self._budget.spend(2 * len(below))
-            for source, slope in self._graph.gradient(place, partials, below).items():
-                column_of = self._column.get(source)
-                if slope and column_of is not None:
-                    row[column_of] = row.get(column_of, 0.0) + _finite(slope * unit)
+        if self._slopes is None:
+            columns = {at: column for column, one in enumerate(self._unknowns) for at in self._graph.occurrences[one]}
+            self._slopes = Preaccumulated(self._graph, self._trial, columns, self._roots)
+        self._slopes.move(values, [place for _, place, _ in terms], self._budget)
+        for number, place, unit in terms:
+            _add(rows[number], self._slopes.gradient(place, self._budget), unit)
         return rows
 
     def _undone(self, x: Point) -> Optional[List[Equation]]:
@@ -193,14 +192,30 @@ def _product(values: List[Any], places: Sequence[int]) -> float:
     return float(product)
 
 
-def _terms(row: Dict[int, float], equation: Equation, values: List[Any]) -> List[Tuple[Dict[int, float], int, Any]]:
+def _terms(equation: Equation, values: List[Any]) -> List[Tuple[int, Any]]:
     """The nodes whose slopes, so many times each, add up to a row of the Jacobian."""
     place, wanted, unit, denominators = equation
-    terms = [(row, place, unit * _product(values, denominators))]
+    terms = [(place, unit * _product(values, denominators))]
     for number, other in enumerate(denominators):
         others = denominators[:number] + denominators[number + 1 :]
-        terms.append((row, other, (values[place] - wanted) * unit * _product(values, others)))
+        terms.append((other, (values[place] - wanted) * unit * _product(values, others)))
     return terms
+
+
+def _add(row: Dict[int, float], slopes: Mapping[int, Any], unit: float) -> None:
+    """Add slopes, so many times, to a row of the Jacobian.
+
+    Raises:
+        OverflowError: no float holds one.
+    """
+    new = {column: float(slope * unit) for column, slope in slopes.items() if slope}
+    if not all(map(math.isfinite, new.values())):
+        raise OverflowError('a slope that no float holds')
+    if row:
+        for column, slope in new.items():
+            row[column] = row.get(column, 0.0) + slope
+    else:
+        row.update(new)
 
 
 def _unit(wanted: Any, present: Any, least: float) -> float:
@@ -210,13 +225,6 @@ def _unit(wanted: Any, present: Any, least: float) -> float:
     except UNDEFINED:
         return 1.0
     return 1.0 / size if 1e-300 < size < math.inf else 1.0
-
-
-def _finite(slope: Any) -> float:
-    slope = float(slope)
-    if not math.isfinite(slope):
-        raise OverflowError('a slope that no float holds')
-    return slope
 
 
 def size_of(goals: List[Goal]) -> float:

@@ -12,11 +12,11 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence
 
 from ..closeness import ROUNDING, almost_meets, is_at
 from .budget import UNDEFINED, Exhausted
-from .descent import MET, ROUNDS, Descent, Descents
+from .descent import CONVERGED, ROUNDS, Descent, Descents
 from .equations import Point
 from .periods import TURN, has_periods, periods, turns_too_many
 
-STIRS = (1e-2, 0.1, 0.5)
+PERTURBATIONS = (1e-2, 0.1, 0.5)
 """By how much the start is moved, in turn, where the slopes at the present values lead nowhere (a straight arm)."""
 
 RADII = (0.3, 1.0, 0.15, 3.0, 0.3)
@@ -30,7 +30,7 @@ FOLLOWED_STEPS = 8
 MOST_LEFT_OUT = 12
 """Of so many results at most, each is left out once to find a start."""
 
-ENOUGH_DEAD_ENDS = 12
+MOST_EQUAL_MINIMA = 12
 """So many starts that end in the same place short of the target show that it is out of reach."""
 
 SHORT_WAY = 0.25
@@ -44,7 +44,7 @@ SECOND_RADII = (1.0, 2.0, 3.0)
 MOST_SECOND_STARTS = 8
 """From where such a nearer answer is looked for."""
 
-LONG = 2.0
+MUCH_LONGER = 2.0
 """An answer that is so many times as far away as the slopes promise is worth a look for a nearer one."""
 
 
@@ -60,22 +60,22 @@ class System(Descents):
         base: the values of the graph's nodes while nothing changes; the present ones by default.
     """
 
-    _dead_end: Optional[Descent] = None
-    """The end of a descent that came nearest without meeting the results."""
+    _least_minimum: Optional[Descent] = None
+    """The local minimum that came nearest without meeting the results."""
 
     def solution(self) -> Optional[Point]:
         """The unknowns' values that give all results, None where none were found."""
-        dead_ends: Dict[str, int] = {}
+        minima: Dict[str, int] = {}
         try:
             for start in self._starts():
                 for end in self._ends(start):
                     if self.accepts(end.x):
                         return self._tidied(self._nearest(end.x))
-                    if self._dead_end is None or end.size < self._dead_end.size:
-                        self._dead_end = end
+                    if self._least_minimum is None or end.size < self._least_minimum.size:
+                        self._least_minimum = end
                     key = '%.3g' % end.size
-                    dead_ends[key] = dead_ends.get(key, 0) + 1
-                    if dead_ends[key] >= ENOUGH_DEAD_ENDS:
+                    minima[key] = minima.get(key, 0) + 1
+                    if minima[key] >= MOST_EQUAL_MINIMA:
                         return None
         except Exhausted:
             pass
@@ -87,7 +87,7 @@ class System(Descents):
         try:
             best = x = self._nearer(self._unwound(x, self._polished))
             turned = has_periods(self._graph) and max([abs(a - b) for a, b in zip(x, self.start)]) > LARGE_TURN
-            if self._way(x) <= LONG * self._promised and not turned:
+            if self._way(x) <= MUCH_LONGER * self._promised and not turned:
                 return best
             for start in itertools.islice(self._scattered(SECOND_RADII), MOST_SECOND_STARTS):
                 for end in self._ends(start):
@@ -114,7 +114,7 @@ class System(Descents):
         end = self._descend(start, self._equations)
         if end is not None:
             yield end
-            if end.size < MET:
+            if end.size < CONVERGED:
                 return
         undone_equations = self._undone(start)
         if undone_equations is None:
@@ -133,10 +133,10 @@ class System(Descents):
         self._equations = [equation._replace(unit=1.0) for equation in self._equations]
         best, least = self.start, math.inf
         try:
-            for stir in (0.0,) + STIRS[:2]:
-                end = self._approach(self._stirred(stir) if stir else self.start)
+            for perturbation in (0.0,) + PERTURBATIONS[:2]:
+                end = self._approach(self._perturbed(perturbation) if perturbation else self.start)
                 if end is not None and end.size < least * (1 - 1e-12):
-                    if stir and end.size >= self._distance(self.start) * (1 - 1e-9):
+                    if perturbation and end.size >= self._distance(self.start) * (1 - 1e-9):
                         continue
                     best, least = end.x, end.size
                 if best != self.start:
@@ -171,8 +171,8 @@ class System(Descents):
     def _starts(self) -> Iterator[Point]:
         """Where descents begin: at the present values, near them, along the way to the target, then further away."""
         yield self.start
-        for stir in STIRS:
-            yield self._stirred(stir)
+        for perturbation in PERTURBATIONS:
+            yield self._perturbed(perturbation)
         followed = self._followed()
         if followed is not None:
             yield followed
@@ -196,8 +196,8 @@ class System(Descents):
                 else:
                     reach = scale if number % 3 else max(scale, abs(value), turn)
                     start.append(min(max(value + reach * chance.uniform(-radius, radius), low), high))
-            if number % 4 > 1 and self._dead_end is not None:
-                start = [kept if chance.random() < 0.5 else new for kept, new in zip(self._dead_end.x, start)]
+            if number % 4 > 1 and self._least_minimum is not None:
+                start = [kept if chance.random() < 0.5 else new for kept, new in zip(self._least_minimum.x, start)]
             yield start
 
     def _turns(self) -> List[float]:
@@ -211,9 +211,9 @@ class System(Descents):
                 turns[column] = found[0] / TURN if found else 0.0
         return turns
 
-    def _stirred(self, stir: float) -> Point:
+    def _perturbed(self, perturbation: float) -> Point:
         return [
-            self._clamped(place, value + stir * max(scale, abs(value)) * math.cos(1.0 + 2.4 * place))
+            self._clamped(place, value + perturbation * max(scale, abs(value)) * math.cos(1.0 + 2.4 * place))
             for place, (value, scale) in enumerate(zip(self.start, self._scales))
         ]
 
@@ -240,7 +240,7 @@ class System(Descents):
         """
         if not 2 < len(self._equations) <= MOST_LEFT_OUT:
             return
-        end = self._dead_end
+        end = self._least_minimum
         missing = self._missing(self._tried(end.x if end else self.start), self._equations)
         if missing is None:
             return
