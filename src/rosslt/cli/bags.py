@@ -3,11 +3,12 @@
 import contextlib
 import os
 import struct
-from typing import Iterator, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, Optional, Sequence, Tuple
 
 import genpy
 import rosbag
 
+from rosslt import messages as codec
 from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import is_below
@@ -15,6 +16,9 @@ from rosslt.cli.reading import Decoder, Received
 
 #: What nodes send on <node>/rosslt/locations.
 _LOCATIONS_TYPE = 'rosslt/LocationList'
+
+#: How far ahead a provenance is looked for that a message refers to, in seconds.
+_AHEAD = genpy.Duration(60)
 
 
 @contextlib.contextmanager
@@ -40,13 +44,43 @@ def opened(path: str) -> Iterator[rosbag.Bag]:
 def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Received]:
     """The messages of a bag as Received, in the order in which they were recorded."""
     decoder = Decoder()
-    for topic, (_, data, _, _, message_class), _, header in bag.read_messages(
-        topics, raw=True, return_connection_header=True
-    ):
+    for topic, (_, data, _, _, message_class), _, header in serialized(bag, topics):
         publisher = header.get('callerid', b'')
         # rosbag reads the fields of a connection's header as bytes
         publisher = publisher.decode('utf-8', 'replace') if isinstance(publisher, bytes) else publisher
         yield decoder.decode(data, message_class, topic, publisher)
+
+
+def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Tuple[str, Any, genpy.Time, Any]]:
+    """What `bag.read_messages(topics, raw=True, return_connection_header=True)` gives, with each provenance in full.
+
+    A recording may begin with messages that refer to a provenance which was sent before: it comes again a little later.
+    """
+    searched: Dict[str, genpy.Time] = {}
+    for topic, raw, stamp, header in bag.read_messages(topics, raw=True, return_connection_header=True):
+        data = raw[1]
+        try:
+            data = codec.in_full(data, raw[-1])
+        except codec.UnknownOutline:
+            if stamp >= searched.get(topic, stamp):
+                found = _found_ahead(bag, topic, raw, stamp)
+                if found is None:
+                    searched[topic] = stamp + _AHEAD
+                data = found or data
+        except codec.BadHeader:
+            pass  # whoever decodes it says so
+        yield topic, (raw[0], data, *raw[2:]), stamp, header
+
+
+def _found_ahead(bag: rosbag.Bag, topic: str, raw: Sequence[Any], stamp: genpy.Time) -> Optional[bytes]:
+    """A serialized message with its provenance in full; None where no message soon after it has what it refers to."""
+    for _, later, _ in bag.read_messages([topic], start_time=stamp, end_time=stamp + _AHEAD, raw=True):
+        try:
+            if codec.in_full(later[1], later[-1]) is later[1]:
+                return codec.in_full(raw[1], raw[-1])
+        except codec.BadHeader:
+            continue
+    return None
 
 
 def take_names(bag: rosbag.Bag, directory: Directory) -> None:

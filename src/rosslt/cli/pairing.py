@@ -51,7 +51,7 @@ def pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], sla
 def _stamped(bag: rosbag.Bag, topic: str) -> Tuple[List[float], List[Any]]:
     """The stamps of the messages of a topic, and the messages, by stamp."""
     decoder, found = Decoder(), []
-    for name, raw, recorded in bag.read_messages([topic], raw=True):
+    for name, raw, recorded, _ in bags.serialized(bag, [topic]):
         message = decoder.decode(raw[1], raw[-1], name).message
         stamp = message.header.stamp if getattr(raw[-1], '_has_header', False) else None
         found.append(((stamp or recorded).to_sec(), message))

@@ -7,6 +7,7 @@ from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Tuple
 import rosbag
 
 from rosslt import messages, values
+from rosslt.cli import bags
 from rosslt.cli.reading import Decoder
 from rosslt.values import AFFINE, Source
 
@@ -62,8 +63,7 @@ def rewrite(
     total, due = bag.get_message_count(), 0.0
     topics: Dict[str, Topic] = {}
     rewriter = _Rewriter(changes)
-    read = bag.read_messages(raw=True, return_connection_header=True)
-    for done, (name, raw, stamp, header) in enumerate(read):
+    for done, (name, raw, stamp, header) in enumerate(bags.serialized(bag)):
         topic = topics.setdefault(name, Topic())
         topic.count += 1
         data = rewriter.rewritten(name, topic, raw)

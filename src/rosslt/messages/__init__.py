@@ -8,14 +8,15 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 - `msg_files`: the generator of tracked message types; `location_header`: the header of the paper's C++ library.
 """
 
-from rosslt.messages.codec import Allowance, SparingProvenance, attach, encode, provenance_to_send
-from rosslt.messages.errors import BadHeader, UnknownType
+from rosslt.messages.codec import Allowance, Announcer, SparingProvenance, attach, encode, provenance_to_send
+from rosslt.messages.errors import BadHeader, UnknownOutline, UnknownType
 from rosslt.messages.field_path import NoSuchPart, distance, is_reached, part_at, path_steps
 from rosslt.messages.inband import (
     Decoded,
     append_provenance,
     decode,
     decoder,
+    in_full,
     plain_check,
     provenance_size,
     read_tracked,
@@ -29,6 +30,7 @@ from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_t
 
 __all__ = [
     'Allowance',
+    'Announcer',
     'BadHeader',
     'Decoded',
     'LocationHeader',
@@ -36,6 +38,7 @@ __all__ = [
     'SparingProvenance',
     'NoSuchPart',
     'PaperIds',
+    'UnknownOutline',
     'UnknownType',
     'append_provenance',
     'attach',
@@ -44,6 +47,7 @@ __all__ = [
     'distance',
     'encode',
     'from_paper_header',
+    'in_full',
     'is_reached',
     'is_tracked_type',
     'packed_arrays',

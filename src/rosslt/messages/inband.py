@@ -1,8 +1,9 @@
 """In-band provenance: bytes behind a serialized message, which plain subscribers ignore.
 
 genpy and roscpp read the fields that a type has and ignore what follows. What follows is the provenance, its length in
-four bytes, and MAGIC. Any message may end in bytes that look like that, so the fields are walked as well: there is a
-provenance only if the fields end exactly where it would begin.
+four bytes, and MAGIC; or a reference to a provenance that was sent before, its length, and REFERENCE. Any message may
+end in bytes that look like that, so the fields are walked as well: there is a provenance only if the fields end exactly
+where it would begin.
 """
 
 import functools
@@ -10,7 +11,7 @@ import logging
 import struct
 from typing import Any, BinaryIO, Callable, NamedTuple, Optional, Tuple
 
-from rosslt.messages.codec import attach, provenance_to_send
+from rosslt.messages.codec import OUTLINES, Announcer, attach, provenance_to_send
 from rosslt.messages.codegen.leaf_access import leaf_readers
 from rosslt.messages.codegen.walkers import walkers
 from rosslt.messages.errors import BadHeader
@@ -18,6 +19,9 @@ from rosslt.messages.tracked_types import is_tracked_type, unwrap
 from rosslt.values import untracked
 
 MAGIC = b'rSLT'
+REFERENCE = b'rSLR'
+
+_BOTH = MAGIC, REFERENCE
 
 _FOOTER = struct.Struct('<I4s')
 _LENGTH = struct.Struct('<I')
@@ -28,6 +32,7 @@ def append_provenance(
     buff: BinaryIO,
     full_history: bool = False,
     provenance: Callable[[Any, bool], bytes] = provenance_to_send,
+    announcer: Optional[Announcer] = None,
 ) -> None:
     """Write the provenance of a message behind it; nothing, where no leaf is tracked.
 
@@ -36,10 +41,15 @@ def append_provenance(
         buff: where rospy gathers what it sends.
         full_history: as of `encode`.
         provenance: what gives it, as `provenance_to_send` does.
+        announcer: what gives a reference in its place now and then; None where it is always written in full.
     """
     data = provenance(message, full_history)
     if data:
-        buff.write(data + _FOOTER.pack(len(data), MAGIC))
+        reference = announcer.reference(data) if announcer is not None else b''
+        if reference:
+            buff.write(reference + _FOOTER.pack(len(reference), REFERENCE))
+        else:
+            buff.write(data + _FOOTER.pack(len(data), MAGIC))
 
 
 def plain_check(message_class: type) -> Optional[Callable[[Any], bool]]:
@@ -91,10 +101,12 @@ def decoder(message_class: Any) -> Callable[[Any, bytes], Optional[BadHeader]]:
 
     def decode_into(message: Any, data: bytes) -> Optional[BadHeader]:
         deserialize(message, data)  # which ignores what follows the fields
-        if not data.endswith(MAGIC):
+        if not data.endswith(_BOTH):
             return None
         try:
-            attach(message, find(data) or b'')
+            found = find(data)
+            if found is not None:
+                attach(message, _in_full(message_class, data, found))
         except BadHeader as error:
             return error
         except Exception as error:
@@ -131,8 +143,7 @@ def provenance_size(data: bytes, message_class: type) -> int:
     """
     if is_tracked_type(message_class):
         return _LENGTH.size + _LENGTH.unpack_from(data)[0]
-    plain, _ = split_provenance(data, message_class)
-    return len(data) - len(plain)
+    return sum(map(len, _found_behind(data, message_class)))
 
 
 def split_provenance(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
@@ -141,19 +152,59 @@ def split_provenance(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
     Args:
         data: as received.
         message_class: its type.
+
+    Raises:
+        UnknownOutline: what is behind it refers to a provenance that was not received.
+        BadHeader: what is behind it is no reference.
     """
-    provenance = finder(message_class)(data) if data.endswith(MAGIC) else None
-    if provenance is None:
+    found, footer = _found_behind(data, message_class)
+    if not footer:
         return data, b''
-    return data[: len(data) - _FOOTER.size - len(provenance)], provenance
+    return data[: len(data) - len(footer) - len(found)], _in_full(message_class, data, found)
+
+
+def in_full(data: bytes, message_class: Any) -> bytes:
+    """A serialized message, with its provenance in the place of a reference to it.
+
+    Args:
+        data: as received.
+        message_class: its type, ordinary or tracked.
+
+    Raises:
+        UnknownOutline, BadHeader: as of `split_provenance`.
+    """
+    if is_tracked_type(message_class):
+        return data
+    found, footer = _found_behind(data, message_class)
+    if not footer:
+        return data
+    provenance = _in_full(message_class, data, found)
+    if provenance is found:
+        return data
+    return data[: len(data) - len(footer) - len(found)] + provenance + _FOOTER.pack(len(provenance), MAGIC)
+
+
+def _found_behind(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
+    """What is behind a message, and its footer; both are b'' where there is nothing."""
+    found = finder(message_class)(data) if data.endswith(_BOTH) else None
+    return (b'', b'') if found is None else (found, data[-_FOOTER.size :])
+
+
+def _in_full(message_class: type, data: bytes, found: bytes) -> bytes:
+    """The provenance that was found behind a message, or that it refers to."""
+    if data.endswith(REFERENCE):
+        return OUTLINES.resolved(message_class, found)
+    OUTLINES.met(message_class, found)
+    return found
 
 
 @functools.lru_cache(maxsize=None)
 def finder(message_class: Any) -> Callable[[bytes], Optional[bytes]]:
-    """A function that finds the provenance behind a serialized message.
+    """A function that finds the provenance behind a serialized message, or the reference to one.
 
     Returns:
-        `find(data)`, for data that ends with MAGIC: the provenance, or None where these bytes are part of the message.
+        `find(data)`, for data that ends with MAGIC or REFERENCE: what is between the message and the footer, or None
+        where these bytes are part of the message.
     """
     walks = walkers(message_class)
     size, end = walks.layout.size(walks.layout.name), walks.end

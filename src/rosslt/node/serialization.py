@@ -2,7 +2,7 @@
 
 import functools
 import io
-from typing import Any, BinaryIO, Callable, Dict, Set, Tuple
+from typing import Any, BinaryIO, Callable, Dict, Optional, Set, Tuple
 
 import genpy
 import rospy
@@ -19,9 +19,11 @@ class Sending:
 
     Attributes:
         full_history: complete expressions, for explaining, instead of what they come to.
+        only_changes: by reference to an earlier message, as far as that says the same.
     """
 
     full_history = False
+    only_changes = False
 
 
 Provenance = Callable[[Any, bool], bytes]
@@ -29,7 +31,10 @@ Provenance = Callable[[Any, bool], bytes]
 
 
 def serializer(
-    message_class: Any, refresher: Refresher, provenance: Provenance = messages.provenance_to_send
+    message_class: Any,
+    refresher: Refresher,
+    provenance: Provenance = messages.provenance_to_send,
+    announcer: Optional[messages.Announcer] = None,
 ) -> Callable[[Any], Any]:
     """The function that makes of a message what rospy serializes in its place: the message, then its provenance.
 
@@ -37,10 +42,12 @@ def serializer(
         message_class: of the messages.
         refresher: the Refresher of the publisher, service or caller that sends them.
         provenance: what gives the provenance of each.
+        announcer: the one of the publisher that sends them to all who have subscribed; None for others, which send all
+            of it each time.
     """
     if message_class is rospy.AnyMsg:
         return lambda message: message  # with the provenance that it was received with
-    make = functools.partial(_class_with_provenance(message_class), refresher, provenance)
+    make = functools.partial(_class_with_provenance(message_class), refresher, provenance, announcer)
     is_plain = messages.plain_check(message_class)
     if is_plain is None or provenance is not messages.provenance_to_send:
         return make
@@ -50,12 +57,15 @@ def serializer(
 @functools.lru_cache(maxsize=None)
 def _class_with_provenance(message_class: Any) -> Any:
     class WithProvenance(genpy.Message):
-        __slots__ = ('message', 'provenance', 'refresher')
+        __slots__ = ('announcer', 'message', 'provenance', 'refresher')
         _type, _md5sum = message_class._type, message_class._md5sum
         _has_header = message_class._has_header
 
-        def __init__(self, refresher: Refresher, provenance: Provenance, message: Any) -> None:
+        def __init__(
+            self, refresher: Refresher, provenance: Provenance, announcer: Optional[messages.Announcer], message: Any
+        ) -> None:
             self.message = message
+            self.announcer = announcer
             self.refresher = refresher
             self.provenance = provenance
 
@@ -71,7 +81,8 @@ def _class_with_provenance(message_class: Any) -> Any:
                 pack(message).serialize(buff)
             except genpy.SerializationError as error:
                 raise genpy.SerializationError(serialization_fault(message, error)) from None
-            messages.append_provenance(message, buff, Sending.full_history, self.provenance)
+            announcer = self.announcer if Sending.only_changes else None
+            messages.append_provenance(message, buff, Sending.full_history, self.provenance, announcer)
 
     pack = messages.packed_arrays(message_class)
     return WithProvenance
@@ -94,7 +105,7 @@ def received_class(message_class: Any, channel: str) -> Any:
     def deserialize(message: Any, data: bytes) -> Any:
         message.__class__ = message_class  # another message would take 0.8 us for a Pose, 6.6 for an Odometry
         error = decode_into(message, data)
-        if error is not None:
+        if error is not None and not isinstance(error, messages.UnknownOutline):
             message._connection_header = error
             message.__class__ = untold
         return message

@@ -36,7 +36,7 @@ from rosslt.node.source_files import SOURCE_FILES
 FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
-SETTINGS = {'history'} | access.SETTINGS
+SETTINGS = {'history', 'provenance'} | access.SETTINGS
 
 #: A location, its value before and after.
 Change = Tuple[Location, Any, Any]
@@ -478,6 +478,12 @@ class Owner:
             if value not in ('full', 'folded', {}):
                 rospy.logerr(
                     "%s/rosslt/history is %r instead of 'full' or 'folded': taken for 'folded'", self.name, value
+                )
+        elif name == 'provenance':
+            Sending.only_changes = value == 'changes'
+            if value not in ('changes', 'full', {}):
+                rospy.logerr(
+                    "%s/rosslt/provenance is %r instead of 'changes' or 'full': taken for 'full'", self.name, value
                 )
         elif value == {}:
             self.mirror.left_behind.pop(name, None)

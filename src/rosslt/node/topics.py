@@ -31,6 +31,8 @@ _NO_QUEUE_SIZE = (
     "The publisher should be created with an explicit keyword argument 'queue_size'. Please see "
     'http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers for more information.'
 )
+#: How the types of an action's messages end. A goal or a result comes once.
+_OF_ACTIONS = 'ActionGoal', 'ActionFeedback', 'ActionResult'
 #: Which of the arguments behind `subscriber_listener` the queue size is.
 _PLACE_OF_QUEUE_SIZE = 3
 
@@ -53,12 +55,17 @@ class Publisher(rospy.Publisher):
         wraps = messages.is_tracked_type(data_class)
         self._plain_class = messages.plain_type(data_class) if wraps else data_class
         self._refresher = Refresher()
+        provenance = self._provenance()
+        announcer = None if data_class._type.endswith(_OF_ACTIONS) else messages.Announcer(data_class, self._audience)
         self._serializable: Callable[[Any], Any] = (
-            self._wrapped if wraps else serializer(data_class, self._refresher, self._provenance())
+            self._wrapped if wraps else serializer(data_class, self._refresher, provenance, announcer)
         )
         self._latched: Optional[Latched] = None
         if subscriber_listener is not None:
-            subscriber_listener = _Listener(subscriber_listener, self._outgoing)
+            in_full = self._wrapped if wraps else serializer(data_class, self._refresher, provenance)
+            subscriber_listener = _Listener(
+                subscriber_listener, lambda message: message if _has_its_provenance(message) else in_full(message)
+            )
         if kwargs.get('queue_size') is not None or len(args) > _PLACE_OF_QUEUE_SIZE:
             super().__init__(name, data_class, subscriber_listener, *args, **kwargs)
             return
@@ -71,6 +78,12 @@ class Publisher(rospy.Publisher):
     def _provenance(self) -> Provenance:
         """What gives the provenance of each message."""
         return messages.provenance_to_send
+
+    def _audience(self) -> Optional[object]:
+        """Whom each message goes to; None where they may come later, as those of a latched topic."""
+        impl = self.impl
+        # rospy makes another list when somebody subscribes
+        return None if getattr(impl, 'is_latch', True) else impl.connections
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also where the type is
@@ -141,7 +154,8 @@ def _has_its_provenance(message: Any) -> bool:
 
 
 class _Listener(rospy.SubscribeListener):
-    """A listener for a publisher's peers, what it publishes to them with provenance, as the publisher does."""
+    """A listener for a publisher's peers, what it publishes to them with provenance, and each time with all of it: it
+    may be for one of them only."""
 
     def __init__(self, listener: rospy.SubscribeListener, outgoing: Callable[[Any], Any]) -> None:
         self._listener = listener

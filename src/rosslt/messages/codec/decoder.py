@@ -12,7 +12,7 @@ from rosslt.messages.codec.bounded_cache import BoundedCache
 from rosslt.messages.codec.encoder import fits
 from rosslt.messages.codec.expressions import read_instructions
 from rosslt.messages.codec.received_expressions import ReceivedExpressions
-from rosslt.messages.codec.table_reader import ReceivedTables, read_tables
+from rosslt.messages.codec.table_reader import FloatBlocks, ReceivedTables, read_tables
 from rosslt.messages.codec.templates import Template
 from rosslt.messages.codec.varint import Reader
 from rosslt.messages.codec.wire_format import (
@@ -131,6 +131,15 @@ def _header_and_writer(message_class: type, data: bytes) -> 'Tuple[ReceivedHeade
     return header, writer
 
 
+def header_like(message_class: type, data: bytes) -> 'ReceivedHeader':
+    """The header in `data`, from one that was checked before where there is one that differs in its floats only.
+
+    Raises:
+        BadHeader: its form is not right.
+    """
+    return _header_and_writer(message_class, data)[0] if len(data) <= MAX_REMEMBERED_SIZE else read_header(data)
+
+
 class _Fields(NamedTuple):
     """What a header says of its fields, but for its numbers."""
 
@@ -161,6 +170,11 @@ class ReceivedHeader:
     def wanted(self) -> Sequence[int]:
         """The indices of the leaves, rising, and END."""
         return self._fields.wanted
+
+    @property
+    def blocks(self) -> FloatBlocks:
+        """Where its floats are in the data that this, or one that is like this, was read from."""
+        return self._tables.blocks
 
     @property
     def is_affine(self) -> bool:
