@@ -98,15 +98,21 @@ def decoder(message_class: Any) -> Callable[[Any, bytes], Optional[BadHeader]]:
         the provenance behind it, None where nothing was.
     """
     deserialize, find = message_class.deserialize, finder(message_class)
+    met, resolved = OUTLINES.met, OUTLINES.resolved
 
     def decode_into(message: Any, data: bytes) -> Optional[BadHeader]:
         deserialize(message, data)  # which ignores what follows the fields
-        if not data.endswith(_BOTH):
+        is_full = data.endswith(MAGIC)
+        if not (is_full or data.endswith(REFERENCE)):
             return None
         try:
             found = find(data)
             if found is not None:
-                attach(message, _in_full(message_class, data, found))
+                if is_full:
+                    met(message_class, found)
+                else:
+                    found = resolved(message_class, found)
+                attach(message, found)
         except BadHeader as error:
             return error
         except Exception as error:
