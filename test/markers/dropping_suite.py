@@ -13,6 +13,7 @@ import rosslt
 from support.hand import Hand, wait_until
 
 NOISE = 1e-5  # RViz reports in 32 bits
+HELD = 60  # in how many steps a thing is dragged that is to be seen moving meanwhile
 A_WHILE = 1.5  # longer than a check looks at a second message, in seconds
 
 
@@ -22,7 +23,7 @@ class Dropping(unittest.TestCase):
         cls.hand = Hand()
         cls.changes = []
         rospy.Subscriber('/branching_stage/rosslt/changes', AppliedChange, cls.changes.append)
-        for name in ('steeper', 'limited', 'gap', 'moving'):
+        for name in ('steeper', 'limited', 'gap', 'moving', 'ticking'):
             cls.hand.marker(handle(name))
 
     def is_at(self, name, x):
@@ -63,6 +64,13 @@ class Dropping(unittest.TestCase):
         wait_until(lambda: 'start' in self.changed(), 'the start to follow')
         time.sleep(A_WHILE)
         self.assertEqual(self.changed().count('start'), 1)
+
+    def test_what_moves_at_a_lower_rate_than_it_is_sent_is_changed_once(self):
+        name = handle('ticking')
+        self.hand.drag(name, dx=30.0 - self.hand.position(name)[0], steps=HELD)
+        wait_until(lambda: 'tick' in self.changed(), 'the source to follow')
+        time.sleep(A_WHILE)
+        self.assertEqual(self.changed().count('tick'), 1)
 
     def values_of(self, name):
         """What a location has become, in turn."""

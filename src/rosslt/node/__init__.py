@@ -43,7 +43,7 @@ from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishe
 from rosslt.node.saving import Unsaved, changes_to_save
 from rosslt.node.service_calls import ask_all
 from rosslt.node.services import Service, ServiceProxy
-from rosslt.node.sights import Look, Sight, sight_of
+from rosslt.node.sights import Look, Motion, Sight, sight_of
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
@@ -58,6 +58,7 @@ __all__ = [
     'HeldLocation',
     'LiteralLocation',
     'Look',
+    'Motion',
     'NotReached',
     'Outcome',
     'Place',

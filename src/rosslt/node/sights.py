@@ -20,6 +20,9 @@ LEEWAY = 3.0
 #: How many messages have come at least between the one that was solved and the first one that shows it.
 FEWEST_STEPS = 2
 
+#: From how many versions of one expression on that differ in their numbers alone something moves by itself.
+FEWEST_MOMENTS = 3
+
 
 class Sight(NamedTuple):
     """A field as a message has it.
@@ -162,6 +165,29 @@ class Look:
             # messages may have been read later than they came, which says little of the time between them
             reach = max(reach, LEEWAY * step * max(steps, FEWEST_STEPS))
         return self.new[0].distance <= reach
+
+
+class Motion:
+    """Whether something moves by itself, from what messages show of it while its sources may change.
+
+    Other numbers come into its expression then: the time, a counter. They do where its node takes another branch, too,
+    but of branches there are few.
+    """
+
+    def __init__(self) -> None:
+        self._seen: List[Expression] = []
+
+    def see(self, part: Any) -> None:
+        """Take in what a message has: a list of tracked values."""
+        if not self.is_seen:
+            expression = Expression(part)
+            if all(one.difference(expression).numbers for one in self._seen):
+                self._seen.append(expression)
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether there is no other explanation."""
+        return len(self._seen) >= FEWEST_MOMENTS
 
 
 def is_equal(one: Any, other: Any) -> bool:

@@ -4,7 +4,7 @@ import math
 import time
 from typing import Any, Dict, Optional
 
-from rosslt import values
+from rosslt import node, values
 from rosslt.markers.drags.guard import Guard
 from rosslt.markers.geometry import PoseTuple, are_same_rotation, normalized, turn_without_noise, without_noise
 from rosslt.markers.scene.handle import Handle
@@ -37,6 +37,7 @@ class Drag:
         refusal: the error of the last request, or None.
         before, after: {Source: value} of what it has changed.
         followed: {Source: value} of the last answer that brought the handle to where the hand was.
+        motion: whether the thing moves by itself, as far as has been seen since the hand took hold of it.
     """
 
     def __init__(self, handle: Handle, leap_limit: float, request_id: str, hand: str = '') -> None:
@@ -55,6 +56,8 @@ class Drag:
         self.before: Dict[values.Source, Any] = {}
         self.after: Dict[values.Source, Any] = {}
         self.followed: Dict[values.Source, Any] = {}
+        self.motion = node.Motion()
+        self._seen: Optional[Handle] = None
 
     def begin(self, frame: str, pose: PoseTuple) -> None:
         """The hand took hold of it at a pose: that of a thing that moves is no longer the one of the last message."""
@@ -69,6 +72,12 @@ class Drag:
         # Only what the hand has changed is asked for, and that even where it goes back to where it was.
         self.is_moved = self.is_moved or self.pose[:3] != self.start[:3]
         self.is_turned = self.is_turned or not are_same_rotation(self.pose[3:], self.start[3:], NOISE**2)
+
+    def see(self, handle: Optional[Handle]) -> None:
+        """The thing as the latest message has it."""
+        if handle is not None and handle is not self._seen:
+            self._seen = handle
+            self.motion.see(list(handle.tracked))
 
     def _is_sound(self, frame: str, pose: PoseTuple) -> bool:
         """Whether what the hand reports can be used; `fault` says what is wrong with it."""

@@ -120,8 +120,10 @@ class Drags:
     def keep(self, name: str, hand: str = '') -> None:
         """A hand still holds a handle."""
         with self._wake:
-            if name in self._held and self._held[name].hand == hand:
-                self._held[name].heard = time.monotonic()
+            drag = self._held.get(name)
+            if drag is not None and drag.hand == hand:
+                drag.heard = time.monotonic()
+                drag.see(self._scene.handle(name))
 
     def release(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
         """A hand has let go of a handle; False where it did not have it."""
@@ -169,6 +171,7 @@ class Drags:
         if drag.hand != hand:
             return None
         drag.heard = time.monotonic()
+        drag.see(self._scene.handle(name))
         return drag
 
     def _end_for(self, name: str, fault: Optional[str] = None) -> None:
@@ -295,7 +298,7 @@ class Drags:
         if name not in self._held:  # no hand has taken it again meanwhile
             has_followed = not refusal and not drag.is_withheld
             self._scene.let_go(name, drag.after if has_followed else None)
-            if has_followed and drag.after and drag.is_exact:
+            if has_followed and drag.after and drag.is_exact and not drag.motion.is_seen:
                 self._checks[name] = Check(drag, self._scene.handle(name))
         if refusal:
             rospy.logwarn('%s snaps back: %s', name, refusal)
