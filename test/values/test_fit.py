@@ -74,6 +74,12 @@ def test_sources_that_are_not_named_or_read_only_stay():
     assert rosslt.fit(results(), targets, bounds={A: (None, 2.0)}).values[A] == pytest.approx(2.0, abs=1e-9)
 
 
+def test_a_source_whose_bounds_are_one_value_stays():
+    targets = measured().tolist()
+    found = rosslt.fit(results(), targets, bounds={A: (2.0, 2.0)})
+    assert found.values == pytest.approx(rosslt.fit(results(), targets, read_only=[A]).values)
+
+
 def test_what_the_targets_do_not_determine_has_an_infinite_error():
     a, b, c = track(1.0, A), track(2.0, B), track(3.0, C)
     found = rosslt.fit([(a + b) * t + c for t in range(5)], [2.0 * t + 1 for t in range(5)])
@@ -108,6 +114,7 @@ def test_a_result_without_a_value_on_the_way_is_no_end():
         (lambda: rosslt.fit([track(1, N)], [2.0], sources=[N]), ValueError, 'holds 1, which is no float'),
         (lambda: rosslt.fit([track(1.0, A)], [plain.nan]), ValueError, 'no finite number'),
         (lambda: rosslt.fit([track(1.0, A)], [1.0, 2.0]), ValueError, 'differ in shape'),
+        (lambda: rosslt.fit([track(1.0, A)], [2.0], bounds={A: (3.0, 2.0)}), ValueError, 'above its maximum 2.0'),
         (lambda: rosslt.fit([track(1.0, A)], [1.0], loss='square'), ValueError, "found 'square'"),
         (lambda: rosslt.fit([track(1.0, A)], [1.0], sources=[A], read_only=[A]), ValueError, 'read-only'),
     ],

@@ -72,7 +72,7 @@ def fit(
         loss: `'linear'` for least squares; `'soft_l1'`, `'huber'`, `'cauchy'` or `'arctan'` where some targets are
             far off and should count less. The names are SciPy's.
         scale: from which difference on a robust loss takes a target for far off, in the unit of the results.
-        bounds: `{Source: (minimum or None, maximum or None)}`.
+        bounds: `{Source: (minimum or None, maximum or None)}`. A source whose bounds are one value stays as it is.
         read_only: sources that stay as they are.
 
     Returns:
@@ -80,7 +80,8 @@ def fit(
 
     Raises:
         NotTracked: no result depends on a source that can be fitted, or not on one of `sources`.
-        ValueError: the shapes differ, a target is no finite number, or there is no such loss.
+        ValueError: the shapes differ, a target is no finite number, a minimum is above its maximum, or there is no such
+            loss.
         ArithmeticError: a result has no value at the present values of the sources.
         ImportError: SciPy is not installed.
     """
@@ -89,7 +90,7 @@ def fit(
 
     if loss not in LOSSES:
         raise ValueError('the loss must be one of %s, found %r' % (', '.join(LOSSES), loss))
-    problem = _Problem(values, targets, sources, set(read_only))
+    problem = _Problem(values, targets, sources, {*read_only, *_without_room(bounds or {})})
     start = numpy.array([problem.old[source] for source in problem.unknowns])
     low, high = _limits(problem.unknowns, bounds or {})
     start = numpy.clip(start, low, high)
@@ -203,6 +204,22 @@ class _Problem:
             rise = self._graph.tangent(source, partials)
             found[:, column] = [rise.get(place, 0) for place in self._places]
         return found
+
+
+def _without_room(bounds: Bounds) -> List[Source]:
+    """The sources whose bounds are one value.
+
+    Raises:
+        ValueError: a minimum is above its maximum.
+    """
+    found = []
+    for source, (low, high) in bounds.items():
+        if low is None or high is None or low < high:
+            continue
+        if not low == high:
+            raise ValueError('the minimum of %s is %r, above its maximum %r' % (describe_source(source), low, high))
+        found.append(source)
+    return found
 
 
 def _limits(unknowns: List[Source], bounds: Bounds) -> Tuple[List[float], List[float]]:
