@@ -111,6 +111,19 @@ def test_out_of_reach_the_last_good_values_stay_and_the_hand_is_picked_up_again(
     assert longest <= 5.0
 
 
+def test_around_the_base_a_joint_turns_once_and_the_others_come_back(capsys):
+    """No way around the base leads back without a jump: the first link has to go around with the hand."""
+    results = arm([0.5, 0.4, 0.3], [0.3, 0.7, 0.5])
+    radius = plain_math.hypot(*results)
+    gone, held, longest = follow(results, circle(results, radius, outwards(results) + plain_math.pi))
+    turns = [way / plain_math.tau for way in gone.values()]
+    with capsys.disabled():
+        print('\nturns %s, %d held, longest step %.2f of what is asked' % (turns, held, longest))
+    assert turns == pytest.approx([1.0, 0.0, 0.0], abs=1e-9)
+    assert not held
+    assert longest <= 5.0
+
+
 def test_where_a_bound_stops_a_source_another_one_moves_on_and_both_come_back():
     a, b = track(0.0, Source('/sum', 1)), track(0.0, Source('/sum', 2))
     bounds = {Source('/sum', 1): (0.0, 1.0)}

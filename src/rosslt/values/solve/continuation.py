@@ -6,6 +6,7 @@ answer is the one that the straight way from the beginning leads to, which depen
 would be a jump, the one that the last answer leads to, drawn towards it.
 """
 
+import math
 from typing import Any, Collection, Dict, Iterator, List, Mapping, Optional, Sequence
 
 from ..errors import NotInvertible
@@ -17,6 +18,7 @@ from .components import connected
 from .equations import Goal, Point
 from .freedom import Bounds, Freedom, Rank, rank_of
 from .least_squares import shortest_step
+from .periods import has_periods, periods, turns_too_many
 from .several import System
 
 JUMP = 5.0
@@ -27,6 +29,9 @@ ON_THE_WAY = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 SINGULAR = 1e-6
 """How directions in which the results hardly move are damped, when it is asked how far the slopes would go."""
+
+HALF_TURN = math.pi
+"""An unknown that is further than this, in radians, from where it was is looked at for whole periods."""
 
 STILL = 1e-9
 """A step that is no longer than this part of the sources' sizes is none."""
@@ -53,15 +58,41 @@ class Path(System):
 
         The first two depend on what is wanted alone, so that they come back where it does.
         """
-        yield self.start
+        yield self._turned(self.start, last)
         straight = self._followed()
         met = straight and self._descend(straight, self._equations)
+        goal = self._turned(met.x, last) if met else self.start
         if met:
-            yield self._tidied(met.x)
+            yield self._tidied(goal)
         end = self._descend(last, self._equations)
         if end is not None and self.accepts(end.x):
-            yield self._drawn(end.x, met.x if met else self.start, CATCH_UP * self._between(end.x, last))
+            yield self._drawn(end.x, goal, CATCH_UP * self._between(end.x, last))
             yield end.x
+
+    def _turned(self, x: Point, last: Point) -> Point:
+        """A point turned by whole periods to where it is nearest the last one: a hand that has gone around the base of
+        an arm has turned its first joint once."""
+        far = [place for place, value in enumerate(x) if abs(value - last[place]) > HALF_TURN]
+        if not far or not has_periods(self._graph):
+            return x
+        values = self._tried(x)
+        if values is None:
+            return x
+        partials = self._trial.partials(values)
+        for place in far:
+            for period in periods(self._graph, values, self._graph.tangent(self._unknowns[place], partials)):
+                turned = list(x)
+                turned[place] -= turns_too_many(last[place], x[place], period) * period
+                low, high = self._limits[place]
+                if turned != x and low <= turned[place] <= high and self._as_before(turned, values):
+                    x = turned
+                    break
+        return x
+
+    def _as_before(self, x: Point, before: List[Any]) -> bool:
+        """Whether a point gives the same results as other values of the nodes."""
+        values = self._tried(x)
+        return values is not None and self._are_met(values, [before[root] for root in self._roots])
 
     def _between(self, one: Point, other: Point) -> float:
         return self._length([a - b for a, b in zip(one, other)])
