@@ -20,6 +20,9 @@ _LOCATIONS_TYPE = 'rosslt/LocationList'
 #: How far ahead a provenance is looked for that a message refers to, in seconds.
 _AHEAD = genpy.Duration(60)
 
+#: What rosbag raises where bytes of a bag are not right: of its own, in unpacking, in decompressing, in names.
+_UNREADABLE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, OSError, EOFError, UnicodeDecodeError)
+
 
 @contextlib.contextmanager
 def opened(path: str) -> Iterator[rosbag.Bag]:
@@ -32,12 +35,14 @@ def opened(path: str) -> Iterator[rosbag.Bag]:
         bag = rosbag.Bag(path)
     except rosbag.ROSBagUnindexedException:
         raise Failure(f'{path} has no index: rosbag reindex makes one') from None
-    except (OSError, rosbag.ROSBagException) as error:
+    except _UNREADABLE as error:
         raise Failure(f'cannot read {path}: {getattr(error, "strerror", None) or error}') from None
     with bag:
         try:
             yield bag
-        except (rosbag.ROSBagException, genpy.DeserializationError, struct.error) as error:
+        except _UNREADABLE as error:
+            if getattr(error, 'errno', None) is not None:
+                raise  # of the system: it may be another file; what decompresses has no number
             raise Failure(f'cannot read {path}: {error}') from None
 
 

@@ -4,6 +4,7 @@ import io
 import time
 from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Tuple
 
+import genpy
 import rosbag
 
 from rosslt import messages, values
@@ -99,7 +100,7 @@ class _Rewriter:
                 message, {index: _fitting(made, leaf, kind) for (index, leaf, kind), made in zip(fields, new)}
             )
             written = _serialized(message, message_class)
-        except (ArithmeticError, ValueError, TypeError) as error:
+        except (ArithmeticError, ValueError, TypeError, genpy.SerializationError) as error:
             topic.left_out += 1
             topic.reason = topic.reason or str(error)
             return None

@@ -1,9 +1,11 @@
 """The numbers in a text in Python syntax: where each stands, and what the text is without them."""
 
 import ast
+import bisect
+import itertools
 import math
 import re
-from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Tuple, Union
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 
 class Number(NamedTuple):
@@ -60,12 +62,22 @@ class Positions:
     def __init__(self, text: str) -> None:
         self._text = text
         self._starts = [0] + [match.end() for match in NEWLINE.finditer(text)]
+        self._bytes: Dict[int, Optional[List[int]]] = {}
 
     def of(self, line: int, byte: int) -> int:
         """The index in the text."""
-        start = self._starts[line - 1]
-        # a character has no more bytes than that the slice of as many characters holds it
-        return start + len(self._text[start : start + byte].encode('utf-8')[:byte].decode('utf-8'))
+        if line not in self._bytes:
+            self._bytes[line] = self._bytes_of(line)
+        before = self._bytes[line]
+        return self._starts[line - 1] + (byte if before is None else bisect.bisect_left(before, byte))
+
+    def _bytes_of(self, line: int) -> Optional[List[int]]:
+        """How many bytes there are before each character of a line and before its end; None where it is in ASCII."""
+        end = self._starts[line] if line < len(self._starts) else None
+        text = self._text[self._starts[line - 1] : end]
+        if text.isascii():
+            return None
+        return [0, *itertools.accumulate(len(character.encode('utf-8')) for character in text)]
 
     def number(self, node: Any, value: Union[int, float]) -> Number:
         """The Number that a node is."""

@@ -82,12 +82,19 @@ class Access:
             self._said = str(value).lower() if isinstance(value, bool) else repr(value)
             rospy.loginfo('%s %s', self._node or 'this node', 'accepts changes' if self.accepts else 'takes no changes')
         elif name == ACCEPT_FROM:
-            self.accepted_from = None if value == {} else [value] if isinstance(value, str) else value
-            if not _is_list_of(self.accepted_from, str) and self.accepted_from is not None:
-                rospy.logerr(
-                    '%s/rosslt/%s is %r and no list of names: no changes are taken from others', self._node, name, value
-                )
+            names = [value] if isinstance(value, str) else value
+            if value == {}:
+                self.accepted_from = None
+            elif _is_list_of(names, str):
+                self.accepted_from = names
+            else:
                 self.accepted_from = []
+                rospy.logerr(
+                    '%s/rosslt/%s is %.200r and no list of names: no changes are taken from others',
+                    self._node,
+                    name,
+                    value,
+                )
         else:
             self._set_locks([] if value == {} else value)
 

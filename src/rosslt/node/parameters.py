@@ -328,8 +328,13 @@ class ParameterMirror:
         try:
             parameter.take(value)
         except Refused as refused:
-            rospy.logerr('rosparam set %s is refused, it stays %r: %s', parameter.key, parameter.value(), refused)
+            rospy.logerr('rosparam set %s is refused, it stays %r: %.500s', parameter.key, parameter.value(), refused)
             self.write(parameter)
+        except NO_MASTER:
+            raise
+        except Exception as error:
+            # Without this thread, no parameter would follow any more.
+            rospy.logerr('rosparam set %s failed with %s: %.500s', parameter.key, type(error).__name__, error)
 
 
 def flat(tree: Any) -> Dict[str, Any]:

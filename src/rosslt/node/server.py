@@ -466,7 +466,10 @@ class Owner:
 
     def _namespace_set(self, name: str, value: Any) -> None:
         """`rosparam set` of a name in the namespace of the locations that is not the parameter of a location."""
-        if name in access.SETTINGS:
+        if not name:  # the namespace as a whole was deleted
+            for setting in sorted(SETTINGS):
+                self._namespace_set(setting, {})
+        elif name in access.SETTINGS:
             try:
                 self.access.set(name, value)
             except Refused as refused:
@@ -477,7 +480,7 @@ class Owner:
             Sending.full_history = value == 'full'
             if value not in ('full', 'folded', {}):
                 rospy.logerr(
-                    "%s/rosslt/history is %r instead of 'full' or 'folded': taken for 'folded'", self.name, value
+                    "%s/rosslt/history is %.200r instead of 'full' or 'folded': taken for 'folded'", self.name, value
                 )
         elif name == 'provenance':
             Sending.only_changes = value == 'changes'

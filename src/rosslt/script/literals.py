@@ -26,6 +26,12 @@ class Parsed(NamedTuple):
     """What two texts have in common that differ in their numbers, comments and layout alone."""
 
 
+TEXT_LIMIT = 1000000
+"""The most characters of a script."""
+
+NUMBER_LIMIT = 10000
+"""The most numbers in it: each has a location."""
+
 BYTE_ORDER_MARK = '\ufeff'
 
 
@@ -37,8 +43,10 @@ def parse(text: str, file: str) -> Parsed:
         file: its path, for errors.
 
     Raises:
-        ScriptError: the text is not in Python syntax.
+        ScriptError: the text is not in Python syntax, or too long.
     """
+    if len(text) > TEXT_LIMIT:
+        raise ScriptError(file, 1, 1, 'it has {} characters, the limit is {}'.format(len(text), TEXT_LIMIT))
     # Some editors begin a file with a byte order mark, which is not in the syntax.
     skipped = len(BYTE_ORDER_MARK) if text.startswith(BYTE_ORDER_MARK) else 0
     source = text[skipped:]
@@ -48,6 +56,11 @@ def parse(text: str, file: str) -> Parsed:
             (Number(place.start + skipped, place.end + skipped, *place[2:]), node)
             for place, node in numbers_in(tree, source)
         ]
+        if len(found) > NUMBER_LIMIT:
+            beyond = found[NUMBER_LIMIT][0]
+            raise ScriptError(
+                file, beyond.line, beyond.column, 'it has {} numbers, the limit is {}'.format(len(found), NUMBER_LIMIT)
+            )
         tree = without_numbers(tree, [node for _, node in found])
         skeleton = ast.dump(tree)
     except SyntaxError as error:

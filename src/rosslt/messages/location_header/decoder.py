@@ -12,6 +12,12 @@ from rosslt.values import MATH, NotInvertible, Source, is_tracked, lazy, solve, 
 TOKEN_LIMIT = 10000
 """The most tokens of an expression."""
 
+BITS_LIMIT, TEXT_LIMIT = 64, 1 << 16
+"""The most bits of an integer and characters of a text on the way: C++ has no longer integers."""
+
+INDEX_DIGITS = 10
+"""The most digits of an index: of longer texts, Python makes no number."""
+
 _BINARY = {'+': operator.add, '-': operator.sub, '*': operator.mul, '/': operator.truediv}
 
 
@@ -62,15 +68,18 @@ def _at(message: Any, parts: Sequence[str], path: str) -> Any:
     part = message
     for name in parts:
         if isinstance(part, (list, tuple, bytes)):
-            if not name.isdecimal() or int(name) >= len(part):
+            if not name.isdecimal() or len(name) > INDEX_DIGITS or int(name) >= len(part):
                 raise BadHeader(
-                    'bad provenance: found the path %r, expected an index below %d for %r' % (path, len(part), name)
+                    'bad provenance: found the path %.200r, expected an index below %d for %.60r'
+                    % (path, len(part), name)
                 )
             part = part[int(name)]
         elif name in getattr(part, '__slots__', ()):
             part = getattr(part, name)
         else:
-            raise BadHeader('bad provenance: found the path %r, but no field %r in a %s' % (path, name, message._type))
+            raise BadHeader(
+                'bad provenance: found the path %.200r, but no field %.60r in a %s' % (path, name, message._type)
+            )
     return part
 
 
@@ -106,7 +115,9 @@ def _made(value: Any, source: Source, expression: str, path: str) -> Any:
 def _tokens(expression: str) -> List[str]:
     """The tokens of an expression; a text between quotes may hold semicolons. What follows the last one is ignored, as
     the C++ library does."""
-    return re.findall(r'("[^"]*"|[^;]+);', expression)
+    # Without the end of the text as another end of a token, each character of what follows the last semicolon would be
+    # tried as the beginning of one.
+    return [token for token, end in re.findall(r'("[^"]*"|[^;]+)(;|\Z)', expression) if end]
 
 
 def _applied(value: Any, tokens: Sequence[str], path: str) -> Any:
@@ -139,7 +150,12 @@ def _applied(value: Any, tokens: Sequence[str], path: str) -> Any:
 def _operated(symbol: str, left: Any, right: Any) -> Any:
     if symbol == '/' and isinstance(left, int) and isinstance(right, int):
         return MATH['trunc'](left / right)  # C++ divides integers to integers
-    return _BINARY[symbol](left, right)
+    result = _BINARY[symbol](left, right)
+    if isinstance(result, int) and result.bit_length() > BITS_LIMIT:
+        raise OverflowError('an integer of %d bits' % result.bit_length())
+    if isinstance(result, str) and len(result) > TEXT_LIMIT:
+        raise OverflowError('a text of %d characters' % len(result))
+    return result
 
 
 def _constant(token: str, like: Any) -> Any:
