@@ -144,6 +144,31 @@ def test_a_function_of_numpy_gives_its_own_number_for_a_scalar():
         assert rosslt.solve(np.sin(tracked(x)), 0.5)
 
 
+def test_an_element_is_of_the_kind_of_its_array():
+    whole = rosslt.track(2, rosslt.Source('/node', next(count)))
+    elements = np.array([whole, 0.5]).tolist()
+    assert [type(values.untracked(one)) for one in elements] == [float, float]
+    assert values.is_tracked(elements[0])
+    a = np.zeros(2, dtype=int)
+    a[0] = tracked(3.0)
+    assert type(values.untracked(a.tolist()[0])) is int
+
+
+def test_arrays_of_32_bits_keep_provenance_in_messages():
+    x = tracked(0.1)
+    made = np.array([x, 2.5], dtype=np.float32) * 3
+    theirs = numpy.array([0.1, 2.5], dtype=numpy.float32) * 3
+    assert made.dtype == numpy.float32
+    assert made.tobytes() == theirs.tobytes()
+    assert made.tolist() == theirs.tolist()
+    assert type(made[0]) is numpy.float32  # computes in 32 bits
+    assert rosslt.solve(made.tolist()[0], 1.5) == {rosslt.sources(x)[0]: pytest.approx(0.5)}
+    assert rosslt.sources(np.array([x, 1.0]).astype(np.float32).tolist()) == rosslt.sources(x)
+    filled = np.zeros(2, dtype='f4')
+    filled[1] = x
+    assert rosslt.sources(filled.tolist()) == rosslt.sources(x)
+
+
 def test_ranges_keep_their_ends():
     ends = np.linspace(tracked(0.0), tracked(1.0), 5)
     assert ends.tolist() == numpy.linspace(0.0, 1.0, 5).tolist()

@@ -3,7 +3,6 @@
 import contextlib
 import os
 import subprocess
-import threading
 
 import pytest
 import rosgraph
@@ -19,7 +18,7 @@ import rosslt
 from rosslt import node, values
 from support.processes import wait_until
 from support.shell import rosslt as command
-from support.unmodified import Unmodified
+from support.unmodified import Listener, Unmodified
 
 MODULE_LOOP = """
 import math
@@ -209,36 +208,6 @@ def work():
         rospy.sleep(0.03)
 threading.Thread(target=work).start()
 """
-
-
-class Listener:
-    """The last message of a topic."""
-
-    def __init__(self, topic, kind):
-        self.last = None
-        self.arrived = threading.Event()
-        self._subscriber = rosslt.Subscriber(topic, kind, self._take)
-
-    def _take(self, message):
-        self.last = message
-        self.arrived.set()
-
-    def next(self):
-        self.arrived.clear()
-        assert self.arrived.wait(60)
-        return self.last
-
-    def comes(self, holds):
-        """Wait for a message for which that holds."""
-        wait_until(lambda: self.last is not None and holds(self.last), 'such a message comes')
-        return self.last
-
-    def __enter__(self):
-        self.comes(lambda _: True)
-        return self
-
-    def __exit__(self, *_):
-        self._subscriber.unregister()
 
 
 @pytest.fixture

@@ -64,6 +64,29 @@ import numpy as np
 a = np.array([1.5, 2.5])
 print(a[0].item(), a.mean().astype(int), a.max().round(1), np.floor(a[0]), np.linalg.norm(a).shape, a[1].tolist())
 """,
+    'functions of math that round': """
+import math
+print(math.fsum([0.1] * 10), math.hypot(0.1, 0.2, 0.3), math.dist((0.1, 2), (1, 0.25, )), math.prod([0.1, 3, 0.7]))
+print(math.modf(-0.25), math.modf(-2.0), sum([0.1] * 10), math.hypot(3, 4))
+""",
+    'classes and pickles': """
+import pickle, pickletools
+x, n = 1.5, 2
+print(x.__class__ is float, n.__class__ is int, n.__class__ is float, type(n) is int)
+print([part[0].name for part in pickletools.genops(pickle.dumps([x, n, 'text'])) if 'rosslt' in str(part[1])])
+""",
+    'arrays of other kinds': """
+import numpy as np
+a = np.array([1, 2.5, 3])
+f = np.zeros(3, dtype=np.float32)
+f[0], f[1:] = 0.1, [1.1, 2]
+print(a.tolist(), a[0], np.array([[1, 2], [3]], dtype=object), np.array([-0.0, 0.0]).tolist())
+print(f, f * 0.1, f.tolist(), f[0], type(f[0]), f[0] * f[1], f.astype(float), np.float32(0.1) + f[2], a.astype('f4'))
+try:
+    np.array([[1, 2], [3]])
+except ValueError as error:
+    print(error)
+""",
     'a data class': """\
 import dataclasses
 @dataclasses.dataclass

@@ -4,9 +4,11 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 
 import rosgraph
 
+import rosslt
 from support.processes import node_pid, wait_until
 
 
@@ -67,3 +69,33 @@ class Unmodified:
         if self.process.poll() is None:
             self.process.kill()
         self.process.communicate()
+
+
+class Listener:
+    """The last message of a topic."""
+
+    def __init__(self, topic, kind):
+        self.last = None
+        self.arrived = threading.Event()
+        self._subscriber = rosslt.Subscriber(topic, kind, self._take)
+
+    def _take(self, message):
+        self.last = message
+        self.arrived.set()
+
+    def next(self):
+        self.arrived.clear()
+        assert self.arrived.wait(60)
+        return self.last
+
+    def comes(self, holds):
+        """Wait for a message for which that holds."""
+        wait_until(lambda: self.last is not None and holds(self.last), 'such a message comes')
+        return self.last
+
+    def __enter__(self):
+        self.comes(lambda _: True)
+        return self
+
+    def __exit__(self, *_):
+        self._subscriber.unregister()

@@ -372,7 +372,7 @@ def _made_empty(original: Any) -> Any:
     @functools.wraps(original, updated=())
     def empty(*arguments: Any, **options: Any) -> Any:
         made = original(*[plain(one) for one in arguments], **plain(options))
-        if made.dtype.char == 'd' and made.size <= LARGEST and not values.RECORDING.is_paused:
+        if made.dtype.char in 'df' and made.size <= LARGEST and not values.RECORDING.is_paused:
             return made.view(ArrayWithProvenance)
         return made
 

@@ -5,8 +5,12 @@ would get without provenance, to the last bit. Beside them stands an array of ob
 values, None where an element has no provenance. Views share it as they share the numbers. An element is read as its
 tracked value if that still has the number which stands in the array; where something has written to the numbers past
 this class, it has lost its provenance, and nothing else.
+
+An element of an array of 32 bits is read as NumPy's own `float32`, without provenance, since that computes in 32 bits.
+In a message, and in a list that is made of the array, it is a Python float, and has its provenance.
 """
 
+import math
 import operator
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
@@ -21,6 +25,12 @@ LARGEST = 1024
 
 #: How far a number computed by NumPy may be from the same one computed by `math`, against its size.
 _ROUNDING = 1e-9
+
+#: The same of an array of 32 bits.
+_ROUNDING_32 = 1e-6
+
+#: The types of arrays that have provenance: floats of 64 and 32 bits, ints of 64.
+TYPES = 'dflq'
 
 
 def _product(a: Any, b: Any) -> Any:
@@ -137,7 +147,7 @@ class ArrayWithProvenance(numpy.ndarray):
             part = beside[_plain_key(key)]
             found._beside = part if part.shape == found.shape else None
             return found
-        if beside is None:
+        if beside is None or self.dtype.char == 'f':
             return found
         return same_number(found, beside[_plain_key(key)])
 
@@ -175,18 +185,24 @@ class ArrayWithProvenance(numpy.ndarray):
         if self._beside is None:
             return super().tolist()
         if not self.ndim:
-            return same_number(super().tolist(), self._beside[()])
-        return [part.tolist() if isinstance(part, ArrayWithProvenance) else _python(part) for part in self]
+            return self._number(super().tolist(), self._beside[()])
+        if self.ndim == 1:
+            return [self._number(*pair) for pair in zip(super().tolist(), self._beside)]
+        return [part.tolist() for part in self]
 
     def item(self, *place: Any) -> Any:
         """As of `numpy.ndarray`."""
         found = super().item(*place)
-        return found if self._beside is None else same_number(found, self._beside.item(*place))
+        return found if self._beside is None else self._number(found, self._beside.item(*place))
+
+    def _number(self, number: Any, tracked: Any) -> Any:
+        """What a list that is made of the array has of an element."""
+        return same_number(number, tracked, _ROUNDING_32 if self.dtype.char == 'f' else _ROUNDING)
 
     def astype(self, dtype: Any, *arguments: Any, **options: Any) -> Any:
         """As of `numpy.ndarray`."""
         made = self.view(numpy.ndarray).astype(dtype, *arguments, **options)
-        return with_provenance(made, self._beside) if made.dtype.char in 'dlq' else made
+        return with_provenance(made, self._beside)
 
     def fill(self, value: Any) -> None:
         """As of `numpy.ndarray`."""
@@ -249,7 +265,7 @@ def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
     """
     if not isinstance(array, numpy.ndarray):
         return same_number(array, beside[()] if isinstance(beside, numpy.ndarray) else beside)
-    if array.dtype.char not in 'dlq' or array.size > LARGEST:
+    if array.dtype.char not in TYPES or array.size > LARGEST:
         return array
     made = array.view(ArrayWithProvenance)
     if beside is not None and beside.shape == array.shape:
@@ -266,7 +282,10 @@ def provenance_of(value: Any) -> Any:
         return value._beside
     if kind in (list, tuple) and any_tracked(value):
         elements = list(_flat(value))
-        shape = numpy.shape(_plain(value))
+        try:
+            shape = numpy.shape(_plain(value))
+        except ValueError:  # lists of several lengths
+            return None
         beside = numpy.empty(len(elements), dtype=object)
         for index, element in enumerate(elements):
             if type(element) in _TRACKED:
@@ -320,14 +339,16 @@ def _python(number: Any) -> Any:
     return number.item() if hasattr(number, 'item') else number
 
 
-def same_number(number: Any, tracked: Any) -> Any:
-    """The number that stands in an array as a tracked one, where it still is that."""
+def same_number(number: Any, tracked: Any, rounding: float = _ROUNDING) -> Any:
+    """The number that stands in an array as a tracked one of the same kind, where it still is that."""
     if tracked is None or type(tracked) not in _TRACKED:
         return number
     made = tracked._plain
-    if made == number:
-        return tracked
-    if abs(made - number) <= _ROUNDING * max(abs(made), abs(number)):
+    if made == number and (made or math.copysign(1, made) == math.copysign(1, number)):
+        if type(made) is float:
+            return tracked if isinstance(number, (float, numpy.floating)) else values.to_int(tracked)
+        return values.to_float(tracked) if isinstance(number, (float, numpy.floating)) else tracked
+    if abs(made - number) <= rounding * max(abs(made), abs(number)):
         (rounded,) = values.lazy([_python(number)], [lambda _: tracked])
         return rounded
     return number
@@ -399,7 +420,8 @@ def each(function: Callable[..., Any], plain: List[Any], besides: List[Any]) -> 
                     return None
         return None
 
-    return numpy.frompyfunc(of, len(plain), 1)(*[filled(one, beside) for one, beside in zip(plain, besides)])
+    with numpy.errstate(all='ignore'):  # of what NumPy itself computes, it warns itself
+        return numpy.frompyfunc(of, len(plain), 1)(*[filled(one, beside) for one, beside in zip(plain, besides)])
 
 
 def filled(plain: Any, beside: Any) -> numpy.ndarray:

@@ -20,15 +20,18 @@ from rosslt.instrument.verdicts import NUMBER
 
 _files: Dict[str, 'Cells'] = {}
 _by_source: Dict[values.Source, 'CellLocation'] = {}
+#: Each class of tracked values that is made of a class of plain ones. A tracked bool is an int, as in its class.
+_PLAIN_CLASSES: Dict[Any, Any] = {kind: kind.__base__ for kind in values.TRACKED_CLASSES}
 _undecided: List['CellLocation'] = []
 _kept: Set['CellLocation'] = set()
 _lock = threading.RLock()
 
 
 def plain_object(value: Any) -> Any:
-    """What `is` compares: the plain number or text that a tracked one stands for, anything else itself."""
+    """What `is` compares: the plain number or text that a tracked one stands for, the class of plain ones for the class
+    of tracked ones (`x.__class__ is float`), anything else itself."""
     if type(value) not in values.TRACKED_CLASSES:
-        return value
+        return _PLAIN_CLASSES.get(value, value) if isinstance(value, type) else value
     plain = value._plain
     if type(plain) not in (float, int):
         return plain

@@ -39,11 +39,39 @@ def _named_as(original: Any, function: Any) -> Any:
     return function
 
 
-_SEVERAL = {'atan2', 'copysign', 'dist', 'fmod', 'fsum', 'hypot', 'log', 'pow', 'prod', 'remainder', 'ldexp', 'isclose'}
+def _keeping_rounded(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callable[..., Any]:
+    """`keeping` of a function that rounds otherwise than the one that keeps provenance, or fails with another text."""
+
+    def to_the_bit(*arguments: Any, **options: Any) -> Any:
+        number = original(*values.untracked(arguments), **values.untracked(options))
+        if values.RECORDING.is_paused:
+            return number
+        return _with_provenance_of(tracked(*arguments, **options), number)
+
+    return keeping(original, to_the_bit)
+
+
+def _with_provenance_of(made: Any, number: Any) -> Any:
+    """A number with the provenance of one that is equal but for rounding."""
+    if type(made) is tuple:
+        return tuple(map(_with_provenance_of, made, number))
+    if type(made) not in _TRACKED:
+        return number
+    # 0.0 and -0.0 are equal.
+    if made._plain == number and type(made._plain) is type(number) and (number or repr(made) == repr(number)):
+        return made
+    (rounded,) = values.lazy([number], [lambda _: made])
+    return rounded
+
+
+_ROUNDED = {'cbrt', 'dist', 'exp2', 'fsum', 'hypot', 'modf', 'prod'}
+_SEVERAL = {'atan2', 'copysign', 'fmod', 'log', 'pow', 'remainder', 'ldexp', 'isclose'}
 
 #: The functions of `math` that keep provenance, by name.
 MATH: Dict[str, Any] = {
-    name: (keeping if name in _SEVERAL else _keeping_one)(getattr(math, name), function)
+    name: (_keeping_rounded if name in _ROUNDED else keeping if name in _SEVERAL else _keeping_one)(
+        getattr(math, name), function
+    )
     for name, function in values.MATH.items()
     if hasattr(math, name) and function is not getattr(math, name)
 }
@@ -70,11 +98,7 @@ def sum_of(numbers: Any, *start: Any) -> Any:
     made = functools.reduce(add, numbers, *(start or (0,)))
     if type(made) not in _TRACKED or type(total) is not type(plain_object(made)):
         return sum(numbers, *start)
-    if plain_object(made) == total:
-        return made
-    # Python may add more exactly than one by one.
-    (rounded,) = values.lazy([total], [lambda _: made])
-    return rounded
+    return _with_provenance_of(made, total)  # Python may add more exactly than one by one
 
 
 def type_of(thing: Any) -> Any:
@@ -102,9 +126,15 @@ def show_as_plain(tracked: type, plain: Any) -> None:
 
 
 def show_numbers_as_plain() -> None:
-    """`show_as_plain` for all classes of tracked values."""
+    """`show_as_plain` for all classes of tracked values. What is pickled is read by programs that know of plain ones
+    only, and must be the plain number that it was."""
     for tracked, kind in list(_PLAIN_CLASSES.items()):
         show_as_plain(tracked, kind)
+        tracked.__reduce_ex__ = _pickled_as(kind)  # type: ignore[method-assign, assignment]
+
+
+def _pickled_as(kind: type) -> Callable[[Any, Any], Any]:
+    return lambda value, _: (kind, (value._plain,))
 
 
 #: The classes on whose right a tracked number would be taken for a plain one, and the classes of such numbers.

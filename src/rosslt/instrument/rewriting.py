@@ -4,7 +4,7 @@ keeps provenance, and a state is cut off from its past. Lines and columns stay t
 
 import ast
 import copy
-from typing import Any, Dict, Iterator, List, NamedTuple, Set, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt.instrument.callees import CHANCE
 from rosslt.instrument.literals import Literal, SourceText, find_literals
@@ -110,21 +110,56 @@ def _hidden(tree: ast.AST, cells: Any) -> Tuple[Set[str], Tuple[type, ...]]:
         elif isinstance(node, ast.ClassDef):
             made = [part for part in node.body if isinstance(part, _FUNCTIONS) and part.name == '__init__']
             functions.setdefault(node.name, []).extend(made)
-    for node in ast.walk(tree):
-        if (
-            isinstance(node, (ast.Assign, ast.AnnAssign))
-            and node.value is not None
-            and _makes(kinds, node.value, cells)
-        ):
-            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            names |= {_last_name(part) for target in targets for part in getattr(target, 'elts', [target])}
-        elif isinstance(node, (ast.For, ast.comprehension)) and _makes(kinds, node.iter, cells):
-            names |= {_last_name(part) for part in getattr(node.target, 'elts', [node.target])}
-        elif isinstance(node, ast.Call):
-            names |= {keyword.arg for keyword in node.keywords if keyword.arg and _makes(kinds, keyword.value, cells)}
-            for function in functions.get(_last_name(node.func), ()):
-                names |= {arg.arg for arg, value in _bound_arguments(function, node) if _makes(kinds, value, cells)}
-    return names - {''}, kinds
+    before = -1
+    while before < len(names):  # until no name gets it from another one any more
+        before = len(names)
+        for node in ast.walk(tree):
+            names |= _given(node, functions, _Makers(kinds, cells, names))
+            names.discard('')
+    return names, kinds
+
+
+class _Makers(NamedTuple):
+    """Which expressions make numbers that a plain one on their left would take for plain ones."""
+
+    kinds: Tuple[type, ...]
+    cells: Any
+    names: Set[str]
+
+    def make(self, node: Optional[ast.AST]) -> bool:
+        """Whether an expression makes one: of a literal, of a parameter, or of a name that stands for one."""
+        if node is None:
+            return False
+        if isinstance(node, (ast.Name, ast.Attribute, ast.Subscript)):
+            return _last_name(node) in self.names
+        # What is computed with ints is mostly a float; floats are looked for where there is NumPy alone.
+        has_floats = float in self.kinds
+        return any(
+            (id(part) in self.cells and type(self.cells[id(part)][1].value) in self.kinds)
+            or (isinstance(part, ast.Call) and _last_name(part.func) in ('get_param', 'get_param_cached'))
+            or (has_floats and isinstance(part, (ast.Name, ast.Attribute)) and _last_name(part) in self.names)
+            for part in ast.walk(node)
+        )
+
+
+def _given(node: ast.AST, functions: Dict[str, List[ast.AST]], makers: _Makers) -> Set[str]:
+    """The names that a statement, a call or a definition gives such numbers."""
+    if isinstance(node, (ast.Assign, ast.AnnAssign)) and makers.make(node.value):
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        return {_last_name(part) for target in targets for part in getattr(target, 'elts', [target])}
+    if isinstance(node, (ast.For, ast.comprehension)) and makers.make(node.iter):
+        return {_last_name(part) for part in getattr(node.target, 'elts', [node.target])}
+    if isinstance(node, ast.arguments):
+        positional = [*getattr(node, 'posonlyargs', ()), *node.args]
+        pairs = [*zip(positional[len(positional) - len(node.defaults) :], node.defaults)]
+        pairs += [(arg, default) for arg, default in zip(node.kwonlyargs, node.kw_defaults) if default is not None]
+        return {arg.arg for arg, default in pairs if makers.make(default)}
+    if isinstance(node, ast.Call):
+        names = {keyword.arg for keyword in node.keywords if keyword.arg and makers.make(keyword.value)}
+        for function in functions.get(_last_name(node.func), ()):
+            names |= {arg.arg for arg, value in _bound_arguments(function, node) if makers.make(value)}
+        return names
+    return set()
 
 
 def _uses_numpy(tree: ast.AST) -> bool:
@@ -144,14 +179,6 @@ def _bound_arguments(function: Any, call: ast.Call) -> Iterator[Tuple[ast.arg, a
     if parameters and parameters[0].arg in ('self', 'cls'):
         del parameters[0]
     return zip(parameters, call.args)
-
-
-def _makes(kinds: Tuple[type, ...], node: ast.AST, cells: Any) -> bool:
-    return any(
-        (id(part) in cells and type(cells[id(part)][1].value) in kinds)
-        or (isinstance(part, ast.Call) and _last_name(part.func) in ('get_param', 'get_param_cached'))
-        for part in ast.walk(node)
-    )
 
 
 def _last_name(node: ast.AST) -> str:
@@ -226,7 +253,9 @@ class _Rewriter(ast.NodeTransformer):
             return self._may_be_hidden(node.operand)
         if isinstance(node, ast.Call):
             return _last_name(node.func) in ('int', 'round', 'len', 'abs')
-        return _last_name(node) in self._hidden
+        name = _last_name(node)
+        # Constants of other modules are called so.
+        return name in self._hidden or (float in self._kinds and name.isupper())
 
     def visit_Compare(self, node: ast.Compare) -> Any:
         self.generic_visit(node)

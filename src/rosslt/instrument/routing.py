@@ -142,6 +142,20 @@ def get_param(param_name: str, default: Any = _UNSET) -> Any:
     return rospy.get_param(param_name, *defaults)  # which says what is missing
 
 
+def set_param(param_name: str, param_value: Any) -> None:
+    """`rospy.set_param`; what this node reads next is what it has set."""
+    rospy.set_param(param_name, param_value)
+    if node.is_started():
+        node.parameter_was_set(param_name)
+
+
+def delete_param(param_name: str) -> None:
+    """`rospy.delete_param`; the node reads the parameter as one that is not set."""
+    rospy.delete_param(param_name)
+    if node.is_started():
+        node.parameter_was_set(param_name)
+
+
 def _with_plain_truths(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _with_plain_truths(part) for key, part in value.items()}
@@ -161,9 +175,11 @@ def _rospy() -> Counterpart:
         'Subscriber': node.Subscriber,
         'Service': node.Service,
         'ServiceProxy': node.ServiceProxy,
+        'delete_param': delete_param,
         'get_param': get_param,
         'get_param_cached': get_param,
         'init_node': init_node,
+        'set_param': set_param,
         'wait_for_message': wait_for_message,
     }
     for name, thing in others.items():
@@ -239,7 +255,13 @@ def _with_numbers_of(original: Any, tracked: Any) -> Any:
 
 @replace_module('tf')
 def _tf(original: types.ModuleType) -> Any:
-    return Counterpart(original, {'transformations': route(importlib.import_module('tf.transformations'))})
+    transformations = route(importlib.import_module('tf.transformations'))
+    # Its listeners look up in a buffer of tf2_ros, and compute with numpy and tf.transformations.
+    listener = sys.modules['tf.listener']
+    names = {'tf2_ros': 'tf2_ros', 'numpy': 'numpy', 'transformations': 'tf.transformations'}
+    for name, module in names.items():
+        setattr(listener, name, route(importlib.import_module(module)))
+    return Counterpart(original, {'transformations': transformations})
 
 
 @replace_module('tf.transformations')

@@ -15,7 +15,6 @@ from rosslt.node.api import (
     init_node,
     is_saved_here,
     is_started,
-    is_whole_parameter,
     keep_source,
     limits,
     location,
@@ -26,7 +25,6 @@ from rosslt.node.api import (
     remove_location,
     reread,
     start,
-    take_fractions,
     undo,
 )
 from rosslt.node.call_sites import CallSite
@@ -38,6 +36,7 @@ from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, take_fractions
 from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.saving import Unsaved, changes_to_save
@@ -105,6 +104,7 @@ __all__ = [
     'rotated',
     'sight_of',
     'start',
+    'parameter_was_set',
     'take_fractions',
     'tf_counterparts',
     'tf_functions',

@@ -17,7 +17,7 @@ from rosslt.node import client, closed_loop, listening
 from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
 from rosslt.node.directory import Directory
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, ParameterLocation, checked_limits
+from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, checked_limits
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 from rosslt.node.server import SETTINGS, Owner
 from rosslt.node.source_files import SOURCE_FILES
@@ -273,22 +273,8 @@ def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
 
 def read_parameter(frame: FrameType, name: str, *default: Any, as_float: bool = False) -> Any:
     """`get_param` for the call that a frame is making."""
-    return _owner.parameter(rospy.resolve_name(name), frame, *default, as_float=as_float).read()
-
-
-def is_whole_parameter(source: values.Source) -> bool:
-    """Whether a source is a ROS parameter that this node reads, and takes whole numbers only."""
-    location = _owner.locations.by_id.get(source.location_id) if source.node == _owner.name else None
-    return isinstance(location, ParameterLocation) and location.type is int
-
-
-def take_fractions(source: values.Source) -> None:
-    """Have a parameter for which `is_whole_parameter` holds take fractions from now on: it means a float."""
-    with _owner.lock:
-        location = _owner.locations.by_id[source.location_id]
-        if isinstance(location, ParameterLocation):
-            location.parameter.as_float = True
-            location.retype(float(location.value))
+    key = rospy.resolve_name(name).rstrip('/') or '/'  # '~' is '/node/'
+    return _owner.parameter(key, frame, *default, as_float=as_float).read()
 
 
 def undo() -> Dict[values.Source, client.Change]:

@@ -60,6 +60,40 @@ class ParameterTrees:
         return self._by_key.get(key)
 
 
+class Default:
+    """What a call reads of a parameter that is not set, where an earlier call had another default."""
+
+    as_float = False
+
+    def __init__(self, value: Any) -> None:
+        self._value = value
+
+    def read(self) -> Any:
+        return self._value
+
+    def make_float(self) -> None:
+        self._value = _floats(self._value)
+
+
+def unless_deleted(known: Union['Branch', 'Leaf'], default: Tuple[Any, ...]) -> Union['Branch', 'Leaf', Default]:
+    """What a call reads of a parameter that another one has asked for before, or that has been deleted since.
+
+    Args:
+        known: what reads the parameter.
+        default: that of the call, if it has one.
+
+    Raises:
+        KeyError: the parameter is not set, and there is no default.
+    """
+    if known.is_set:
+        return known
+    if not default:
+        raise KeyError(known.key)
+    value = values.untracked(default[0])
+    is_same = type(value) is type(known.value()) and value == known.value()
+    return known if is_same else Default(default[0])
+
+
 class Branch(Parameter):
     """A parameter that was a dict when it was first read; each of its parts is a parameter of its own."""
 
@@ -78,6 +112,7 @@ class Branch(Parameter):
 
     def note_default(self) -> None:
         """Note that it is not set, and was read as the default in the code."""
+        self.is_set = False
 
     def read(self) -> Any:
         """The current value, tracked."""
@@ -129,6 +164,7 @@ class Leaf(Parameter):
 
     def note_default(self) -> None:
         """Note that it is not set, and was read as the default in the code."""
+        self.is_set = False
         location = self._locations.get(self.key)
         if location is not None and type(location.value) in (int, float):
             location.default = location.value

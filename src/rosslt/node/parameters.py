@@ -32,10 +32,12 @@ class Parameter:
 
     Attributes:
         key: its full name.
+        is_set: whether it is known to be on the parameter server; what is not was read as a default in the code.
     """
 
     def __init__(self, key: str) -> None:
         self.key = key
+        self.is_set = True
 
     def value(self) -> Any:
         """The value that the parameter should have."""
@@ -180,6 +182,16 @@ class ParameterMirror:
             if not parameters:
                 return self._done
             self._unwritten.update(dict.fromkeys(parameters))
+            for parameter in parameters:
+                parameter.is_set = True
+            self._asked += 1
+            self._wake.notify_all()
+            return self._asked
+
+    def read_again(self, key: str) -> int:
+        """Have what stands at a key, above or below it be read again; returns what `wait` waits for."""
+        with self._wake:
+            self._unread.update((self._by_key[name], None) for name in self._related(key))
             self._asked += 1
             self._wake.notify_all()
             return self._asked
@@ -251,16 +263,7 @@ class ParameterMirror:
     def _notice(self, key: str, value: Any) -> None:
         """The master reports that a parameter, or a part of it, has been set."""
         with self._wake:
-            ours = (
-                [
-                    name
-                    for name in self._by_key
-                    if key == name or name.startswith(key + '/') or key.startswith(name + '/')
-                ]
-                if key not in self._by_key
-                else [key]
-            )
-            for name in ours:
+            for name in [key] if key in self._by_key else self._related(key):
                 self._unread[self._by_key[name]] = None
             self._wake.notify_all()
         if not (key + '/').startswith(self._namespace + '/'):
@@ -269,6 +272,12 @@ class ParameterMirror:
             full = f'{key}/{name}'.rstrip('/')
             if full not in self._by_key:
                 self._namespace_set(full[len(self._namespace) + 1 :], part)
+
+    def _related(self, key: str) -> List[str]:
+        """The keys of parameters that are set where one is: it, those above it, those below it."""
+        return [
+            name for name in self._by_key if key == name or name.startswith(key + '/') or key.startswith(name + '/')
+        ]
 
     def _work(self) -> None:
         while not rospy.is_shutdown():
@@ -323,6 +332,7 @@ class ParameterMirror:
         value = self.read(parameter.key, None)
         with self._wake:
             overtaken = parameter in self._unwritten
+        parameter.is_set = value is not None or overtaken
         if value is None or overtaken:
             return  # deleted, or about to be written: the value in force stays
         try:

@@ -25,7 +25,7 @@ from rosslt.node.location_topic import LocationTopic
 from rosslt.node.locations import LiteralLocation, Location, Locations
 from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MasterWatch
-from rosslt.node.parameter_trees import Branch, Leaf, ParameterTrees
+from rosslt.node.parameter_trees import Branch, Default, Leaf, ParameterTrees, unless_deleted
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
 from rosslt.node.reservations import Reservations
 from rosslt.node.serialization import Sending
@@ -149,7 +149,9 @@ class Owner:
         location.parameter = LiteralParameter(self.name, location, self._parameter_set)
         location.parameter.take_over(self.mirror.left_behind, self.mirror.literals)
 
-    def parameter(self, key: str, frame: FrameType, *default: Any, as_float: bool = False) -> Union[Branch, Leaf]:
+    def parameter(
+        self, key: str, frame: FrameType, *default: Any, as_float: bool = False
+    ) -> Union[Branch, Leaf, Default]:
         """What reads the ROS parameter of that full name as a source; arguments as of `get_param`.
 
         Raises:
@@ -178,10 +180,11 @@ class Owner:
                         value,
                         float(value),
                     )
-        if as_float and not known.as_float:
+        reader = unless_deleted(known, default)
+        if as_float and not reader.as_float:
             with self.lock:
-                known.make_float()
-        return known
+                reader.make_float()
+        return reader
 
     def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse:
         """Change several locations, all or nothing; serves `~rosslt/change_sources`."""

@@ -1,0 +1,99 @@
+"""What a node asks of the ROS around it, parameters and frames, is what it is without provenance."""
+
+import pytest
+from geometry_msgs.msg import PointStamped
+from std_msgs.msg import Float64
+
+from rosslt import node, values
+from support.unmodified import Listener, Unmodified
+
+PARAMETERS = """
+import rospy
+rospy.init_node('asks')
+def say(function):
+    try:
+        print(function())
+    except Exception as error:
+        print(type(error).__name__, error)
+for i in range(2):
+    rospy.set_param('~gain', 1.5 + i)
+    rospy.set_param('~tree', {'a': 1 + i, 'b': [1, 2 * i]})
+    say(lambda: rospy.get_param('~gain'))
+    say(lambda: rospy.get_param('~tree'))
+    say(lambda: rospy.get_param('~tree/b')[1] + rospy.get_param('~tree/a'))
+    say(lambda: sorted(rospy.get_param('~')))
+    rospy.set_param('~tree/a', 7.5)
+    say(lambda: (rospy.get_param('~tree'), rospy.get_param('~tree/a')))
+    rospy.delete_param('~gain')
+    say(lambda: rospy.get_param('~gain', 'gone'))
+    say(lambda: rospy.get_param('~gain', 5))
+    say(lambda: rospy.get_param('~gain'))
+    rospy.delete_param('~tree')
+    say(lambda: rospy.get_param('~tree/a', 'gone'))
+    for default in (None, 1.5, 2, [1, 2.5], 'text', {}):
+        say(lambda: rospy.get_param('~never', default))
+    say(lambda: rospy.get_param('~never'))
+    say(lambda: rospy.delete_param('~never'))
+"""
+
+DEFAULTS = """
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node('defaults')
+first, second = rospy.Publisher('first', Float64, queue_size=1), rospy.Publisher('second', Float64, queue_size=1)
+while not rospy.is_shutdown():
+    first.publish(rospy.get_param('~height', 1.5))
+    second.publish(rospy.get_param('~height', 4.0))
+    rospy.sleep(0.02)
+"""
+
+LISTENING = """
+import rospy, tf
+from geometry_msgs.msg import PointStamped
+rospy.init_node('listening')
+broadcaster, listener = tf.TransformBroadcaster(), tf.TransformListener()
+looked, moved = (rospy.Publisher(name, PointStamped, queue_size=1) for name in ('looked', 'moved'))
+point = PointStamped()
+point.header.frame_id = 'camera'
+point.point.x = 0.25
+while not rospy.is_shutdown():
+    broadcaster.sendTransform((1.5, 0, 2), (0, 0, 0, 1), rospy.Time.now(), 'camera', 'map')
+    try:
+        (trans, rot) = listener.lookupTransform('/map', '/camera', rospy.Time(0))
+    except (tf.LookupException, tf.ConnectivityException, tf.ExtrapolationException):
+        rospy.sleep(0.02)
+        continue
+    found = PointStamped()
+    found.point.x, found.point.y, found.point.z = trans
+    looked.publish(found)
+    moved.publish(listener.transformPoint('map', point))
+    rospy.sleep(0.02)
+"""
+
+
+def test_parameters_say_what_they_say_without_provenance(master, tmp_path):
+    plain = Unmodified(tmp_path, 'asks', PARAMETERS, tracked=False).end()
+    assert plain[0] == 0
+    assert Unmodified(tmp_path, 'asks', PARAMETERS).end() == plain
+
+
+def test_each_call_has_its_own_default_until_the_parameter_is_set(master, tmp_path):
+    with Unmodified(tmp_path, 'defaults', DEFAULTS), Listener('first', Float64) as first, Listener(
+        'second', Float64
+    ) as second:
+        assert (first.next().data, second.next().data) == (1.5, 4.0)
+        node.force_value(first.next().data, 2.5)
+        first.comes(lambda message: message.data == 2.5)
+        second.comes(lambda message: message.data == 2.5)
+
+
+def test_the_listener_of_tf_keeps_provenance(master, tmp_path):
+    with Unmodified(tmp_path, 'listening', LISTENING), Listener('looked', PointStamped) as looked, Listener(
+        'moved', PointStamped
+    ) as moved:
+        assert looked.next().point.x == 1.5
+        x = moved.comes(lambda message: values.is_tracked(message.point.x)).point.x
+        assert x == 1.75
+        node.force_value(looked.comes(lambda message: values.is_tracked(message.point.x)).point.x, 3.5)
+        looked.comes(lambda message: message.point.x == pytest.approx(3.5))
+        moved.comes(lambda message: message.point.x == pytest.approx(3.75))
