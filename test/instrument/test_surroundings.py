@@ -47,6 +47,31 @@ while not rospy.is_shutdown():
     rospy.sleep(0.02)
 """
 
+OPTIONS = """
+import actionlib, os, rospy, sys, threading
+from move_base_msgs.msg import MoveBaseAction, MoveBaseResult
+from std_msgs.msg import Float64
+rospy.init_node('options')
+n, hz = rospy.get_param('~n', 4), rospy.get_param('~hz', 50.0)
+heard = threading.Event()
+pub = rospy.Publisher('~a', Float64, queue_size=n, latch=rospy.get_param('~latch', True))
+sub = rospy.Subscriber('~a', Float64, lambda message: heard.set(), queue_size=n, buff_size=n * 1024)
+other = rospy.Publisher('~b', Float64, None, False, False, None, n)
+rate = rospy.Rate(hz)
+timer = rospy.Timer(rospy.Duration(1 / hz), lambda event: pub.publish(hz))
+rate.sleep()
+rospy.sleep(1 / hz)
+rospy.sleep(rospy.Duration(0, n))
+server = actionlib.SimpleActionServer('drive', MoveBaseAction, lambda goal: server.set_succeeded(), False)
+server.start()
+client = actionlib.SimpleActionClient('drive', MoveBaseAction)
+print(client.wait_for_server(rospy.Duration(n * 15)), heard.wait(n * 15), rospy.Time(n), rospy.Duration(hz))
+rospy.wait_for_service('~get_loggers', n * 15)
+timer.shutdown()
+sys.stdout.flush()
+os._exit(0)  # the server's thread does not end
+"""
+
 LISTENING = """
 import rospy, tf
 from geometry_msgs.msg import PointStamped
@@ -75,6 +100,12 @@ def test_parameters_say_what_they_say_without_provenance(master, tmp_path):
     plain = Unmodified(tmp_path, 'asks', PARAMETERS, tracked=False).end()
     assert plain[0] == 0
     assert Unmodified(tmp_path, 'asks', PARAMETERS).end() == plain
+
+
+def test_sizes_and_rates_may_come_from_parameters(master, tmp_path):
+    plain = Unmodified(tmp_path, 'options', OPTIONS, tracked=False).end()
+    assert plain[0] == 0
+    assert Unmodified(tmp_path, 'options', OPTIONS).end() == plain
 
 
 def test_each_call_has_its_own_default_until_the_parameter_is_set(master, tmp_path):

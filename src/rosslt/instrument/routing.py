@@ -115,7 +115,7 @@ def _tell_libraries() -> None:
         module = sys.modules.get(name)
         if module is not None and name not in _told and getattr(module, 'rospy', None) is rospy:
             _told.add(name)
-            module.rospy = ROSPY  # type: ignore[attr-defined]
+            module.rospy = _LIBRARY_ROSPY  # type: ignore[attr-defined]
 
 
 def init_node(*args: Any, **kwds: Any) -> None:
@@ -194,6 +194,8 @@ def _math() -> Counterpart:
 
 
 ROSPY = _rospy()
+# What a library asks parameters for, sizes of queues mostly, reaches no message.
+_LIBRARY_ROSPY = Counterpart(ROSPY, {'get_param': rospy.get_param, 'get_param_cached': rospy.get_param_cached})
 replace(rospy, ROSPY)
 replace(math, _math())
 

@@ -8,12 +8,12 @@ import functools
 import threading
 import time
 import warnings
-from typing import Any, Callable, List, Optional
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import genpy
 import rospy
 
-from rosslt import messages
+from rosslt import messages, values
 from rosslt.node.latched import Latched, latch
 from rosslt.node.refresh import READINGS, Refresher
 from rosslt.node.rospy_internals import args_kwds_to_message, get_topic_manager, is_initialized
@@ -52,6 +52,7 @@ class Publisher(rospy.Publisher):
         *args: Any,
         **kwargs: Any,
     ) -> None:
+        args, kwargs = _plain_options(args, kwargs)
         wraps = messages.is_tracked_type(data_class)
         self._plain_class = messages.plain_type(data_class) if wraps else data_class
         self._refresher = Refresher()
@@ -148,6 +149,15 @@ class Publisher(rospy.Publisher):
         return messages.wrap(message, self.data_class, Sending.full_history)
 
 
+def _plain_options(args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> Tuple[Tuple[Any, ...], Dict[str, Any]]:
+    """Options as rospy takes them: a size may come from a parameter, and rospy asks for the exact type."""
+
+    def plain(option: Any) -> Any:
+        return values.untracked(option) if type(option) in values.TRACKED_CLASSES else option
+
+    return tuple(map(plain, args)), {name: plain(option) for name, option in kwargs.items()}
+
+
 def _has_its_provenance(message: Any) -> bool:
     """Whether a message is to be sent as it is: of a tracked type, or bytes that were received."""
     return isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message))
@@ -191,6 +201,7 @@ class Subscriber(rospy.Subscriber):
         *args: Any,
         **kwargs: Any,
     ) -> None:
+        args, kwargs = _plain_options(args, kwargs)
         if callback is not None and messages.is_tracked_type(data_class):
             callback = self._unwrapping(callback)
         super().__init__(
