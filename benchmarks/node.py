@@ -7,6 +7,7 @@ at the rates that robots use. In a flood: published as fast as possible, which s
 For messages, the threads share one core and take turns only when one has to wait. Left to themselves on several cores,
 plain rospy takes 18 to 50 us from run to run, and steps up as soon as reading takes one more microsecond, whatever it
 is spent on: what waking each other costs, not what a message does.
+A location is read in a loop, without the loop itself.
 The round trip is a person's: a value of a talker at 50 Hz, in a process of its own, is forced, and shows in a message.
 """
 
@@ -29,6 +30,7 @@ import rosslt
 MESSAGES = 2000
 ROUNDS = 7
 ROUND_TRIPS = 100
+READINGS = 20000
 
 TALKER = """
 import rospy, rosslt
@@ -118,6 +120,26 @@ def messages():
         )
 
 
+def reading():
+    """Print what reading a location takes."""
+
+    def read(location, count):
+        for _ in count:
+            location(3.0)
+
+    def seconds(location):
+        start = time.perf_counter()
+        read(location, range(READINGS))
+        return (time.perf_counter() - start) / READINGS
+
+    times = {function: min(seconds(function) for _ in range(ROUNDS * 5)) for function in (abs, rosslt.location)}
+    print(
+        'reading a location, nanoseconds: {:.0f}; calling abs: {:.0f}'.format(
+            times[rosslt.location] * 1e9, times[abs] * 1e9
+        )
+    )
+
+
 def round_trip():
     """Print the time from forcing a value to the message that shows it."""
     shown = {}
@@ -155,5 +177,6 @@ if __name__ == '__main__':
     every_core = os.sched_getaffinity(0)
     schedule({max(every_core)}, os.SCHED_BATCH)
     messages()
+    reading()
     schedule(every_core, os.SCHED_OTHER)
     round_trip()

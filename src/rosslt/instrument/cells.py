@@ -238,8 +238,8 @@ class CellLocation(node.LiteralLocation):
                 rospy.logwarn_once('%s', error)
 
     def put(self, value: Any) -> None:
-        if self._tracked is None:
-            self._value, self._tracked = value, self.cells[self.number]
+        if self.tracked is None:
+            self._value, self.tracked = value, self.cells[self.number]
             return
         super().put(value)
         self.cells[self.number] = self.value if self.keeps is False else self.tracked

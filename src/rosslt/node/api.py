@@ -1,7 +1,6 @@
 """This process as a node: its start, and the calls that need it."""
 
 import contextlib
-import copy
 import functools
 import os
 import re
@@ -15,16 +14,17 @@ import rospy
 from rosslt import files, values
 from rosslt.node import client, closed_loop, listening
 from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
+from rosslt.node.composed import readable
 from rosslt.node.directory import Directory
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, checked_limits
+from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, Readable, checked_limits
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 from rosslt.node.server import SETTINGS, Owner
 from rosslt.node.source_files import SOURCE_FILES
 
 _owner = Owner()
+_BY_CALL = _owner.locations.by_call
 _starting = threading.Lock()
-_Read = Callable[[], Any]
 
 
 def init_node(name: str, *args: Any, **rospy_options: Any) -> None:
@@ -103,30 +103,49 @@ def location(
     if (value is None) == (getter is None):
         raise TypeError('location() takes either a value or a getter')
     frame = sys._getframe(1)
-
-    def build() -> _Read:
-        site = call_site(frame)
-        with _named_place(site):
-            limits: Dict[str, Any] = {'read_only': read_only, **checked_limits(minimum, maximum, weight)}
-            base, identity = _named(name, key, site)
-            limits['is_named'] = name is not None
-            reader: List[_Read] = []
-            if on_change is not None:
-                limits['changed'] = (functools.partial(_call_with_value, on_change, reader),)
-            if getter is not None:
-                place = _owner.locations.add(ExternalLocation(identity, base, site, getter, setter, **limits))
-                reader.append(lambda: place.tracked)
-            else:
-                reader.append(_reader(value, (), functools.partial(_add_literal, site, base, identity, limits)))
-            _warn_of_int(value, limits, site)
-            return reader[0]
-
-    return _owner.locations.at_call(frame, name, key, build)
+    # Programs read locations in their inner loops: all that is done only once is elsewhere.
+    read = _BY_CALL.get((id(frame.f_code), frame.f_lasti, name, key))
+    if read is None:
+        limits = {'read_only': read_only, 'minimum': minimum, 'maximum': maximum, 'weight': weight}
+        make = functools.partial(_created, frame, value, name, key, limits, getter, setter, on_change)
+        read = _owner.locations.at_call(frame, name, key, make)
+    return read.tracked
 
 
-def _call_with_value(function: Callable[[Any], None], reader: List[_Read]) -> None:
-    if reader:  # else a leaf has changed before all leaves were created
-        function(reader[0]())
+def _created(
+    frame: FrameType,
+    value: Any,
+    name: Optional[str],
+    key: Any,
+    given: Dict[str, Any],
+    getter: Optional[Callable[[], Any]],
+    setter: Optional[Callable[[Any], None]],
+    on_change: Optional[Callable[[Any], None]],
+) -> Readable:
+    """The location of a call of `location`, or, where that was given several values, what reads all of theirs."""
+    site = call_site(frame)
+    with _named_place(site):
+        limits = {
+            'read_only': given['read_only'],
+            **checked_limits(given['minimum'], given['maximum'], given['weight']),
+        }
+        base, identity = _named(name, key, site)
+        limits['is_named'] = name is not None
+        made: List[Readable] = []
+        if on_change is not None:
+            limits['changed'] = (functools.partial(_call_with_value, on_change, made),)
+        if getter is not None:
+            made.append(_owner.locations.add(ExternalLocation(identity, base, site, getter, setter, **limits)))
+        else:
+            add = functools.partial(_add_literal, site, base, identity, limits)
+            made.append(readable(value, add))
+        _warn_of_int(value, limits, site)
+        return made[0]
+
+
+def _call_with_value(function: Callable[[Any], None], made: List[Readable]) -> None:
+    if made:  # else a leaf has changed before all leaves were created
+        function(made[0].tracked)
 
 
 def _warn_of_int(value: Any, limits: Dict[str, Any], site: CallSite) -> None:
@@ -439,46 +458,3 @@ def _named_place(site: CallSite) -> Iterator[None]:
         yield
     except Refused as refused:
         raise ValueError(f'the location at {site.file}:{site.line}: {refused}') from None
-
-
-def _reader(literal: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tuple[str, ...]], Location]) -> _Read:
-    """The function that reads a literal: a scalar's location, or a new container of what its parts' readers
-    give."""
-    plain = values.plain_scalar(literal)
-    if plain is not None:
-        place = leaf(plain, path)
-        return lambda: place.tracked
-    if isinstance(literal, dict):
-        branches = {key: _reader(part, (*path, str(key)), leaf) for key, part in literal.items()}
-        return lambda: {key: read() for key, read in branches.items()}
-    if isinstance(literal, (list, tuple)):
-        kind = type(literal)
-        parts = [_reader(part, (*path, str(index)), leaf) for index, part in enumerate(literal)]
-        return lambda: kind([read() for read in parts])
-    if hasattr(literal, '_slot_types'):
-        return _message_reader(literal, path, leaf)
-    raise TypeError(
-        f'a {type(literal).__name__} cannot be a location: give a float, int, str or bool, or a '
-        'message, list or dict of them'
-    )
-
-
-def _message_reader(message: Any, path: Tuple[str, ...], leaf: Callable[[Any, Tuple[str, ...]], Location]) -> _Read:
-    pattern = copy.deepcopy(message)
-    parts: List[Tuple[str, _Read]] = []
-    for field, kind in zip(message.__slots__, message._slot_types):
-        part = getattr(message, field)
-        if kind.startswith(('time', 'duration')):
-            parts.append((field, functools.partial(copy.deepcopy, part)))
-        elif kind.startswith(('uint8[', 'char[')) or (message._type, field) == ('std_msgs/Header', 'seq'):
-            continue
-        else:
-            parts.append((field, _reader(part, (*path, field), leaf)))
-
-    def read() -> Any:
-        fresh = copy.copy(pattern)
-        for field, read_field in parts:
-            setattr(fresh, field, read_field())
-        return fresh
-
-    return read

@@ -8,8 +8,8 @@ of its neighbours `parameters` and `server`.
 
 import hashlib
 import math
-from types import FrameType
-from typing import Any, Callable, Dict, List, Optional, Tuple, Type, Union
+from types import CodeType, FrameType
+from typing import Any, Callable, Dict, List, Optional, Protocol, Tuple, Type, Union
 
 from rosslt import files, values
 from rosslt.node.call_sites import CallSite
@@ -162,33 +162,31 @@ class Location:
 class HeldLocation(Location):
     """A location whose value this node holds in its memory."""
 
-    __slots__ = ('_value', '_tracked', '_early')
+    __slots__ = ('_value', 'tracked', '_early')
+
+    tracked: Any
 
     def __init__(self, identity: str, name: str, site: CallSite, value: Any, **limits: Any) -> None:
         super().__init__(identity, name, site, value, **limits)
-        self._tracked = self._early = None
+        self.tracked = self._early = None
         self.put(value)
 
     @property
     def value(self) -> Any:
         return self._value
 
-    @property
-    def tracked(self) -> Any:
-        return self._tracked
-
     def name_node(self, node: str) -> None:
         super().name_node(node)
         # Whoever has read it before the node had a name holds that reading, which stays as good as the next one.
-        self._early, self._tracked = self._tracked, values.track(self._value, self.source)
+        self._early, self.tracked = self.tracked, values.track(self._value, self.source)
 
     def put(self, value: Any) -> None:
-        readings = [reading for reading in (self._early, self._tracked) if reading is not None]
+        readings = [reading for reading in (self._early, self.tracked) if reading is not None]
         self._early = None
         self._value = value
-        self._tracked = values.track(value, self.source)
+        self.tracked = values.track(value, self.source)
         for reading in readings:
-            READINGS.replace(reading, self._tracked)
+            READINGS.replace(reading, self.tracked)
 
 
 class LiteralLocation(HeldLocation):
@@ -300,8 +298,12 @@ class ExternalLocation(Location):
             READINGS.replace(before, latest)
 
 
-#: What `location()` returns for a call, and the code that it is in.
-_Entry = Tuple[Callable[[], Any], Any]
+class Readable(Protocol):
+    """What a call of `location()` reads: a location, or several together."""
+
+    @property
+    def tracked(self) -> Any:
+        """The value in force."""
 
 
 class Locations:
@@ -310,6 +312,7 @@ class Locations:
     Attributes:
         node: the full name of this node, '' until it is known.
         by_id: {id: Location}, in the order of their creation.
+        by_call: {(id of the code, place in it, name, key): Readable} of the calls that were made, as of `at_call`.
         lock: held while locations come and go, and while their values change.
     """
 
@@ -317,7 +320,8 @@ class Locations:
         self.node = ''
         self.by_id: Dict[int, Location] = {}
         self._by_name: Dict[str, Location] = {}
-        self._by_call: Dict[Any, _Entry] = {}
+        self.by_call: Dict[Any, Readable] = {}
+        self._codes: Dict[int, CodeType] = {}
         self._namespaces: Dict[str, Dict[str, Location]] = {}
         self._others: Callable[[], None] = lambda: None
         self.lock = READINGS.lock
@@ -333,24 +337,24 @@ class Locations:
             for location in self.by_id.values():
                 location.name_node(node)
 
-    def at_call(self, frame: FrameType, name: Any, key: Any, build: Callable[[], Callable[[], Any]]) -> Any:
-        """What `location()` returns for a call: built at the first one, looked up at every other.
+    def at_call(self, frame: FrameType, name: Any, key: Any, make: Callable[[], Readable]) -> Readable:
+        """What a call of `location()` reads: made at the first one, in `by_call` at every other.
 
         Args:
             frame: the frame that makes the call.
             name, key: what the call gives as such; they tell the turns of a loop apart.
-            build: makes the function that reads the value; called once.
+            make: makes it; called once.
         """
-        # By the identity of the code object: hashing one takes longer than all the rest here. The entry
-        # keeps the code alive, so that its id is not given to another one.
-        call = (id(frame.f_code), frame.f_lasti, name, key)
-        entry = self._by_call.get(call)
-        if entry is None:
-            with self.lock:
-                entry = self._by_call.get(call)
-                if entry is None:
-                    entry = self._by_call[call] = (build(), frame.f_code)
-        return entry[0]()
+        # By the identity of the code object: hashing one takes longer than all the rest. It is kept alive, so that its
+        # id is not given to another one.
+        code = frame.f_code
+        call = (id(code), frame.f_lasti, name, key)
+        with self.lock:
+            found = self.by_call.get(call)
+            if found is None:
+                self._codes[id(code)] = code
+                found = self.by_call[call] = make()
+            return found
 
     def add(self, location: Location) -> Location:
         """Take a new location in, and return the one that is in force: an earlier one of the same name and literal,

@@ -1,0 +1,87 @@
+"""What `location()` reads where it was given a message, a list or a dict: one location for each of their leaves."""
+
+import copy
+import functools
+from typing import Any, Callable, List, Tuple
+
+from rosslt import values
+from rosslt.node.locations import Location, Readable
+
+_Read = Callable[[], Any]
+
+_Leaf = Callable[[Any, Tuple[str, ...]], Location]
+"""Makes the location of a leaf, of its value and the names on the way to it."""
+
+
+class _Composed:
+    """Several locations that are read together.
+
+    Args:
+        read: makes a new message, list or dict of their present values.
+    """
+
+    __slots__ = ('_read',)
+
+    def __init__(self, read: _Read) -> None:
+        self._read = read
+
+    @property
+    def tracked(self) -> Any:
+        return self._read()
+
+
+def readable(literal: Any, leaf: _Leaf) -> Readable:
+    """What reads a literal: its location where it is a scalar.
+
+    Args:
+        literal: a float, int, str or bool; or a message, list or dict of them.
+        leaf: makes the location of each leaf.
+
+    Raises:
+        TypeError: it, or a part of it, is something else.
+    """
+    plain = values.plain_scalar(literal)
+    return _Composed(_reader(literal, (), leaf)) if plain is None else leaf(plain, ())
+
+
+def _reader(literal: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
+    """The function that reads a literal: a scalar's location, or a new container of what its parts' readers
+    give."""
+    plain = values.plain_scalar(literal)
+    if plain is not None:
+        place = leaf(plain, path)
+        return lambda: place.tracked
+    if isinstance(literal, dict):
+        branches = {key: _reader(part, (*path, str(key)), leaf) for key, part in literal.items()}
+        return lambda: {key: read() for key, read in branches.items()}
+    if isinstance(literal, (list, tuple)):
+        kind = type(literal)
+        parts = [_reader(part, (*path, str(index)), leaf) for index, part in enumerate(literal)]
+        return lambda: kind([read() for read in parts])
+    if hasattr(literal, '_slot_types'):
+        return _message_reader(literal, path, leaf)
+    raise TypeError(
+        f'a {type(literal).__name__} cannot be a location: give a float, int, str or bool, or a '
+        'message, list or dict of them'
+    )
+
+
+def _message_reader(message: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
+    pattern = copy.deepcopy(message)
+    parts: List[Tuple[str, _Read]] = []
+    for field, kind in zip(message.__slots__, message._slot_types):
+        part = getattr(message, field)
+        if kind.startswith(('time', 'duration')):
+            parts.append((field, functools.partial(copy.deepcopy, part)))
+        elif kind.startswith(('uint8[', 'char[')) or (message._type, field) == ('std_msgs/Header', 'seq'):
+            continue
+        else:
+            parts.append((field, _reader(part, (*path, field), leaf)))
+
+    def read() -> Any:
+        fresh = copy.copy(pattern)
+        for field, read_field in parts:
+            setattr(fresh, field, read_field())
+        return fresh
+
+    return read
