@@ -1,6 +1,8 @@
 """Holds what `./run` promises to those who call it."""
 
+import json
 import os
+import re
 import signal
 import subprocess
 import time
@@ -85,6 +87,16 @@ def test_a_wrong_name_of_a_benchmark_lists_those_that_there_are():
     names = [path.stem for path in (ROOT / 'benchmarks').glob('*.py')] or ['none']
     stderr = run('bench', 'no_such_one').stderr
     assert all(name in stderr for name in names)
+
+
+def test_what_a_benchmark_prints_is_kept_with_the_machine_and_the_commit(tmp_path):
+    result = run('bench', '--json', str(tmp_path / 'kept.json'), 'references', '--count', '2')
+    assert result.returncode == 0, result.stderr
+    kept = json.loads((tmp_path / 'kept.json').read_text())
+    assert kept['benchmarks'] == {'references': result.stdout.splitlines()}
+    assert kept['machine']['cores'] == os.cpu_count()
+    assert re.fullmatch('[0-9a-f]{40}', kept['commit'])
+    assert run('bench', '--json').returncode == 2
 
 
 def test_a_run_of_no_test_fails():
