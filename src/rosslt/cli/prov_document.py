@@ -13,7 +13,7 @@ from rosslt import node, values
 from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.history import Recorded
-from rosslt.cli.provenance_map import ProvenanceMap
+from rosslt.flow import ProvenanceMap
 
 #: The kinds of things: each is a namespace of its own, and identifiers are `location:/talker/radius` and the like.
 _KINDS = ('node', 'requester', 'location', 'value', 'change', 'field')

@@ -16,10 +16,10 @@ from rosslt.cli.directory import Directory, Place
 from rosslt.cli.failure import Failure
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.progress import bar
-from rosslt.cli.provenance_map import ProvenanceMap, brief
 from rosslt.cli.scalars import parse_scalar
 from rosslt.cli.suggestions import did_you_mean
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.flow import ProvenanceMap, brief
 
 GROUP = LOOK
 SUMMARY = 'what provenance a recorded bag holds, and what its messages would have been with other values'
@@ -68,7 +68,8 @@ def run(options: argparse.Namespace) -> None:
     with bags.opened(options.file) as bag:
         topics = bag.get_type_and_topic_info().topics
         for received in bags.messages(bag):
-            tracked[received.topic] = tracked.get(received.topic, 0) + found.add(received)
+            is_tracked = found.add(received.topic, received.publisher, received.message)
+            tracked[received.topic] = tracked.get(received.topic, 0) + is_tracked
         bags.take_names(bag, directory)
     directory.learn(found.sources)
     for name, topic in sorted(topics.items()):

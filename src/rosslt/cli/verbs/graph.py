@@ -10,17 +10,15 @@ import rosgraph
 from rosslt import values
 from rosslt.cli.completers import topics
 from rosslt.cli.directory import Directory
-from rosslt.cli.drawing import dot, svg
 from rosslt.cli.failure import Failure
-from rosslt.cli.flow import Flow, Step
 from rosslt.cli.history import recorded_changes
 from rosslt.cli.master import find_master, full_name, tracked_nodes
 from rosslt.cli.output import is_terminal, write_row
 from rosslt.cli.prov_document import prov_json
-from rosslt.cli.provenance_map import ProvenanceMap, brief
 from rosslt.cli.reading import Inbox
 from rosslt.cli.unreachable import why_unreachable
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.flow import Flow, NotDrawn, ProvenanceMap, Step, brief, dot, svg
 
 GROUP = LOOK
 SUMMARY = 'which location reaches which field of which topic, through which nodes'
@@ -58,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
     found = ProvenanceMap()
     with Inbox(topics) as inbox:
         for received in inbox.during(options.time):
-            found.add(received)
+            found.add(received.topic, received.publisher, received.message)
     if options.prov:
         return _write_prov(master, found, options.prov)
     if not found.fields:
@@ -68,7 +66,10 @@ def run(options: argparse.Namespace) -> int:
     sources = directory.ordered(found.sources)
     if options.dot or options.svg:
         text = dot(flow, directory)
-        print(svg(text) if options.svg else text)
+        try:
+            print(svg(text) if options.svg else text)
+        except NotDrawn as error:
+            raise Failure(str(error)) from None
     elif is_terminal():
         _show(flow, sources, directory)
     else:

@@ -1,12 +1,12 @@
 """The flow of provenance as a drawing."""
 
 import subprocess
+from typing import Iterable, Optional
 
 from rosslt import values
-from rosslt.cli.directory import Directory
-from rosslt.cli.failure import Failure
-from rosslt.cli.flow import Flow, Thing
-from rosslt.cli.provenance_map import brief
+from rosslt.flow.flow import Flow, Thing
+from rosslt.flow.provenance_map import brief
+from rosslt.node import Directory
 
 #: How graphviz draws each kind.
 _ATTRIBUTES = {
@@ -16,13 +16,18 @@ _ATTRIBUTES = {
 }
 
 
-def dot(flow: Flow, directory: Directory) -> str:
+class NotDrawn(Exception):
+    """A drawing cannot be made; says why."""
+
+
+def dot(flow: Flow, directory: Directory, sources: Optional[Iterable[values.Source]] = None) -> str:
     """A Flow in graphviz's language.
 
     Args:
         directory: the Directory that knows the names of locations.
+        sources: as of `edges`.
     """
-    edges = flow.edges()
+    edges = flow.edges(sources)
     # sorted, so that the same flow is the same text whichever message came first
     things = sorted({thing for edge in edges for thing in edge}, key=str)
     names = {thing: f'{thing[0]}{number}' for number, thing in enumerate(things)}
@@ -49,14 +54,14 @@ def svg(text: str) -> str:
     """What graphviz draws.
 
     Raises:
-        Failure: it is not installed, or does not do it.
+        NotDrawn: it is not installed, or does not do it.
     """
     try:
         drawn = subprocess.run(['dot', '-Tsvg'], input=text, capture_output=True, text=True, check=False)
     except FileNotFoundError:
-        raise Failure('found no command dot: install graphviz') from None
+        raise NotDrawn('found no command dot: install graphviz') from None
     if drawn.returncode:
-        raise Failure('dot failed: ' + ' '.join(drawn.stderr.split()))
+        raise NotDrawn('dot failed: ' + ' '.join(drawn.stderr.split()))
     return drawn.stdout
 
 

@@ -1,9 +1,9 @@
 """The flow of provenance: from a location through nodes and topics to the fields that it reaches."""
 
-from typing import Dict, Iterator, List, Mapping, NamedTuple, Sequence, Set, Tuple
+from typing import Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt import values
-from rosslt.cli.provenance_map import ProvenanceMap
+from rosslt.flow.provenance_map import ProvenanceMap
 
 #: What is drawn: ('location', Source), ('node', name) or ('topic', name).
 Thing = Tuple[str, object]
@@ -59,21 +59,29 @@ class Flow:
             found += steps_of(reach.publisher, is_known=False)
         return found
 
-    def paths(self, source: values.Source) -> List[Tuple[str, List[str], List[str]]]:
-        """(topic, fields, [the nodes on the way there]) for all that a source reaches."""
+    def ways(self, source: values.Source) -> List[List[Step]]:
+        """The Steps to each topic that a source reaches, from its own node to the one that publishes there."""
 
-        def below(steps: List[Step], before: List[str]) -> Iterator[Tuple[str, List[str], List[str]]]:
+        def below(steps: List[Step], before: List[Step]) -> Iterator[List[Step]]:
             for step in steps:
-                nodes = [*before, step.publisher]
-                yield step.topic, step.fields, nodes
-                yield from below(step.next, nodes)
+                way = [*before, step]
+                yield way
+                yield from below(step.next, way)
 
         return list(below(self.steps(source), []))
 
-    def edges(self) -> Dict[Tuple[Thing, Thing], List[str]]:
-        """What is drawn: {(from, to): [field, ...]} over ('location', Source), ('node', name), ('topic', name)."""
+    def paths(self, source: values.Source) -> List[Tuple[str, List[str], List[str]]]:
+        """(topic, fields, [the nodes on the way there]) for all that a source reaches."""
+        return [(way[-1].topic, way[-1].fields, [step.publisher for step in way]) for way in self.ways(source)]
+
+    def edges(self, sources: Optional[Iterable[values.Source]] = None) -> Dict[Tuple[Thing, Thing], List[str]]:
+        """What is drawn: {(from, to): [field, ...]} over ('location', Source), ('node', name), ('topic', name).
+
+        Args:
+            sources: those whose flow is drawn; by default all.
+        """
         found: Dict[Tuple[Thing, Thing], List[str]] = {}
-        for source in self.provenance.sources:
+        for source in self.provenance.sources if sources is None else sources:
             publishers = {reach.publisher for reach in self.provenance.reached_by(source)}
             found[('location', source), ('node', source.node)] = []
             for topic, fields, nodes in self.paths(source):

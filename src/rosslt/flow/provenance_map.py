@@ -1,10 +1,9 @@
 """Where values come from, topic by topic: gathered from messages that pass."""
 
 import re
-from typing import Dict, Iterable, List, NamedTuple
+from typing import Any, Dict, Iterable, List, NamedTuple
 
 from rosslt import values
-from rosslt.cli.reading import Received
 
 
 class Reach(NamedTuple):
@@ -25,13 +24,13 @@ class ProvenanceMap:
     def __init__(self) -> None:
         self.fields: Dict[Reach, List[str]] = {}
 
-    def add(self, received: Received) -> bool:
+    def add(self, topic: str, publisher: str, message: Any) -> bool:
         """Take in a message; returns whether it has any provenance."""
-        leaves = [(path, leaf) for path, leaf in values.leaves(received.message) if values.is_tracked(leaf)]
+        leaves = [(path, leaf) for path, leaf in values.leaves(message) if values.is_tracked(leaf)]
         for path, leaf in leaves:
             field = re.sub(r'\[\d+\]', '[*]', path)
             for source in values.sources(leaf):
-                fields = self.fields.setdefault(Reach(source, received.topic, received.publisher), [])
+                fields = self.fields.setdefault(Reach(source, topic, publisher), [])
                 if field not in fields:
                     fields.append(field)
         return bool(leaves)

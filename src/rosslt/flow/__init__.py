@@ -1,0 +1,10 @@
+"""The room of flows: which location reaches which field of which topic, through which nodes.
+
+It may import the rooms `node`, `messages` and `values`, and rospy. The command prints a flow, the page shows it live.
+"""
+
+from rosslt.flow.drawing import NotDrawn, dot, svg
+from rosslt.flow.flow import Flow, Step, Thing
+from rosslt.flow.provenance_map import ProvenanceMap, Reach, brief
+
+__all__ = ['Flow', 'NotDrawn', 'ProvenanceMap', 'Reach', 'Step', 'Thing', 'brief', 'dot', 'svg']
