@@ -4,8 +4,9 @@ import math as plain_math
 
 import pytest
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import PointStamped, PoseStamped, TransformStamped
+from geometry_msgs.msg import Point32, PointStamped, PolygonStamped, PoseStamped, TransformStamped
 from move_base_msgs.msg import MoveBaseActionGoal
+from nav_msgs.msg import Path
 from sensor_msgs.msg import JointState, Range
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
@@ -92,6 +93,12 @@ def marker(x, kind=Marker.SPHERE):
     return message
 
 
+def path(*places):
+    message = Path(poses=[pose_stamped(x) for x in places])
+    message.header.frame_id = 'world'
+    return message
+
+
 def transform(child, x):
     message = TransformStamped(child_frame_id=child)
     message.header.frame_id = 'world'
@@ -172,6 +179,60 @@ def test_the_size_of_balls_is_a_setting(seen):
     take(scene, '/waypoint', pose_stamped(tracked(1.0)))
     (ball,) = seen.handles['/waypoint'].shapes()
     assert ball.scale.x == 0.05
+
+
+@pytest.fixture
+def all_drawn(seen):
+    """A scene for a view that has to draw everything by itself."""
+    result = Scene(Settings(draws_all=True))
+    result.add_view(seen)
+    return result
+
+
+def test_a_view_that_draws_everything_gets_the_axes_of_a_pose(all_drawn, seen):
+    take(all_drawn, '/waypoint', pose_stamped(tracked(1.0)))
+    _, axes = seen.handles['/waypoint'].shapes()
+    ends = [(point.x, point.y, point.z) for point in axes.points]
+    assert axes.type == Marker.LINE_LIST
+    assert [end.index(max(end)) for end in ends[1::2]] == [0, 1, 2]
+    assert [(color.r, color.g, color.b).index(max(color.r, color.g, color.b)) for color in axes.colors] == [
+        0,
+        0,
+        1,
+        1,
+        2,
+        2,
+    ]
+
+
+def test_it_gets_the_line_of_a_path_which_follows_and_goes_with_it(all_drawn, seen):
+    def line():
+        (shape,) = seen.handles['/path:line::0'].shapes()
+        return [(point.x, point.y, point.z) for point in shape.points]
+
+    take(all_drawn, '/path', path(tracked(1.0), 2.0))
+    assert line() == [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0)]
+    first = seen.handles['/path:line::0']
+    take(all_drawn, '/path', path(tracked(1.5), 2.0, 3.0))
+    assert line() == [(1.5, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)]
+    assert seen.handles['/path:line::0'].draw_key != first.draw_key
+    take(all_drawn, '/path', path(1.0, 2.0))
+    assert not seen.handles
+
+
+def test_the_line_of_a_polygon_is_closed(all_drawn, seen):
+    polygon = PolygonStamped()
+    polygon.header.frame_id = 'world'
+    polygon.polygon.points = [Point32(tracked(1.0), 0.0, 0.0), Point32(0.0, 1.0, 0.0), Point32(0.0, 0.0, 1.0)]
+    take(all_drawn, '/polygon', polygon)
+    (shape,) = seen.handles['/polygon:line::0'].shapes()
+    assert len(shape.points) == 4
+    assert shape.points[0] == shape.points[-1]
+
+
+def test_rviz_which_draws_paths_by_itself_gets_balls_alone(scene, seen):
+    take(scene, '/path', path(tracked(1.0), 2.0))
+    assert set(seen.handles) == {'/path:poses[0]'}
 
 
 @pytest.fixture

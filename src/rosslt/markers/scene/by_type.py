@@ -4,7 +4,7 @@ RViz draws most of them without a size, or with one that is set in RViz itself; 
 """
 
 import math
-from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Sequence, Tuple
 
 import roslib.message
 from geometry_msgs.msg import Pose
@@ -13,8 +13,8 @@ from rosslt.markers.geometry import IDENTITY, PoseTuple
 from rosslt.markers.scene.handle import Handle, Settings, has_source
 from rosslt.markers.scene.handles import PointHandle, PoseHandle
 from rosslt.markers.scene.joints import joint_state
-from rosslt.markers.scene.marker import COLOR
-from rosslt.markers.scene.shapes import pose_tuple, sphere
+from rosslt.markers.scene.marker import COLOR, marker_handles
+from rosslt.markers.scene.shapes import axes, line, pose_tuple, sphere
 
 #: How large the arrows and rings are against the ball that they stand around.
 ARROWS_TO_BALL = 2.5
@@ -24,6 +24,9 @@ ONE_OF_MANY = 0.5
 
 #: How large the ball on a PointStamped is: RViz draws a sphere there, 0.4 m across, which hides what is smaller.
 OVER_POINT = 2.1
+
+#: The width of lines and axes, in metres, and the color of lines, as RViz has them for a Path.
+LINE_WIDTH, LINE_COLOR = 0.03, (0.1, 0.9, 0.1)
 
 #: How opaque a ball is on a pose, which has axes or an arrow of its own.
 SEE_THROUGH = 0.6
@@ -71,6 +74,7 @@ def path(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
     for index, stamped in enumerate(message.poses):
         name = '{}:poses[{}]'.format(topic, index)
         yield name, _on_pose(name, message.header.frame_id, stamped.pose, settings, ONE_OF_MANY)
+    yield from _line(topic, message.header.frame_id, [stamped.pose.position for stamped in message.poses], settings)
 
 
 def polygon_stamped(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
@@ -78,6 +82,8 @@ def polygon_stamped(topic: str, message: Any, settings: Settings) -> Iterator[Na
     for index, point in enumerate(message.polygon.points):
         name = '{}:points[{}]'.format(topic, index)
         yield name, _on_point(name, message.header.frame_id, point, settings)
+    points = message.polygon.points
+    yield from _line(topic, message.header.frame_id, [*points, *points[:1]], settings)
 
 
 def frames(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
@@ -135,11 +141,22 @@ def _on_pose(
         pose,
         ARROWS_TO_BALL * ball,
         ball,
-        lambda: [sphere(ball, COLOR, SEE_THROUGH)],
+        lambda: [sphere(ball, COLOR, SEE_THROUGH), *([axes(2.0 * ball, LINE_WIDTH)] if settings.draws_all else [])],
         has_arrows,
         settings.is_planar,
         RANK,
     )
+
+
+def _line(topic: str, frame: str, points: Sequence[Any], settings: Settings) -> Iterator[Named]:
+    """The line through points, at least one of them tracked, for views that do not draw it by themselves."""
+    numbers = [(point.x, point.y, point.z) for point in points]
+    if not settings.draws_all or not any(has_source(number) for point in numbers for number in point):
+        return
+    marker = line([point for point in numbers if all(map(math.isfinite, point))], LINE_WIDTH, LINE_COLOR)
+    marker.header.frame_id = frame
+    for handle in marker_handles('{}:line'.format(topic), marker, False, settings):
+        yield handle.name, handle
 
 
 def _on_point(name: str, frame: str, point: Any, settings: Settings, part: float = 1.0) -> Optional[PointHandle]:

@@ -1,10 +1,12 @@
 """Shapes to grab, as Markers, and the colors that they have."""
 
-from typing import Any, Sequence, Tuple
+from typing import Any, Iterable, Sequence, Tuple
 
+from geometry_msgs.msg import Point
+from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-from rosslt.markers.geometry import PoseTuple, Vector, normalized
+from rosslt.markers.geometry import AXES, PoseTuple, Vector, normalized
 
 #: Red, green and blue for x, y and z, as everywhere in RViz.
 AXIS_COLORS: Tuple[Vector, ...] = ((0.8, 0.1, 0.1), (0.1, 0.7, 0.1), (0.15, 0.25, 0.9))
@@ -34,6 +36,25 @@ def cube(side: float, color: Sequence[float]) -> Any:
     """A cube."""
     shape = sphere(side, color)
     shape.type = Marker.CUBE
+    return shape
+
+
+def line(points: Iterable[Vector], width: float, color: Sequence[float]) -> Any:
+    """A line through points."""
+    shape = Marker(type=Marker.LINE_STRIP, points=[Point(*map(float, point)) for point in points])
+    shape.pose.orientation.w = 1.0
+    shape.scale.x = width
+    paint(shape, color)
+    return shape
+
+
+def axes(length: float, width: float) -> Any:
+    """The axes of a thing: x red, y green, z blue."""
+    shape = line([], width, AXIS_COLORS[0])
+    shape.type = Marker.LINE_LIST
+    for axis, color in zip(AXES, AXIS_COLORS):
+        shape.points += [Point(), Point(*[length * part for part in axis])]
+        shape.colors += [ColorRGBA(*color, 1.0)] * 2
     return shape
 
 
