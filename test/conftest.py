@@ -4,7 +4,7 @@ import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
-from support.masters import reached_master
+from support import masters
 
 # How long an example takes says more about what else the machine does than about the code. The examples are the same
 # in every run, so that a change is judged by what it changes; `--hypothesis-profile=hunt` looks for new ones.
@@ -16,8 +16,18 @@ settings.load_profile('rosslt')
 @pytest.fixture
 def master(tmp_path):
     """A ROS master for a test that needs one to itself. Folders whose tests share one have a fixture of that name."""
-    with reached_master(tmp_path) as started:
+    with masters.reached_master(tmp_path) as started:
         yield started
+
+
+@pytest.fixture(scope='module', autouse=True)
+def master_of_the_folder(request):
+    """The master that the tests of a folder share, also after tests of another folder that share another one."""
+    uri = masters.shared.get(request.path.parent)
+    with pytest.MonkeyPatch.context() as patch:
+        if uri is not None:
+            patch.setenv('ROS_MASTER_URI', uri)
+        yield
 
 
 @pytest.hookimpl(trylast=True)

@@ -1,5 +1,7 @@
 """A master and nodes for the tests beside this file."""
 
+from pathlib import Path
+
 import pytest
 import rosgraph
 
@@ -38,7 +40,7 @@ RELAY = """
 @pytest.fixture(scope='session')
 def master(tmp_path_factory):
     """A master for all tests of the command."""
-    with reached_master(tmp_path_factory.mktemp('log')):
+    with reached_master(tmp_path_factory.mktemp('log'), Path(__file__).parent):
         yield rosgraph.Master('/test')
 
 

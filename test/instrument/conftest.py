@@ -1,5 +1,7 @@
 """A master for the tests beside this file, and what `rosslt run` sets for a whole process."""
 
+from pathlib import Path
+
 import pytest
 import rospy
 
@@ -12,7 +14,7 @@ from support.masters import reached_master
 @pytest.fixture(scope='session')
 def master(tmp_path_factory):
     """A master for all tests of nodes; this process is a node of it, /test."""
-    with reached_master(tmp_path_factory.mktemp('log')) as started:
+    with reached_master(tmp_path_factory.mktemp('log'), Path(__file__).parent) as started:
         rosslt.init_node('test', argv=[], disable_signals=True)
         yield started
         rospy.signal_shutdown('the tests are over')

@@ -10,6 +10,7 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
+from PyQt5.QtGui import QImage
 from selenium import webdriver
 from selenium.common.exceptions import StaleElementReferenceException, TimeoutException, WebDriverException
 from selenium.webdriver.chrome.service import Service
@@ -21,6 +22,10 @@ from support.processes import wait_until
 
 #: For how long a browser may take that draws with the processor alone, in seconds.
 PATIENCE = 240.0
+#: How long something may take to come of what a mouse did before it does it again, in seconds.
+EFFECT = 20.0
+#: What is gray differs by no more than this between red, green and blue, of 255.
+GRAY = 60
 SIZE = (1100, 800)
 FIELD_OF_VIEW = math.radians(75.0)  # of viser's camera, from top to bottom
 EYE, FOCUS = (-3.0, -4.5, 3.5), (0.0, 0.0, 0.5)  # where the page's camera is at first
@@ -61,11 +66,16 @@ class Server:
             free.bind(('127.0.0.1', 0))
             self.port = free.getsockname()[1]
         self.url = 'http://127.0.0.1:{}/'.format(self.port)
+        self._arguments = arguments
         self._directory = tempfile.TemporaryDirectory(prefix='rosslt_web_')
         self._log = Path(self._directory.name) / 'log'
-        with self._log.open('w') as log:
+        self.start()
+
+    def start(self):
+        """Start it, also after a stop, and wait until it answers."""
+        with self._log.open('a') as log:
             self.process = subprocess.Popen(
-                ['rosslt', 'web', '--port', str(self.port), *arguments],
+                ['rosslt', 'web', '--port', str(self.port), *self._arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
@@ -98,7 +108,6 @@ class Server:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
-        self._directory.cleanup()
 
 
 class Browser:
@@ -204,6 +213,10 @@ class Browser:
 
         self.wait(clicked, 'a button ' + text)
 
+    def open(self, url):
+        """Look at another page."""
+        self.driver.get(url)
+
     # In the 3D view.
 
     def canvas(self):
@@ -243,12 +256,68 @@ class Browser:
         pointer.pointer_action.pointer_up()
         pointer.perform()
 
+    def click_at(self, point, says):
+        """Click on what is drawn at a point of the world until the page says something."""
+
+        def clicked():
+            self.see(point)
+            self.press(self.pixel(point))
+            self.release()
+            return self._comes(lambda: says in self.text)
+
+        self.wait(clicked, 'a click says ' + says)
+
     def drag(self, start, end):
-        """Drag with the left button, from a point of the world to another."""
+        """Drag with the left button what is drawn at a point of the world to another point."""
+        self.see(start)
         first, last = self.pixel(start), self.pixel(end)
         self.press(first)
         self.move(first, last)
         self.release()
+
+    def drag_until(self, holds, start, end, what):
+        """Drag until `holds()`.
+
+        Args:
+            start: gives the point of the world where what is dragged is now.
+            end: where it is dragged to.
+        """
+
+        def dragged():
+            self.drag(start(), end)
+            return self._comes(holds)
+
+        self.wait(dragged, what)
+
+    def see(self, point, within=0):
+        """Wait until something colorful is drawn at a point of the world: beside it, a mouse would turn the camera.
+
+        Args:
+            within: how many pixels beside it is near enough, for thin lines that nobody takes hold of.
+        """
+        self.wait(lambda: self._is_colorful(self.pixel(point), within), 'something colorful at {}'.format(point))
+
+    def wait_until_gone(self, point):
+        """Wait until nothing colorful is drawn at a point of the world any more."""
+        self.wait(lambda: self._is_colorful(self.pixel(point)) is False, 'nothing at {}'.format(point))
+
+    def _is_colorful(self, pixel, within=0):
+        """Whether it is; None where the browser takes too long to say."""
+        try:
+            image = QImage.fromData(self.driver.get_screenshot_as_png())
+        except TimeoutException:
+            return None
+        around = range(-within, within + 1)
+        colors = [image.pixelColor(pixel[0] + x, pixel[1] + y) for x in around for y in around]
+        parts = [(color.red(), color.green(), color.blue()) for color in colors]
+        return any(max(one) - min(one) > GRAY for one in parts)
+
+    @staticmethod
+    def _comes(holds):
+        """Whether something holds soon after a mouse has done something."""
+        with contextlib.suppress(AssertionError):
+            return wait_until(holds, 'what comes of it', EFFECT)
+        return False
 
 
 def _dot(first, second):

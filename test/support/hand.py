@@ -91,6 +91,10 @@ class Hand:
             self._send(feedback, InteractiveMarkerFeedback.POSE_UPDATE)
             time.sleep(STEP_TIME)
 
+    def keep(self, feedback):
+        """Still hold a marker, as RViz says several times a second."""
+        self._send(feedback, InteractiveMarkerFeedback.KEEP_ALIVE)
+
     def release(self, feedback):
         self._send(feedback, InteractiveMarkerFeedback.MOUSE_UP)
 

@@ -2,6 +2,7 @@
 
 import signal
 import subprocess
+from pathlib import Path
 
 import pytest
 import rosgraph
@@ -40,7 +41,7 @@ TALKER = """
 @pytest.fixture(scope='session')
 def master(tmp_path_factory):
     """A master for all tests of the page."""
-    with reached_master(tmp_path_factory.mktemp('log')):
+    with reached_master(tmp_path_factory.mktemp('log'), Path(__file__).parent):
         yield rosgraph.Master('/test')
 
 

@@ -1,8 +1,8 @@
 """The numbers on the page, in a real browser."""
 
 import pytest
-import rosgraph
 
+from support import scenery
 from support.browser import PATIENCE
 from support.processes import wait_until
 from support.shell import rosslt
@@ -11,8 +11,7 @@ pytestmark = pytest.mark.rostest
 
 
 def value(name):
-    """The value in force at a literal, as its parameter says."""
-    return rosgraph.Master('/test').getParam('/talker/rosslt/' + name)
+    return scenery.value('/talker/' + name)
 
 
 def has_become(name, expected):

@@ -8,10 +8,11 @@ changes. `rviz` shows a scene as interactive markers; the room `web` shows the s
 from rosslt.markers import geometry
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags import mouse
-from rosslt.markers.drags.choices import Choice, choices_of
+from rosslt.markers.drags.choices import Choice
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.other_views import HeldTopic
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
+from rosslt.markers.offers import FREE, HEADING, UNDO, Offers
 from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
 from rosslt.markers.scene.by_type import KINDS, MessageKind
@@ -21,6 +22,9 @@ from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
 
 __all__ = [
+    'UNDO',
+    'FREE',
+    'HEADING',
     'HELD',
     'KINDS',
     'CanChange',
@@ -32,12 +36,12 @@ __all__ = [
     'HeldTopic',
     'MessageKind',
     'Motions',
+    'Offers',
     'Rules',
     'Scene',
     'Settings',
     'View',
     'Watch',
-    'choices_of',
     'geometry',
     'mouse',
     'open_rviz',

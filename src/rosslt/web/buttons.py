@@ -7,6 +7,8 @@ from typing import Any, Callable, List
 import rospy
 
 from rosslt import files, node, srv, values
+from rosslt.web.flows import Flows
+from rosslt.web.locations import Locations
 from rosslt.web.markdown import block
 
 #: How long nodes may take to answer, in seconds.
@@ -23,18 +25,19 @@ class Buttons:
 
     Args:
         server: viser's.
-        nodes: gives the names of all nodes that have locations.
+        locations: of all nodes.
+        flows: shows what the numbers of a node reach.
         tell: shows a notice to somebody.
     """
 
-    def __init__(self, server: Any, nodes: Callable[[], List[str]], tell: Tell) -> None:
-        self._server, self._nodes, self._tell = server, nodes, tell
+    def __init__(self, server: Any, locations: Locations, flows: Flows, tell: Tell) -> None:
+        self._server, self._locations, self._flows, self._tell = server, locations, flows, tell
         self._saving = threading.Lock()
 
     def add(self, name: str) -> None:
         """Add those of one node, where viser's next element would be."""
-        buttons = self._server.gui.add_button_group('', ['undo', 'reset', 'save'])
-        does = {'undo': self._undo, 'reset': self._reset, 'save': self._ask_to_save}
+        does = {'undo': self._undo, 'reset': self._reset, 'save': self._ask_to_save, 'reaches': self._show_flow}
+        buttons = self._server.gui.add_button_group('', list(does))
 
         @buttons.on_click
         def clicked(event: Any) -> None:
@@ -51,7 +54,7 @@ class Buttons:
         if last is None:
             self._tell(client, name, 'there is no change to take back')
             return
-        concerned, _ = node.histories(self._nodes(), last.request_id, TIMEOUT)
+        concerned, _ = node.histories(self._locations.nodes(), last.request_id, TIMEOUT)
         undone = node.undo_request(last.request_id, concerned, rospy.get_name(), TIMEOUT)
         for other, reason in undone.reasons.items():
             self._tell(client, other, 'cannot undo: ' + reason)
@@ -67,6 +70,14 @@ class Buttons:
             self._tell(client, name, 'it refuses: ' + '; '.join(answers[name].reasons))
         else:
             self._tell(client, name, ', '.join(map(_told, answers[name].changes)) or 'all is as the code says')
+
+    def _show_flow(self, name: str, client: Any) -> None:
+        """Show which fields of which topics the numbers reach, and through which nodes."""
+        self._flows.open(
+            client,
+            'What the numbers of {} reach'.format(name),
+            lambda: {place.source for place in self._locations.places().get(name, ())},
+        )
 
     def _ask_to_save(self, name: str, client: Any) -> None:
         """Show what would be written, and ask whether it should."""

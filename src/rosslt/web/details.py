@@ -2,16 +2,14 @@
 
 import functools
 import threading
-from typing import Any, Collection, Dict, List
+from typing import Any, Collection, Dict, List, Set
 
 from rosslt import values
-from rosslt.markers import Choice, Descriptions, Drags, Handle, Scene, choices_of
+from rosslt.markers import FREE, HEADING, UNDO, Choice, Handle, Offers
+from rosslt.web.flows import Flows, Shown
 from rosslt.web.markdown import code
 from rosslt.web.plots import Plot
 from rosslt.web.things import Things
-
-#: Free movement, as the menu in RViz calls it.
-FREE = 'Move the body freely'
 
 #: What marks the choice that is in force.
 CHOSEN = '✓ '
@@ -21,14 +19,14 @@ class Details:
     """The details of things, for whoever clicks on one.
 
     Args:
-        scene: has the things.
+        offers: what there is to learn and to choose of things.
         things: shows them.
-        drags: changes what is chosen, and undoes.
-        descriptions: says what sources are called and where they are.
+        flows: shows through which nodes their numbers come.
     """
 
-    def __init__(self, scene: Scene, things: Things, drags: Drags, descriptions: Descriptions) -> None:
-        self._scene, self._things, self._drags, self._descriptions = scene, things, drags, descriptions
+    def __init__(self, offers: Offers, things: Things, flows: Flows) -> None:
+        self._offers, self._things, self._flows = offers, things, flows
+        self._scene, self._descriptions = offers.scene, offers.descriptions
         self._lock = threading.Lock()
         self._plots: Dict[Any, Plot] = {}  # what is open -> its plot
 
@@ -38,20 +36,22 @@ class Details:
         name, sources = handle.name, values.sources(handle.tracked)
         self._descriptions.look_up(sources)
         present = values.source_values(handle.tracked)
-        choices = choices_of(handle.tracked, self._descriptions.read_only(sources))
+        choices = self._offers.choices(handle)
         with self._lock:
             modal = client.gui.add_modal(name)
             with modal:
                 client.gui.add_markdown(self._text(handle, sources, present))
                 if len(choices) > 1:
                     self._add_choices(client, name, choices, present)
-                if all(handle.motions(self._descriptions.can_change).axes):
+                if self._offers.can_be_free(handle):
                     self._add_free(client, name)
-                undo = client.gui.add_button('Undo the last drag')
+                undo = client.gui.add_button(UNDO)
                 close = client.gui.add_button('Close')
+                client.gui.add_markdown('**The way here**')
+                flow = self._flows.add(client, lambda: self._sources(name), self._scene.origin(name)[0])
                 plot = Plot(client, self._scene, name, self._descriptions)
-        undo.on_click(lambda event: self._drags.undo(name))
-        close.on_click(lambda event: self._close(client, modal))
+        undo.on_click(lambda event: self._offers.drags.undo(name))
+        close.on_click(lambda event: self._close(client, modal, flow))
         with self._lock:
             self._plots[client.client_id, modal] = plot
 
@@ -66,7 +66,12 @@ class Details:
             for plot in self._plots.values():
                 plot.update()
 
-    def _close(self, client: Any, modal: Any) -> None:
+    def _sources(self, name: str) -> Set[values.Source]:
+        handle = self._scene.handle(name)
+        return set() if handle is None else set(values.sources(handle.tracked))
+
+    def _close(self, client: Any, modal: Any, flow: Shown) -> None:
+        self._flows.remove(flow)
         with self._lock:
             self._plots.pop((client.client_id, modal), None)
         modal.close()
@@ -80,26 +85,21 @@ class Details:
             note = ', takes no change' if source in self._descriptions.read_only([source]) else ''
             brief, full = self._descriptions.one(source, present), self._descriptions.in_full(source)
             lines.append('- {} ({}){}'.format(code(brief), code(full), note))
-        topic, publisher = self._scene.origin(handle.name)
-        owners = ' and '.join(sorted({source.node for source in sources}))
-        lines += ['', code('{} → … → {} → {}'.format(owners, publisher, topic))]
         return '\n'.join(lines)
 
     def _add_choices(self, client: Any, name: str, choices: List[Choice], present: Dict[values.Source, Any]) -> None:
         """A button for each choice: a list to open would be open at once, and hide what is below it."""
-        client.gui.add_markdown('**A drag changes**')
-        titles = [self._descriptions.several(choice.changed, present) for choice in choices]
+        client.gui.add_markdown('**{}**'.format(HEADING))
+        titles = [self._offers.title(choice, present) for choice in choices]
         buttons = [client.gui.add_button(title, color='gray') for title in titles]
 
         def show() -> None:
-            sources = [choice.source for choice in choices]
-            chosen = self._drags.chosen.get(name)
-            at = sources.index(chosen) if chosen in sources else 0
-            for index, (button, title) in enumerate(zip(buttons, titles)):
-                button.label = (CHOSEN if index == at else '') + title
+            chosen = self._offers.chosen(name, choices)
+            for choice, button, title in zip(choices, buttons, titles):
+                button.label = (CHOSEN if choice.source == chosen else '') + title
 
         def choose(choice: Choice, _event: Any) -> None:
-            self._drags.chosen[name] = choice.source
+            self._offers.choose(name, choice.source)
             show()
 
         for button, choice in zip(buttons, choices):

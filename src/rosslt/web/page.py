@@ -7,10 +7,11 @@ import rospy
 import viser
 
 from rosslt import node
-from rosslt.markers import Descriptions, Drags, Handle, HeldTopic, Rules, Scene, Settings, Watch, short_numbers
+from rosslt.markers import Descriptions, Drags, Handle, HeldTopic, Offers, Rules, Scene, Settings, Watch, short_numbers
 from rosslt.web.buttons import Buttons
 from rosslt.web.details import Details
 from rosslt.web.door import Door, NotServed, check_address, guarded, is_this_machine, read_password
+from rosslt.web.flows import Flows
 from rosslt.web.frames import Frames
 from rosslt.web.locations import Locations
 from rosslt.web.notices import Notices
@@ -60,17 +61,20 @@ class Page:
         self._server.initial_camera.look_at = (0.0, 0.0, 0.5)
         self._notices = Notices()
         scene = Scene(Settings(draws_all=True))
-        descriptions = Descriptions(lambda: self._redraw())
+        descriptions = Descriptions(lambda: self._things.learn())
         drags = Drags(scene, Rules(), descriptions.name, rospy.get_name())
         self._scene = scene
         self._frames = Frames(self._server, fixed_frame)
         self._things = Things(self._server, scene, self._frames, descriptions.can_change, self._say)
         self._things.connect(drags)
         drags.share(HeldTopic(drags.hear).tell)
-        self._details = Details(scene, self._things, drags, descriptions)
+        flows = Flows(self._server)
+        self._details = Details(Offers(scene, drags, descriptions), self._things, flows)
         self._things.picked = self._details.show
         self._locations = Locations(rospy.get_name())
-        buttons = Buttons(self._server, self._locations.nodes, self._notices.tell)
+        everything = self._server.gui.add_button('Who feeds whom')
+        everything.on_click(lambda event: flows.open(event.client, 'Who feeds whom', lambda: None))
+        buttons = Buttons(self._server, self._locations, flows, self._notices.tell)
         self._numbers = Numbers(self._server, self._locations, buttons.add, self._notices.tell)
         scene.add_view(self._things)
         Watch(scene)
@@ -95,11 +99,6 @@ class Page:
         if count % FIELDS_EVERY == 0:
             self._numbers.update()
             self._details.update(self._server.get_clients())
-
-    def _redraw(self) -> None:
-        """What is known of sources has changed, and so perhaps what can be moved."""
-        for name in self._things.names():
-            self._things.redraw(name)
 
     def _say(self, handle: Handle, text: str, to: Any = None) -> None:
         """Show a message of a thing to somebody; None for everybody who looks."""

@@ -4,16 +4,20 @@ Everybody who looks sees the same things. A thing that a hand holds is where thi
 """
 
 import asyncio
-from typing import Any, Callable, Dict, List, Optional, Set, Tuple
+from typing import Any, Callable, Dict, Hashable, List, Optional, Set, Tuple
 from urllib.parse import quote
 
-from rosslt.markers import HELD, CanChange, Drags, Follower, Handle, Scene, mouse
+from rosslt.markers import HELD, CanChange, Drags, Follower, Handle, Motions, Scene, mouse
 from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation, onto
 from rosslt.web import drawing
 from rosslt.web.frames import Frames
 
 #: How long the arrows and how wide the rings are against the thing, outside of which they are.
 CONTROL_SCALE = 1.5
+
+#: Where there are more things, arrows and rings stand only around the one that was clicked last: a browser draws each
+#: of them on its own, which takes longer than all else.
+MANY = 50
 
 #: The rotation of a control that acts along, or around, the axes of the frame.
 UPRIGHT: Rotation = IDENTITY
@@ -24,14 +28,15 @@ class Thing:
 
     Attributes:
         handle: it.
+        controls: what there was to take hold of when it was drawn.
         body: viser's branch that its shapes stand on.
         arrows: viser's control to move it, or None.
         rings: viser's controls to turn it, and how each is turned while nobody holds it; None: as the thing is.
         shown: where it is drawn now.
     """
 
-    def __init__(self, handle: Handle, body: Any) -> None:
-        self.handle, self.body = handle, body
+    def __init__(self, handle: Handle, motions: Motions, body: Any) -> None:
+        self.handle, self.controls, self.body = handle, _controls(motions), body
         self.arrows: Optional[Any] = None
         self.rings: List[Any] = []
         self.at_rest: List[Rotation] = []
@@ -104,8 +109,10 @@ class Things(Follower):
         self._server, self._frames, self._can_change, self._tell = server, frames, can_change, tell
         self._drags: Optional[Drags] = None
         self._things: Dict[str, Thing] = {}
-        self._grips: Dict[str, Grip] = {}
+        self._grips: Dict[Tuple[str, int], Grip] = {}  # (name, client): of one thing, others try to take hold too
         self._holders: Dict[str, int] = {}  # name -> the client whose hand holds it
+        self._is_crowded = False
+        self._clicked = ''
         self.free: Set[str] = set()
         self.picked: Callable[[Any, Handle], None] = lambda client, handle: None
 
@@ -122,11 +129,17 @@ class Things(Follower):
         self.erase(handle.name)
         scene, motions = self._server.scene, handle.motions(self._can_change)
         name = '{}/{}'.format(self._frames.branch(handle.frame), quote(handle.name, safe=':[]'))
-        thing = Thing(handle, scene.add_frame(name, show_axes=False))
+        thing = Thing(handle, motions, scene.add_frame(name, show_axes=False))
         self._things[handle.name] = thing
         for index, shape in enumerate(handle.shapes()):
             for part in drawing.draw(scene, '{}/{}'.format(name, index), shape):
                 self._make_grabbable(part, handle)
+        if not self._is_crowded or handle.name == self._clicked:
+            self._add_controls(thing, name, motions)
+        thing.put(handle.pose)
+
+    def _add_controls(self, thing: Thing, name: str, motions: Motions) -> None:
+        scene, handle = self._server.scene, thing.handle
         size = CONTROL_SCALE * handle.size
         if any(motions.arrows):
             thing.arrows = scene.add_transform_controls(
@@ -144,7 +157,16 @@ class Things(Follower):
             thing.rings.append(ring)
             thing.at_rest.append(onto(direction))
             self._on_control(ring, handle.name)
-        thing.put(handle.pose)
+
+    def follow(self) -> bool:
+        """Show what differs; returns whether anything did."""
+        with self.lock:
+            is_crowded = len(self._wanted) > MANY
+            if is_crowded != self._is_crowded:
+                self._is_crowded = is_crowded
+                for name in list(self._things):
+                    self.redraw(name)
+            return super().follow()
 
     def move(self, handle: Handle) -> None:
         """Put a thing where it is now."""
@@ -158,6 +180,16 @@ class Things(Follower):
         thing = self._things.pop(name, None)
         if thing is not None:
             thing.remove()
+
+    def learn(self) -> None:
+        """More is known of sources: draw anew what can be moved in other ways now, and nothing else.
+
+        What is drawn anew falls out of the hands that are about to take hold of it.
+        """
+        with self.lock:
+            for name, thing in list(self._things.items()):
+                if _controls(thing.handle.motions(self._can_change)) != thing.controls:
+                    self.redraw(name)
 
     def shown(self, name: str) -> Optional[PoseTuple]:
         """Where a thing is drawn now, in its frame; None where there is none of that name."""
@@ -185,6 +217,7 @@ class Things(Follower):
         """A hand has moved the arrows or a ring of a thing."""
         thing = self._things.get(name)
         if thing is None or self._drags is None:
+            self._ended(event, name)
             return
         thing.forget(control)
         pose: PoseTuple = thing.shown
@@ -194,10 +227,10 @@ class Things(Follower):
         else:
             w, x, y, z = map(float, control.wxyz)
             rest = thing.at_rest[thing.rings.index(control)]
-            start = self._grips.setdefault(name, Grip((0.0, 0.0, 0.0), thing.shown)).start
+            start = self._grips.setdefault((name, event.client_id), Grip((0.0, 0.0, 0.0), thing.shown)).start
             pose = (*thing.shown[:3], *mouse.turned_by(rest, (x, y, z, w), start[3:]))
         if event.phase == 'start':
-            self._grips[name] = Grip((0.0, 0.0, 0.0), thing.shown)
+            self._grips[name, event.client_id] = Grip((0.0, 0.0, 0.0), thing.shown)
             pose = thing.shown
         self._hand(event, thing, pose, control)
 
@@ -211,6 +244,7 @@ class Things(Follower):
         async def clicked(event: Any) -> None:
             with self.lock:
                 thing = self._things.get(name)
+                self._choose(name)
             if thing is not None:
                 asyncio.get_running_loop().run_in_executor(None, self.picked, event.client, thing.handle)
 
@@ -219,15 +253,23 @@ class Things(Follower):
         if any(handle.motions(self._can_change).axes):
             part.on_drag(grabbed)
 
+    def _choose(self, name: str) -> None:
+        """A thing has been clicked: of many, it alone has arrows and rings."""
+        before, self._clicked = self._clicked, name
+        if self._is_crowded and before != name:
+            for one in (before, name):
+                self.redraw(one)
+
     def _body_moved(self, event: Any, name: str) -> None:
         """A hand has moved the body of a thing."""
         thing = self._things.get(name)
         if thing is None or self._drags is None:
+            self._ended(event, name)
             return
         frame = self._frames.pose(thing.handle.frame)
         if event.phase == 'start':
-            self._grips[name] = Grip(mouse.into(frame, event.start_position), thing.shown)
-        grip = self._grips.get(name)
+            self._grips[name, event.client_id] = Grip(mouse.into(frame, event.start_position), thing.shown)
+        grip = self._grips.get((name, event.client_id))
         if grip is None:
             return
         motions = thing.handle.motions(self._can_change)
@@ -255,16 +297,28 @@ class Things(Follower):
                 self._holders[name] = event.client_id
             return
         if event.phase == 'end':
-            self._grips.pop(name, None)
-            if self._holders.get(name) == event.client_id:
-                del self._holders[name]
+            self._ended(event, name)
             if not drags.release(name, handle.frame, pose, hand):
                 thing.put(thing.shown)  # the browser has moved it all the same
             return
-        if drags.move(name, handle.frame, pose, hand):
+        # a hand that was refused does not get the thing in the middle of its way, where it would jump to the hand
+        if self._holders.get(name) == event.client_id and drags.move(name, handle.frame, pose, hand):
             thing.put(pose, control)
         else:
+            self._tell(handle, HELD, event.client)
             thing.put(thing.shown)
+
+    def _ended(self, event: Any, name: str) -> None:
+        """A hand that lets go holds nothing any more, not even of what is gone meanwhile."""
+        if event.phase == 'end':
+            self._grips.pop((name, event.client_id), None)
+            if self._holders.get(name) == event.client_id:
+                del self._holders[name]
+
+
+def _controls(motions: Motions) -> Hashable:
+    """What there is to take hold of: the rings by their names, as their directions come with where a thing is."""
+    return motions.axes, motions.is_in_frame, motions.arrows, tuple([name for name, _ in motions.rings])
 
 
 def _rotation(pose: PoseTuple) -> Rotation:

@@ -8,20 +8,16 @@ import rospy
 from interactive_markers.menu_handler import MenuHandler
 
 from rosslt import values
-from rosslt.markers.describing import Descriptions
-from rosslt.markers.drags.choices import Choice, choices_of
-from rosslt.markers.drags.drags import Drags
+from rosslt.markers.drags.choices import Choice
+from rosslt.markers.offers import FREE, HEADING, UNDO, Offers
 from rosslt.markers.rviz.display import Display
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import Handle
-from rosslt.markers.scene.scene import Scene
 
 #: For how long values must stay the same before a menu shows them, in seconds: RViz closes an open menu that changes.
 SETTLING_TIME = 2.0
 
-HEADING = 'A drag changes'
-FREE = 'Move the body freely (with Shift: towards you and away)'
-UNDO = 'Undo the last drag'
+SHIFT = ' (with Shift: towards you and away)'
 SOURCES = 'Sources'
 
 
@@ -38,14 +34,13 @@ class Menus:
     """The menus of all handles.
 
     Args:
-        scene: has the handles.
-        display: shows them.
-        drags: changes what is chosen, and undoes.
-        descriptions: says what sources are called and where they are.
+        offers: what stands in them.
+        display: shows the handles.
     """
 
-    def __init__(self, scene: Scene, display: Display, drags: Drags, descriptions: Descriptions) -> None:
-        self._scene, self._display, self._drags, self._descriptions = scene, display, drags, descriptions
+    def __init__(self, offers: Offers, display: Display) -> None:
+        self._offers, self._display = offers, display
+        self._scene, self._descriptions = offers.scene, offers.descriptions
         self._drawn: Dict[str, Drawn] = {}
         self._latest: Dict[
             str, Tuple[Dict[values.Source, Any], float]
@@ -58,20 +53,18 @@ class Menus:
         if not handle.tracked:
             return
         drawn = self._drawn[name] = self._draw(handle)
-        chosen = self._drags.chosen.get(name)
-        if chosen not in [choice.source for choice in drawn.choices]:
-            chosen = None
+        chosen = self._offers.chosen(name, drawn.choices)
         menu = MenuHandler()
         menu.insert(HEADING + (':' if len(drawn.choices) == 1 else ' (choose one):'))
         for choice in drawn.choices:
-            title = self._descriptions.several(choice.changed, drawn.present)
+            title = self._offers.title(choice, drawn.present)
             entry = menu.insert(
                 title if choice.source else title + ' (default)',
                 callback=functools.partial(self._choose, name, choice.source),
             )
             menu.setCheckState(entry, MenuHandler.CHECKED if choice.source == chosen else MenuHandler.UNCHECKED)
-        if all(handle.motions(self._descriptions.can_change).axes):
-            entry = menu.insert(FREE, callback=functools.partial(self._free, name))
+        if self._offers.can_be_free(handle):
+            entry = menu.insert(FREE + SHIFT, callback=functools.partial(self._free, name))
             menu.setCheckState(entry, MenuHandler.CHECKED if name in self._display.free else MenuHandler.UNCHECKED)
         menu.insert(UNDO, callback=functools.partial(self._undo, name))
         where = menu.insert(SOURCES)
@@ -122,11 +115,11 @@ class Menus:
         if known is not None and (known.sources, known.read_only) == (sources, read_only):
             choices = known.choices
         else:
-            choices = choices_of(handle.tracked, read_only)
+            choices = self._offers.choices(handle)
         return Drawn(sources, read_only, choices, values.source_values(handle.tracked))
 
     def _choose(self, name: str, source: Optional[values.Source], _feedback: Any) -> None:
-        self._drags.chosen[name] = source
+        self._offers.choose(name, source)
         self._display.redraw(name)
 
     def _free(self, name: str, _feedback: Any) -> None:
@@ -134,7 +127,7 @@ class Menus:
         self._display.redraw(name)
 
     def _undo(self, name: str, _feedback: Any) -> None:
-        self._drags.undo(name)
+        self._offers.drags.undo(name)
 
     def _tell(self, name: str, source: values.Source, _feedback: Any) -> None:
         text = self._descriptions.in_full(source)

@@ -8,6 +8,7 @@ from rosgraph_msgs.msg import Log
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.other_views import HeldTopic
+from rosslt.markers.offers import Offers
 from rosslt.markers.rviz.display import Display
 from rosslt.markers.rviz.menus import Menus
 from rosslt.markers.rviz.notes import Notes
@@ -44,7 +45,7 @@ def run() -> None:
     descriptions = Descriptions(lambda: menus.redraw())
     drags = Drags(scene, rules, descriptions.name, rospy.get_name())
     display = Display(Server(rospy.get_name()), scene, descriptions.can_change, notes)
-    menus = Menus(scene, display, drags, descriptions)
+    menus = Menus(Offers(scene, drags, descriptions), display)
     display.connect(drags, menus.add)
     drags.share(HeldTopic(drags.hear).tell)
     scene.add_view(display)
