@@ -15,7 +15,7 @@ from ..sources import Source
 WORK_OF_A_RESULT = 150_000
 """The work that may be done for each result that is wanted: 40 milliseconds ..."""
 
-MOST_WORK_OF_RESULTS = 400_000
+MOST_WORK_OF_RESULTS = 300_000
 """... and for all of them, in expressions of ordinary size."""
 
 WORK_PER_NODE = 40
