@@ -58,6 +58,39 @@ while not rospy.is_shutdown():
     rate.sleep()
 """
 
+#: Turns to another source of the same field when it is told to.
+TURNING = (
+    HEAVY.replace('heavy', 'turning')
+    .replace(
+        'rate = rospy.Rate(20)',
+        """low = 3.0
+high = 5.0
+is_high = False
+def turn_over(message):
+    global is_high
+    is_high = message.data
+rospy.Subscriber('turn_over', Bool, turn_over)
+rate = rospy.Rate(20)""",
+    )
+    .replace('kept.lift * height', '(high if is_high else low) * 1.0')
+)
+
+
+def test_a_force_while_other_sources_are_told_reaches_the_field_and_changes_nothing_else(master, tmp_path):
+    paused, paths = [], []
+    rospy.Subscriber('turning_paused', Bool, lambda message: paused.append(message.data))
+    rosslt.Subscriber('turning_path', Path, paths.append)
+    turn_over = rospy.Publisher('turn_over', Bool, queue_size=1)
+    with Unmodified(tmp_path, 'turning', TURNING):
+        wait_until(lambda: True in paused and turn_over.get_num_connections(), 'not all is recorded', 60)
+        wait_until(lambda: values.is_tracked(paths[-1].poses[3].pose.position.z), 'a path with sources', 60)
+        turn_over.publish(True)
+        wait_until(lambda: paths[-1].poses[3].pose.position.z == 5.0, 'it has turned to the other', 60)
+        node.force_field('/turning_path', 'poses[3].pose.position.z', 9.0, timeout=30)
+        wait_until(lambda: paths[-1].poses[3].pose.position.z == 9.0, 'the field is there', 60)
+        now = {place.local_name: place.value for place in node.Directory().ask(['/turning'])[0]['/turning']}
+        assert (now['low'], now['high']) == (3.0, 9.0)
+
 
 def test_a_node_that_computes_much_stays_tracked_and_follows(master, tmp_path):
     paused, paths, came = [], [], threading.Event()

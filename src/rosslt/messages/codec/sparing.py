@@ -111,6 +111,7 @@ class SparingProvenance:
         present = _Present(leaves)
         for known in sorted(self._known, key=lambda one: -len(one.leaves)):
             if known.size == size and known.leaves.keys() >= set(present.indices):
+                known = self._without_doubtful(known, message, present)
                 moved = self._moved_since(known, message, present)
                 if moved is not None:
                     if moved:
@@ -123,14 +124,20 @@ class SparingProvenance:
         moved = present.moved(known)
         if moved is None or known.indices == present.indices:
             return moved
-        plain = [index for index in known.indices if index not in present.by_index and index not in known.moving]
-        for index, (_, _, value, _) in zip(plain, located(message, plain)):
-            leaf = known.leaves[index][1]
-            if not is_same(value, untracked(leaf)):
-                if origins([leaf]):
-                    return None
-                moved.add(index)
-        return moved
+        changed = _changed(known, message, present)
+        return None if changed is None else moved | changed
+
+    def _without_doubtful(self, known: _Known, message: Any, present: '_Present') -> _Known:
+        """What is known of a message, without what was computed and stood still, and does so no more: it may be made of
+        other sources by now, which nobody recorded."""
+        doubtful = _changed(known, message, present)
+        if not doubtful:
+            return known
+        leaves = {index: leaf for index, leaf in known.leaves.items() if index not in doubtful}
+        kept = [(index, of) for index, of in zip(known.indices, known.ids) if index not in doubtful]
+        made = known._replace(indices=[index for index, _ in kept], ids=[of for _, of in kept], leaves=leaves)
+        self._known = [made if one is known else one for one in self._known]
+        return self._with_slopes(made, message, made.moving)
 
     def _with_slopes(self, known: _Known, message: Any, moving: Set[int]) -> _Known:
         leaves = list(known.leaves.values())
@@ -161,7 +168,9 @@ class SparingProvenance:
         if len(leaves) > FIELD_LIMIT:
             return provenance_to_send(message)
         indices = [index for index, _, _ in leaves]
-        before = next((known.leaves for known in self._known if known.indices == indices), {})
+        # What became doubtful since is not among those that were written before.
+        alike = [known for known in self._known if known.size == size and known.leaves.keys() <= set(indices)]
+        before = next((known.leaves for known in alike if known.indices == indices), alike[0].leaves if alike else {})
         if not all(is_made_alike(value, before[index][1]) for index, value, _ in leaves if index in before):
             self._turned_at = time.monotonic()
         moving = self._moved | {
@@ -177,6 +186,22 @@ class SparingProvenance:
         others = [one for one in self._known if one.indices != indices]
         self._known = [known, *others[: MOST_KNOWN - 1]]
         return data
+
+
+def _changed(known: _Known, message: Any, present: '_Present') -> Optional[Set[int]]:
+    """The leaves that stood still when they were written, are plain in a message and have other values there.
+
+    None where one of them was a source itself, which has not changed.
+    """
+    plain = [index for index in known.indices if index not in present.by_index and index not in known.moving]
+    changed = set()
+    for index, (_, _, value, _) in zip(plain, located(message, plain)):
+        leaf = known.leaves[index][1]
+        if not is_same(value, untracked(leaf)):
+            if origins([leaf]):
+                return None
+            changed.add(index)
+    return changed
 
 
 class _Present:
