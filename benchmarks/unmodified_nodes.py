@@ -11,7 +11,8 @@ random changes in all, which are saved: it prints whether any byte but those of 
 whether the node, started again, publishes the same on the fields that stand still.
 
 It starts a ROS master of its own, an action server of `move_base` that succeeds after a second, and publishes
-`/turtle1/pose` as an Odometry does `/odom`. Nodes in folders below DIRECTORY are found as well.
+`/turtle1/pose` as an Odometry does `/odom`, and goals. Nodes in folders below DIRECTORY are found as well. They are run
+in a copy of it, in which messages are made of packages that are not installed (`MESSAGES` declares them).
 """
 
 import argparse
@@ -29,8 +30,11 @@ import time
 from pathlib import Path
 
 import actionlib
+import genpy.generate_initpy
+import genpy.generator
 import rosgraph
 import roslib.message
+import rospkg
 import rospy
 
 import rosslt
@@ -40,6 +44,10 @@ TICKS = os.sysconf('SC_CLK_TCK')
 WARM_UP = 2.0
 MOST_FORCED = 12
 OURS = ('/rosout', '/rosout_agg', '/clock')
+GOAL_PERIOD, SILENCE = 5.0, 10.0
+
+#: The actions of packages of nodes that are given without them.
+MESSAGES = {'diff_drive': {'GoToPose': 'geometry_msgs/PoseStamped pose\n---\nbool success\n---\n'}}
 
 
 class Trial:
@@ -186,6 +194,7 @@ def _serve_move_base():
 
 def _publish_odometry():
     """A robot that drives, for nodes that wait for where they are: `/odom`, and `/turtle1/pose` where its type is."""
+    from geometry_msgs.msg import PoseStamped
     from nav_msgs.msg import Odometry
 
     publishers = [(rospy.Publisher('/odom', Odometry, queue_size=1), Odometry())]
@@ -198,7 +207,14 @@ def _publish_odometry():
         for publisher, message in publishers:
             publisher.publish(message)
 
-    return rospy.Timer(rospy.Duration(0.1), publish)
+    goals = rospy.Publisher('/move_base_simple/goal', PoseStamped, queue_size=1)
+    goal = PoseStamped()
+    goal.header.frame_id = 'odom'
+    goal.pose.position.x, goal.pose.position.y, goal.pose.orientation.w = 3.0, 2.0, 1.0
+    return [
+        rospy.Timer(rospy.Duration(0.1), publish),
+        rospy.Timer(rospy.Duration(GOAL_PERIOD), lambda _: goals.publish(goal)),
+    ]
 
 
 def _nodes_in(directory):
@@ -210,11 +226,36 @@ def _nodes_in(directory):
             yield path.relative_to(directory)
 
 
+def _with_messages(directory, folder):
+    """A copy of nodes and their modules, with the packages of messages in it that `MESSAGES` declares."""
+    copied = Path(shutil.copytree(directory, Path(folder) / 'nodes'))
+    for package, actions in MESSAGES.items():
+        for module in copied.rglob(package + '/__init__.py'):
+            _make_messages(package, actions, module.parent / 'msg', Path(folder) / package)
+    return copied
+
+
+def _make_messages(package, actions, module, folder):
+    paths = rospkg.RosPack()
+    for name, definition in actions.items():
+        folder.mkdir(exist_ok=True)
+        file = folder / f'{name}.action'
+        file.write_text(definition, encoding='utf-8')
+        tool = Path(paths.get_path('actionlib_msgs')).parents[1] / 'lib/actionlib_msgs/genaction.py'
+        subprocess.run([sys.executable, tool, '-o', folder, file], check=True, stdout=subprocess.DEVNULL)
+    search = {package: [str(folder)]}
+    search.update((name, [paths.get_path(name) + '/msg']) for name in ('actionlib_msgs', 'geometry_msgs', 'std_msgs'))
+    genpy.generator.MsgGenerator().generate_messages(
+        package, [str(one) for one in folder.glob('*.msg')], module, search
+    )
+    genpy.generate_initpy.write_modules(str(module))
+
+
 def _try_saving(original, given, count):
     """Make changes in a copy of a node, save them, and start it again."""
     chance = random.Random(count)
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(shutil.copy(original, folder))
+        file = Path(shutil.copytree(original.parent, Path(folder) / 'nodes')) / original.name
         file.chmod(0o755)
         before = file.read_bytes()
         first = Trial(['rosslt', 'run', str(file), *given], 1.0)
@@ -222,17 +263,24 @@ def _try_saving(original, given, count):
         name = _name_of(first)
         made, failed, saves = 0, [], 0
         while made < count and name:
+            listed, silent = node.Directory().ask([name], SILENCE)
+            if name not in listed:
+                failed.append(f'the node does not answer any more: {silent[name]}')
+                break
             places = [
                 place
-                for place in node.Directory().ask([name])[0][name]
+                for place in listed[name]
                 if place.location.type in ('int', 'float') and not place.location.read_only
             ]
             if not places:
                 break
             for place in chance.sample(places, min(10, len(places), count - made)):
-                value = chance.randint(1, 9) if place.location.type == 'int' else round(chance.uniform(0.5, 9), 3)
+                # No whole number comes twice: a node may divide by the difference of two.
+                value = 20 + made if place.location.type == 'int' else round(chance.uniform(0.5, 9), 3)
                 try:
-                    node.force_value(values.track(place.value, place.source), value)
+                    # An int whose location takes fractions is asked for as the float that it may become.
+                    present = float(place.value) if place.location.type == 'float' else place.value
+                    node.force_value(values.track(present, place.source), value)
                 except rosslt.Error as error:
                     failed.append(str(error))
                 made += 1
@@ -243,9 +291,12 @@ def _try_saving(original, given, count):
         after = file.read_bytes()
         is_same = _without_numbers(file, before) == _without_numbers(file, after)
         first.last.clear()
-        _wait_until(lambda: all(first.last.get(topic) for topic in first.kinds), 5)
+        first.previous.clear()
+        _wait_until(lambda: all(first.previous.get(topic) for topic in first.kinds), 5)
         stood = {(topic, path): values.untracked(value) for topic, path, value, still in first.leaves() if still}
-        first.stop()
+        errors = first.stop()
+        if 'Traceback' in errors:
+            failed.append(errors[errors.rindex('Traceback') :].strip())
         for parameter in rospy.get_param_names():
             if name and parameter.startswith(name + '/'):
                 rospy.delete_param(parameter)
@@ -294,6 +345,7 @@ def main():
     parser.add_argument('--arguments', nargs=2, action='append', default=[], metavar=('NODE', 'ARGUMENTS'))
     parser.add_argument('--save', type=int, metavar='COUNT', help='make and save so many changes')
     options = parser.parse_args()
+    copies = tempfile.TemporaryDirectory()
     arguments = dict(options.arguments)
     with socket.socket() as free:
         free.bind(('localhost', 0))
@@ -309,6 +361,7 @@ def main():
         rospy.on_shutdown(master.kill)
         server = _serve_move_base()
         odometry = _publish_odometry()
+        options.directory = _with_messages(options.directory, copies.name)
         names = options.nodes or sorted(map(str, _nodes_in(options.directory)))
         if options.save:
             for place, name in enumerate(names):
@@ -338,6 +391,7 @@ def main():
         del server, odometry
     finally:
         master.kill()
+        copies.cleanup()
 
 
 if __name__ == '__main__':

@@ -66,6 +66,10 @@ OPERATIONS = {
     'stacked': lambda n, v, w, m: n.vstack([v, w]) + n.array([v, w]),
     'clipped': lambda n, v, w, m: n.clip(v, -1.0, 1.0),
     'chosen': lambda n, v, w, m: n.where(v > 0, v, w),
+    'one of two numbers': lambda n, v, w, m: n.where(numpy.array([True, False]), v[0], w[1]),
+    'chains of products': lambda n, v, w, m: [n.linalg.multi_dot([m, m, v]), n.linalg.matrix_power(m, 3)],
+    'sums of products': lambda n, v, w, m: [n.einsum('ij,j->i', m, v), n.tensordot(m, m), n.trapz(v, dx=0.5)],
+    'filtered': lambda n, v, w, m: [n.convolve(v, [0.5, 0.5]), n.correlate(v, w)],
     'extremes': lambda n, v, w, m: n.maximum(v, w) - n.minimum(v, 0.0),
     'rounded': lambda n, v, w, m: n.round(v, 1) + v.round(),
     'copied': lambda n, v, w, m: v.copy() + n.array(w) + n.asarray(v),
@@ -167,6 +171,17 @@ def test_arrays_of_32_bits_keep_provenance_in_messages():
     filled = np.zeros(2, dtype='f4')
     filled[1] = x
     assert rosslt.sources(filled.tolist()) == rosslt.sources(x)
+
+
+def test_the_cells_of_a_map_keep_provenance_in_messages():
+    cell = rosslt.track(100, rosslt.Source('/node', next(count)))
+    grid = np.zeros((3, 4), dtype=numpy.int8)
+    grid[1:, 2] = cell
+    assert grid.dtype == numpy.int8
+    assert type(grid[1, 2]) is numpy.int8
+    flat_cells = grid.ravel().tolist()
+    assert [values.is_tracked(one) for one in flat_cells] == [one == 100 for one in flat_cells]
+    assert type(values.untracked(flat_cells[6])) is int
 
 
 def test_ranges_keep_their_ends():

@@ -58,7 +58,8 @@ def _besides(x: Any) -> Any:
 
 def _moved(function: Any, arguments: Any, options: Any) -> Any:
     """Of a function that only puts elements elsewhere."""
-    first = _besides(arguments[0])
+    first = arguments[0]
+    first = _beside_array(first) if type(first) in (list, tuple) else _besides(first)
     return function(first, *plain(list(arguments[1:])), **plain(options))
 
 
@@ -91,6 +92,19 @@ def _added(function: Any, arguments: Any, options: Any) -> Any:
     """Of a function that adds and multiplies, which does so with objects too."""
     options = {key: value for key, value in options.items() if key not in ('dtype', 'out')}
     return only_tracked(function(*map(_objects, arguments), **plain(options)))
+
+
+def _as_of_values(function: Any, arguments: Any, options: Any) -> Any:
+    """Of a function for which the room `values` has one of arrays of tracked values."""
+    made = values.numpy_functions()[function.__name__](*map(_objects, arguments), **plain(options))
+    return only_tracked(numpy.asarray(made, dtype=object)) if numpy.ndim(made) else only_tracked(made)
+
+
+def _product_of_several(function: Any, arguments: Any, options: Any) -> Any:
+    """Of `numpy.linalg.multi_dot` and `matrix_power`."""
+    first, *rest = arguments
+    matrices = [_objects(one) for one in first] if function is numpy.linalg.multi_dot else [_objects(first)] * rest[0]
+    return only_tracked(functools.reduce(numpy.dot, matrices)) if matrices else None
 
 
 def _norm(function: Any, arguments: Any, options: Any) -> Any:
@@ -192,7 +206,7 @@ def _chosen(function: Any, arguments: Any, options: Any) -> Any:
     if len(arguments) != 3:
         return None
     condition, one, other = arguments
-    return numpy.where(plain(condition), _besides(one), _besides(other))
+    return numpy.where(plain(condition), _beside_array(one), _beside_array(other))
 
 
 def _largest(function: Any, arguments: Any, options: Any) -> Any:
@@ -278,7 +292,8 @@ for _rule, _names in {
     'squeeze swapaxes take tile transpose tril triu vsplit hsplit trim_zeros',
     _all_moved: 'append column_stack concatenate dstack hstack insert stack vstack block',
     _cross: 'cross',
-    _added: 'cumprod cumsum diff dot inner kron mean nansum outer prod sum trace vdot average einsum_ ediff1d',
+    _added: 'cumprod cumsum diff dot inner kron mean nansum outer prod sum trace vdot average ediff1d '
+    'convolve correlate tensordot trapz',
     _clipped: 'clip',
     _chosen: 'where',
     _rounded: 'round around round_',
@@ -289,6 +304,7 @@ for _rule, _names in {
     _sorted: 'sort',
     _median: 'median',
     _spread: 'std var',
+    _as_of_values: 'einsum',
 }.items():
     _RULES.update((getattr(numpy, name), _rule) for name in _names.split() if hasattr(numpy, name))
     _RULED += _names.split()
@@ -296,6 +312,7 @@ _RULES[numpy.linalg.norm] = _norm
 _RULES[numpy.linalg.inv] = _inverse
 _RULES[numpy.linalg.solve] = _solution
 _RULES[numpy.linalg.det] = _determinant
+_RULES[numpy.linalg.multi_dot] = _RULES[numpy.linalg.matrix_power] = _product_of_several
 
 
 def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
@@ -372,7 +389,7 @@ def _made_empty(original: Any) -> Any:
     @functools.wraps(original, updated=())
     def empty(*arguments: Any, **options: Any) -> Any:
         made = original(*[plain(one) for one in arguments], **plain(options))
-        if made.dtype.char in 'df' and made.size <= LARGEST and not values.RECORDING.is_paused:
+        if made.dtype.char in 'dfb' and made.size <= LARGEST and not values.RECORDING.is_paused:
             return made.view(ArrayWithProvenance)
         return made
 
@@ -439,7 +456,10 @@ def numpy_functions() -> Dict[str, Any]:
 
 def linalg_functions() -> Dict[str, Any]:
     """The same of `numpy.linalg`."""
-    return {name: _noticing(getattr(numpy.linalg, name)) for name in ('norm', 'inv', 'solve', 'det')}
+    return {
+        name: _noticing(getattr(numpy.linalg, name))
+        for name in ('norm', 'inv', 'solve', 'det', 'multi_dot', 'matrix_power')
+    }
 
 
 def _named(name: str, function: Any) -> Any:

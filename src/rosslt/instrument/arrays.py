@@ -6,8 +6,9 @@ values, None where an element has no provenance. Views share it as they share th
 tracked value if that still has the number which stands in the array; where something has written to the numbers past
 this class, it has lost its provenance, and nothing else.
 
-An element of an array of 32 bits is read as NumPy's own `float32`, without provenance, since that computes in 32 bits.
-In a message, and in a list that is made of the array, it is a Python float, and has its provenance.
+An element of an array of 32 or 8 bits is read as NumPy's own `float32` or `int8`, without provenance, since that
+computes in as many bits. In a message, and in a list that is made of the array, it is a Python number, and has its
+provenance.
 """
 
 import math
@@ -29,8 +30,10 @@ _ROUNDING = 1e-9
 #: The same of an array of 32 bits.
 _ROUNDING_32 = 1e-6
 
-#: The types of arrays that have provenance: floats of 64 and 32 bits, ints of 64.
-TYPES = 'dflq'
+#: The types of arrays that have provenance: floats of 64 and 32 bits, ints of 64, and of 8 as the cells of maps are.
+TYPES = 'dflqb'
+#: Those of which an element is read with it.
+_READ = 'dlq'
 
 
 def _product(a: Any, b: Any) -> Any:
@@ -147,7 +150,7 @@ class ArrayWithProvenance(numpy.ndarray):
             part = beside[_plain_key(key)]
             found._beside = part if part.shape == found.shape else None
             return found
-        if beside is None or self.dtype.char == 'f':
+        if beside is None or self.dtype.char not in _READ:
             return found
         return same_number(found, beside[_plain_key(key)])
 
@@ -268,7 +271,9 @@ def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
     if array.dtype.char not in TYPES or array.size > LARGEST:
         return array
     made = array.view(ArrayWithProvenance)
-    if beside is not None and beside.shape == array.shape:
+    if type(beside) in _TRACKED and not array.ndim:
+        made._made_beside()[()] = beside
+    elif isinstance(beside, numpy.ndarray) and beside.shape == array.shape:
         made._beside = beside
     return made
 

@@ -21,20 +21,23 @@ PLAIN_MODULES = _words(
 #: Functions and classes whose numbers are counts, rates, times, sizes or codes.
 PLAIN_CALLS = _words(
     """
-    range xrange enumerate len bool str repr chr ord hex bin oct bytes bytearray print exit quit
-    input islice Rate Duration Time Timer sleep from_sec from_seconds wait join wait_for_service
+    range xrange len bool str repr chr ord hex bin oct bytes bytearray print exit quit
+    input Rate Duration Time Timer sleep from_sec from_seconds wait join wait_for_service
     wait_for_message wait_for_server wait_for_result wait_for_transform waitForTransform wait_for settimeout
     signal_shutdown spin_once acquire get_nowait send_goal_and_wait loginfo logwarn logerr logdebug logfatal
-    loginfo_throttle logwarn_throttle logerr_throttle logdebug_throttle loginfo_once deque seed randint
+    loginfo_throttle logwarn_throttle logerr_throttle logdebug_throttle loginfo_once seed randint
     randrange sample getrandbits choices reshape resize astype set_printoptions pause figure subplot subplots
-    hasattr getattr setattr isinstance super type format split rsplit ljust rjust zfill center recv recvfrom
+    hasattr isinstance super type format split rsplit ljust rjust zfill center recv recvfrom
     recv_into bind listen read readline write ioctl Semaphore Lock Event pop namedtuple partial_ratio crc16
     pack unpack pack_into unpack_from sizeof fromordinal strftime
     """
 )
 
-#: Makers of arrays: the first argument from which on their numbers are sizes, steps or types.
+#: Makers of arrays and the like: the first argument from which on their numbers are sizes, steps or types.
 SHAPE_CALLS = {
+    'enumerate': 1,
+    'islice': 1,
+    'deque': 1,
     'zeros': 0,
     'ones': 0,
     'empty': 0,
@@ -54,6 +57,9 @@ SHAPE_CALLS = {
     'zeros_like': 1,
     'ones_like': 1,
 }
+
+#: Those of them that pass on what they are given; their keywords say how much of it, and from where on.
+PASSING_ON = {'enumerate', 'islice', 'deque'}
 
 #: Keywords whose numbers are options of a call.
 PLAIN_KEYWORDS = _words(

@@ -13,6 +13,7 @@ from rosslt.instrument.callees import (
     ENUMERATIONS,
     FIELDS,
     MODULES_OF_NUMBERS,
+    PASSING_ON,
     PLAIN_CALLS,
     PLAIN_KEYWORDS,
     PLAIN_MODULES,
@@ -279,7 +280,7 @@ class _Judge:
         first, last = callee.split('.')[0], callee.split('.')[-1]
         if first in PLAIN_MODULES and '.' in callee:
             return 'system'
-        if last in PLAIN_CALLS:
+        if last in PLAIN_CALLS or (last in PASSING_ON and field == 'keywords'):
             return 'count'
         if last in SHAPE_CALLS and field == 'args' and call.args.index(child) >= SHAPE_CALLS[last]:  # type: ignore
             return 'count'
