@@ -7,6 +7,8 @@ says: a number that somebody sets from 1 to 1.5 was an int and is a float.
 
 from typing import Any, Callable, ContextManager, Dict, List, Optional, Protocol, Tuple, Union
 
+import rospy
+
 from rosslt import values
 from rosslt.node.access import Access
 from rosslt.node.call_sites import CallSite
@@ -73,6 +75,19 @@ class Default:
 
     def make_float(self) -> None:
         self._value = _floats(self._value)
+
+
+def warn_of_int(key: str, site: CallSite, value: Any, default: Tuple[Any, ...]) -> None:
+    """Warn of a parameter that is an int where the call has a float as its default."""
+    if type(value) is int and default and type(values.untracked(default[0])) is float:
+        rospy.logwarn(
+            '%s: the parameter %s is the int %r, though its default is a float: it takes no fractions, and '
+            '0.5 * n is not tracked. Write %r in the parameter, or get_param(..., as_float=True)',
+            site.place,
+            key,
+            value,
+            float(value),
+        )
 
 
 def unless_deleted(known: Union['Branch', 'Leaf'], default: Tuple[Any, ...]) -> Union['Branch', 'Leaf', Default]:

@@ -25,7 +25,7 @@ from rosslt.node.location_topic import LocationTopic
 from rosslt.node.locations import LiteralLocation, Location, Locations
 from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MasterWatch
-from rosslt.node.parameter_trees import Branch, Default, Leaf, ParameterTrees, unless_deleted
+from rosslt.node.parameter_trees import Branch, Default, Leaf, ParameterTrees, unless_deleted, warn_of_int
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
 from rosslt.node.reservations import Reservations
 from rosslt.node.serialization import Sending
@@ -171,15 +171,8 @@ class Owner:
                 if is_default:
                     SOURCE_FILES.keep(site.file)
                     known.note_default()
-                if not as_float and type(value) is int and default and type(values.untracked(default[0])) is float:
-                    rospy.logwarn(
-                        '%s: the parameter %s is the int %r, though its default is a float: it takes no fractions, and '
-                        '0.5 * n is not tracked. Write %r in the parameter, or get_param(..., as_float=True)',
-                        site.place,
-                        key,
-                        value,
-                        float(value),
-                    )
+                if not as_float:
+                    warn_of_int(key, site, value, default)
         reader = unless_deleted(known, default)
         if as_float and not reader.as_float:
             with self.lock:
