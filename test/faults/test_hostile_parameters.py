@@ -106,6 +106,18 @@ def test_settings_that_are_deleted_with_all_parameters_of_a_node_hold_no_longer(
         wait_until(lambda: rosslt('set', '/owner/gain', '7').returncode == 0, 'it accepts')
 
 
+@pytest.mark.rostest
+@pytest.mark.parametrize('text', ['a\x01b', '\ufffe'], ids=['control', 'none'])
+def test_a_text_that_no_parameter_can_show_does_not_keep_others_from_being_shown(master, text):
+    with Node('owner', OWNER) as owner:
+        assert rosslt('set', '/owner/frame', text).returncode == 0
+        assert rosslt('get', '/owner/frame').stdout == text + '\n'
+        assert rosslt('set', '/owner/gain', '7').returncode == 0
+        server = xmlrpc.client.ServerProxy(master.uri)
+        wait_until(lambda: server.getParam('/test', '/owner/rosslt/gain')[2] == 7.0, 'the other is shown')
+        assert 'cannot show' in owner.logged()
+
+
 def test_who_asks_while_a_setting_is_refused_is_refused_as_well(monkeypatch):
     access, refused = Access(), []
 

@@ -10,7 +10,8 @@ import contextlib
 import re
 import threading
 from typing import Any, Callable, Dict, List, Set
-from xmlrpc.client import MultiCall, dumps
+from xml.parsers.expat import ExpatError
+from xmlrpc.client import MultiCall, dumps, loads
 
 import rosgraph
 import rospy
@@ -317,8 +318,8 @@ class ParameterMirror:
                 self._recorded.add(parameter)
             for key, value in pairs:
                 try:
-                    dumps((value,))
-                except (OverflowError, TypeError) as error:
+                    loads(dumps((value,)).encode('utf-8'))  # XML has no control characters, nor halves of others
+                except (OverflowError, TypeError, ValueError, ExpatError) as error:
                     rospy.logwarn('the parameter %s cannot show %r: %s', key, value, error)
                 else:
                     calls.setParam(self._updates.name, key, value)
