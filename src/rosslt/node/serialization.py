@@ -2,7 +2,7 @@
 
 import functools
 import io
-from typing import Any, BinaryIO, Callable, Dict, Optional, Set, Tuple
+from typing import Any, BinaryIO, Callable, ClassVar, Dict, Optional, Set, Tuple
 
 import genpy
 import rospy
@@ -24,6 +24,25 @@ class Sending:
 
     full_history = False
     only_changes = False
+
+    #: The parameters that set these: {name: (attribute, the word that sets it, the one that does not)}.
+    WORDS: ClassVar[Dict[str, Tuple[str, str, str]]] = {
+        'history': ('full_history', 'full', 'folded'),
+        'provenance': ('only_changes', 'changes', 'full'),
+    }
+
+    @classmethod
+    def set(cls, name: str, value: Any) -> str:
+        """Take the value of one of its parameters, `{}` where that was deleted.
+
+        Returns:
+            What is wrong with the value, '' where nothing is.
+        """
+        attribute, word, otherwise = cls.WORDS[name]
+        setattr(cls, attribute, value == word)
+        if value in (word, otherwise, {}):
+            return ''
+        return f'{value!r:.200} instead of {word!r} or {otherwise!r}: taken for {otherwise!r}'
 
 
 Provenance = Callable[[Any, bool], bytes]

@@ -36,7 +36,7 @@ from rosslt.node.source_files import SOURCE_FILES
 FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
-SETTINGS = {'history', 'provenance'} | access.SETTINGS
+SETTINGS = {*Sending.WORDS} | access.SETTINGS
 
 #: A location, its value before and after.
 Change = Tuple[Location, Any, Any]
@@ -472,18 +472,10 @@ class Owner:
                 rospy.logerr('%s/rosslt/%s: %s', self.name, name, refused)
             else:
                 self.told_otherwise()
-        elif name == 'history':
-            Sending.full_history = value == 'full'
-            if value not in ('full', 'folded', {}):
-                rospy.logerr(
-                    "%s/rosslt/history is %.200r instead of 'full' or 'folded': taken for 'folded'", self.name, value
-                )
-        elif name == 'provenance':
-            Sending.only_changes = value == 'changes'
-            if value not in ('changes', 'full', {}):
-                rospy.logerr(
-                    "%s/rosslt/provenance is %r instead of 'changes' or 'full': taken for 'full'", self.name, value
-                )
+        elif name in Sending.WORDS:
+            fault = Sending.set(name, value)
+            if fault:
+                rospy.logerr('%s/rosslt/%s is %s', self.name, name, fault)
         elif value == {}:
             self.mirror.left_behind.pop(name, None)
         else:
