@@ -16,6 +16,9 @@ from rosslt.web.locations import Key, Locations
 #: A slider has about so many steps.
 STEPS = 1000
 
+#: The fields of a file with more of them are not seen before somebody opens their folder: a browser draws each.
+MANY = 50
+
 #: How long a person may pause while typing into a field, in seconds: what stands there then is wanted.
 TYPING = 0.7
 
@@ -103,8 +106,9 @@ class Numbers:
                 with self._folders[path]:
                     self._add_buttons(label)
             else:
+                count = sum(place.location.file == path[1] for place in places[path[0]])
                 with self._folders[path[:1]]:
-                    self._folders[path] = self._server.gui.add_folder(label)
+                    self._folders[path] = self._server.gui.add_folder(label, expand_by_default=count <= MANY)
 
     def _show(self, key: Key, place: Place, order: float) -> None:
         kind, field = _kind(place), self._fields.get(key)
