@@ -23,7 +23,7 @@ from support.slow_provenance import cases, cost
 @pytest.fixture(autouse=True)
 def faults_of_this_test(monkeypatch):
     """So many faults come that rosout hears of no more: those of other tests are heard of."""
-    monkeypatch.setattr(fault_log, '_said', set())
+    monkeypatch.setattr(fault_log, '_said', {})
 
 
 CODES = {operation.name: 16 + code for code, operation in OPERATIONS.items()}

@@ -1,12 +1,16 @@
 """Warnings on rosout, each fault once: what is wrong with a message is wrong with the next one, too."""
 
 import logging
-from typing import Hashable, Set
+import threading
+import time
+from typing import Dict, Hashable
 
-LIMIT = 1000
-"""The most different faults that are remembered; further faults are not logged."""
+LIMIT, REMEMBERED = 1000, 60.0
+"""The most different faults that are remembered, and for how many seconds at least: further faults are not logged until
+then, so that whoever makes up ever new ones neither fills a log nor hides what comes later."""
 
-_said: Set[Hashable] = set()
+_said: Dict[Hashable, float] = {}
+_lock = threading.Lock()
 
 
 def warn_once(fault: Hashable, text: str, *arguments: object) -> None:
@@ -16,6 +20,14 @@ def warn_once(fault: Hashable, text: str, *arguments: object) -> None:
         fault: what nothing more is said of after that.
         text, arguments: as of `logging`.
     """
-    if fault not in _said and len(_said) < LIMIT:
-        _said.add(fault)
-        logging.getLogger('rosout').warning(text, *arguments)
+    if fault in _said:
+        return
+    with _lock:
+        now = time.monotonic()
+        if len(_said) >= LIMIT:
+            oldest = next(iter(_said))
+            if now < _said[oldest] + REMEMBERED:
+                return
+            del _said[oldest]
+        _said[fault] = now
+    logging.getLogger('rosout').warning(text, *arguments)

@@ -146,6 +146,11 @@ def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
 
 def is_made_alike(value: Any, other: Any) -> bool:
     """Whether two values were made by the same operations from the same sources, of whatever values and constants."""
+    if type(value) is type(other) and type(value) in TRACKED:
+        # Most are sources themselves, which takes a tenth of the time of the walk below.
+        (form, first, _), (other_form, other_first, _) = value._record, other._record
+        if form is SOURCE and other_form is SOURCE:
+            return bool(first == other_first)
     pairs, seen = [(value, other)], set()
     while pairs:
         one, another = pairs.pop()

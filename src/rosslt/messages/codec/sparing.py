@@ -111,8 +111,12 @@ class SparingProvenance:
         present = _Present(leaves)
         for known in sorted(self._known, key=lambda one: -len(one.leaves)):
             if known.size == size and known.leaves.keys() >= set(present.indices):
-                known = self._without_doubtful(known, message, present)
-                moved = self._moved_since(known, message, present)
+                doubtful = _changed(known, message, present)
+                if doubtful is None:
+                    continue
+                if doubtful:
+                    known = self._without(known, message, doubtful)
+                moved = present.moved(known)
                 if moved is not None:
                     if moved:
                         known = self._with_slopes(known, message, known.moving | moved)
@@ -127,12 +131,9 @@ class SparingProvenance:
         changed = _changed(known, message, present)
         return None if changed is None else moved | changed
 
-    def _without_doubtful(self, known: _Known, message: Any, present: '_Present') -> _Known:
+    def _without(self, known: _Known, message: Any, doubtful: Set[int]) -> _Known:
         """What is known of a message, without what was computed and stood still, and does so no more: it may be made of
         other sources by now, which nobody recorded."""
-        doubtful = _changed(known, message, present)
-        if not doubtful:
-            return known
         leaves = {index: leaf for index, leaf in known.leaves.items() if index not in doubtful}
         kept = [(index, of) for index, of in zip(known.indices, known.ids) if index not in doubtful]
         made = known._replace(indices=[index for index, _ in kept], ids=[of for _, of in kept], leaves=leaves)

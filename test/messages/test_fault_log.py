@@ -1,0 +1,25 @@
+"""Warnings about faults of messages: each once, and no more than a log can hold."""
+
+import pytest
+
+from rosslt.messages import fault_log
+
+
+@pytest.fixture(autouse=True)
+def nothing_said(monkeypatch):
+    monkeypatch.setattr(fault_log, '_said', {})
+
+
+def test_a_fault_is_said_once(caplog):
+    for _ in range(3):
+        fault_log.warn_once('fault', 'the leaf %d is wrong', 7)
+    assert [record.getMessage() for record in caplog.records] == ['the leaf 7 is wrong']
+
+
+def test_faults_without_end_do_not_fill_the_log_nor_hide_later_ones(caplog, monkeypatch):
+    for number in range(2 * fault_log.LIMIT):
+        fault_log.warn_once(number, 'fault %d', number)
+    assert len(caplog.records) == fault_log.LIMIT
+    monkeypatch.setattr(fault_log, 'REMEMBERED', 0.0)
+    fault_log.warn_once('another', 'another fault')
+    assert caplog.records[-1].getMessage() == 'another fault'
