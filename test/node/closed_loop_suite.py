@@ -12,6 +12,14 @@ from support.processes import wait_until
 #: How near a field that moves by itself must have come to its target, by a message or two.
 NEAR = 2.5
 
+#: By how much a field differs from message to message though nothing is changed. An integral goes on from where it is.
+UNREST = {
+    'noisy': 1.0,
+    'low_pass_with_provenance': 1e-9,
+    'low_pass_without_provenance_of_its_state': 1e-9,
+    'integral': float('inf'),
+}
+
 
 class Latest:
     """The latest message of a topic, heard by a plain subscriber, which knows nothing of provenance."""
@@ -77,13 +85,12 @@ def _force(self, one, latest, target, expected):
         self.assertFalse(outcome.is_reached)
         self.assertTrue(outcome.reason)
         self.assertIn(CANNOT, expected, error)
-        if one.name != 'integral':
-            wait_until(lambda: latest.after_two_more() == before, 'what it was before')
+        wait_until(lambda: _is_as_before(one, latest, before), 'what it was before')
         return
     except rosslt.Error as error:
         print('{} {}: {}'.format(one.name, target, error))
         self.assertIn(CANNOT, expected, error)
-        self.assertEqual(latest.after_two_more(), before)
+        self.assertTrue(_is_as_before(one, latest, before))
         return
     print('{} {}: {}'.format(one.name, target, outcome))
     self.assertTrue(outcome.is_reached)
@@ -94,6 +101,11 @@ def _force(self, one, latest, target, expected):
     else:
         self.assertLessEqual(abs(now - target), (1e-7 if '32' in one.name else 1e-9) * abs(target), outcome)
         self.assertLessEqual(abs(outcome.seen - target), 1e-7 * abs(target))
+
+
+def _is_as_before(one, latest, before):
+    now = latest.after_two_more()
+    return now == before or (one.name in UNREST and abs(now - before) <= UNREST[one.name])
 
 
 for _one in CASES.values():
