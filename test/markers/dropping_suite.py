@@ -23,7 +23,7 @@ class Dropping(unittest.TestCase):
         cls.hand = Hand()
         cls.changes = []
         rospy.Subscriber('/branching_stage/rosslt/changes', AppliedChange, cls.changes.append)
-        for name in ('steeper', 'limited', 'gap', 'moving', 'ticking'):
+        for name in ('steeper', 'limited', 'gap', 'moving', 'ticking', 'setting_off'):
             cls.hand.marker(handle(name))
 
     def is_at(self, name, x):
@@ -71,6 +71,12 @@ class Dropping(unittest.TestCase):
         wait_until(lambda: 'tick' in self.changed(), 'the source to follow')
         time.sleep(A_WHILE)
         self.assertEqual(self.changed().count('tick'), 1)
+
+    def test_what_begins_to_move_once_it_is_dropped_is_changed_once(self):
+        self.drop('setting_off', 30.0)
+        wait_until(lambda: 'off' in self.changed(), 'the source to follow')
+        wait_until(lambda: self.hand.position(handle('setting_off'))[0] > 30.01, 'it to move on')
+        self.assertEqual(len(self.values_of('off')), 1, self.values_of('off'))
 
     def values_of(self, name):
         """What a location has become, in turn."""

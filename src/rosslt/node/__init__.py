@@ -27,6 +27,7 @@ from rosslt.node.api import (
     start,
     undo,
 )
+from rosslt.node.branches import Expression
 from rosslt.node.call_sites import CallSite
 from rosslt.node.client import Change, ChangeRejected, SourceUnreachable, Undone, undo_request
 from rosslt.node.client import force_value as force_value_as
@@ -54,6 +55,7 @@ __all__ = [
     'Change',
     'ChangeRejected',
     'Directory',
+    'Expression',
     'HeldLocation',
     'LiteralLocation',
     'Look',

@@ -13,6 +13,9 @@ ROUNDS = 4
 #: How long to wait for a message that shows the change, in seconds.
 TIMEOUT = 5.0
 
+#: How long a thing stands still that does not move by itself, in seconds; many a thing is sent oftener than it moves.
+STILL = 1.0
+
 
 class Check:
     """Looks at the messages after a drop.
@@ -26,6 +29,7 @@ class Check:
     def __init__(self, drag: Drag, handle: Optional[Handle], rounds: int = ROUNDS) -> None:
         self.drag, self.rounds = drag, rounds
         self._handle = handle
+        self._end: Optional[float] = None  # from when on it is known, a time of `time.monotonic`
         changed = {source: node.Change(old, drag.after[source]) for source, old in drag.before.items()}
         self._look = node.Look(changed, TIMEOUT)
 
@@ -33,20 +37,24 @@ class Check:
         """Whether the thing stays elsewhere; None as long as that is not known.
 
         What moves by itself is not elsewhere: it was dropped where it was at its moment. One message does not tell
-        whether it moves.
+        whether it moves, nor do two that are equal where it is computed in another way than when it was solved.
 
         Args:
             handle: as the latest message has it, or None.
         """
-        look = self._look
-        is_over = time.monotonic() > look.end
+        look, now = self._look, time.monotonic()
         if handle is not None and handle is not self._handle:
             self._handle = handle
             sight = self._sight(handle)
-            is_over = (sight is not None and look.is_over_after(sight)) or is_over
-        if not is_over:
+            if sight is not None and look.is_over_after(sight) and self._end is None:
+                self._end = now + STILL if self._may_move(sight) else now
+        if now < (look.end if self._end is None else self._end) and not look.moves:
             return None
         return len(look.new or look.other) > 1 and not look.reached and not look.moves
+
+    def _may_move(self, sight: node.Sight) -> bool:
+        solved = node.Expression(list(self.drag.solved.tracked))
+        return solved.difference(sight.expression).is_branch()
 
     def _sight(self, handle: Handle) -> Optional[node.Sight]:
         """What a message shows; None where it was computed from what the hand has passed on its way."""

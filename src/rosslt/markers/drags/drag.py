@@ -27,6 +27,7 @@ class Drag:
         start: where the hand took hold of it.
         asked: the last pose that the sources have been asked for.
         applied_at: the last one where they followed, None before the first.
+        solved: the thing as it was when its sources were last asked for.
         is_withheld: whether the answer for that pose leaps, and was held back.
         is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
@@ -42,6 +43,7 @@ class Drag:
 
     def __init__(self, handle: Handle, leap_limit: float, request_id: str, hand: str = '') -> None:
         self.handle, self.request_id, self.hand = handle, request_id, hand
+        self.solved = handle
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
         self.start: PoseTuple = handle.pose

@@ -317,6 +317,7 @@ class Drags:
                 return None
             wanted = changes.to_request(plan, drag.after)
             if wanted:
+                drag.solved = handle
                 drag.remember(changes.request(wanted, timeout, drag.request_id))
                 drag.applied_at = pose
             if plan.is_exact:
