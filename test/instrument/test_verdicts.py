@@ -78,6 +78,8 @@ def test_each_rule_gives_a_reason_in_plain_words():
         ('x = lambda: 4.0', 'number'),
         ('covariance = [0.1] * 36', 'number plain'),
         ('if abs(x) < 0.05: y = 1', 'plain number'),
+        ('for i in range(9): x = i + 1', 'plain form'),
+        ('for i in range(100): x = i - 50', 'plain number'),
     ],
 )
 def test_a_literal_is_judged_by_where_it_stands(text, verdict):

@@ -28,6 +28,9 @@ from rosslt.instrument.states import FUNCTIONS, States, dotted, find_states
 
 NUMBER, WHOLE, FORM, PLAIN = 'number', 'whole', 'form', 'plain'
 
+#: From how much on an int that is added to what counts is an offset of its own, as the 50 in `x = i - 50`.
+OFFSET = 10
+
 
 class Rule(NamedTuple):
     """A row of the table.
@@ -302,7 +305,8 @@ class _Judge:
             if _last(other) in TURNS or (isinstance(other, ast.BinOp) and _last(other.left) in TURNS):
                 return 'turn' if type(value) is int or (value.is_integer() and abs(value) <= 4) else None
         is_shift = isinstance(parent.op, (ast.Add, ast.Sub)) and is_operand and type(value) is int
-        return 'neighbour' if is_shift and dotted(other) in self._counts | self._indices else None
+        is_near = is_shift and abs(value) < OFFSET
+        return 'neighbour' if is_near and dotted(other) in self._counts | self._indices else None
 
     def _of_value(self, statement: ast.AST, is_all: bool, name: Optional[str], is_whole: bool) -> str:
         targets = _targets(statement)
