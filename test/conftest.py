@@ -12,6 +12,9 @@ settings.register_profile('rosslt', deadline=None, derandomize=True)
 settings.register_profile('hunt', deadline=None, derandomize=False, print_blob=True)
 settings.load_profile('rosslt')
 
+#: The folder of the tests of the page.
+_BROWSER = 'test/web/'
+
 
 @pytest.fixture
 def master(tmp_path):
@@ -39,11 +42,29 @@ def pytest_sessionfinish(session, exitstatus):
         session.exitstatus = pytest.ExitCode.NO_TESTS_COLLECTED
 
 
+def pytest_collection_modifyitems(config, items):
+    """Several workers begin with what takes long, so that none is left with it alone at the end."""
+    if hasattr(config, 'workerinput'):
+        items.sort(key=_turn)
+
+
+def _turn(item):
+    """The page first, whose tests are one piece; then what starts processes; then the many short tests."""
+    if _BROWSER in item.nodeid:
+        return 0
+    return 1 if item.get_closest_marker('slow') or item.get_closest_marker('rostest') else 2
+
+
 class _ByFile(LoadScopeScheduling):
-    """The tests of a file share their masters and nodes, so they go to one worker; each rostest has its own."""
+    """The tests of a file share their masters and nodes, so they go to one worker; each rostest has its own.
+
+    Those of the page share one browser, which draws with the processor alone: a second one beside it slows both.
+    """
 
     def _split_scope(self, nodeid):
         file = nodeid.split('::')[0]
+        if _BROWSER in file:
+            return _BROWSER
         return nodeid if file.endswith('test_rostests.py') else file
 
 

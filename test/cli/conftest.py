@@ -1,4 +1,4 @@
-"""A master and nodes for the tests beside this file."""
+"""A master and nodes for the tests beside this file, which end with the last of them."""
 
 from pathlib import Path
 
@@ -37,14 +37,14 @@ RELAY = """
     """
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture(scope='package')
 def master(tmp_path_factory):
     """A master for all tests of the command."""
     with reached_master(tmp_path_factory.mktemp('log'), Path(__file__).parent):
         yield rosgraph.Master('/test')
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture(scope='package')
 def nodes(master):
     """The node /talker, which owns locations of all kinds, and /relay, which sends on what it hears."""
     with Node('talker', TALKER) as talker, Node('relay', RELAY):

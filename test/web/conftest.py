@@ -1,4 +1,7 @@
-"""A master, what there is to look at, and the page, for the tests beside this file."""
+"""A master, what there is to look at, and the page, for the tests beside this file.
+
+All of it ends with the last of them: a browser that nobody looks at any more would go on drawing.
+"""
 
 import signal
 import subprocess
@@ -38,14 +41,14 @@ TALKER = """
     """
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture(scope='package')
 def master(tmp_path_factory):
     """A master for all tests of the page."""
     with reached_master(tmp_path_factory.mktemp('log'), Path(__file__).parent):
         yield rosgraph.Master('/test')
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture(scope='package')
 def page(master):
     """The page, at its address."""
     started = Server()
@@ -53,7 +56,7 @@ def page(master):
     started.stop()
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture(scope='package')
 def browser(page):
     """A browser that looks at the page."""
     opened = Browser(page.url)
