@@ -1,8 +1,9 @@
 /* The compiled core of the room `values` (PEP 399): the same as the Python beside it, and faster.
 
    Tracked floats and ints, the arithmetic that records (`operators.py`), and two walks along a chain of operations on
-   one source (`_along_chain` of `graph.py`, `solve/chain.py`) and one along any expression (`Graph._add`). What is not
-   frequent is handed to the Python, which `complete` names; so is all that could go wrong. docs/design.md says more.
+   one source (`_along_chain` of `graph.py`, `solve/chain.py`), one along any expression (`Graph._add`) and one along two
+   of them (`is_made_alike` of `tracked.py`). What is not frequent is handed to the Python, which `complete` names; so is
+   all that could go wrong. docs/design.md says more.
 
    All is done under the GIL. While Python code may run, what is looked at is held by references of its own: a record
    may be replaced by another thread meanwhile. */
@@ -18,7 +19,7 @@
 #include <longintrepr.h>
 #endif
 
-#define INTERFACE 1 /* what `accelerator.py` asks for */
+#define INTERFACE 2 /* what `accelerator.py` asks for */
 
 enum { ADD, SUBTRACT, MULTIPLY, DIVIDE, FLOOR_DIVIDE, REMAINDER, OPERATORS };
 enum { LEFT, RIGHT, BOTH };
@@ -771,6 +772,30 @@ static PyObject *add_nodes(PyObject *module, PyObject *args)
     Py_RETURN_NONE;
 }
 
+/* Whether it shows, without any Python, that values are made alike; 0 where it does not, or not in so many pairs. */
+static int show_alike(PyObject *one, PyObject *other, int *pairs)
+{
+    while (one != other) {
+        if (Py_TYPE(one) != Py_TYPE(other) || !IS_OURS(one) || --*pairs < 0) return 0;
+        Record *record = record_of(one), *other_record = record_of(other);
+        if (record->form != other_record->form) return 0;
+        if (record->form == source_form) return record->first == other_record->first;
+        if (record->kind == OTHER) return 0;
+        if (!IS_SINGLE(record->kind) && !show_alike(record->second, other_record->second, pairs)) return 0;
+        one = record->first;
+        other = other_record->first;
+    }
+    return 1;
+}
+
+/* As `is_made_alike` in tracked.py where it is True; False where that has to do it. */
+static PyObject *made_alike(PyObject *module, PyObject *const *args, Py_ssize_t count)
+{
+    if (count != 2) return PyErr_Format(PyExc_TypeError, "made_alike(value, other)");
+    int pairs = 256;
+    return PyBool_FromLong(show_alike(args[0], args[1], &pairs));
+}
+
 /* --- the module ---------------------------------------------------------------------------------------------- */
 
 /* Tell the core what it records and what it hands over. */
@@ -810,6 +835,8 @@ static PyMethodDef functions[] = {
     {"solve_chain", (PyCFunction)(void (*)(void))solve_chain, METH_FASTCALL,
      "solve_chain(value, target, relative): {Source: value}, None without an answer, or NotImplemented."},
     {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
+    {"made_alike", (PyCFunction)(void (*)(void))made_alike, METH_FASTCALL,
+     "made_alike(value, other): whether it is certain that they are; False as well where Python has to say it."},
     {NULL, NULL, 0, NULL},
 };
 
