@@ -27,7 +27,7 @@ from .recording import RECORDING
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
-from .tracked import are_made_alike, from_affine, lazy, origins, plain_scalar, track
+from .tracked import are_made_alike, from_affine, lazy, origins, plain_scalar, select_tracked, track
 from .tree import is_tracked, leaves, untracked
 
 __all__ = [
@@ -70,6 +70,7 @@ __all__ = [
     'plain_scalar',
     'reapply',
     'resume_recording',
+    'select_tracked',
     'slopes',
     'solve',
     'source_values',

@@ -187,6 +187,26 @@ def is_made_alike(value: Any, other: Any) -> bool:
     return True
 
 
+def select_tracked(
+    values: Tuple[Any, ...], index: int, kinds: Tuple[str, ...], found: List[Tuple[int, Any, str]]
+) -> None:
+    """Append `(its index, the value, its kind)` for each tracked one among values.
+
+    Args:
+        values: of any classes.
+        index: of the first one.
+        kinds: as many.
+        found: is extended.
+    """
+    for place, value in enumerate(values):
+        if type(value) in TRACKED:
+            found.append((index + place, value, kinds[place]))
+
+
+if CORE is not None:
+    select_tracked = CORE.select_tracked
+
+
 def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:
     """The tracked value that terms describe: `value` plus the sum of each slope times its source's change.
 

@@ -89,7 +89,7 @@ class SparingProvenance:
         if full_history or (debt <= 0 and not self._known):
             return self._allowance.charge(now, lambda: provenance_to_send(message, full_history))
         leaves: List[Leaf] = []
-        size = walkers(message.__class__).collect(message, 0, leaves.append)
+        size = walkers(message.__class__).collect(message, 0, leaves)
         if not leaves:
             return b''
         if debt > 0:
@@ -101,7 +101,7 @@ class SparingProvenance:
     def remembered(self, message: Any) -> bytes:
         """The provenance of a message, written anew, which is sent with later ones that are not recorded."""
         leaves: List[Leaf] = []
-        size = walkers(message.__class__).collect(message, 0, leaves.append)
+        size = walkers(message.__class__).collect(message, 0, leaves)
         return self._allowance.charge(time.monotonic(), lambda: self._written(message, leaves, size))
 
     def recalled(self, message: Any) -> bytes:
@@ -110,7 +110,7 @@ class SparingProvenance:
         if time.monotonic() < self._turned_at + TURN_REMEMBERED:
             return provenance_to_send(message)
         leaves: List[Leaf] = []
-        size = walkers(message.__class__).collect(message, 0, leaves.append)
+        size = walkers(message.__class__).collect(message, 0, leaves)
         present = _Present(leaves)
         for known in sorted(self._known, key=lambda one: -len(one.leaves)):
             if known.size == size and known.leaves.keys() >= set(present.indices):
