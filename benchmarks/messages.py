@@ -165,7 +165,7 @@ def parts():
 
     def collected():
         found = []
-        collect(strip, 0, found.append)
+        collect(strip, 0, found)
 
     # Lazily: provenance that is not used is never decoded.
     attached = microseconds_each(lambda message: attach(message, provenance), lambda: Marker().deserialize(plain))

@@ -390,6 +390,8 @@ def main():
                 print(errors, file=sys.stderr)
         del server, odometry
     finally:
+        # The action server's thread runs until then, and the program does not end before.
+        rospy.signal_shutdown('all nodes are measured')
         master.kill()
         copies.cleanup()
 

@@ -218,3 +218,14 @@ time.sleep(60)
     assert program.process.stdout.readline() == 'up\n'
     os.kill(program.process.pid, signal.SIGUSR1)
     assert program.end()[0] == 7
+
+
+def test_the_collector_passes_over_what_was_there_before_the_program(folder):
+    code = """
+import gc, os
+from rosslt import instrument
+mine = []
+seen = {id(thing) for thing in gc.get_objects()}
+print(id(mine) in seen, id(vars(instrument)) in seen, id(vars(os)) in seen)
+"""
+    assert Unmodified(folder, 'program', code).end()[1] == 'True False False\n'

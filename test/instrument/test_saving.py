@@ -299,9 +299,12 @@ x = rospy.get_param('~x')
 y = rospy.get_param('/tall/heights')[1]
 z = rospy.get_param('~turn')
 w = rospy.get_param('~given')
+long = rospy.get_param('~tool/length')
+tip = rospy.get_param('~tool/tip')[0]
+shift = rospy.get_param('~shift')
 while not rospy.is_shutdown():
     p = PointStamped()
-    p.point.x, p.point.y, p.point.z = x, y, z + w
+    p.point.x, p.point.y, p.point.z = x, y, z + w + long * tip + shift
     pub.publish(p)
     rospy.sleep(0.03)
 """
@@ -315,6 +318,11 @@ LAUNCH_FILE = """<launch>
     <param  type = "double" value='2.50' name="x" />
     <param name="given" value="$(arg given)"/>
     <rosparam file="{folder}/turn.yaml" command="load"/>
+    <rosparam>
+      # 2.50
+      tool: {{length: 2.50, "tip": [.5, 1e-3]}}  # ä
+    </rosparam>
+    <rosparam subst_value="true">shift: $(arg given)</rosparam>
   </node>
 </launch>
 """
@@ -342,21 +350,25 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
     try:
         heard.next()
         ids = {place.local_name: place.location.id for place in places('/launched')}
+        change('/launched', {ids['~tool/length']: 4.25, ids['~tool/tip/0']: 0.75})
         change('/launched', {ids['~x']: 3.25, ids['/tall/heights/1']: 4.0, ids['~turn']: math.pi / 8})
         wanted = point(heard.next(lambda message: message.point.x == 3.25))
-        change('/launched', {ids['~given']: 9.5})
+        change('/launched', {ids['~given']: 9.5, ids['~shift']: 2.5})
         result = command('save', '--diff', '/launched')
         assert result.returncode == 1
+        assert '~shift (it stands in' in result.stderr
         assert 'not saved: ~given (it stands in' in result.stderr
         assert 'through a substitution)' in result.stderr
         assert [file.read_bytes() for file in (launch, tall, turn)] == before
-        change('/launched', {ids['~given']: 1.5})
-        assert len(save('/launched').splitlines()) == 3
+        change('/launched', {ids['~given']: 1.5, ids['~shift']: 1.5})
+        assert len(save('/launched').splitlines()) == 5
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(60)
     assert [file.read_bytes() for file in (launch, tall, turn)] == [
-        before[0].replace(b"value='2.50'", b"value='3.25'"),
+        before[0]
+        .replace(b"value='2.50'", b"value='3.25'")
+        .replace(b'length: 2.50, "tip": [.5,', b'length: 4.25, "tip": [.75,'),
         before[1].replace(b'[1.0, 2.50,', b'[1.0, 4.00,'),
         b'turn: rad(pi/8)\n',
     ]

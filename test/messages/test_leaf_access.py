@@ -36,7 +36,7 @@ WITHOUT_ARRAYS = (
 
 def collected(message):
     found = []
-    walkers(type(message)).collect(message, 0, found.append)
+    walkers(type(message)).collect(message, 0, found)
     return found
 
 

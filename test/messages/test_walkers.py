@@ -28,7 +28,7 @@ X = track(0.25, Source('/node', 1))
 def collected(message):
     """The indices of the tracked leaves, and how many leaves there are."""
     found = []
-    count = walkers(type(message)).collect(message, 0, found.append)
+    count = walkers(type(message)).collect(message, 0, found)
     return [index for index, _, _ in found], count
 
 

@@ -26,6 +26,7 @@ from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest
 from rosslt.files.transaction import unified_diff, write
 
 if TYPE_CHECKING:
+    from rosslt.files.inline_yaml import inline_edits
     from rosslt.files.watching import FileWatch
     from rosslt.files.yaml_text import YamlChange, yaml_edits
     from rosslt.files.yaml_text import with_values as yaml_with_values
@@ -47,6 +48,7 @@ __all__ = [
     'followed',
     'holds',
     'in_manner_of',
+    'inline_edits',
     'numbers_in',
     'param_edits',
     'param_tags',
@@ -71,6 +73,10 @@ def __getattr__(name: str) -> Any:
         from rosslt.files.watching import FileWatch
 
         return FileWatch
+    if name == 'inline_edits':
+        from rosslt.files.inline_yaml import inline_edits
+
+        return inline_edits
     if name in ('YamlChange', 'yaml_edits', 'yaml_with_values'):
         from rosslt.files import yaml_text
 

@@ -25,6 +25,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
     def __init__(self) -> None:
         super().__init__()
         self.origins: Dict[str, Dict[str, Any]] = {}
+        self._rosparam = 0, 0  # which <rosparam> of its file is being loaded, and of how many
 
     def _param_tag(self, tag: Element, context: Any, ros_config: Any, *args: Any, **kwds: Any) -> Any:
         made = super()._param_tag(tag, context, ros_config, *args, **kwds)
@@ -40,6 +41,11 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
             }
             self._note(ns_join(context.ns, made.key), made.value, origin)
         return made
+
+    def _rosparam_tag(self, tag: Element, *args: Any, **kwds: Any) -> Any:
+        document: Any = tag.ownerDocument
+        self._rosparam = _index_of(tag), len(document.getElementsByTagName(tag.tagName))
+        return super()._rosparam_tag(tag, *args, **kwds)
 
     def load_rosparam(
         self,
@@ -62,12 +68,14 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
         base = ns_join(context.ns, param) if param else context.ns
         loaded = {key: one for key, one in ros_config.params.items() if before.get(key) is not one}
         for key, one in loaded.items():
+            path: List[_Step] = [step for step in key[len(base) :].split('/') if step]
+            origin = {
+                'file': os.path.realpath(file_ or context.filename),
+                'is_substituted': subst_function is not None,
+            }
             if not file_:
                 # Inside of the launch file: another language within it.
-                self._note(key, one.value, {'file': os.path.realpath(context.filename), 'is_inline': True})
-                continue
-            path: List[_Step] = [step for step in key[len(base) :].split('/') if step]
-            origin = {'file': os.path.realpath(file_), 'is_substituted': subst_function is not None}
+                origin['rosparam'], origin['text'] = self._rosparam, text
             self._note(key, one.value, origin, path)
 
     def _note(self, key: str, value: Any, origin: Dict[str, Any], path: Optional[List[_Step]] = None) -> None:
@@ -95,9 +103,9 @@ def _numbers(value: Any) -> Iterator[Tuple[List[_Step], float]]:
 
 
 def _index_of(tag: Element) -> int:
-    """Which <param> of its file a tag is."""
+    """Which of its file a tag is among those of its name."""
     document: Any = tag.ownerDocument
-    return next(index for index, one in enumerate(document.getElementsByTagName('param')) if one is tag)
+    return next(index for index, one in enumerate(document.getElementsByTagName(tag.tagName)) if one is tag)
 
 
 def with_earlier(origins: Dict[str, Dict[str, Any]]) -> str:

@@ -1,6 +1,7 @@
 """Runs a node as Python would, rewritten: as `__main__`, with its own arguments, paths, tracebacks and exit code."""
 
 import builtins
+import gc
 import importlib.machinery
 import linecache
 import os
@@ -88,6 +89,8 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
         _set_up()
         prepare(main.__dict__, made, script)
         sys.meta_path.insert(0, OwnModules(sys.path[0], include))
+        # What is there by now stays. The collector would go through it again and again, for 20 ms at a time.
+        gc.freeze()
     exec(code, main.__dict__)
 
 

@@ -9,7 +9,7 @@ from rosslt.messages.codegen.walkers import END, walkers
 def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
     """The tracked leaves of a message: of each its index, its value, and its kind as of `fields.kind_of`."""
     found: List[Tuple[int, Any, str]] = []
-    walkers(message.__class__).collect(message, 0, found.append)
+    walkers(message.__class__).collect(message, 0, found)
     return found
 
 

@@ -128,8 +128,6 @@ def _why_not(place: Place, origin: Any) -> str:
         return 'no file is known that it was read from; rosslt launch notes them'
     if origin.get('is_substituted'):
         return f'it stands in {origin["file"]} through a substitution'
-    if origin.get('is_inline'):
-        return f'it stands in a <rosparam> within {origin["file"]}'
     return ''
 
 
@@ -138,16 +136,23 @@ def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[Lis
     content = files.read_bytes(file)
     import rosparam  # noqa: F401 - teaches yaml to read angles
 
-    in_yaml = [
-        files.YamlChange(origin['path'], origin['said'], place.value, place.local_name)
-        for place, origin in those
-        if 'path' in origin
-    ]
-    if in_yaml:
-        return files.yaml_edits(file, content, in_yaml)
+    # By the <rosparam> of a launch file that they stand in; None where the file is YAML itself.
+    in_yaml: Dict[Any, List[files.YamlChange]] = {}
+    for place, origin in those:
+        if 'path' in origin:
+            tag = (*origin['rosparam'], origin['text']) if 'rosparam' in origin else None
+            change = files.YamlChange(origin['path'], origin['said'], place.value, place.local_name)
+            in_yaml.setdefault(tag, []).append(change)
+    if None in in_yaml:
+        return files.yaml_edits(file, content, in_yaml[None])
+    edits: List[files.Edit] = []
+    left: List[Tuple[str, str]] = []
+    for (nth, count, text), changes in in_yaml.items():
+        made, unmade = files.inline_edits(file, content, nth, count, text, changes)
+        edits, left = edits + made, left + unmade
     from roslaunch.loader import convert_value
 
-    return files.param_edits(
+    made, unmade = files.param_edits(
         file,
         content,
         [
@@ -160,8 +165,10 @@ def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[Lis
                 place.local_name,
             )
             for place, origin in those
+            if 'path' not in origin
         ],
     )
+    return edits + made, left + unmade
 
 
 def _read_param(convert_value: Any, kind: str, text: str) -> Any:

@@ -27,7 +27,7 @@ from .recording import RECORDING
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
-from .tracked import from_affine, is_made_alike, lazy, origins, plain_scalar, track
+from .tracked import are_made_alike, from_affine, lazy, origins, plain_scalar, select_tracked, track
 from .tree import is_tracked, leaves, untracked
 
 __all__ = [
@@ -46,6 +46,7 @@ __all__ = [
     'Source',
     'UnnamedSource',
     'affine',
+    'are_made_alike',
     'assemble',
     'compute_ufuncs_with',
     'continued',
@@ -56,7 +57,6 @@ __all__ = [
     'explain',
     'fit',
     'from_affine',
-    'is_made_alike',
     'is_same',
     'is_tracked',
     'lazy',
@@ -70,6 +70,7 @@ __all__ = [
     'plain_scalar',
     'reapply',
     'resume_recording',
+    'select_tracked',
     'slopes',
     'solve',
     'source_values',

@@ -1,8 +1,9 @@
 /* The compiled core of the room `values` (PEP 399): the same as the Python beside it, and faster.
 
    Tracked floats and ints, the arithmetic that records (`operators.py`), and two walks along a chain of operations on
-   one source (`_along_chain` of `graph.py`, `solve/chain.py`) and one along any expression (`Graph._add`). What is not
-   frequent is handed to the Python, which `complete` names; so is all that could go wrong. docs/design.md says more.
+   one source (`_along_chain` of `graph.py`, `solve/chain.py`), one along any expression (`Graph._add`) and one along two
+   of them (`is_made_alike` of `tracked.py`). What is not frequent is handed to the Python, which `complete` names; so is
+   all that could go wrong. docs/design.md says more.
 
    All is done under the GIL. While Python code may run, what is looked at is held by references of its own: a record
    may be replaced by another thread meanwhile. */
@@ -18,7 +19,7 @@
 #include <longintrepr.h>
 #endif
 
-#define INTERFACE 1 /* what `accelerator.py` asks for */
+#define INTERFACE 3 /* what `accelerator.py` asks for */
 
 enum { ADD, SUBTRACT, MULTIPLY, DIVIDE, FLOOR_DIVIDE, REMAINDER, OPERATORS };
 enum { LEFT, RIGHT, BOTH };
@@ -54,7 +55,7 @@ static PyTypeObject *FloatType, *IntType;
 
 /* What `complete` is told. */
 static PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
-    *new_other, *source_classes;
+    *new_other, *source_classes, *tracked_classes;
 static int limit, max_shared_size;
 static PyObject *str_forward, *str_inverse, *str_single_operand, *str_operation, *str_operands, *str_record;
 
@@ -771,22 +772,73 @@ static PyObject *add_nodes(PyObject *module, PyObject *args)
     Py_RETURN_NONE;
 }
 
+/* Whether it shows, without any Python, that values are made alike; 0 where it does not, or not in so many pairs. */
+static int show_alike(PyObject *one, PyObject *other, int *pairs)
+{
+    while (one != other) {
+        if (Py_TYPE(one) != Py_TYPE(other) || !IS_OURS(one) || --*pairs < 0) return 0;
+        Record *record = record_of(one), *other_record = record_of(other);
+        if (record->form != other_record->form) return 0;
+        if (record->form == source_form) return record->first == other_record->first;
+        if (record->kind == OTHER) return 0;
+        if (!IS_SINGLE(record->kind) && !show_alike(record->second, other_record->second, pairs)) return 0;
+        one = record->first;
+        other = other_record->first;
+    }
+    return 1;
+}
+
+/* As `is_made_alike` in tracked.py where it is True; False where that has to do it. */
+static PyObject *made_alike(PyObject *module, PyObject *const *args, Py_ssize_t count)
+{
+    if (count != 2) return PyErr_Format(PyExc_TypeError, "made_alike(value, other)");
+    int pairs = 256;
+    return PyBool_FromLong(show_alike(args[0], args[1], &pairs));
+}
+
+/* As `select_tracked` in tracked.py. */
+static PyObject *select_tracked(PyObject *module, PyObject *args)
+{
+    PyObject *values, *kinds, *found;
+    Py_ssize_t index;
+    if (!PyArg_ParseTuple(args, "O!nO!O!:select_tracked", &PyTuple_Type, &values, &index, &PyTuple_Type, &kinds,
+                          &PyList_Type, &found)) {
+        return NULL;
+    }
+    Py_ssize_t count = PyTuple_GET_SIZE(values);
+    if (PyTuple_GET_SIZE(kinds) != count) return PyErr_Format(PyExc_ValueError, "a kind for each value");
+    for (Py_ssize_t at = 0; at < count; at++) {
+        PyObject *value = PyTuple_GET_ITEM(values, at);
+        if (PyFloat_CheckExact(value) || PyLong_CheckExact(value) || PyUnicode_CheckExact(value)) continue;
+        int is_tracked = IS_OURS(value) ? 1 : PySet_Contains(tracked_classes, (PyObject *)Py_TYPE(value));
+        if (is_tracked == 0) continue;
+        PyObject *number = is_tracked < 0 ? NULL : PyLong_FromSsize_t(index + at);
+        PyObject *leaf = number == NULL ? NULL : PyTuple_Pack(3, number, value, PyTuple_GET_ITEM(kinds, at));
+        int failed = leaf == NULL || PyList_Append(found, leaf) < 0;
+        Py_XDECREF(number);
+        Py_XDECREF(leaf);
+        if (failed) return NULL;
+    }
+    Py_RETURN_NONE;
+}
+
 /* --- the module ---------------------------------------------------------------------------------------------- */
 
 /* Tell the core what it records and what it hands over. */
 static PyObject *complete(PyObject *module, PyObject *args)
 {
-    PyObject *of_operators, *of_fallbacks, *told[7];
-    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!ii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type, &of_fallbacks,
+    PyObject *of_operators, *of_fallbacks, *told[8];
+    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!ii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type, &of_fallbacks,
                           &told[0], &told[1], &told[2], &told[3], &told[4], &told[5], &PyTuple_Type, &told[6],
-                          &limit, &max_shared_size)) {
+                          &PyFrozenSet_Type, &told[7], &limit, &max_shared_size)) {
         return NULL;
     }
     if (PyTuple_GET_SIZE(of_operators) != 3 * OPERATORS || PyTuple_GET_SIZE(of_fallbacks) != OPERATORS) {
         PyErr_SetString(PyExc_ValueError, "three forms and a fallback of each operator");
         return NULL;
     }
-    PyObject **places[] = {&negation, &source_form, &lazy_form, &shorten, &resolve, &new_other, &source_classes};
+    PyObject **places[] = {&negation, &source_form, &lazy_form,      &shorten,
+                           &resolve,  &new_other,   &source_classes, &tracked_classes};
     for (int at = 0; at < 3 * OPERATORS; at++) {
         Py_INCREF(PyTuple_GET_ITEM(of_operators, at));
         Py_XSETREF(forms[at], PyTuple_GET_ITEM(of_operators, at));
@@ -795,7 +847,7 @@ static PyObject *complete(PyObject *module, PyObject *args)
         Py_INCREF(PyTuple_GET_ITEM(of_fallbacks, at));
         Py_XSETREF(fallbacks[at], PyTuple_GET_ITEM(of_fallbacks, at));
     }
-    for (int at = 0; at < 7; at++) {
+    for (int at = 0; at < 8; at++) {
         Py_INCREF(told[at]);
         Py_XSETREF(*places[at], told[at]);
     }
@@ -810,6 +862,9 @@ static PyMethodDef functions[] = {
     {"solve_chain", (PyCFunction)(void (*)(void))solve_chain, METH_FASTCALL,
      "solve_chain(value, target, relative): {Source: value}, None without an answer, or NotImplemented."},
     {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
+    {"select_tracked", select_tracked, METH_VARARGS, "select_tracked(values, index, kinds, found): as in tracked.py."},
+    {"made_alike", (PyCFunction)(void (*)(void))made_alike, METH_FASTCALL,
+     "made_alike(value, other): whether it is certain that they are; False as well where Python has to say it."},
     {NULL, NULL, 0, NULL},
 };
 

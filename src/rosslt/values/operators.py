@@ -204,6 +204,7 @@ def complete_core() -> None:
         resolve,
         new_of_python,
         (Source, UnnamedSource),
+        TRACKED,
         LIMIT,
         MAX_SHARED_SIZE,
     )

@@ -5,16 +5,18 @@ then messages carry the provenance that was written last, as long as it holds fo
 its expression; one that moves, the slopes that it had then, and its present value.
 """
 
+import operator
 import time
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set
+from itertools import compress
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt.messages.codec.encoder import Leaf, encoded_with_slopes, provenance_to_send
 from rosslt.messages.codec.wire_format import BYTES_LIMIT, FIELD_LIMIT
 from rosslt.messages.codegen.walkers import walkers
 from rosslt.messages.leaves import located
-from rosslt.values import is_made_alike, is_same, origins, untracked
+from rosslt.values import are_made_alike, is_same, origins, untracked
 
-SHARE = 0.02
+SHARE = 0.01
 """The share of a core that is spent on provenance."""
 
 MOST_KNOWN = 4
@@ -34,8 +36,9 @@ is recalled: a message that was not recorded may be about either."""
 class _Known(NamedTuple):
     """What was written for a message."""
 
-    indices: List[int]
-    ids: List[int]
+    indices: Tuple[int, ...]
+    values: Tuple[Any, ...]
+    kinds: Tuple[str, ...]
     leaves: Dict[int, Leaf]
     moving: Set[int]
     """The indices of the leaves of which the slopes were written."""
@@ -86,7 +89,7 @@ class SparingProvenance:
         if full_history or (debt <= 0 and not self._known):
             return self._allowance.charge(now, lambda: provenance_to_send(message, full_history))
         leaves: List[Leaf] = []
-        size = walkers(message.__class__).collect(message, 0, leaves.append)
+        size = walkers(message.__class__).collect(message, 0, leaves)
         if not leaves:
             return b''
         if debt > 0:
@@ -98,7 +101,7 @@ class SparingProvenance:
     def remembered(self, message: Any) -> bytes:
         """The provenance of a message, written anew, which is sent with later ones that are not recorded."""
         leaves: List[Leaf] = []
-        size = walkers(message.__class__).collect(message, 0, leaves.append)
+        size = walkers(message.__class__).collect(message, 0, leaves)
         return self._allowance.charge(time.monotonic(), lambda: self._written(message, leaves, size))
 
     def recalled(self, message: Any) -> bytes:
@@ -107,7 +110,7 @@ class SparingProvenance:
         if time.monotonic() < self._turned_at + TURN_REMEMBERED:
             return provenance_to_send(message)
         leaves: List[Leaf] = []
-        size = walkers(message.__class__).collect(message, 0, leaves.append)
+        size = walkers(message.__class__).collect(message, 0, leaves)
         present = _Present(leaves)
         for known in sorted(self._known, key=lambda one: -len(one.leaves)):
             if known.size == size and known.leaves.keys() >= set(present.indices):
@@ -135,8 +138,8 @@ class SparingProvenance:
         """What is known of a message, without what was computed and stood still, and does so no more: it may be made of
         other sources by now, which nobody recorded."""
         leaves = {index: leaf for index, leaf in known.leaves.items() if index not in doubtful}
-        kept = [(index, of) for index, of in zip(known.indices, known.ids) if index not in doubtful]
-        made = known._replace(indices=[index for index, _ in kept], ids=[of for _, of in kept], leaves=leaves)
+        indices, values, kinds = _columns(list(leaves.values()))
+        made = known._replace(indices=indices, values=values, kinds=kinds, leaves=leaves)
         self._known = [made if one is known else one for one in self._known]
         return self._with_slopes(made, message, made.moving)
 
@@ -152,8 +155,6 @@ class SparingProvenance:
         present = _Present(leaves)
         most_new = MOST_NEW if debt < DEEP_DEBT else MOST_NEW_IN_DEBT
         for known in self._known:
-            if known.ids == present.ids and known.indices == present.indices:
-                return known
             if known.indices != present.indices:
                 missing = len(known.leaves.keys() - present.by_index.keys())
                 new = len(leaves) - len(known.leaves) + missing
@@ -168,22 +169,21 @@ class SparingProvenance:
     def _written(self, message: Any, leaves: List[Leaf], size: int) -> bytes:
         if len(leaves) > FIELD_LIMIT:
             return provenance_to_send(message)
-        indices = [index for index, _, _ in leaves]
+        indices, values, kinds = _columns(leaves)
         # What became doubtful since is not among those that were written before.
         alike = [known for known in self._known if known.size == size and known.leaves.keys() <= set(indices)]
         before = next((known.leaves for known in alike if known.indices == indices), alike[0].leaves if alike else {})
-        if not all(is_made_alike(value, before[index][1]) for index, value, _ in leaves if index in before):
+        pairs = [(index, value, before[index][1]) for index, value, _ in leaves if index in before]
+        if not are_made_alike([value for _, value, _ in pairs], [earlier for _, _, earlier in pairs]):
             self._turned_at = time.monotonic()
         moving = self._moved | {
-            index for index, value, _ in leaves if index in before and not is_same(value, before[index][1])
+            index for index, value, earlier in pairs if value is not earlier and not is_same(value, earlier)
         }
         self._moved = set()
         data = encoded_with_slopes(message._type, leaves, moving)
         if len(data) > BYTES_LIMIT:
             return provenance_to_send(message)
-        known = _Known(
-            indices, [id(value) for _, value, _ in leaves], {leaf[0]: leaf for leaf in leaves}, moving, size, data
-        )
+        known = _Known(indices, values, kinds, {leaf[0]: leaf for leaf in leaves}, moving, size, data)
         others = [one for one in self._known if one.indices != indices]
         self._known = [known, *others[: MOST_KNOWN - 1]]
         return data
@@ -205,13 +205,18 @@ def _changed(known: _Known, message: Any, present: '_Present') -> Optional[Set[i
     return changed
 
 
+def _columns(leaves: Sequence[Leaf]) -> Tuple[Tuple[int, ...], Tuple[Any, ...], Tuple[str, ...]]:
+    """The indices, the values and the kinds of leaves."""
+    indices, values, kinds = zip(*leaves) if leaves else ((), (), ())
+    return indices, values, kinds
+
+
 class _Present:
     """The tracked leaves of a message that is to be sent."""
 
     def __init__(self, leaves: Sequence[Leaf]) -> None:
         self._leaves = leaves
-        self.indices = [index for index, _, _ in leaves]
-        self.ids = [id(value) for _, value, _ in leaves]
+        self.indices, self._values, self._kinds = _columns(leaves)
         self._by_index: Optional[Dict[int, Leaf]] = None
 
     @property
@@ -224,17 +229,21 @@ class _Present:
     def moved(self, known: _Known) -> Optional[Set[int]]:
         """Which of these leaves are others than they were, though made in the same way; None where some were made in
         another way. What moved when it was written may have moved again."""
+        # Thousands of leaves may stand still: what follows takes no step of Python for each of those.
         if known.indices == self.indices:
-            others = [self._leaves[place] for place, (a, b) in enumerate(zip(self.ids, known.ids)) if a != b]
+            present, before = (self.indices, self._values, self._kinds), (known.values, known.kinds)
         else:
-            others = [leaf for index, leaf in self.by_index.items() if index in known.leaves]
-        moved = set()
-        for index, value, kind in others:
-            _, before, kind_before = known.leaves[index]
-            if value is before:
-                continue
-            if kind != kind_before or not is_made_alike(value, before):
-                return None
-            if index not in known.moving and not is_same(value, before):
-                moved.add(index)
-        return moved
+            common = [leaf for index, leaf in self.by_index.items() if index in known.leaves]
+            present, before = _columns(common), _columns([known.leaves[index] for index, _, _ in common])[1:]
+        others = list(map(operator.is_not, present[1], before[0]))
+        indices, values, kinds, befores, kinds_before = (tuple(compress(column, others)) for column in present + before)
+        if kinds != kinds_before or not are_made_alike(values, befores):
+            return None
+        still = set(indices) - known.moving
+        if not still:
+            return still
+        return {
+            index
+            for index, value, before in zip(indices, values, befores)
+            if index in still and not is_same(value, before)
+        }

@@ -11,7 +11,7 @@ import struct
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from rosslt.messages.fields import BYTES, SCALARS, VARIABLE, Field, Layout, kind_of
-from rosslt.values import Source, track
+from rosslt.values import Source, select_tracked, track
 
 #: The classes of tracked values, and what each is without its provenance.
 PLAIN = {type(track(value, Source('', 0))): type(value) for value in (0.0, 0, False, '')}
@@ -30,7 +30,8 @@ class Walkers(NamedTuple):
 
     layout: Layout
     collect: Callable[..., Any]
-    """`collect(message, 0, found.append)` appends `(index, value, kind)` for each tracked leaf."""
+    """`collect(message, 0, found)` appends `(index, value, kind)` for each tracked leaf, and returns how many leaves
+    there are in all."""
     locate: Callable[..., Any]
     """`locate(message, 0, first, next, found.append, arrays.append)` appends `(owner, key, value, kind)` for each
     wanted leaf; `next()` gives the wanted indices in rising order, END at last. An owner that is a list is a copy of an
@@ -50,7 +51,7 @@ def walkers(message_class: Any) -> Walkers:
 def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
     """The tracked leaves of a message: of each its index, its value, and its kind as of `layout`."""
     found: List[Tuple[int, Any, str]] = []
-    walkers(message.__class__).collect(message, 0, found.append)
+    walkers(message.__class__).collect(message, 0, found)
     return found
 
 
@@ -81,6 +82,7 @@ class _WalkerCompiler:
         self._numbers = {layout.name: 0}
         self._constants: Dict[str, Any] = {
             'TRACKED': TRACKED,
+            'select': select_tracked,
             'items_of': items_of,
             'listed': listed,
             'END': END,
@@ -132,7 +134,7 @@ class _WalkerCompiler:
     # behind its last.
 
     def _write_collect(self, number: int, type_: str) -> None:
-        self._write(0, 'def collect_%d(m, b, add):', number)
+        self._write(0, 'def collect_%d(m, b, found):', number)
         for run in self._runs(type_):
             if isinstance(run, list):
                 self._write_collect_leaves(1, 'm', run)
@@ -141,14 +143,17 @@ class _WalkerCompiler:
         self._write(1, 'return b')
 
     def _write_collect_leaves(self, depth: int, name: str, leaves: List[Tuple[str, str]]) -> None:
-        owner = ''
-        for offset, (path, scalar) in enumerate(leaves):
+        owners: Dict[str, str] = {'': name}
+        read = []
+        for path, _ in leaves:
             above, _, last = path.rpartition('.')
-            if above and above != owner:
-                self._write(depth, 'o = %s.%s', name, above)
-                owner = above
-            self._write(depth, 'v = %s.%s', 'o' if above else name, last)
-            self._write(depth, 'if type(v) in TRACKED: add((b + %d, v, %r))', offset, kind_of(scalar))
+            if above not in owners:
+                owners[above] = 'o%d' % len(owners)
+                self._write(depth, '%s = %s.%s', owners[above], name, above)
+            read.append('%s.%s' % (owners[above], last))
+        kinds = 'KINDS_%d' % len(self._constants)
+        self._constants[kinds] = tuple([kind_of(scalar) for _, scalar in leaves])
+        self._write(depth, 'select((%s,), b, %s, found)', ', '.join(read), kinds)
         self._write(depth, 'b += %d', len(leaves))
 
     def _write_collect_array(self, path: str, field: Field) -> None:
@@ -161,10 +166,10 @@ class _WalkerCompiler:
             self._write(2, 'i = (a if type(a) is list or type(a) is tuple else items_of(a))%s', limit)
             self._write(2, 'if not TRACKED.isdisjoint(map(type, i)):')
             self._write(3, 'for j, v in enumerate(i, b):')
-            self._write(4, 'if type(v) in TRACKED: add((j, v, %r))', kind_of(field.type))
+            self._write(4, 'if type(v) in TRACKED: found.append((j, v, %r))', kind_of(field.type))
             self._write(1, 'b += %s', count)
         elif leaves is None:
-            self._write(1, 'for e in a: b = collect_%d(e, b, add)', self._number(field.type))
+            self._write(1, 'for e in a: b = collect_%d(e, b, found)', self._number(field.type))
         elif leaves:
             self._write(1, 'for e in a:')
             self._write_collect_leaves(2, 'e', leaves)

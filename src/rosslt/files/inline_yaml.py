@@ -1,0 +1,88 @@
+"""YAML within launch files, `<rosparam>a: 1.5</rosparam>`: other numbers in it, and every other byte as it is."""
+
+from typing import Any, List, Optional, Sequence, Tuple
+from xml.parsers import expat
+
+from rosslt.files.errors import FileError
+from rosslt.files.source_text import Edit, digest_of
+from rosslt.files.yaml_text import YamlChange, yaml_edits
+
+
+def inline_edits(
+    file: str, content: bytes, nth: int, count: int, text: str, changes: Sequence[YamlChange]
+) -> Tuple[List[Edit], List[Tuple[str, str]]]:
+    """What gives the YAML of one <rosparam> of a launch file other numbers.
+
+    Args:
+        file: the launch file's path.
+        content: all of it.
+        nth: which <rosparam> of the file it was when that was loaded.
+        count: how many it had then.
+        text: what stood in it then.
+        changes: of its numbers, with paths from the root of its YAML.
+
+    Returns:
+        (edits, [(what a change is called, why it cannot be made), ...]).
+
+    Raises:
+        FileError: the file is no XML, or its YAML cannot be read.
+    """
+    try:
+        start, end = _range_of(file, content, nth, count, text)
+    except ValueError as error:
+        return [], [(change.what, str(error)) for change in changes]
+    edits, left = yaml_edits(file, content[start:end], changes)
+    digest = digest_of(content)
+    return [edit._replace(digest=digest, start=edit.start + start, end=edit.end + start) for edit in edits], left
+
+
+def _range_of(file: str, content: bytes, nth: int, count: int, text: str) -> Tuple[int, int]:
+    """Where the text of a <rosparam> stands now, in bytes; ValueError where that is not certain."""
+    ranges = _ranges(file, content)
+    same = [(start, end) for start, end in ranges if _lines(content[start:end]) == text]
+    # Of several with the same text, another one may be the nth by now.
+    if len(ranges) == count and ranges[nth] in same:
+        return ranges[nth]
+    if len(same) != 1:
+        raise ValueError(
+            f'the text of its <rosparam> in {file} was edited since it was loaded, or is in a notation of XML that is '
+            'not rewritten'
+        )
+    return same[0]
+
+
+def _lines(content: bytes) -> Optional[str]:
+    """A text as XML reads it; None where it is written with entities, comments or in sections."""
+    if any(mark in content for mark in (b'<', b'&', b']]>')):
+        return None
+    return content.decode('utf-8', 'replace').replace('\r\n', '\n').replace('\r', '\n')
+
+
+def _ranges(file: str, content: bytes) -> List[Tuple[int, int]]:
+    """The ranges of what stands within each <rosparam>, in the order in which they begin."""
+    parser = expat.ParserCreate()
+    found: List[List[int]] = []
+    is_within = False
+
+    def begin(name: str, _: Any) -> None:
+        nonlocal is_within
+        if name == 'rosparam':
+            is_within = True
+            found.append([])
+
+    def read(_: str) -> None:
+        if is_within and not found[-1]:
+            found[-1].append(parser.CurrentByteIndex)
+
+    def end(name: str) -> None:
+        nonlocal is_within
+        if name == 'rosparam':
+            is_within = False
+            found[-1].append(parser.CurrentByteIndex)
+
+    parser.StartElementHandler, parser.CharacterDataHandler, parser.EndElementHandler = begin, read, end
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        raise FileError(file, error.lineno, error.offset + 1, expat.ErrorString(error.code)) from None
+    return [(one[0], one[-1]) for one in found]
