@@ -12,12 +12,14 @@ import rosbag
 import rospy
 from geometry_msgs.msg import Point, Pose, PoseStamped
 from nav_msgs.msg import Odometry
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker
 
 from rosslt import Source, math, messages, track
 from rosslt.cli import what_if
 
 SECONDS, RATE = 60, 50
-SPEED, TURN = track(0.5, Source('/planner', 1)), track(0.25, Source('/planner', 2))
+SPEED, TURN, FRAME = (track(value, Source('/planner', place)) for place, value in enumerate((0.5, 0.25, 'map'), 1))
 
 
 def goal(at):
@@ -33,6 +35,21 @@ def odometry(at):
     pose.orientation.z, pose.orientation.w = math.sin(TURN * at / 2), math.cos(TURN * at / 2)
     message.twist.twist.linear.x = SPEED
     return message
+
+
+def way(at):
+    """Sixty sums, a third of them of 32 bits."""
+    points = [Point(SPEED * each + at, TURN * each + 0.1, 0.0) for each in range(20)]
+    colors = [ColorRGBA(SPEED * each / 20, 0.5, 0.5, 1.0) for each in range(20)]
+    message = Marker(type=Marker.LINE_STRIP, points=points, colors=colors)
+    message.header.frame_id = FRAME + '/way'
+    return message
+
+
+def steps(at):
+    """Products with whole numbers, others in each message, so that no two are alike but for their floats."""
+    step = int(at * RATE)
+    return PoseStamped(pose=Pose(position=Point(SPEED * step + TURN, SPEED * TURN * step, math.sin(TURN * step))))
 
 
 def record(path, make):
@@ -62,7 +79,7 @@ def seconds(path, changes):
 def main():
     print('{:<12}{:>22}{:>12}'.format('messages', 'times real time', 'copying'))
     with tempfile.TemporaryDirectory() as folder:
-        for make in (goal, odometry):
+        for make in (goal, odometry, way, steps):
             path = os.path.join(folder, make.__name__ + '.bag')
             record(path, make)
             times = [SECONDS / seconds(path, changes) for changes in ({Source('/planner', 1): 0.8}, {})]

@@ -81,16 +81,21 @@ def rewrite(
 class _Rewriter:
     def __init__(self, changes: Mapping[Source, Any]) -> None:
         self._changes = dict(changes)
-        self._nodes = {source.node.encode() for source in changes}
+        self._patcher = messages.Patcher(changes)
         self._decoder = Decoder()
 
     def rewritten(self, name: str, topic: Topic, raw: Tuple[Any, ...]) -> Optional[bytes]:
         """The data of a message with the other source values; None where it has no value."""
-        data: bytes = raw[1]
-        # a provenance names the nodes of its sources
-        if not any(node in data for node in self._nodes):
-            return data
-        message_class = raw[-1]
+        data, message_class = raw[1], raw[-1]
+        patched = self._patcher.patched(data, message_class)
+        if patched is None:
+            return self._decoded(name, topic, data, message_class)
+        topic.changed += patched.is_changed
+        topic.is_approximate = topic.is_approximate or patched.is_linearized
+        return patched.data
+
+    def _decoded(self, name: str, topic: Topic, data: bytes, message_class: Any) -> Optional[bytes]:
+        """The same by decoding the message."""
         message = self._decoder.decode(data, message_class, name).message
         fields = messages.tracked_fields(message)
         leaves = [leaf for _, leaf, _ in fields]

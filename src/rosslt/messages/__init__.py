@@ -5,6 +5,7 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 - `fields`: what the fields of a message class are; `codegen`: code compiled for the class that walks them.
 - `field_path`: parts of messages by the paths that people write.
 - `codec`: provenance as bytes (docs/wire_format.md); `inband` and `tracked_types`: how these travel with a message.
+- `patching`: messages with other source values, by changing their bytes; `byte_places`: where leaves are in these.
 - `msg_files`: the generator of tracked message types; `location_header`: the header of the paper's C++ library.
 """
 
@@ -26,6 +27,7 @@ from rosslt.messages.leaves import set_leaves, tracked_fields, tracked_leaves, w
 from rosslt.messages.location_header import LocationHeader, PaperIds, from_paper_header, to_paper_header
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
+from rosslt.messages.patching import Patched, Patcher
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 
 __all__ = [
@@ -38,6 +40,8 @@ __all__ = [
     'SparingProvenance',
     'NoSuchPart',
     'PaperIds',
+    'Patched',
+    'Patcher',
     'UnknownOutline',
     'UnknownType',
     'append_provenance',

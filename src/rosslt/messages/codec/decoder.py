@@ -10,7 +10,7 @@ from typing import Any, Iterable, List, NamedTuple, Optional, Sequence, Set, Tup
 
 from rosslt.messages.codec.bounded_cache import BoundedCache
 from rosslt.messages.codec.encoder import fits
-from rosslt.messages.codec.expressions import read_instructions
+from rosslt.messages.codec.expressions import ReceivedInstructions, read_instructions
 from rosslt.messages.codec.received_expressions import ReceivedExpressions
 from rosslt.messages.codec.table_reader import FloatBlocks, ReceivedTables, read_tables
 from rosslt.messages.codec.templates import Template
@@ -140,7 +140,7 @@ def header_like(message_class: type, data: bytes) -> 'ReceivedHeader':
     return _header_and_writer(message_class, data)[0] if len(data) <= MAX_REMEMBERED_SIZE else read_header(data)
 
 
-class _Fields(NamedTuple):
+class ReceivedFields(NamedTuple):
     """What a header says of its fields, but for its numbers."""
 
     wanted: Sequence[int]
@@ -156,14 +156,15 @@ class _Fields(NamedTuple):
 class ReceivedHeader:
     """A provenance that came from outside, its form checked (see `read_header`)."""
 
-    __slots__ = ('_expressions', '_expressions_from', '_fields', '_lists_from', '_loads', '_tables')
+    __slots__ = ('_expressions', '_expressions_from', '_fields', '_loads', '_tables')
 
-    def __init__(self, fields: _Fields, tables: ReceivedTables, expressions: Optional[ReceivedExpressions]) -> None:
+    def __init__(
+        self, fields: ReceivedFields, tables: ReceivedTables, expressions: Optional[ReceivedExpressions]
+    ) -> None:
         self._fields = fields
         self._tables = tables
         self._expressions = expressions
-        self._lists_from = tables.sources.size
-        self._expressions_from = self._lists_from + len(tables.source_lists)
+        self._expressions_from = tables.sources.size + len(tables.source_lists)
         self._loads: Tuple[Sequence[str], Sequence[Load]] = ((), ())
 
     @property
@@ -239,7 +240,7 @@ class ReceivedHeader:
 
     def _check_sum(self, index: int, value: Any, origin: int, slope: int, kind: str) -> None:
         tables = self._tables
-        numbers, slopes = self._numbers(origin, slope)
+        numbers, slopes = tables.numbers(origin, slope)
         terms = [(None, tables.values[number], tables.coefficients[each]) for number, each in zip(numbers, slopes)]
         if not (all(type(at) in (float, int) for _, at, _ in terms) and fits(kind, terms)):
             raise BadHeader(
@@ -249,18 +250,11 @@ class ReceivedHeader:
 
     def _terms(self, origin: int, slope: int) -> List[Tuple[Source, Any, Any]]:
         tables = self._tables
-        numbers, slopes = self._numbers(origin, slope)
+        numbers, slopes = tables.numbers(origin, slope)
         return [
             (tables.sources.source(number), tables.values[number], tables.coefficients[each])
             for number, each in zip(numbers, slopes)
         ]
-
-    def _numbers(self, origin: int, slope: int) -> Tuple[Sequence[int], Sequence[int]]:
-        """The numbers of the sources of a sum, and those of their coefficients."""
-        if origin < self._lists_from:
-            return (origin,), (slope,)
-        tables = self._tables
-        return tables.source_lists[origin - self._lists_from], tables.slope_lists[slope - len(tables.coefficients)]
 
     def _load(self, origin: int, slope: int, kind: str, value: Any) -> Any:
         """The provenance of one field, when it is first asked for."""
@@ -278,6 +272,25 @@ def read_header(data: bytes) -> ReceivedHeader:
     Raises:
         BadHeader: its form is not right.
     """
+    fields, tables, instructions = read_parts(data)
+    expressions = None if instructions is None else ReceivedExpressions(instructions.resolved(tables))
+    return ReceivedHeader(fields, tables, expressions)
+
+
+class ReceivedParts(NamedTuple):
+    """A provenance that came from outside in its parts, their form checked."""
+
+    fields: ReceivedFields
+    tables: ReceivedTables
+    instructions: Optional[ReceivedInstructions]
+
+
+def read_parts(data: bytes) -> ReceivedParts:
+    """The parts of a provenance that came from outside.
+
+    Raises:
+        BadHeader: its form is not right.
+    """
     if len(data) > BYTES_LIMIT:
         raise BadHeader('bad provenance: found %d bytes, the limit is %d' % (len(data), BYTES_LIMIT))
     if data[:1] != bytes((VERSION,)):
@@ -286,7 +299,7 @@ def read_header(data: bytes) -> ReceivedHeader:
     reader.at = 1
     flags = reader.number('the flags', HAS_VALUES | HAS_COEFFICIENTS | HAS_LISTS | HAS_INSTRUCTIONS)
     tables = read_tables(reader, flags)
-    expressions = ReceivedExpressions(read_instructions(reader, tables)) if flags & HAS_INSTRUCTIONS else None
+    instructions = read_instructions(reader, tables) if flags & HAS_INSTRUCTIONS else None
     count = reader.number('the number of fields', FIELD_LIMIT)
     gaps = reader.column(count, 'leaves')
     # The sum of a gap and 1 for each, so that no leaf comes twice.
@@ -296,9 +309,9 @@ def read_header(data: bytes) -> ReceivedHeader:
     if reader.at != len(data):
         raise reader.fail('found %d bytes more than expected', len(data) - reader.at)
     if count and not (max(origins) < tables.sources.size and max(slopes) < len(tables.coefficients)):
-        _check_numbers(reader, tables, expressions.count if expressions else 0, wanted, origins, slopes)
+        _check_numbers(reader, tables, len(instructions.read) if instructions else 0, wanted, origins, slopes)
     is_numeric = not any(slopes) or _has_numbers_only(tables, origins, slopes)
-    return ReceivedHeader(_Fields((*wanted, END), origins, slopes, is_numeric), tables, expressions)
+    return ReceivedParts(ReceivedFields((*wanted, END), origins, slopes, is_numeric), tables, instructions)
 
 
 def _check_numbers(

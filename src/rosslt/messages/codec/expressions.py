@@ -5,7 +5,7 @@ here.
 """
 
 import struct
-from typing import Any, Container, Dict, List, Sequence, Set
+from typing import Any, Container, Dict, List, NamedTuple, Sequence, Set
 
 from rosslt.messages.codec.table_reader import ReceivedTables
 from rosslt.messages.codec.table_writer import TableWriter, Unencodable, checked
@@ -107,13 +107,38 @@ def without_sources(instructions: Sequence[tuple]) -> Container[int]:
     return found
 
 
-def read_instructions(reader: Reader, tables: ReceivedTables) -> List[tuple]:
-    """The instructions that come next, as `values.assemble` takes them.
+class ReceivedInstructions(NamedTuple):
+    """The instructions of a provenance that came from outside, in terms of its tables."""
+
+    read: List[tuple]
+    """`(SOURCE, number of the source)`, `(CONSTANT, value)`, `(AFFINE, value, ((index, number of the coefficient),
+    ...), is_exact)` or `(Operation, index, ...)`."""
+    floats_at: List[int]
+    """Where the floats in them begin."""
+
+    def resolved(self, tables: ReceivedTables) -> List[tuple]:
+        """The same as `values.assemble` takes them."""
+        return [_resolved(instruction, tables) for instruction in self.read]
+
+
+def _resolved(instruction: tuple, tables: ReceivedTables) -> tuple:
+    kind = instruction[0]
+    if kind == SOURCE:
+        return kind, tables.sources.source(instruction[1]), tables.values[instruction[1]]
+    if kind == AFFINE:
+        _, value, terms, is_exact = instruction
+        return kind, value, tuple([(index, tables.coefficients[number]) for index, number in terms]), is_exact
+    return instruction
+
+
+def read_instructions(reader: Reader, tables: ReceivedTables) -> ReceivedInstructions:
+    """The instructions that come next.
 
     Raises:
         BadHeader: they have not the form of instructions.
     """
-    return _InstructionReader(reader, tables).instructions()
+    found = _InstructionReader(reader, tables)
+    return ReceivedInstructions(found.instructions(), found.floats_at)
 
 
 class _InstructionReader:
@@ -124,6 +149,7 @@ class _InstructionReader:
         self._tables = tables
         self._read: List[tuple] = []
         self._terms_left = TERM_LIMIT
+        self.floats_at: List[int] = []
 
     def instructions(self) -> List[tuple]:
         reader = self._reader
@@ -144,10 +170,11 @@ class _InstructionReader:
         number = self._reader.number('the number of a source', tables.sources.size - 1)
         if tables.values[number] is None:
             raise self._reader.fail('found an instruction with source %d, which has no value', number)
-        return SOURCE, tables.sources.source(number), tables.values[number]
+        return SOURCE, number
 
     def _constant(self, code: int) -> Any:
         if code == FLOAT:
+            self.floats_at.append(self._reader.at)
             return self._reader.floats(1, 'a constant')[0]
         if code == INT:
             value = unzigzag(self._reader.column(1, 'a constant')[0])
@@ -159,7 +186,7 @@ class _InstructionReader:
         return code == TRUE
 
     def _affine(self, code: int) -> tuple:
-        reader, at = self._reader, len(self._read)
+        reader, tables, at = self._reader, self._tables, len(self._read)
         value = self._constant(FLOAT if code in (EXACT, LINEAR) else INT)
         terms = []
         sources = set()
@@ -169,13 +196,13 @@ class _InstructionReader:
             index = at - reader.number('the distance of an operand', at)
             # An index of `at` itself, a distance of 0, is no earlier instruction.
             kind, *rest = self._read[index] if index < at else (None,)
-            if kind != SOURCE or type(rest[1]) not in (float, int):
+            if kind != SOURCE or type(tables.values[rest[0]]) not in (float, int):
                 raise reader.fail('found an affine part over instruction %d, which is no number of a source', index)
-            slope = reader.number('the number of a coefficient', len(self._tables.coefficients) - 1)
+            slope = reader.number('the number of a coefficient', len(tables.coefficients) - 1)
             if not slope:
                 raise reader.fail('found an affine part without a coefficient')
-            terms.append((index, self._tables.coefficients[slope]))
-            sources.add(rest[0])
+            terms.append((index, slope))
+            sources.add(tables.sources.source(rest[0]))
         if len(sources) < len(terms):
             raise reader.fail('found an affine part with two terms of one source')
         return AFFINE, value, tuple(terms), code < LINEAR

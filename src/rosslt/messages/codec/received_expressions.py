@@ -25,7 +25,7 @@ class ReceivedExpressions:
     """The expressions of one provenance that came from outside.
 
     Args:
-        instructions: as `expressions.read_instructions` gives them.
+        instructions: as `expressions.ReceivedInstructions.resolved` gives them.
     """
 
     def __init__(self, instructions: Sequence[tuple]) -> None:
@@ -60,7 +60,7 @@ def computed(instructions: Sequence[tuple], faults: Dict[int, Exception]) -> Lis
     """The values that instructions make, where computing them takes neither long nor much memory.
 
     Args:
-        instructions: as `expressions.read_instructions` gives them.
+        instructions: as `expressions.ReceivedInstructions.resolved` gives them.
         faults: gets the error of each instruction that makes no finite scalar in that way, by its index, and of those
             over it; the value of these is None.
     """

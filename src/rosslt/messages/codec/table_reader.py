@@ -51,6 +51,8 @@ class FloatBlocks(NamedTuple):
     values_at: int
     value_numbers: Sequence[int]
     """The numbers of the sources whose values are floats."""
+    values_to: int
+    """Where the values end: integers and texts follow the floats."""
     slopes_at: int
     slope_count: int
 
@@ -66,6 +68,12 @@ class ReceivedTables(NamedTuple):
     source_lists: Sequence[Tuple[int, ...]]
     slope_lists: Sequence[Tuple[int, ...]]
     blocks: FloatBlocks
+
+    def numbers(self, origin: int, slope: int) -> Tuple[Sequence[int], Sequence[int]]:
+        """The numbers of the sources of a field that is a sum, and those of their coefficients."""
+        if origin < self.sources.size:
+            return (origin,), (slope,)
+        return self.source_lists[origin - self.sources.size], self.slope_lists[slope - len(self.coefficients)]
 
     def template(self, data: bytes) -> Template:
         """The template of the provenance that these tables were read from."""
@@ -105,6 +113,7 @@ def read_tables(reader: Reader, flags: int) -> ReceivedTables:
         values_at = reader.at
         value_numbers = [number for number, kind in enumerate(kinds) if kind == FLOAT]
         values = _read_values(reader, kinds)
+    values_to = reader.at
     slopes_at, slope_count = reader.at, 0
     coefficients: List[Any] = [None]
     if flags & HAS_COEFFICIENTS:
@@ -122,7 +131,7 @@ def read_tables(reader: Reader, flags: int) -> ReceivedTables:
         source_lists = _read_lists(reader, counts[0], sources.size, 0, 'sources')
         _check_sources_differ(reader, source_lists, sources)
         slope_lists = _read_lists(reader, counts[1], len(coefficients), 1, 'coefficients')
-    blocks = FloatBlocks(values_at, value_numbers, slopes_at, slope_count)
+    blocks = FloatBlocks(values_at, value_numbers, values_to, slopes_at, slope_count)
     return ReceivedTables(sources, values, coefficients, source_lists, slope_lists, blocks)
 
 

@@ -39,6 +39,9 @@ class Walkers(NamedTuple):
     end: Callable[..., Any]
     """`end(data, 0, len(data))`: where the serialized message that data begins with ends. Beyond the data, or
     struct.error, where it is cut short."""
+    measure: Callable[..., Any]
+    """`measure(data, 0, len(data), found.append)`: as `end`, and appends the length of each text and of each array of
+    variable length, in the order of serialization."""
 
 
 @functools.lru_cache(maxsize=None)
@@ -74,8 +77,8 @@ def _getter(path: str) -> Tuple[Optional[Callable[[Any], Any]], str]:
 
 
 class _WalkerCompiler:
-    """Writes the walks of one message class: functions `collect_N`, `locate_N` and `end_N` for each type N that is
-    walked by a function of its own: the message type itself, and elements of arrays that have arrays."""
+    """Writes the walks of one message class: functions `collect_N`, `locate_N`, `end_N` and `measure_N` for each type N
+    that is walked by a function of its own: the message type itself, and elements of arrays that have arrays."""
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
@@ -91,17 +94,18 @@ class _WalkerCompiler:
         }
         self._lines: List[str] = []
 
-    def compiled(self) -> Tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]:
+    def compiled(self) -> List[Callable[..., Any]]:
         written = 0
         while written < len(self._numbers):
             type_ = list(self._numbers)[written]
             self._write_collect(written, type_)
             self._write_locate(written, type_)
-            self._write_end(written, type_)
+            self._write_end(written, type_, False)
+            self._write_end(written, type_, True)
             written += 1
         code = compile('\n'.join(self._lines), '<walks of %s>' % self._layout.name, 'exec')
         exec(code, self._constants)
-        return self._constants['collect_0'], self._constants['locate_0'], self._constants['end_0']
+        return [self._constants[walk + '_0'] for walk in ('collect', 'locate', 'end', 'measure')]
 
     def _number(self, type_: str) -> int:
         return self._numbers.setdefault(type_, len(self._numbers))
@@ -224,15 +228,24 @@ class _WalkerCompiler:
 
     # `p` is where the next field begins, `z` where the data ends.
 
-    def _write_end(self, number: int, type_: str) -> None:
-        self._write(0, 'def end_%d(d, p, z):', number)
+    def _write_end(self, number: int, type_: str, measures: bool) -> None:
+        """`measure` where the lengths are wanted too, else `end`."""
+        walk, more = ('measure', ', add') if measures else ('end', '')
+        self._write(0, 'def %s_%d(d, p, z%s):', walk, number, more)
         fixed = 0
+
+        def skip_text(depth: int, fixed: int) -> None:
+            if measures:
+                self._write(depth, 'n = length_at(d, p + %d)[0]', fixed)
+                self._write(depth, 'add(n)')
+            self._write(depth, 'p += %d + %s', fixed + 4, 'n' if measures else 'length_at(d, p + %d)[0]' % fixed)
+
         for run in self._runs(type_):
             if isinstance(run, list):
                 for _, scalar in run:
                     size = self._layout.size(scalar)
                     if size is None:
-                        self._write(1, 'p += %d + length_at(d, p + %d)[0]', fixed + 4, fixed)
+                        skip_text(1, fixed)
                         fixed = 0
                     else:
                         fixed += size
@@ -245,16 +258,17 @@ class _WalkerCompiler:
             if fixed:
                 self._write(1, 'p += %d', fixed)
                 fixed = 0
-            if size is not None:
-                self._write(1, 'p += 4 + length_at(d, p)[0] * %d', size)
-                continue
             if field.length == VARIABLE:
                 self._write(1, 'n = length_at(d, p)[0]')
-                self._write(1, 'p += 4')
+                if measures:
+                    self._write(1, 'add(n)')
+                self._write(1, 'p += 4' + (' + n * %d' % size if size is not None else ''))
+            if size is not None:
+                continue
             self._write(1, 'for _ in range(%s):', 'n' if field.length == VARIABLE else field.length)
             if field.type == 'string':
-                self._write(2, 'p += 4 + length_at(d, p)[0]')
+                skip_text(2, 0)
             else:
-                self._write(2, 'p = end_%d(d, p, z)', self._number(field.type))
+                self._write(2, 'p = %s_%d(d, p, z%s)', walk, self._number(field.type), more)
             self._write(2, 'if p > z: return p')
         self._write(1, 'return p + %d', fixed)
