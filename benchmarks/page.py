@@ -63,8 +63,27 @@ def cpu_seconds(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
-def load(moving: int) -> Tuple[float, float]:
-    """(share of a core of the server, frames a second in the browser) while `moving` of the markers move."""
+def family(pid: int) -> List[int]:
+    """A process, those that it has started, those that they have started, and so on."""
+    children: Dict[int, List[int]] = {}
+    for stat in Path('/proc').glob('[0-9]*/stat'):
+        try:
+            parent = int(stat.read_text().rpartition(')')[2].split()[1])
+        except OSError:  # it has ended meanwhile
+            continue
+        children.setdefault(parent, []).append(int(stat.parent.name))
+    found = [pid]
+    for one in found:
+        found += children.get(one, [])
+    return found
+
+
+def load(moving: int) -> Tuple[float, float, float]:
+    """What is taken while `moving` of the markers move.
+
+    Returns:
+        (share of a core of the server, frames a second in the browser, seconds of a core of the browser for each).
+    """
     publisher = subprocess.Popen(
         [sys.executable, str(Path(__file__).with_name('markers.py')), 'publish', str(moving)], stdout=subprocess.DEVNULL
     )
@@ -73,10 +92,13 @@ def load(moving: int) -> Tuple[float, float]:
     try:
         browser.see((0.3, 0.3, 0.0))
         browser.driver.execute_script(COUNT_FRAMES)
+        drawing = family(browser.driver.service.process.pid)
         first, begun, used = frames(browser), time.monotonic(), cpu_seconds(server.process.pid)
+        drawn = sum(map(cpu_seconds, drawing))
         time.sleep(SECONDS)
-        last, took = frames(browser), time.monotonic() - begun
-        return (cpu_seconds(server.process.pid) - used) / took, (last - first) / took
+        count, took = frames(browser) - first, time.monotonic() - begun
+        drawn = sum(map(cpu_seconds, drawing)) - drawn
+        return (cpu_seconds(server.process.pid) - used) / took, count / took, drawn / max(count, 1)
     finally:
         browser.close()
         server.stop()
@@ -162,13 +184,16 @@ def show_latency(title: str, found: Dict[str, List[float]]) -> None:
 
 def measure_load() -> None:
     print('{} tracked markers in one array at {:g} Hz'.format(COUNT, RATE))
-    print('{:<20} {:>22} {:>22}'.format('', 'server, of a core', 'browser, frames/s'))
+    print('{:<20} {:>18} {:>18} {:>22}'.format('', 'server, of a core', 'browser, frames/s', 'browser, CPU ms/frame'))
     for moving in (0, COUNT // 10, COUNT):
-        cpu, per_second = load(moving)
+        cpu, per_second, each = load(moving)
         notes = ['over the limit of {:.0%}'.format(CPU_LIMIT)] if cpu > CPU_LIMIT else []
         notes += ['below {:g} frames/s'.format(LEAST_FRAMES)] if per_second < LEAST_FRAMES else []
         title = '{} of them move'.format(moving)
-        print('{:<20} {:>22.0%} {:>22.1f}   {}'.format(title, cpu, per_second, ', '.join(notes)), flush=True)
+        print(
+            '{:<20} {:>18.0%} {:>18.1f} {:>22.0f}   {}'.format(title, cpu, per_second, 1000 * each, ', '.join(notes)),
+            flush=True,
+        )
 
 
 def measure_latency() -> None:

@@ -166,11 +166,13 @@ def test_what_a_hand_on_the_page_holds_is_held_in_rviz(first, rviz):
     first.press(first.pixel((0.0, 0.0, 0.0)))
     first.move(first.pixel((0.0, 0.0, 0.0)), first.pixel((0.6, 0.0, 0.0)))
     wait_until(lambda: abs(value('/box/along') - 0.6) < NEAR, 'the box follows the page', PATIENCE)
-    held = value('/box/along')
     rviz.does('press')
     rviz.does('move', -1.0)
     wait_until(lambda: rviz.does('look')[1], 'the hand in RViz is told', PATIENCE)
     rviz.does('release')
-    wait_until(lambda: abs(rviz.does('look')[0] - held) < 1e-6, 'RViz shows the box where it is', PATIENCE)
-    assert value('/box/along') == held
+    # a slow browser may still be on its way to 0.6
+    wait_until(
+        lambda: abs(rviz.does('look')[0] - value('/box/along')) < 1e-6, 'RViz shows the box where it is', PATIENCE
+    )
+    assert abs(value('/box/along') - 0.6) < NEAR
     first.release()

@@ -26,6 +26,9 @@ FRAME_RATE = 30.0
 #: How often fields follow, as a part of that.
 FIELDS_EVERY = 3
 
+#: The light from all sides: how strong it is, in viser's unit, and the color of what comes from below.
+SKY_LIGHT, GROUND_COLOR = 1.5, (150, 150, 150)
+
 
 class Server(viser.ViserServer):
     """viser's server, which nobody can have published on the Internet."""
@@ -55,8 +58,7 @@ class Page:
             self._server.stop()
             raise NotServed('cannot listen at {} port {}: somebody else does'.format(host, port))
         self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width='large')
-        self._server.scene.set_up_direction('+z')
-        self._server.scene.add_grid('/grid', plane='xy', cell_size=1.0, section_size=10.0, infinite_grid=True)
+        _furnish(self._server.scene)
         self._server.initial_camera.position = (-3.0, -4.5, 3.5)
         self._server.initial_camera.look_at = (0.0, 0.0, 0.5)
         self._notices = Notices()
@@ -93,9 +95,10 @@ class Page:
 
     def _update(self, count: int) -> None:
         self._scene.expire()
-        self._frames.update()
         self._things.keep_held()
-        self._things.follow()
+        with self._server.atomic():  # what has moved together is sent, and shown, together
+            self._frames.update()
+            self._things.follow()
         if count % FIELDS_EVERY == 0:
             self._numbers.update()
             self._details.update(self._server.get_clients())
@@ -104,6 +107,19 @@ class Page:
         """Show a message of a thing to somebody; None for everybody who looks."""
         for client in self._server.get_clients().values() if to is None else [to]:
             self._notices.tell(client, handle.name, short_numbers(text))
+
+
+def _furnish(scene: Any) -> None:
+    """Light and ground, without shadows and reflections.
+
+    A browser that draws with the processor takes most of a frame for these, however little there is to see: they cost
+    time for each pixel. One soft light from above and below stands for the reflections.
+    """
+    scene.set_up_direction('+z')
+    scene.configure_default_lights(cast_shadow=False)
+    scene.configure_environment_map(hdri=None)
+    scene.add_light_hemisphere('/sky', ground_color=GROUND_COLOR, intensity=SKY_LIGHT)
+    scene.add_grid('/grid', plane='xy', cell_size=1.0, section_size=10.0, infinite_grid=True, shadow_opacity=0.0)
 
 
 def run(
