@@ -18,7 +18,7 @@ LAUNCH = """<launch><!-- <rosparam>gain: 1.50</rosparam> -->
 
 def edited(content, nth, text, path, said, value):
     """The launch file afterwards, and what could not be written."""
-    edits, left = files.inline_edits('a.launch', content, nth, 3, text, [files.YamlChange(path, said, value, 'it')])
+    edits, left = files.inline_edits('a.launch', content, nth, 3, text, [files.YamlChange(path, [said], value, 'it')])
     for edit in edits:
         assert edit.digest == files.digest_of(content)
         assert content[edit.start : edit.end] == edit.old

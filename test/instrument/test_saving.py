@@ -361,7 +361,17 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
         assert 'through a substitution)' in result.stderr
         assert [file.read_bytes() for file in (launch, tall, turn)] == before
         change('/launched', {ids['~given']: 1.5, ids['~shift']: 1.5})
+        # What was saved may be changed, and changed back, and saved again.
+        in_between = {'~x': 2.75, '~tool/length': 1.5, '~tool/tip/0': 0.25, '/tall/heights/1': 2.5}
         assert len(save('/launched').splitlines()) == 5
+        change('/launched', {ids[name]: value for name, value in in_between.items()})
+        assert len(save('/launched').splitlines()) == 4
+        assert before[1] == tall.read_bytes()
+        assert b'length: 1.50, "tip": [.25,' in launch.read_bytes()
+        change('/launched', {ids['~tool/length']: 4.25, ids['~tool/tip/0']: 0.75})
+        change('/launched', {ids['~x']: 3.25, ids['/tall/heights/1']: 4.0})
+        assert len(save('/launched').splitlines()) == 4
+        assert save('/launched') == ''
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(60)

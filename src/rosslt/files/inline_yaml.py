@@ -1,11 +1,15 @@
 """YAML within launch files, `<rosparam>a: 1.5</rosparam>`: other numbers in it, and every other byte as it is."""
 
+import re
 from typing import Any, List, Optional, Sequence, Tuple
 from xml.parsers import expat
 
 from rosslt.files.errors import FileError
 from rosslt.files.source_text import Edit, digest_of
 from rosslt.files.yaml_text import YamlChange, yaml_edits
+
+#: What a save may write in place of something of the same kind: an angle of rosparam, or a number.
+_NUMBER = re.compile(r'\b(?:deg|rad)\([^)]*\)|[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 
 
 def inline_edits(
@@ -18,7 +22,7 @@ def inline_edits(
         content: all of it.
         nth: which <rosparam> of the file it was when that was loaded.
         count: how many it had then.
-        text: what stood in it then.
+        text: what stood in it then; its numbers may be others by now.
         changes: of its numbers, with paths from the root of its YAML.
 
     Returns:
@@ -38,8 +42,8 @@ def inline_edits(
 
 def _range_of(file: str, content: bytes, nth: int, count: int, text: str) -> Tuple[int, int]:
     """Where the text of a <rosparam> stands now, in bytes; ValueError where that is not certain."""
-    ranges = _ranges(file, content)
-    same = [(start, end) for start, end in ranges if _lines(content[start:end]) == text]
+    ranges, blanked = _ranges(file, content), _NUMBER.sub('', text)
+    same = [(start, end) for start, end in ranges if _blanked(content[start:end]) == blanked]
     # Of several with the same text, another one may be the nth by now.
     if len(ranges) == count and ranges[nth] in same:
         return ranges[nth]
@@ -51,11 +55,11 @@ def _range_of(file: str, content: bytes, nth: int, count: int, text: str) -> Tup
     return same[0]
 
 
-def _lines(content: bytes) -> Optional[str]:
-    """A text as XML reads it; None where it is written with entities, comments or in sections."""
+def _blanked(content: bytes) -> Optional[str]:
+    """A text as XML reads it, without numbers; None where it is written with entities, comments or in sections."""
     if any(mark in content for mark in (b'<', b'&', b']]>')):
         return None
-    return content.decode('utf-8', 'replace').replace('\r\n', '\n').replace('\r', '\n')
+    return _NUMBER.sub('', content.decode('utf-8', 'replace').replace('\r\n', '\n').replace('\r', '\n'))
 
 
 def _ranges(file: str, content: bytes) -> List[Tuple[int, int]]:

@@ -33,16 +33,19 @@ class ParamChange(NamedTuple):
     """A <param> that is to have another value.
 
     Attributes:
-        nth: which <param> of the file it was when that was loaded.
+        nth, total: which <param> of the file it was when that was loaded, and of how many.
         name, text: its attributes `name` and `value` then, as they were written.
+        said: what may have been saved there since.
         value: what it should say.
         read: reads the attribute as roslaunch does.
         what: what people call it.
     """
 
     nth: int
+    total: int
     name: str
     text: str
+    said: Sequence[float]
     value: float
     read: Callable[[str], Any]
     what: str
@@ -106,23 +109,22 @@ def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tu
 def _tag_of(tags: List[ParamTag], change: ParamChange, file: str) -> ParamTag:
     """Where the <param> of a change is now; ValueError where that is not certain."""
     found = [tag for tag in tags if tag.name == change.name]
-    same = [tag for tag in found if tag.value == change.text]
-    if change.nth < len(tags) and tags[change.nth] in same:
-        return tags[change.nth]
-    if len(same) == 1:
-        return same[0]
-    if len(found) == 1:
-        if found[0].value and _reads(change, found[0].value):
-            return found[0]
+    # Another one with that name may be the nth by now, or have the value that this one had.
+    if len(tags) == change.total and tags[change.nth] in found:
+        found = [tags[change.nth]]
+    if len(found) != 1:
+        raise ValueError(f'it is not certain which <param name="{change.name}"> of {file} it is since that was edited')
+    if found[0].value != change.text and not _may_be_saved(change, found[0].value):
         raise ValueError(
             f'it was edited since it was loaded: {file}:{found[0].line} says {found[0].value} instead of {change.text}'
         )
-    raise ValueError(f'it is not certain which <param name="{change.name}"> of {file} it is since that was edited')
+    return found[0]
 
 
-def _reads(change: ParamChange, text: str) -> bool:
+def _may_be_saved(change: ParamChange, text: str) -> bool:
+    """Whether a text says what is to be saved, or may have been saved before."""
     try:
-        return bool(change.read(text) == change.value)
+        return bool(text) and change.read(text) in [change.value, *change.said]
     except ValueError:
         return False
 

@@ -50,13 +50,13 @@ class YamlChange(NamedTuple):
 
     Attributes:
         path: of keys and indices, from the root of the document.
-        said: what stood there when the file was read.
+        said: what stood there when the file was read, and what may have been saved there since.
         value: what should stand there.
         what: what people call it.
     """
 
     path: Sequence[Union[str, int]]
-    said: float
+    said: Sequence[float]
     value: float
     what: str
 
@@ -90,8 +90,8 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
             present = yaml.safe_load(old)
             if present == change.value:
                 continue
-            if type(present) not in (int, float) or present != change.said:
-                raise ValueError(f'it was edited since it was loaded: {file} says {old} instead of {change.said!r}')
+            if type(present) not in (int, float) or present not in change.said:
+                raise ValueError(f'it was edited since it was loaded: {file} says {old} instead of {change.said[0]!r}')
             new = _angle(old, change.value) or written_as(old, change.value, yaml.safe_load)
         except ValueError as error:
             left.append((change.what, str(error)))

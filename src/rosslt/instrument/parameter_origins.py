@@ -32,7 +32,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
         if made is not None:
             origin = {
                 'file': os.path.realpath(context.filename),
-                'tag': _index_of(tag),
+                'tag': _place_of(tag),
                 'name': tag.getAttribute('name'),
                 'text': tag.getAttribute('value'),
                 'type': (tag.getAttribute('type') or 'auto').lower().strip(),
@@ -43,8 +43,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
         return made
 
     def _rosparam_tag(self, tag: Element, *args: Any, **kwds: Any) -> Any:
-        document: Any = tag.ownerDocument
-        self._rosparam = _index_of(tag), len(document.getElementsByTagName(tag.tagName))
+        self._rosparam = _place_of(tag)
         return super()._rosparam_tag(tag, *args, **kwds)
 
     def load_rosparam(
@@ -102,10 +101,11 @@ def _numbers(value: Any) -> Iterator[Tuple[List[_Step], float]]:
         yield [], value
 
 
-def _index_of(tag: Element) -> int:
-    """Which of its file a tag is among those of its name."""
+def _place_of(tag: Element) -> Tuple[int, int]:
+    """Which of its file a tag is among those of its name, and of how many."""
     document: Any = tag.ownerDocument
-    return next(index for index, one in enumerate(document.getElementsByTagName(tag.tagName)) if one is tag)
+    those = document.getElementsByTagName(tag.tagName)
+    return next(index for index, one in enumerate(those) if one is tag), len(those)
 
 
 def with_earlier(origins: Dict[str, Dict[str, Any]]) -> str:

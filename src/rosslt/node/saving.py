@@ -75,9 +75,10 @@ def _in_parameter_files(
         history: the node's.
         in_sources: the ids of the locations that are read from source files.
     """
-    first: Dict[int, Any] = {}
+    past: Dict[int, List[Any]] = {}  # what a changed one was, from the beginning
     for one in history.changes:
-        first.setdefault(one.change.location_id, from_json(one.change.old_value))
+        values = past.setdefault(one.change.location_id, [from_json(one.change.old_value)])
+        values.append(from_json(one.change.new_value))
     parameters = [
         place for place in places if place.location.name.startswith('/') and place.location.id not in in_sources
     ]
@@ -86,20 +87,21 @@ def _in_parameter_files(
     origins: Any = {}
     with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
         origins = json.loads(rosgraph.Master(rospy.get_name()).getParam(files.ORIGINS))
-    changed = [
-        place
-        for place in parameters
-        if (place.location.id in first and place.value != first[place.location.id])
-        or _was_changed_earlier(place, origins.get(place.location.name))
-    ]
     by_file: Dict[str, List[Tuple[Place, Dict[str, Any]]]] = {}
     unsaved: List[Unsaved] = []
-    for place in changed:
-        origin = origins.get(place.location.name)
+    changed_back = set()
+    for place in parameters:
+        origin, values = origins.get(place.location.name), past.get(place.location.id, [])
+        if not values and not _was_changed_earlier(place, origin):
+            continue
+        if values and place.value == values[0]:
+            changed_back.add(place.local_name)
         reason = _why_not(place, origin)
         if reason:
             unsaved.append(Unsaved(place.local_name, reason))
         else:
+            # What was changed back may have been saved in between.
+            origin['said'] = [origin['said'], *(value for value in values if type(value) in (int, float))]
             by_file.setdefault(origin['file'], []).append((place, origin))
     edits: List[files.Edit] = []
     for file, those in by_file.items():
@@ -110,7 +112,7 @@ def _in_parameter_files(
         else:
             edits += made
             unsaved += [Unsaved(name, reason) for name, reason in left]
-    return edits, unsaved
+    return edits, [one for one in unsaved if one.name not in changed_back]
 
 
 def _was_changed_earlier(place: Place, origin: Any) -> bool:
@@ -157,9 +159,11 @@ def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[Lis
         content,
         [
             files.ParamChange(
-                origin['tag'],
+                origin['tag'][0],
+                origin['tag'][1],
                 origin['name'],
                 origin['text'],
+                origin['said'],
                 place.value,
                 functools.partial(_read_param, convert_value, origin['type']),
                 place.local_name,
