@@ -38,7 +38,7 @@ def odometry(at):
 
 
 def way(at):
-    """Sixty sums, a third of them of 32 bits."""
+    """Forty sums, half of them of 32 bits."""
     points = [Point(SPEED * each + at, TURN * each + 0.1, 0.0) for each in range(20)]
     colors = [ColorRGBA(SPEED * each / 20, 0.5, 0.5, 1.0) for each in range(20)]
     message = Marker(type=Marker.LINE_STRIP, points=points, colors=colors)
