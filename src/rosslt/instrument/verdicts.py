@@ -70,7 +70,12 @@ RULES = {
         Rule('unit', FORM, 'a conversion of units', 'x = y * 1000'),
         Rule('sign', FORM, 'a change of the sign', 'x = -1 * y'),
         Rule('clock', FORM, 'how a clock runs', 'x = rospy.get_time() * 7.0'),
-        Rule('neighbour', FORM, 'the next or the last one of those counted', 'for i in range(n):\n    x = i + 7'),
+        Rule(
+            'neighbour',
+            FORM,
+            'the next or the last one of those counted, less than ten away',
+            'for i in range(n):\n    x = i + 7',
+        ),
         Rule('step', FORM, 'the step of a state', 'while True:\n    t += 7.0\n    rate.sleep()'),
         Rule(
             'state',

@@ -53,6 +53,7 @@ class Check:
         return len(look.new or look.other) > 1 and not look.reached and not look.moves
 
     def _may_move(self, sight: node.Sight) -> bool:
+        """Whether it is computed in another way than when it was solved: it moves, or its node took another branch."""
         solved = node.Expression(list(self.drag.solved.tracked))
         return solved.difference(sight.expression).is_branch()
 
