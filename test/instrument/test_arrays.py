@@ -305,6 +305,15 @@ def test_a_quaternion_is_solved_for_its_angles():
     assert [changes[rosslt.sources(angle)[0]] for angle in (roll, pitch, yaw)] == pytest.approx([0.5, -0.4, 1.0])
 
 
+@pytest.mark.parametrize('axes', ['sxyz', 'rzyx', 'sxyx', 'ryxz'])
+@pytest.mark.parametrize('turning', range(3))
+def test_a_turn_about_one_axis_leaves_what_it_cannot_move_plain(turning, axes):
+    angles = [tracked(0.3) if number == turning else 0.0 for number in range(3)]
+    parts = tf.quaternion_from_euler(*angles, axes)
+    assert flat(parts) == flat(plain_tf.quaternion_from_euler(*map(float, angles), axes))
+    assert [values.is_tracked(part) for part in parts] == [float(part) != 0.0 for part in parts]
+
+
 def test_plain_numbers_take_the_original():
     assert math.isclose(tf.quaternion_from_euler(0.1, 0.0, 0.0)[0], math.sin(0.05))
     assert type(tf.quaternion_from_euler(0.1, 0.0, 0.0)) is numpy.ndarray

@@ -66,6 +66,15 @@ def _either(original: Any, tracked: Any) -> Any:
     return function
 
 
+def _product(one: Any, other: Any) -> Any:
+    """The product of two numbers, plain where it is 0 whatever a source says: the x and y of a turn about z."""
+    if one == 0.0 and type(one) not in _TRACKED:
+        return one * float(other)
+    if other == 0.0 and type(other) not in _TRACKED:
+        return float(one) * other
+    return one * other
+
+
 class _QuaternionFromEuler:
     """tf's `quaternion_from_euler`, which nodes call most: with the same numbers, as it goes in the same order, and the
     sines of angles that stand still computed once.
@@ -92,14 +101,16 @@ class _QuaternionFromEuler:
         ci, si = self._of_half(ai)
         cj, sj = self._of_half(aj)
         ck, sk = self._of_half(ak)
-        cc, cs, sc, ss = ci * ck, ci * sk, si * ck, si * sk
+        cc, cs, sc, ss = _product(ci, ck), _product(ci, sk), _product(si, ck), _product(si, sk)
         parts: List[Any] = [None] * 4
         if repetition:
-            parts[i], parts[j], parts[k] = cj * (cs + sc), sj * (cc + ss), sj * (cs - sc)
-            parts[3] = cj * (cc - ss)
+            parts[i], parts[j], parts[k] = _product(cj, cs + sc), _product(sj, cc + ss), _product(sj, cs - sc)
+            parts[3] = _product(cj, cc - ss)
         else:
-            parts[i], parts[j], parts[k] = cj * sc - sj * cs, cj * ss + sj * cc, cj * cs - sj * sc
-            parts[3] = cj * cc + sj * ss
+            parts[i] = _product(cj, sc) - _product(sj, cs)
+            parts[j] = _product(cj, ss) + _product(sj, cc)
+            parts[k] = _product(cj, cs) - _product(sj, sc)
+            parts[3] = _product(cj, cc) + _product(sj, ss)
         if parity:
             parts[j] *= -1
         beside = numpy.empty(4, dtype=object)
