@@ -16,6 +16,7 @@ in a copy of it, in which messages are made of packages that are not installed (
 """
 
 import argparse
+import atexit
 import math
 import os
 import random
@@ -63,6 +64,7 @@ class Trial:
         self.subscribers, self.kinds = {}, {}
         self.last, self.previous, self.counts = {}, {}, {}
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        atexit.register(self.process.kill)  # if it was not stopped before
         _wait_until(lambda: self._subscribe() or self.process.poll() is not None, 15)
         time.sleep(WARM_UP)
         self._subscribe()

@@ -39,6 +39,40 @@ while not rospy.is_shutdown():
     rospy.sleep(0.03)
 """
 
+ROBOTS = """
+import rospy
+from geometry_msgs.msg import PoseStamped
+from tf.transformations import quaternion_from_euler
+
+class Robot(object):
+    def __init__(self):
+        self.x = 1.5
+        self.yaw = 0.0
+
+def move(robot, speed, turn):
+    robot.x += speed * 0.1
+    robot.yaw = robot.yaw + turn
+
+class Simulation(object):
+    def __init__(self):
+        self.robots = [Robot()]
+        self.pub = rospy.Publisher('robots', PoseStamped, queue_size=1)
+
+    def step(self, event):
+        for robot in self.robots:
+            move(robot, 2.0, 0.0)
+            p = PoseStamped()
+            p.pose.position.x = robot.x
+            q = quaternion_from_euler(0, 0, robot.yaw)
+            p.pose.orientation.x, p.pose.orientation.y, p.pose.orientation.z, p.pose.orientation.w = q
+            self.pub.publish(p)
+
+rospy.init_node('robots')
+simulation = Simulation()
+rospy.Timer(rospy.Duration(0.03), simulation.step)
+rospy.spin()
+"""
+
 FILLED_ONCE = """
 import rospy
 from geometry_msgs.msg import PoseStamped
@@ -277,6 +311,19 @@ def test_a_message_that_was_filled_once_follows_its_sources(run):
         turned = heard.comes(lambda m: (m.pose.position.x, m.pose.position.y) == (-3.5, 4.5)).pose.orientation
         node.force_value([turned.z, turned.w], [0.8, 0.6])
         heard.comes(lambda m: abs(m.pose.orientation.z - 0.8) < 1e-9 and abs(m.pose.orientation.w - 0.6) < 1e-9)
+
+
+def test_a_state_in_an_object_that_a_function_is_handed_has_its_start_as_a_source_alone(run):
+    with run(ROBOTS, 'robots'), Listener('robots', PoseStamped) as heard:
+        message = heard.next()
+        (start,) = node.force_value(message.pose.position.x, message.pose.position.x + 50.0)
+        heard.comes(lambda m: m.pose.position.x > 50.0 and values.sources(m.pose.position.x) == [start])
+
+
+def test_a_turn_about_one_axis_can_be_tilted_where_its_angle_is_a_state(run):
+    with run(ROBOTS, 'robots'), Listener('robots', PoseStamped) as heard:
+        node.force_value(heard.next().pose.orientation.x, 0.25)
+        heard.comes(lambda m: abs(m.pose.orientation.x - 0.25) < 1e-9 and m.pose.orientation.y == 0.0)
 
 
 def test_a_latched_message_is_sent_again(run):

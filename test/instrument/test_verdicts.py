@@ -101,6 +101,45 @@ def test_a_clock_in_self_is_a_state():
     assert judged(text) == [('0.0', 'state'), ('2.0', 'named'), ('0.1', 'step')]
 
 
+@pytest.mark.parametrize(
+    'text',
+    [
+        'class Filter:\n    def step(self):\n        for p in self.cloud:\n            p.x += 0.1',
+        'class Filter:\n    def step(self):\n        for i, p in enumerate(self.cloud):\n            p.x = p.x + 0.1',
+        'class Filter:\n    def step(self):\n        for p in self.cloud:\n            self.move(p)\n'
+        '    def move(self, p):\n        p.x += 0.1',
+        'class Filter:\n    def step(self):\n        first = self.cloud[0]\n        first.x += 0.1',
+        'class Wheels:\n    def step(self):\n        self.joints.position[0] += 0.1',
+        'class Wheels:\n    def step(self):\n        self.turned[2] = self.limited(self.turned[2] + 0.1)',
+        'robot = Robot()\ndef step(event):\n    robot.x += 0.1',
+        'def step(state):\n    state.x = state.x + 0.1\n    return state\n'
+        'def main():\n    state = State()\n    while not rospy.is_shutdown():\n        state = step(state)\n',
+        'def step(robot, dt):\n    turn(robot)\ndef turn(it):\n    it.pose.x += 0.1\n'
+        'def main():\n    robot = Robot()\n    while True:\n        step(robot, 0.5)\n',
+    ],
+)
+def test_what_outlives_a_function_is_a_state(text):
+    assert ('0.1', 'step') in judged(text)
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'def shifted(pose):\n    pose.x += 0.1\n    return pose\ndef send(event):\n    pub.publish(shifted(Pose()))',
+        'def callback(msg):\n    for p in msg.points:\n        p.x += 0.1\n    pub.publish(msg)',
+        'class Path:\n    def send(self):\n        points = [Point(), Point()]\n        for p in points:\n'
+        '            p.x += 0.1',
+        'class Arm:\n    def send(self):\n        for i, joint in enumerate(self.joints):\n            x = joint.x\n'
+        '            x += 0.1\n            self.pub.publish(x)',
+        'class Arc:\n    def lengths(self):\n        for i in range(9):\n            self.s[i] = self.s[i - 1] + 0.1',
+        'def shift(pose):\n    pose.x += 0.1\ndef main():\n    while True:\n        pose = Pose()\n'
+        '        shift(pose)\n        pub.publish(pose)\n',
+    ],
+)
+def test_what_is_made_anew_for_a_function_is_no_state(text):
+    assert ('0.1', 'term') in judged(text)
+
+
 def test_a_sum_that_is_made_anew_in_every_round_is_no_state():
     text = 'while True:\n    total = 0.5\n    for p in points:\n        total += p * 2.0\n    pub.publish(total)\n'
     assert [name for _, name in judged(text)] == ['named', 'term']

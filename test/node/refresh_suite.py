@@ -15,6 +15,7 @@ from topics_suite import Inbox
 from visualization_msgs.msg import Marker
 
 import rosslt
+from rosslt import values
 from support.processes import Node, wait_until
 
 #: Adds up a speed, 20 times a second, that it reads in the way that is filled in.
@@ -128,6 +129,19 @@ class Alive(unittest.TestCase):
         self.sent(publisher, inbox, side * side + side)
         for _ in range(3):
             self.assertEqual(self.sent(publisher, inbox, side * side + side).data, 20.0)
+
+    def test_what_several_fields_come_from_is_evaluated_once(self):
+        x = self.location(1.0)
+        far = rosslt.math.sin(x * x + x)
+        publisher, inbox = self.channel(Point)
+        before = self.sent(publisher, inbox, Point(far + 3, far + 1, far * 2))
+        rosslt.force_value(x, 3.0)
+        for _ in range(2):
+            after = self.sent(publisher, inbox, Point(far + 3, far + 1, far * 2))
+        far = math.sin(12.0)
+        self.assertEqual(after, Point(far + 3, far + 1, far * 2))
+        sizes = [len(values.disassemble([point.x, point.y, point.z])[0]) for point in (before, after)]
+        self.assertEqual(sizes[0], sizes[1])
 
     def test_several_messages_that_take_turns_on_a_topic_show_changes(self):
         x = self.location(1.0)

@@ -165,7 +165,7 @@ def decide_shapes(leaves: Iterable[Any]) -> None:
     """Have what gives formulas their shape do without provenance from now on, where nothing is lost by that.
 
     That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
-    shapes, the one that is changed most willingly.
+    shapes: of those that move it, the one that is changed most willingly.
 
     Args:
         leaves: of a message.
@@ -179,7 +179,8 @@ def decide_shapes(leaves: Iterable[Any]) -> None:
             locations = [_by_source.get(source) for source in values.sources(leaf)]
             shapes = [location for location in locations if location is not None and location.is_shape]
             if shapes and len(shapes) == len(locations):
-                alone.append(shapes)
+                slopes = values.slopes([leaf])
+                alone.append([shape for shape in shapes if any(slopes.get(shape.source, ()))] or shapes)
         # What has one shape only has no choice, and may be enough for what has more.
         for shapes in sorted(alone, key=len):
             if _kept.isdisjoint(shapes):
@@ -222,7 +223,7 @@ class CellLocation(node.LiteralLocation):
             maximum=literal.maximum,
             is_named=literal.name is not None,
         )
-        if literal.verdict == NUMBER:
+        if literal.verdict == NUMBER or literal.rule == 'no turn':
             self.type = float
 
     def make_known(self) -> None:
@@ -247,7 +248,8 @@ class CellLocation(node.LiteralLocation):
     def decide(self, keeps: bool) -> None:
         """Be read with its provenance from now on, or without it."""
         self.keeps = keeps
-        self.cells[self.number] = self.tracked if keeps else self.value
+        if not keeps:
+            self.cells[self.number] = self.value
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
         literal = self.cells.literals[self.number]

@@ -6,13 +6,12 @@ present value keeps no provenance: what is published from it follows its steps f
 """
 
 import ast
+import re
 from typing import Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
-FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
-_BLOCKS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Module)
+from rosslt.instrument.lifetimes import FUNCTIONS, Lifetimes, is_endless
 
-#: A loop that calls one of these waits for the world: it goes round for as long as the node runs.
-_WAITING = {'sleep', 'publish', 'spin', 'spin_once', 'sendTransform', 'wait_for_message', 'recv', 'read', 'is_shutdown'}
+_BLOCKS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Module)
 
 #: Methods that fill an object for the first time.
 _FILLING = {'__init__', '__new__', '__post_init__', 'setup', 'reset'}
@@ -50,8 +49,24 @@ def dotted(node: Optional[ast.AST]) -> Optional[str]:
     return '.'.join(reversed(parts))
 
 
+def _place(node: Optional[ast.AST]) -> Optional[str]:
+    """As `dotted`, with elements as well: `self.position[0]`, whose index is given by its tree."""
+    if isinstance(node, ast.Subscript):
+        whole = _place(node.value)
+        return whole and f'{whole}[{ast.dump(node.slice)}]'
+    if isinstance(node, ast.Attribute):
+        whole = _place(node.value)
+        return whole and f'{whole}.{node.attr}'
+    return node.id if isinstance(node, ast.Name) else None
+
+
+def _root(place: str) -> str:
+    return re.split(r'[.\[]', place, maxsplit=1)[0]
+
+
 def find_states(tree: ast.Module) -> States:
     """The states of a program."""
+    lifetimes = Lifetimes(tree)
     steps: Set[ast.AST] = set()
     starts: Set[ast.AST] = set()
     module_states: Set[str] = set()
@@ -68,13 +83,13 @@ def find_states(tree: ast.Module) -> States:
     owners = _classes_of(tree)
     attributes: Dict[Optional[ast.AST], Set[str]] = {}
     for scope, changes, declared in by_scope:
-        states = _carried(scope, changes, declared)
+        states = _carried(scope, changes, declared, lifetimes)
         for change in changes:
             if change.target in states and change.refers_to_itself:
                 steps.add(change.statement)
-        local = {target for target in states if not target.startswith('self.') and target.split('.')[0] not in declared}
+        local = {target for target in states if not target.startswith('self.') and _root(target) not in declared}
         starts.update(change.statement for change in changes if change.target in local and not change.refers_to_itself)
-        module_states |= {target for target in states if target.split('.')[0] in declared}
+        module_states |= {target for target in states if _root(target) in declared}
         attributes.setdefault(owners.get(scope), set()).update(
             target for target in states if target.startswith('self.')
         )
@@ -83,7 +98,7 @@ def find_states(tree: ast.Module) -> States:
         for change in changes:
             if change.refers_to_itself:
                 continue
-            is_global = isinstance(scope, ast.Module) or change.target.split('.')[0] in declared
+            is_global = isinstance(scope, ast.Module) or _root(change.target) in declared
             if change.target in own or (is_global and change.target in module_states):
                 starts.add(change.statement)
     return States(steps, starts)
@@ -113,7 +128,7 @@ def _classes_of(tree: ast.Module) -> Dict[ast.AST, ast.AST]:
 def _changes(scope: ast.AST, body: List[ast.stmt], blocks: Tuple[ast.AST, ...]) -> Iterator[_Change]:
     for statement in body:
         if isinstance(statement, ast.AugAssign):
-            target = dotted(statement.target)
+            target = _place(statement.target)
             if target:
                 yield _Change(target, statement, blocks, True, _read(statement.value) | {target})
         elif isinstance(statement, (ast.Assign, ast.AnnAssign)) and statement.value is not None:
@@ -122,7 +137,7 @@ def _changes(scope: ast.AST, body: List[ast.stmt], blocks: Tuple[ast.AST, ...]) 
             for target_node in targets:
                 parts = target_node.elts if isinstance(target_node, (ast.Tuple, ast.List)) else [target_node]
                 for part in parts:
-                    target = dotted(part)
+                    target = _place(part)
                     if target:
                         yield _Change(target, statement, blocks, target in read, read)
         if not isinstance(statement, _BLOCKS):
@@ -136,7 +151,8 @@ def _changes(scope: ast.AST, body: List[ast.stmt], blocks: Tuple[ast.AST, ...]) 
 
 def _read(expression: ast.AST) -> Set[Optional[str]]:
     """The variables that are read in an expression."""
-    return {dotted(node) for node in ast.walk(expression) if isinstance(node, (ast.Name, ast.Attribute))}
+    places = (ast.Name, ast.Attribute, ast.Subscript)
+    return {_place(node) for node in ast.walk(expression) if isinstance(node, places)}
 
 
 def _with_detours(changes: List[_Change]) -> List[_Change]:
@@ -173,10 +189,10 @@ def _refers_by_detour(change: _Change, by_target: Dict[str, List[_Change]]) -> b
 
 def _endless_loop(change: _Change) -> Optional[ast.AST]:
     """The outermost loop around a change that goes round for as long as the node runs."""
-    return next((block for block in change.blocks if isinstance(block, ast.While) and _is_endless(block)), None)
+    return next((block for block in change.blocks if isinstance(block, ast.While) and is_endless(block)), None)
 
 
-def _carried(scope: ast.AST, changes: List[_Change], declared: Set[str]) -> Set[str]:
+def _carried(scope: ast.AST, changes: List[_Change], declared: Set[str], lifetimes: Lifetimes) -> Set[str]:
     """The targets in a scope that are states."""
     found = set()
     for change in changes:
@@ -186,16 +202,24 @@ def _carried(scope: ast.AST, changes: List[_Change], declared: Set[str]) -> Set[
             found.add(change.target)
             continue
         loop = _endless_loop(change)
-        root = change.target.split('.')[0]
+        root = _root(change.target)
+        is_kept = root in declared or (root != change.target and lifetimes.outlives(scope, root))
         if loop is not None:
             around = change.blocks[change.blocks.index(loop) :]
-        elif (root == 'self' or root in declared) and getattr(scope, 'name', '') not in _FILLING:
+        elif is_kept and getattr(scope, 'name', '') not in _FILLING:
             around = change.blocks
         else:
             continue
-        if not any(_makes_anew(other, change, around) for other in changes):
+        others = [other for other in changes if not _is_part(other, scope, lifetimes)] if is_kept else changes
+        if not any(_makes_anew(other, change, around) for other in others):
             found.add(change.target)
     return found
+
+
+def _is_part(change: _Change, scope: ast.AST, lifetimes: Lifetimes) -> bool:
+    """Whether an assignment names a part of what outlives the function: `first = self.particles[0]`."""
+    is_name = isinstance(change.statement, ast.Assign) and _root(change.target) == change.target
+    return is_name and lifetimes.is_lasting(scope, change.statement.value)  # type: ignore[attr-defined]
 
 
 def _is_count(change: _Change) -> bool:
@@ -210,18 +234,8 @@ def _is_count(change: _Change) -> bool:
 
 def _makes_anew(other: _Change, change: _Change, around: Tuple[ast.AST, ...]) -> bool:
     """Whether another assignment gives the target, or the object that it is in, a new value in every round."""
-    if other.refers_to_itself or not (change.target + '.').startswith(other.target + '.'):
+    is_around = change.target.startswith(other.target) and change.target[len(other.target) :][:1] in ('', '.', '[')
+    if other.refers_to_itself or not is_around:
         return False
     # In a block that is not entered every time, it may or may not; then the value can be one of an earlier round.
     return other.blocks[-1] in around and other.statement.lineno <= change.statement.lineno  # type: ignore[attr-defined]
-
-
-def _is_endless(loop: ast.While) -> bool:
-    if isinstance(loop.test, ast.Constant):
-        return bool(loop.test.value)
-    called = {
-        node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, 'id', '')
-        for node in ast.walk(loop)
-        if isinstance(node, ast.Call)
-    }
-    return bool(called & _WAITING)

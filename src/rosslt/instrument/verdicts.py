@@ -24,7 +24,8 @@ from rosslt.instrument.callees import (
     UNITS,
     WAVES,
 )
-from rosslt.instrument.states import FUNCTIONS, States, dotted, find_states
+from rosslt.instrument.lifetimes import FUNCTIONS
+from rosslt.instrument.states import States, dotted, find_states
 
 NUMBER, WHOLE, FORM, PLAIN = 'number', 'whole', 'form', 'plain'
 

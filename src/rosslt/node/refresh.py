@@ -16,7 +16,7 @@ Not evaluated anew is what is a record of several moments rather than a function
 
 import sys
 import threading
-from typing import Any, Dict, List, Optional, Set, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 
@@ -31,6 +31,10 @@ ROUND = 32
 
 #: How many may be kept before those that nothing depends on are dropped.
 _PRUNE_AT = 32
+
+
+#: Sources of which replaced readings are in use: {Source: ({their values}, the latest value)}.
+_Outdated = Dict[Source, Tuple[Set[Any], Any]]
 
 
 def _in_use(readings: List[Any], unused: int = 0) -> List[Any]:
@@ -87,8 +91,8 @@ class ReplacedReadings:
         self.count += 1
         self.changed.set()
 
-    def outdated(self) -> Dict[Source, Tuple[Set[Any], Any]]:
-        """The sources of which replaced readings are in use: {Source: ({their values}, the latest value)}."""
+    def outdated(self) -> _Outdated:
+        """The sources of which replaced readings are in use."""
         with self._own_lock:
             # Both are made anew, as a source that got the name of its node since has another hash.
             self._latest = dict(self._latest.items())
@@ -137,24 +141,60 @@ class Refresher:
         self._round = (self._round + 1) % ROUND
         if not self._round:
             self._known, self._older = {}, self._known
-        last, replaced = {}, {}
-        for index, value, kind in messages.tracked_fields(message):
-            leaf = last[index] = self._leaf(index, value, kind)
+        last = {}
+        fields = list(messages.tracked_fields(message))
+        unknown = {id(value): value for _, value, _ in fields if not self._is_known(value)}
+        made_from = dict(zip(unknown, _dependencies(list(unknown.values()))))
+        for index, value, kind in fields:
+            leaf = self._known.get(id(value))
+            if leaf is None:
+                leaf = _Leaf(value, kind, made_from[id(value)], self._last.get(index))
+                self._known[id(value)] = leaf
+            last[index] = leaf
             if was_sent:
                 leaf.was_sent()
-            fresh = leaf.fresh(outdated)
+        _evaluate(last.values(), outdated)
+        replaced = {}
+        for index, leaf in last.items():
             leaf.was_sent()
-            if fresh is not value:
-                replaced[index] = fresh
+            if leaf.fresh is not leaf.value:
+                replaced[index] = leaf.fresh
         self._last = last
         return messages.with_leaves(message, replaced) if replaced else message
 
-    def _leaf(self, index: int, value: Any, kind: str) -> '_Leaf':
-        leaf = self._known.get(id(value))
-        if leaf is None:
-            leaf = self._older.get(id(value)) or _Leaf(value, kind, self._last.get(index))
-            self._known[id(value)] = leaf
-        return leaf
+    def _is_known(self, value: Any) -> bool:
+        """Whether a value was in a message of this round or the one before; it is one of this round from now on."""
+        if id(value) not in self._known and id(value) in self._older:
+            self._known[id(value)] = self._older[id(value)]
+        return id(value) in self._known
+
+
+def _evaluate(leaves: Iterable['_Leaf'], outdated: _Outdated) -> None:
+    """Give leaves the latest values of their sources. What several are computed from is evaluated once."""
+    together: Dict[Tuple[Any, ...], List[_Leaf]] = {}
+    for leaf in leaves:
+        changes = leaf.changes(outdated)
+        if changes != leaf.changed:
+            leaf.changed = changes
+            leaf.fresh = leaf.value
+            if changes:
+                together.setdefault(tuple(changes.items()), []).append(leaf)
+    for group in together.values():
+        changes = group[0].changed
+        try:
+            found = values.reapply([leaf.value for leaf in group], changes)
+        except (ArithmeticError, ValueError, TypeError):
+            found = [_reapplied(leaf.value, changes) for leaf in group]
+        for leaf, value in zip(group, found):
+            leaf.take(value)
+
+
+def _reapplied(value: Any, changes: Dict[Source, Any]) -> Any:
+    try:
+        return values.reapply(value, changes)
+    except (ArithmeticError, ValueError, TypeError) as error:
+        rospy.logwarn('%s is sent unchanged, as it has no value any more: %s', values.explain(value), error)
+        return value
 
 
 class _Leaf:
@@ -163,13 +203,18 @@ class _Leaf:
     Args:
         value: of the leaf.
         kind: what its field takes: 'd' or 'f' for numbers, 'i' for whole ones, 'b', 's'.
+        made_from: what it depends on.
         before: what the message before had in its place, or None.
+
+    Attributes:
+        changed: the changes of its sources that it was evaluated for.
+        fresh: its value with them, the very same one where there are none.
     """
 
-    def __init__(self, value: Any, kind: str, before: 'Optional[_Leaf]') -> None:
+    def __init__(self, value: Any, kind: str, made_from: '_Dependencies', before: 'Optional[_Leaf]') -> None:
         self.value = value
         self._kind = kind
-        self._readings, self._joins = _dependencies(value)
+        self._readings, self._joins = made_from
         #: Sources that come up in an expression more than once, where it is not known yet whether it grows.
         self._undecided: Set[Source] = set()
         for source, joins in self._joins.items():
@@ -177,15 +222,15 @@ class _Leaf:
                 self._undecided.add(source)
             elif source not in before._readings or joins != before._joins[source]:
                 self._readings.pop(source, None)
-        self._changes: Dict[Source, Any] = {}
-        self._fresh = value
+        self.changed: Dict[Source, Any] = {}
+        self.fresh = value
 
     def was_sent(self) -> None:
         """This same value has been sent: it does not grow."""
         self._undecided.clear()
 
-    def fresh(self, outdated: Dict[Source, Tuple[Set[Any], Any]]) -> Any:
-        """The value with the latest values of its sources, the very same one where it has them."""
+    def changes(self, outdated: _Outdated) -> Dict[Source, Any]:
+        """The latest values of those of its sources of which it was made from an earlier one."""
         changes = {}
         for source, reading in self._readings.items():
             if source in outdated and source not in self._undecided:
@@ -193,64 +238,101 @@ class _Leaf:
                 is_other = reading != latest or type(reading) is not type(latest)
                 if is_other and reading in replaced and _is_number(reading) == _is_number(latest):
                     changes[source] = latest
-        if changes != self._changes:
-            self._changes = changes
-            self._fresh = self._evaluated(changes) if changes else self.value
-        return self._fresh
+        return changes
 
-    def _evaluated(self, changes: Dict[Source, Any]) -> Any:
-        try:
-            found = values.reapply(self.value, changes)
-        except (ArithmeticError, ValueError, TypeError) as error:
-            rospy.logwarn('%s is sent unchanged, as it has no value any more: %s', values.explain(self.value), error)
-            return self.value
+    def take(self, found: Any) -> None:
+        """Have a value that it was found to have, where its field takes that."""
         if type(found) is type(self.value) or (self._kind in 'df' and _is_number(found)):
-            return found
-        # An int literal may have become a float; a field of whole numbers accepts no float.
-        whole = values.to_int(found) if self._kind == 'i' and isinstance(found, float) else None
-        return whole if whole is not None and whole == found else self.value
+            self.fresh = found
+        elif self._kind == 'i' and isinstance(found, float):
+            # An int literal may have become a float; a field of whole numbers accepts no float.
+            whole = values.to_int(found)
+            self.fresh = whole if whole == found else self.value
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(values.untracked(value), bool)
 
 
-def _dependencies(value: Any) -> Tuple[Dict[Source, Any], Dict[Source, int]]:
+class _Dependencies(NamedTuple):
     """What a value was made from.
 
-    Returns:
-        {Source: the reading}, of those sources of which one reading was used, and not in a folded expression; and
-        {Source: number of operations of which both operands depend on it}, where there are such.
+    Attributes:
+        readings: {Source: the reading}, of those sources of which one reading was used, and not in a folded expression.
+        joins: {Source: number of operations of which both operands depend on it}, where there are such.
     """
-    instructions, _ = values.disassemble([value])
+
+    readings: Dict[Source, Any]
+    joins: Dict[Source, int]
+
+
+def _dependencies(leaves: Sequence[Any]) -> List[_Dependencies]:
+    """What each of several values was made from. What they have in common is gone through once.
+
+    Sets of sources, of readings and of operations are the bits of ints, which are joined in no time.
+    """
+    instructions, places = values.disassemble(leaves)
     bits: Dict[Source, int] = {}
-    readings: Dict[Source, Any] = {}
-    dropped = 0
-    joins: Dict[int, int] = {}
-    depends: List[int] = []  # of each instruction the sources, as a sum of their bits
-    for kind, *rest in instructions:
+    readings: List[Tuple[Source, Any]] = []
+    joins: Dict[int, int] = {}  # by the sources that both operands depend on, the operations
+    depends: List[int] = []  # of each instruction the sources
+    read: List[int] = []  # of each the readings,
+    folded: List[int] = []  # the sources that it depends on by a folded expression,
+    joined: List[int] = []  # and the operations that join
+    for number, (kind, *rest) in enumerate(instructions):
+        operands = rest if kind not in (SOURCE, CONSTANT, AFFINE) else ()
+        if kind == AFFINE:
+            operands = [place for place, _ in rest[1]]
+        sources = used = lost = made = 0
+        for operand in operands:
+            sources |= depends[operand]
+            used |= read[operand]
+            lost |= folded[operand]
+            made |= joined[operand]
         if kind == SOURCE:
             source, reading = rest
-            depends.append(bits.setdefault(source, 1 << len(bits)))
-            if readings.setdefault(source, reading) != reading:
-                dropped |= bits[source]
-        elif kind == CONSTANT:
-            depends.append(0)
+            sources = bits.setdefault(source, 1 << len(bits))
+            used = 1 << len(readings)
+            readings.append((source, reading))
         elif kind == AFFINE:
-            depends.append(0)
-            for index, _ in rest[1]:
-                depends[-1] |= depends[index]
-            dropped |= depends[-1]
-        else:
-            depends.append(depends[rest[0]] | depends[rest[-1]])
-            both = depends[rest[0]] & depends[rest[-1]] if len(rest) == 2 else 0
+            lost = sources
+        elif len(operands) == 2:
+            both = depends[operands[0]] & depends[operands[1]]
             if both:
-                joins[both] = joins.get(both, 0) + 1
-    return (
-        {source: reading for source, reading in readings.items() if not bits[source] & dropped},
-        {
-            source: sum(count for both, count in joins.items() if both & bit)
-            for source, bit in bits.items()
-            if any(both & bit for both in joins)
-        },
-    )
+                made |= 1 << number
+                joins[both] = joins.get(both, 0) | 1 << number
+        depends.append(sources)
+        read.append(used)
+        folded.append(lost)
+        joined.append(made)
+    return [
+        _Dependencies(
+            _single([readings[number] for number in _numbers(read[place])], bits, folded[place]),
+            _counts({both: bin(of & joined[place]).count('1') for both, of in joins.items()}, bits),
+        )
+        for place in places
+    ]
+
+
+def _numbers(bits: int) -> Iterator[int]:
+    """The numbers of the bits that are set."""
+    while bits:
+        lowest = bits & -bits
+        yield lowest.bit_length() - 1
+        bits ^= lowest
+
+
+def _single(readings: List[Tuple[Source, Any]], bits: Dict[Source, int], folded: int) -> Dict[Source, Any]:
+    """The readings of those sources of which there is one, and not in a folded expression."""
+    found: Dict[Source, Any] = {}
+    dropped = folded
+    for source, reading in readings:
+        if found.setdefault(source, reading) != reading:
+            dropped |= bits[source]
+    return {source: reading for source, reading in found.items() if not bits[source] & dropped}
+
+
+def _counts(joins: Dict[int, int], bits: Dict[Source, int]) -> Dict[Source, int]:
+    found = {both: count for both, count in joins.items() if count}
+    sums = {source: sum([count for both, count in found.items() if both & bit]) for source, bit in bits.items()}
+    return {source: count for source, count in sums.items() if count}
