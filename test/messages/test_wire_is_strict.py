@@ -1,5 +1,6 @@
 """Provenance from elsewhere is not believed: it is right, or it is refused with a reason, and nothing else happens."""
 
+import contextlib
 import pickle
 import random
 import struct
@@ -12,7 +13,7 @@ from std_msgs.msg import Bool, Float64, Float64MultiArray, Int64, String
 
 import rosslt
 from rosslt import Error, Source, is_tracked, sources
-from rosslt.messages import BadHeader, attach, fault_log
+from rosslt.messages import BadHeader, attach, encode, fault_log
 from rosslt.messages.codec.varint import Reader, packed, zigzag
 from rosslt.values import OPERATIONS
 from support.filling import serialized
@@ -222,7 +223,7 @@ def test_the_limits_keep_the_memory_small():
     filler = NODE + packed([1 << 15]) + bytes(1 << 15) + ids + b'\x01' * (1 << 15) + bytes(8 << 15)
     pairs = b'\x02' * (1 << 14)
     lists = packed([1 << 14, 1 << 14]) + pairs + b'\x00\x01' * (1 << 14) + pairs + b'\x01' * (1 << 15)
-    data = header(7, filler, packed([1 << 15, 0, 0]) + bytes(8 << 15) + lists + packed([1 << 15]) + bytes(3 << 15))
+    data = header(7, filler, packed([1 << 15, 0, 0]) + bytes(8 << 15) + lists + packed([1 << 14]) + bytes(3 << 14))
     assert len(data) < 1 << 20
     tracemalloc.start()
     try:
@@ -261,15 +262,69 @@ def test_what_is_made_to_be_slow_takes_as_little_memory_as_its_size_allows(case,
     caplog.set_level('CRITICAL', logger='rosout')
     _, message_class, elements, data = case
     taken = cost(message_class, elements, data)
-    # 6,554 leaves of 600 bytes each, and 700 bytes for each of up to 26,214 terms that are asked for
+    # 1,638 leaves of 600 bytes each, and 700 bytes for each of up to 26,214 terms that are asked for
     assert taken.megabytes < 6
     assert taken.megabytes_with_sources < 30
 
 
+@pytest.mark.parametrize('case', cases(), ids=lambda case: case[0])
+def test_what_is_made_to_be_slow_takes_at_most_20_megabytes_until_it_is_received(case, caplog):
+    caplog.set_level('CRITICAL', logger='rosout')
+    _, message_class, elements, data = case
+    message = message_class(data=list(elements))
+    tracemalloc.start()
+    try:
+        with contextlib.suppress(BadHeader):
+            attach(message, data)
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_more_fields_than_the_limit_are_refused():
+    count = 16385
+    data = header(rest=packed([count]) + packed([1] + [0] * (count - 1)) + bytes(count))
+    message = Float64MultiArray(data=[1.0] * count)
+    assert 'found the number of fields 16385, the limit is 16384' in refused(message, data)
+
+
+def test_of_more_tracked_leaves_than_the_limit_the_first_are_sent_and_the_first_other_is_named(caplog):
+    message = Float64MultiArray(data=[rosslt.track(float(at), rosslt.Source('/node', at)) for at in range(16400)])
+    message.layout.data_offset = rosslt.track(0, rosslt.Source('/node', 20000))
+    for _ in range(2):
+        received = received_of(message)
+    assert list(received.data) == [float(at) for at in range(16400)]
+    kept = [rosslt.sources(value) for value in received.data]
+    assert kept == [[rosslt.Source('/node', at)] if at < 16383 else [] for at in range(16400)]
+    assert [record.getMessage() for record in caplog.records if record.name == 'rosout'] == [
+        'a std_msgs/Float64MultiArray has 16401 tracked leaves, and at most 16384 are sent with provenance: '
+        'not data[16383], nor any after it'
+    ]
+
+
+def test_where_the_provenance_has_too_many_bytes_the_first_leaf_without_is_named(caplog):
+    nodes = ['/%s%d' % ('node' * 30, at) for at in range(12000)]
+    message = Float64MultiArray(data=[rosslt.track(float(at), rosslt.Source(node, 1)) for at, node in enumerate(nodes)])
+    received = received_of(message)
+    assert list(received.data) == [float(at) for at in range(12000)]
+    assert [len(rosslt.sources(value)) for value in received.data] == [1] * 6000 + [0] * 6000
+    assert [record.getMessage() for record in caplog.records if record.name == 'rosout'] == [
+        'a std_msgs/Float64MultiArray has more than 1048576 bytes of provenance: '
+        'it is sent without that of data[6000] and of all leaves after it'
+    ]
+
+
+def received_of(message):
+    """What arrives of a message."""
+    received = Float64MultiArray().deserialize(serialized(rosslt.untracked(message)))
+    attach(received, encode(message))
+    return received
+
+
 def test_many_fields_that_are_sums_of_many_sources_are_refused():
     case = next(data for name, *_, data in cases(0.05) if name.startswith('floats, each a sum of 1638'))
-    message = Float64MultiArray(data=[1.0] * 3276)
-    assert 'sums of %d terms together, the limit is %d' % (3276 * 1638, 1 << 18) in refused(message, case)
+    message = Float64MultiArray(data=[1.0] * 819)
+    assert 'sums of %d terms together, the limit is %d' % (819 * 1638, 1 << 18) in refused(message, case)
 
 
 @pytest.mark.parametrize('error', [rosslt.BadHeader, rosslt.UnknownType])

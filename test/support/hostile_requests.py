@@ -4,13 +4,15 @@ import json
 import math
 import random
 from types import SimpleNamespace
-from typing import Any, List, Tuple
+from typing import Any, Dict, List, Set, Tuple
 
 import rospy
 
 from rosslt import srv
+from rosslt.node.access import WHOLE
 from rosslt.node.call_sites import CallSite
 from rosslt.node.locations import HeldLocation
+from rosslt.node.locking import Locking
 from rosslt.node.server import Owner
 
 TEXTS = [
@@ -69,11 +71,14 @@ def play(seed: int, count: int) -> Tuple[int, int]:
 def _play(chance: random.Random, target: Owner, count: int) -> Tuple[int, int]:
     answered = refused = 0
     for _ in range(count):
+        locked, before = _locked(target), _values(target)
         try:
             _send(chance, target)
             answered += 1
         except rospy.ServiceException:
             refused += 1
+        changed = [name for name, value in _values(target).items() if value != before[name]]
+        assert not locked.intersection(changed), changed
         for location in target.locations.by_id.values():
             assert location.checked(location.value) == location.value, location.name
         assert target.locations.by_id[_id(target, 'fixed')].value == 5.0
@@ -84,11 +89,21 @@ def _id(target: Owner, name: str) -> int:
     return next(one.id for one in target.locations.by_id.values() if one.name == name)
 
 
+def _values(target: Owner) -> Dict[str, Any]:
+    return {location.name: location.value for location in target.locations.by_id.values()}
+
+
+def _locked(target: Owner) -> Set[str]:
+    """The names of the locations that nobody may change."""
+    names = set(_values(target))
+    return names if WHOLE in target.access.locks else names & set(target.access.locks)
+
+
 def _send(chance: random.Random, target: Owner) -> None:
     ids, texts = _pairs(chance, target)
     name, request_id = chance.choice(NAMES), chance.choice(['', 'one', 'two', 'x' * 500])
     transaction = chance.choice(['', 'a', 'b', str(chance.random())])
-    which = chance.randrange(8)
+    which = chance.randrange(9)
     if which == 0:
         answer = target.change_sources(srv.ChangeSourcesRequest(ids, texts, name))
         assert len(answer.reasons) == len(ids), answer
@@ -114,8 +129,33 @@ def _send(chance: random.Random, target: Owner) -> None:
         request = srv.ResetLocationsRequest(ids, name)
         request._connection_header = {}
         target._reset(request)
-    else:
+    elif which == 7:
         target._list_locations(srv.ListLocationsRequest(ids))
+    else:
+        _lock(chance, target, ids, name)
+
+
+def _lock(chance: random.Random, target: Owner, ids: List[int], who: str) -> None:
+    """Lock or unlock; more is unlocked than locked, as most requests should find something that they may change."""
+    action = chance.choice(['lock', 'unlock', 'unlock', '', '', 'LOCK', 'lock ', 'x' * 300, '\x00'])
+    if action == 'unlock' and chance.random() < 0.5:
+        ids = []
+    request = srv.LockLocationsRequest(action, ids, who, chance.choice(TEXTS))
+    request._connection_header = {}
+    before = dict(target.access.locks)
+    try:
+        answer = Locking(target).lock_locations(request)
+    except rospy.ServiceException:
+        assert target.access.locks == before, 'refused, and done in part'
+        raise
+    assert len(answer.locked_ids) == len(answer.locked_by) == len(answer.reasons) == len(target.access.locks), answer
+    wanted = set(ids) if ids else {0}
+    if action == 'lock':
+        assert wanted <= set(answer.locked_ids), answer
+    elif action == 'unlock':
+        assert not wanted & set(answer.locked_ids) if ids else not answer.locked_ids, answer
+    else:
+        assert target.access.locks == before
 
 
 def _pairs(chance: random.Random, target: Owner) -> Tuple[List[int], List[str]]:

@@ -51,9 +51,23 @@ class Screen:
             raise RuntimeError('Xvfb did not start')
         self._environment = dict(os.environ, DISPLAY=':' + number, LIBGL_ALWAYS_SOFTWARE='1')
         self._start(['openbox'])
-        self._start(['rviz', '-d', config])
-        wait_until(self._is_placed, 'the window of RViz', STARTING)
+        self._config = config
+        self.start_rviz()
+        self.await_rviz()
         self.origin = self.scale = None
+
+    def start_rviz(self):
+        """Start RViz; its window comes once there is a master."""
+        self._rviz = self._start(['rviz', '-d', self._config])
+
+    def await_rviz(self):
+        """Wait for RViz's window, and have it fill the screen."""
+        wait_until(self._is_placed, 'the window of RViz', STARTING)
+
+    def kill_rviz(self):
+        self._processes.remove(self._rviz)
+        self._rviz.kill()
+        self._rviz.wait()
 
     def _is_placed(self):
         """Have RViz's window fill the screen; False where it is not there yet, or only the splash screen."""
@@ -135,6 +149,12 @@ class Screen:
         part = self._pixels()[top:bottom, left:right].astype(int)
         return int((abs(part - numpy.array(color)).max(axis=2) <= tolerance).sum())
 
+    def middle(self, color, tolerance=40):
+        """The middle (right, down) of the pixels that are about of a color; None where there are few."""
+        near = abs(self._pixels().astype(int) - numpy.array(color)).max(axis=2) <= tolerance
+        rows, columns = numpy.nonzero(near)
+        return (round(columns.mean()), round(rows.mean())) if len(rows) > 100 else None
+
     def picture(self, box):
         """The pixels between left, top, right and bottom, to be compared."""
         left, top, right, bottom = box
@@ -159,14 +179,13 @@ class Screen:
     def _start(self, command, **options):
         if shutil.which(command[0]) is None:
             raise RuntimeError('{} is not installed'.format(command[0]))
-        environment = getattr(self, '_environment', None)
-        self._processes.append(
-            subprocess.Popen(
-                command,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                **options,
-            )
+        process = subprocess.Popen(
+            command,
+            env=getattr(self, '_environment', None),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            **options,
         )
+        self._processes.append(process)
+        return process

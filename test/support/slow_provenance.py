@@ -10,6 +10,7 @@ from std_msgs.msg import Float64MultiArray, Int64MultiArray
 from rosslt import sources
 from rosslt.messages import BadHeader, attach
 from rosslt.messages.codec.varint import packed, zigzag
+from rosslt.messages.codec.wire_format import FIELD_LIMIT
 from rosslt.values import OPERATIONS
 
 CODES = {operation.name: 16 + code for code, operation in OPERATIONS.items()}
@@ -36,12 +37,12 @@ def cases(size=1.0):
     Args:
         size: how large they are, from 0 to 1, the limits of the format.
     """
-    fields = int(size * (1 << 16))
+    fields = int(size * FIELD_LIMIT)
     entries = int(size * (1 << 15))
     steps = int(size * 9990)
     for kind in (FLOAT, INT):
         word = 'floats' if kind == FLOAT else 'integers'
-        for length in (4, 64, entries):
+        for length in (4, 256, entries):
             yield _sums('%s, each a sum of %d sources' % (word, length), kind, fields, length, entries)
         yield _sums('4 %s, each a sum of all sources' % word, kind, 4, entries, entries)
         yield _pairs('%s with lists of 4 of their own' % word, kind, fields)

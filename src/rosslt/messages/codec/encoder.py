@@ -5,6 +5,7 @@ of which sources, with which coefficients.
 """
 
 import functools
+import itertools
 from typing import Any, Container, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.bounded_cache import BoundedCache
@@ -27,6 +28,7 @@ from rosslt.messages.fault_log import warn_once
 from rosslt.messages.fields import TYPE_OF_KIND
 from rosslt.messages.leaves import tracked_fields
 from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, linearized, origins, untracked
+from rosslt.values import leaves as scalars_of
 
 Leaf = Tuple[int, Any, str]
 """The index of a tracked leaf, its value and its kind, as the walkers collect them."""
@@ -64,24 +66,41 @@ def encode(message: Any, full_history: bool = False) -> bytes:
     if len(found) > FIELD_LIMIT:
         warn_once(
             (message._type, FIELD_LIMIT),
-            'a %s has %d tracked leaves, of which the first %d stay so',
+            'a %s has %d tracked leaves, and at most %d are sent with provenance: not %s, nor any after it',
             message._type,
             len(found),
             FIELD_LIMIT,
+            _Path(message, FIELD_LIMIT),
         )
         del found[FIELD_LIMIT:]
+    count, data = len(found), b''
     while found:
         data = _like_the_last(message._type, found, full_history)
         if len(data) <= BYTES_LIMIT:
-            return data
+            break
+        del found[len(found) // 2 :]
+        data = b''
+    if len(found) < count:
         warn_once(
             (message._type, BYTES_LIMIT),
-            'a %s has more than %d bytes of provenance: only the first half of its leaves stays tracked',
+            'a %s has more than %d bytes of provenance: it is sent without that of %s and of all leaves after it',
             message._type,
             BYTES_LIMIT,
+            _Path(message, len(found)),
         )
-        del found[len(found) // 2 :]
-    return b''
+    return data
+
+
+class _Path:
+    """The path of a message's tracked leaf by its number among them, looked for where it is printed."""
+
+    def __init__(self, message: Any, number: int) -> None:
+        self._message = message
+        self._number = number
+
+    def __str__(self) -> str:
+        tracked = (path for path, leaf in scalars_of(self._message) if type(leaf) in TRACKED)
+        return next(itertools.islice(tracked, self._number, None))
 
 
 class _Last(NamedTuple):

@@ -5,8 +5,8 @@ VERSION = 1
 BYTES_LIMIT = 1 << 20
 """The longest provenance of a message."""
 
-FIELD_LIMIT = 1 << 16
-"""The most tracked leaves of a message."""
+FIELD_LIMIT = 1 << 14
+"""The most tracked leaves of a message: each takes half a kilobyte and up to some microseconds of who receives it."""
 
 TABLE_LIMIT = 1 << 15
 """The most entries of any table."""

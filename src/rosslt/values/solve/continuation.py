@@ -18,7 +18,7 @@ from .components import connected
 from .equations import Goal, Point
 from .freedom import Bounds, Freedom, Rank, rank_of
 from .least_squares import shortest_step
-from .periods import has_periods, periods, turns_too_many
+from .periods import turns_too_many
 from .several import System
 
 JUMP = 5.0
@@ -73,14 +73,13 @@ class Path(System):
         """A point turned by whole periods to where it is nearest the last one: a hand that has gone around the base of
         an arm has turned its first joint once."""
         far = [place for place, value in enumerate(x) if abs(value - last[place]) > HALF_TURN]
-        if not far or not has_periods(self._graph):
+        if not far or not self._periods:
             return x
         values = self._tried(x)
         if values is None:
             return x
-        partials = self._trial.partials(values)
-        for place in far:
-            for period in periods(self._graph, values, self._graph.tangent(self._unknowns[place], partials)):
+        for place, found in zip(far, self._periods.of([self._unknowns[place] for place in far], values)):
+            for period in found:
                 turned = list(x)
                 turned[place] -= turns_too_many(last[place], x[place], period) * period
                 low, high = self._limits[place]

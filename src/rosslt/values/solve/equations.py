@@ -10,6 +10,7 @@ from ..sources import Source
 from .budget import UNDEFINED, Budget, Trial
 from .least_squares import Rows
 from .one import undone
+from .periods import Periods
 from .preaccumulation import Preaccumulated
 
 Goal = Tuple[str, Any, Any]
@@ -72,11 +73,18 @@ class Equations:
             for root, wanted, at in zip(self._roots, self._wanted, self._present)
         ]
         self._slopes: Optional[Preaccumulated] = None
+        self._periods_found: Optional[Periods] = None
         self.start = [float(base[graph.occurrences[source][0]]) for source in unknowns]
         is_one = all(
             base[at] == start for source, start in zip(unknowns, self.start) for at in graph.occurrences[source]
         )
         self._tried_last: List[Tuple[Point, Optional[List[Any]]]] = [(list(self.start), base)] if is_one else []
+
+    @property
+    def _periods(self) -> Periods:
+        if self._periods_found is None:
+            self._periods_found = Periods(self._trial)
+        return self._periods_found
 
     def _tried(self, x: Point) -> Optional[List[Any]]:
         """The nodes' values at a point; None where one is not defined, or the point is not finite."""

@@ -18,7 +18,7 @@ from ..operations.inverses import NoPreimage, refuse
 from ..operations.table import DIVIDE
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted, Trial
-from .periods import periods, turns_too_many
+from .periods import Periods, turns_too_many
 from .root_finding import Search
 
 MARK = '\ue000'
@@ -328,8 +328,8 @@ class Attempt:
         found = search.near(start)
         if self._kind is float and abs(found - self.present) > 1:
             values = self._trial.values({self._source: found})
-            rise = self._graph.tangent(self._source, self._trial.partials(values))
-            for period in periods(self._graph, values, rise):
+            (periods,) = Periods(self._trial).of([self._source], values)
+            for period in periods:
                 turns = turns_too_many(self.present, found, period)
                 turned = search.descend(found - turns * period, 4) if turns else found
                 if self._way(turned) < self._way(found) and search.is_met(turned):

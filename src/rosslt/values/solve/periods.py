@@ -1,10 +1,11 @@
 """Periods: by how much a source can be turned without a difference, so that no joint makes turns that nobody needs."""
 
 import math
-from typing import Any, Dict, List, Set
+from typing import Any, Dict, Iterator, List, Set
 
-from ..graph import Graph
 from ..operations.table import COS, FMOD, IEEE_REMAINDER, REMAINDER, SIN, TAN
+from ..sources import Source
+from .budget import WORK_OF_A_SLOPE, Trial
 
 TURN = 2 * math.pi
 OF_ANGLES = {SIN: TURN, COS: TURN, TAN: math.pi}
@@ -13,37 +14,66 @@ MOST = 8
 """The most periods that are tried for one source."""
 
 
-def has_periods(graph: Graph) -> bool:
-    """Whether there is an operation with a period in some expressions."""
-    return any(form.operation in OF_ANGLES or form.operation in REMAINDERS for form, _, _ in graph.records)
+class Periods:
+    """The operations with a period in some expressions, and what of the expressions has to do with them.
 
-
-def periods(graph: Graph, values: List[Any], rise: Dict[int, Any]) -> List[float]:
-    """The periods that a source may have, the longest first; whether all results have them is left to be checked.
+    In large systems that is little, as a rule: the angles of a few joints, not all that is computed of them.
 
     Args:
-        graph: holds the expressions.
-        values: the value of each node.
-        rise: the slope of each node for the source, as `Graph.tangent` gives it.
+        trial: the expressions, and which of their nodes may change.
     """
-    found: Set[float] = set()
-    for place in rise:
-        form, first, second = graph.records[place]
-        slope = rise.get(graph.index.get(id(first), -1)) if form.operation is not None else None
-        if not slope:
-            continue
-        if form.operation in OF_ANGLES:
-            period = OF_ANGLES[form.operation]
-        elif form.operation in REMAINDERS and form.position != 1:
-            period = second if form.single_operand else values[graph.index[id(second)]]
-        else:
-            continue
-        try:
-            found.add(float('%.14g' % abs(period / slope)))
-            found.add(2 * float('%.14g' % abs(period / slope)))
-        except (ArithmeticError, ValueError):
-            continue
-    return [period for period in sorted(found, reverse=True) if 0 < period < math.inf][:MOST]
+
+    def __init__(self, trial: Trial) -> None:
+        self._trial = trial
+        records = trial.graph.records
+        self._places = [step[0] for step in trial.steps if _has_period(records[step[0]][0])]
+        concerned = trial.graph.made_of(self._places)
+        self._steps = [step for step in trial.steps if step[0] in concerned] if concerned else []
+
+    def __bool__(self) -> bool:
+        """Whether there are any."""
+        return bool(self._places)
+
+    def of(self, sources: List[Source], values: List[Any]) -> Iterator[List[float]]:
+        """The periods that each source may have, the longest first; whether all results have them is not checked.
+
+        Args:
+            sources: which may change.
+            values: the value of each node.
+
+        Raises:
+            Exhausted: the budget of the trial is spent.
+        """
+        graph, budget = self._trial.graph, self._trial.budget
+        budget.spend(WORK_OF_A_SLOPE * len(self._steps))
+        partials = graph.partials(self._steps, values)
+        for source in sources:
+            budget.spend(len(partials))
+            yield self._longest_first(values, graph.tangent(source, partials))
+
+    def _longest_first(self, values: List[Any], rise: Dict[int, Any]) -> List[float]:
+        graph = self._trial.graph
+        found: Set[float] = set()
+        for place in self._places:
+            form, first, second = graph.records[place]
+            slope = rise.get(graph.index[id(first)]) if place in rise else None
+            if not slope:
+                continue
+            if form.operation in OF_ANGLES:
+                period = OF_ANGLES[form.operation]
+            else:
+                period = second if form.single_operand else values[graph.index[id(second)]]
+            try:
+                found.add(float('%.14g' % abs(period / slope)))
+                found.add(2 * float('%.14g' % abs(period / slope)))
+            except (ArithmeticError, ValueError):
+                continue
+        return [period for period in sorted(found, reverse=True) if 0 < period < math.inf][:MOST]
+
+
+def _has_period(form: Any) -> bool:
+    operation = form.operation
+    return operation in OF_ANGLES or (operation in REMAINDERS and form.position != 1)
 
 
 def turns_too_many(present: float, found: float, period: float) -> int:

@@ -14,7 +14,7 @@ from ..closeness import ROUNDING, almost_meets, is_at
 from .budget import UNDEFINED, Exhausted
 from .descent import CONVERGED, ROUNDS, Descent, Descents
 from .equations import Point
-from .periods import TURN, has_periods, periods, turns_too_many
+from .periods import TURN, turns_too_many
 
 PERTURBATIONS = (1e-2, 0.1, 0.5)
 """By how much the start is moved, in turn, where the slopes at the present values lead nowhere (a straight arm)."""
@@ -86,7 +86,7 @@ class System(Descents):
         best = x
         try:
             best = x = self._nearer(self._unwound(x, self._polished))
-            turned = has_periods(self._graph) and max([abs(a - b) for a, b in zip(x, self.start)]) > LARGE_TURN
+            turned = self._periods and max([abs(a - b) for a, b in zip(x, self.start)]) > LARGE_TURN
             if self._way(x) <= MUCH_LONGER * self._promised and not turned:
                 return best
             for start in itertools.islice(self._scattered(SECOND_RADII), MOST_SECOND_STARTS):
@@ -203,11 +203,9 @@ class System(Descents):
     def _turns(self) -> List[float]:
         """By how much each unknown turns an angle by 1 radian, 0 where it turns none."""
         turns = [0.0] * len(self._unknowns)
-        values = self._tried(self.start) if has_periods(self._graph) else None
+        values = self._tried(self.start) if self._periods else None
         if values is not None:
-            partials = self._trial.partials(values)
-            for column, source in enumerate(self._unknowns):
-                found = periods(self._graph, values, self._graph.tangent(source, partials))
+            for column, found in enumerate(self._periods.of(self._unknowns, values)):
                 turns[column] = found[0] / TURN if found else 0.0
         return turns
 
@@ -258,16 +256,13 @@ class System(Descents):
             kept: of a point with one unknown turned back, what is taken of it; None where it does not do as well.
         """
         far = [place for place, value in enumerate(x) if abs(value - self.start[place]) > SHORT_WAY]
-        if not far or not has_periods(self._graph):
+        if not far or not self._periods:
             return x
         values = self._tried(x)
         if values is None:
             return x
-        partials = self._trial.partials(values)
-        for place in far:
-            self._budget.spend(len(partials))
-            rise = self._graph.tangent(self._unknowns[place], partials)
-            for period in periods(self._graph, values, rise):
+        for place, found in zip(far, self._periods.of([self._unknowns[place] for place in far], values)):
+            for period in found:
                 turns = turns_too_many(self.start[place], x[place], period)
                 if not turns:
                     continue

@@ -1,0 +1,161 @@
+"""A program that is called in a fork is like one that was started: the tests of the command rest on it."""
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from support.command_server import call
+from support.processes import wait_until
+
+TIME_LIMIT = 60
+SURROUNDINGS = """
+import atexit, gc, json, logging, os, signal, sys, threading
+
+def ended():
+    print('ended')
+
+atexit.register(ended)
+print(json.dumps(dict(
+    argv=sys.argv, file=__file__, name=__name__, path=sys.path,
+    is_main=vars(sys.modules['__main__']) is globals(),
+    folder=os.getcwd(), environment=dict(os.environ), mask=os.umask(0o22), group=os.getpgrp(), session=os.getsid(0),
+    descriptors=sorted(os.listdir('/proc/self/fd'), key=int)[:-1],  # the last one reads this folder
+    threads=[thread.name for thread in threading.enumerate()], tasks=len(os.listdir('/proc/self/task')),
+    handlers={number: str(signal.getsignal(number)) for number in range(1, 32)},
+    ignored=[line for line in open('/proc/self/status') if line.startswith(('SigIgn', 'SigBlk'))],
+    log=[str(handler) for handler in logging.root.handlers], level=logging.root.level,
+    streams=[str(sys.stdin), str(sys.stdout), str(sys.stderr), sys.stdout.line_buffering, sys.stdout.isatty()],
+    input=sys.stdin.read(), hook=str(sys.excepthook), collects=gc.isenabled(), deepest=sys.getrecursionlimit(),
+)))
+"""
+
+
+@pytest.fixture
+def program(tmp_path):
+    """A function that writes a program and returns its path."""
+
+    def write(text):
+        path = tmp_path / 'program'
+        path.write_text(text)
+        return str(path)
+
+    return write
+
+
+def started(script, *arguments):
+    return subprocess.run(
+        [sys.executable, script, *arguments],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=TIME_LIMIT,
+        check=False,
+    )
+
+
+def test_its_surroundings_are_those_of_a_program_that_was_started(program, tmp_path, monkeypatch):
+    script = program(SURROUNDINGS)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:2')
+    fork, process = call(script, ['a b', 'ä'], TIME_LIMIT), started(script, 'a b', 'ä')
+    assert (fork.returncode, fork.stderr) == (process.returncode, process.stderr) == (0, '')
+    (said, last), (expected, also_last) = fork.stdout.splitlines(), process.stdout.splitlines()
+    assert last == also_last == 'ended'
+    said, expected = json.loads(said), json.loads(expected)
+    assert said == expected
+    assert said['argv'] == [script, 'a b', 'ä']
+    assert said['environment'] == dict(os.environ)
+    assert said['tasks'] == 1
+
+
+def test_it_has_the_environment_of_each_call(program, monkeypatch):
+    """Also variables that Python reads when it starts: a process of their own forks for them."""
+    script = program('import os, sys\nprint(os.environ.get("ROS_MASTER_URI"), sys.flags.optimize)')
+    monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:3')
+    assert call(script, [], TIME_LIMIT).stdout == 'http://localhost:3 0\n'
+    monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:4')
+    assert call(script, [], TIME_LIMIT).stdout == 'http://localhost:4 0\n'
+    monkeypatch.setenv('PYTHONOPTIMIZE', '2')
+    assert call(script, [], TIME_LIMIT).stdout == 'http://localhost:4 2\n'
+    monkeypatch.delenv('PYTHONOPTIMIZE')
+    monkeypatch.delenv('ROS_MASTER_URI')
+    assert call(script, [], TIME_LIMIT).stdout == 'None 0\n'
+
+
+def test_a_call_leaves_nothing_to_the_next(program):
+    script = program(
+        'import os, sys, logging, yaml, rospy\n'
+        'print(hasattr(yaml, "mark"), rospy.names.get_name(), logging.root.level, os.environ.get("MARK"))\n'
+        'yaml.mark = os.environ["MARK"] = "left"\n'
+        'rospy.names._set_caller_id("/left")\n'
+        'logging.root.setLevel(1)\n'
+    )
+    first, second = call(script, [], TIME_LIMIT), call(script, [], TIME_LIMIT)
+    assert first.stdout == second.stdout == 'False /unnamed 30 None\n'
+
+
+@pytest.mark.parametrize(
+    'ending',
+    [
+        'sys.exit()',
+        'sys.exit(3)',
+        'sys.exit("a word")',
+        'os._exit(4)',
+        'os.kill(os.getpid(), signal.SIGTERM)',
+        'os.kill(os.getpid(), signal.SIGINT)',
+        'raise ValueError("a fault")',
+        'threading.Thread(target=lambda: (time.sleep(0.1), print("later"))).start()',
+    ],
+)
+def test_it_ends_as_a_program_that_was_started(program, ending):
+    script = program(f'import os, signal, sys, threading, time\nprint("begun", flush=True)\n{ending}')
+    fork, process = call(script, [], TIME_LIMIT), started(script)
+    assert (fork.returncode, fork.stdout) == (process.returncode, process.stdout)
+    # a traceback begins with other lines
+    assert fork.stderr.splitlines()[-1:] == process.stderr.splitlines()[-1:]
+
+
+def test_one_that_does_not_end_is_killed(program, tmp_path, monkeypatch):
+    script = program('import time\ntime.sleep(600)')
+    folder = tmp_path / 'of the program'
+    folder.mkdir()
+    with monkeypatch.context() as patch:
+        patch.chdir(folder)
+        with pytest.raises(subprocess.TimeoutExpired, match='timed out after 2 seconds'):
+            call(script, [], 2)
+    wait_until(lambda: folder not in _folders_of_processes(), 'the program has ended')
+
+
+def _folders_of_processes():
+    found = set()
+    for process in Path('/proc').glob('[0-9]*/cwd'):
+        with contextlib.suppress(OSError):  # it has ended
+            found.add(process.resolve(strict=True))
+    return found
+
+
+def test_calls_do_not_wait_for_each_other(program, tmp_path):
+    script = program(
+        'import os, sys, time\n'
+        'ours, theirs = sys.argv[1:]\n'
+        'open(ours, "w").close()\n'
+        'while not os.path.exists(theirs):\n'
+        '    time.sleep(0.01)\n'
+    )
+    one, other = str(tmp_path / 'one'), str(tmp_path / 'other')
+    with ThreadPoolExecutor() as pool:
+        calls = [pool.submit(call, script, names, TIME_LIMIT) for names in ((one, other), (other, one))]
+        assert [call.result().returncode for call in calls] == [0, 0]
+
+
+def test_what_is_loaded_before_is_nothing_of_the_package(program):
+    script = program('import sys\nprint(sorted({name.partition(".")[0] for name in sys.modules}))')
+    loaded = call(script, [], TIME_LIMIT).stdout
+    assert "'rospy'" in loaded
+    assert "'rosslt'" not in loaded
