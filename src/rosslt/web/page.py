@@ -12,6 +12,7 @@ from rosslt.web import economy
 from rosslt.web.buttons import Buttons
 from rosslt.web.details import Details
 from rosslt.web.door import Door, NotServed, check_address, guarded, is_this_machine, read_password
+from rosslt.web.fields import Fields
 from rosslt.web.flows import Flows
 from rosslt.web.frames import Frames
 from rosslt.web.locations import Locations
@@ -77,6 +78,7 @@ class Page:
         self._locations = Locations(rospy.get_name())
         everything = self._server.gui.add_button('Who feeds whom')
         everything.on_click(lambda event: flows.open(event.client, 'Who feeds whom', lambda: None))
+        self._fields = Fields(self._server, flows, descriptions)
         buttons = Buttons(self._server, self._locations, flows, self._notices.tell)
         self._numbers = Numbers(self._server, self._locations, buttons.add, self._notices.tell)
         scene.add_view(self._things)
@@ -102,7 +104,9 @@ class Page:
             self._things.follow()
         if count % FIELDS_EVERY == 0:
             self._numbers.update()
-            self._details.update(self._server.get_clients())
+            clients = self._server.get_clients()
+            self._details.update(clients)
+            self._fields.update(clients)
 
     def _say(self, handle: Handle, text: str, to: Any = None) -> None:
         """Show a message of a thing to somebody; None for everybody who looks."""
