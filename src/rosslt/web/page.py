@@ -22,10 +22,10 @@ from rosslt.web.things import Things
 
 NODE = 'slt_web'
 
-#: How often things follow messages, in Hz.
+#: How often things follow messages, and fields the changes that their owners tell of, in Hz.
 FRAME_RATE = 30.0
 
-#: How often fields follow, as a part of that.
+#: How often it is looked which fields there are, and plots are continued, as a part of that.
 FIELDS_EVERY = 3
 
 #: The light from all sides: how strong it is, in viser's unit, and the color of what comes from below.
@@ -102,6 +102,7 @@ class Page:
         with self._server.atomic():  # what has moved together is sent, and shown, together
             self._frames.update()
             self._things.follow()
+            self._numbers.follow()
         if count % FIELDS_EVERY == 0:
             self._numbers.update()
             clients = self._server.get_clients()
