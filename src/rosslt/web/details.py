@@ -2,7 +2,7 @@
 
 import functools
 import threading
-from typing import Any, Collection, Dict, List, Set
+from typing import Any, Collection, Dict, List, Sequence, Set
 
 from rosslt import values
 from rosslt.markers import FREE, HEADING, UNDO, Choice, Handle, Offers
@@ -49,7 +49,7 @@ class Details:
                 close = client.gui.add_button('Close')
                 client.gui.add_markdown('**The way here**')
                 flow = self._flows.add(client, lambda: self._sources(name), self._scene.origin(name)[0])
-                plot = Plot(client, self._scene, name, self._descriptions)
+                plot = Plot(client, lambda: self._tracked(name), self._descriptions)
         undo.on_click(lambda event: self._offers.drags.undo(name))
         close.on_click(lambda event: self._close(client, modal, flow))
         with self._lock:
@@ -66,9 +66,12 @@ class Details:
             for plot in self._plots.values():
                 plot.update()
 
-    def _sources(self, name: str) -> Set[values.Source]:
+    def _tracked(self, name: str) -> Sequence[Any]:
         handle = self._scene.handle(name)
-        return set() if handle is None else set(values.sources(handle.tracked))
+        return () if handle is None else handle.tracked
+
+    def _sources(self, name: str) -> Set[values.Source]:
+        return set(values.sources(self._tracked(name)))
 
     def _close(self, client: Any, modal: Any, flow: Shown) -> None:
         self._flows.remove(flow)

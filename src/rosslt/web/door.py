@@ -16,7 +16,7 @@ import ipaddress
 import secrets
 import socket
 from http.cookies import CookieError, SimpleCookie
-from typing import Any, Iterator, Optional
+from typing import Any, Callable, Iterator, Optional
 from urllib.parse import urlsplit
 
 import websockets.asyncio.server
@@ -89,10 +89,13 @@ class Door:
 
 
 @contextlib.contextmanager
-def guarded(door: Door) -> Iterator[None]:
+def guarded(door: Door, prepare: Callable[[Response], None]) -> Iterator[None]:
     """Have the server that viser starts in this context ask a door about every request.
 
     viser 1.1 has no way to say it: its call of `websockets.asyncio.server.serve` is given one more step.
+
+    Args:
+        prepare: called with each answer that goes out to those who are let in, which it may change.
 
     Raises:
         NotServed: viser has started no server in that way; then nothing may be served.
@@ -108,8 +111,10 @@ def guarded(door: Door) -> Iterator[None]:
                     await asyncio.sleep(PENANCE)
                 return refused
             response = process_request(connection, request)
-            if response is not None and door.has_password(request.headers):
-                response.headers['Set-Cookie'] = door.cookie()
+            if response is not None:
+                prepare(response)
+                if door.has_password(request.headers):
+                    response.headers['Set-Cookie'] = door.cookie()
             return response
 
         started.append(True)

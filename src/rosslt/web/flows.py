@@ -8,7 +8,7 @@ import html
 import threading
 import time
 import traceback
-from typing import Any, Callable, Dict, List, Optional, Set, Tuple
+from typing import Any, Callable, Dict, List, Optional, Protocol, Set, Tuple
 
 import rosgraph
 import roslib.message
@@ -51,6 +51,7 @@ class Ear:
         self._subscribers: Dict[str, Tuple[str, rospy.Subscriber]] = {}  # topic -> (its type, the subscriber)
         self._looked: Dict[Tuple[str, str], float] = {}  # (topic, publisher) -> when
         self._heard: Dict[Reach, Dict[str, float]] = {}  # {field: when}
+        self._newest: Dict[Tuple[str, str], Any] = {}  # (topic, publisher) -> the last message
 
     def follow(self, types: Dict[str, str]) -> None:
         """Hear these topics, {topic: type}, and no others."""
@@ -60,6 +61,7 @@ class Ear:
                 del self._subscribers[topic]
         with self._lock:
             self._heard = {reach: fields for reach, fields in self._heard.items() if reach.topic in types}
+            self._newest = {origin: message for origin, message in self._newest.items() if origin[0] in types}
         for topic, kind in types.items():
             message_class = None if topic in self._subscribers else roslib.message.get_message_class(kind)
             if message_class is not None:
@@ -77,9 +79,15 @@ class Ear:
                     found.fields[reach] = present
         return found
 
+    def newest(self, topic: str, publisher: str) -> Any:
+        """The last message of a publisher on a topic, or None."""
+        with self._lock:
+            return self._newest.get((topic, publisher))
+
     def _take(self, message: Any, topic: str) -> None:
         publisher, now = message._connection_header['callerid'], time.monotonic()
         with self._lock:
+            self._newest[topic, publisher] = message
             if now - self._looked.get((topic, publisher), 0.0) < LOOK_PERIOD:
                 return
             self._looked[topic, publisher] = now
@@ -133,8 +141,21 @@ class Shown:
         return lines
 
 
+class Look(Protocol):
+    """What somebody looks at that follows the flow.
+
+    Attributes:
+        client_id: viser's, of who looks.
+    """
+
+    client_id: int
+
+    def update(self, flow: Flow) -> None:
+        """Show a flow."""
+
+
 class Flows:
-    """All drawings.
+    """All drawings, and what else follows the flow.
 
     Args:
         server: viser's.
@@ -142,7 +163,7 @@ class Flows:
 
     def __init__(self, server: Any) -> None:
         self._server, self._ear = server, Ear()
-        self._shown: List[Shown] = []
+        self._looks: List[Look] = []
         self._wake = threading.Condition()
         self._master = rosgraph.Master(rospy.get_name())
         threading.Thread(target=self._work, name='rosslt flows', daemon=True).start()
@@ -150,16 +171,24 @@ class Flows:
     def add(self, client: Any, sources: SourcesOf, topic: Optional[str] = None) -> Shown:
         """Show the flow of some sources to somebody, until it is removed; as of Shown."""
         shown = Shown(client, sources, topic)
-        with self._wake:
-            self._shown.append(shown)
-            self._wake.notify()
+        self.look(shown)
         return shown
 
-    def remove(self, shown: Shown) -> None:
-        """Nobody looks at a drawing any more."""
+    def look(self, look: Look) -> None:
+        """Tell somebody's look of the flow, until it is removed."""
         with self._wake:
-            if shown in self._shown:
-                self._shown.remove(shown)
+            self._looks.append(look)
+            self._wake.notify()
+
+    def remove(self, look: Look) -> None:
+        """Nobody looks at it any more."""
+        with self._wake:
+            if look in self._looks:
+                self._looks.remove(look)
+
+    def newest(self, topic: str, publisher: str) -> Any:
+        """The last message of a publisher on a topic while somebody looks, or None."""
+        return self._ear.newest(topic, publisher)
 
     def open(self, client: Any, title: str, sources: SourcesOf) -> None:
         """Show the flow of some sources to somebody in a window of its own."""
@@ -177,20 +206,20 @@ class Flows:
         while not rospy.is_shutdown():
             with self._wake:
                 clients = self._server.get_clients()
-                self._shown = [one for one in self._shown if one.client_id in clients]
-                shown = list(self._shown)
+                self._looks = [one for one in self._looks if one.client_id in clients]
+                looks = list(self._looks)
             try:
-                self._update(shown)
+                self._update(looks)
             except (OSError, rosgraph.MasterException) as error:
                 rospy.logwarn_throttle(30, 'the master does not answer: %s', error)
             except Exception:  # one odd message must not end the drawings for all
                 rospy.logerr_throttle(30, 'while drawing the flow:\n%s', traceback.format_exc())
             with self._wake:
-                if len(self._shown) <= len(shown):
+                if len(self._looks) <= len(looks):
                     self._wake.wait(PERIOD)
 
-    def _update(self, shown: List[Shown]) -> None:
-        if not shown:
+    def _update(self, looks: List[Look]) -> None:
+        if not looks:
             self._ear.follow({})
             return
         publishers, subscribers, _ = self._master.getSystemState()
@@ -199,7 +228,7 @@ class Flows:
         provenance = self._ear.provenance()
         node.directory().look_up(provenance.sources)
         flow = Flow(provenance, dict(subscribers))
-        for one in shown:
+        for one in looks:
             one.update(flow)
 
 

@@ -60,6 +60,7 @@ class Locations:
         self._first: Dict[Key, str] = {}  # what a parameter was before its first change
         self._silent: Dict[str, int] = {}  # node -> how many questions it has not answered
         self._subscribers: Dict[str, rospy.Subscriber] = {}
+        self._fresh: Set[Key] = set()  # what has changed since somebody asked
         self._wishes: Dict[Key, Wish] = {}
         self._moves: Dict[Key, Tuple[str, str, float]] = {}  # (hand, request id, when) of the last change of each
         self._master = rosgraph.Master(rospy.get_name())
@@ -75,6 +76,12 @@ class Locations:
         """{node: its Places, in its own order} of all nodes."""
         with self._lock:
             return {name: list(places.values()) for name, places in sorted(self._places.items())}
+
+    def fresh(self) -> Dict[Key, Place]:
+        """What has another value than at the last call, as far as owners have told of it."""
+        with self._lock:
+            keys, self._fresh = self._fresh, set()
+            return {(name, one): self._places[name][one] for name, one in keys if one in self._places.get(name, {})}
 
     def is_changed(self, place: Place) -> bool:
         """Whether a location has another value than the code says, or than a parameter had at first."""
@@ -139,6 +146,7 @@ class Locations:
             place = self._places.get(name, {}).get(change.location_id)
             if place is not None:
                 place.location.value = change.new_value
+                self._fresh.add((name, change.location_id))
 
     def _change(self) -> None:
         with self._news:
@@ -162,6 +170,7 @@ class Locations:
                 place = self._places.get(name, {}).get(location_id)
                 if place is not None:
                     place.location.value = answers[name].new_values[0]
+                    self._fresh.add(key)
 
     def _request_id(self, key: Key, hand: str) -> str:
         """The id of a request: that of the last one where a hand goes on moving what it has just moved."""

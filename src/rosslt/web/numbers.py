@@ -89,6 +89,13 @@ class Numbers:
                     rospy.logerr_throttle(30, '%s cannot be shown\n%s', place.name, traceback.format_exc())
             self._apply_typed()
 
+    def follow(self) -> None:
+        """Show what has changed since the last call; this takes little where there are many fields."""
+        with self._lock:
+            for key, place in self._locations.fresh().items():
+                if key in self._fields:
+                    self._show(key, place, self._fields[key].widget.order)
+
     def _keep_folders(self, places: Dict[str, List[Place]]) -> None:
         wanted: Dict[Tuple[str, ...], str] = {}
         for node, those in places.items():

@@ -8,9 +8,11 @@ import viser
 
 from rosslt import node
 from rosslt.markers import Descriptions, Drags, Handle, HeldTopic, Offers, Rules, Scene, Settings, Watch, short_numbers
+from rosslt.web import economy
 from rosslt.web.buttons import Buttons
 from rosslt.web.details import Details
 from rosslt.web.door import Door, NotServed, check_address, guarded, is_this_machine, read_password
+from rosslt.web.fields import Fields
 from rosslt.web.flows import Flows
 from rosslt.web.frames import Frames
 from rosslt.web.locations import Locations
@@ -20,10 +22,10 @@ from rosslt.web.things import Things
 
 NODE = 'slt_web'
 
-#: How often things follow messages, in Hz.
+#: How often things follow messages, and fields the changes that their owners tell of, in Hz.
 FRAME_RATE = 30.0
 
-#: How often fields follow, as a part of that.
+#: How often it is looked which fields there are, and plots are continued, as a part of that.
 FIELDS_EVERY = 3
 
 #: The light from all sides: how strong it is, in viser's unit, and the color of what comes from below.
@@ -52,7 +54,7 @@ class Page:
 
     def __init__(self, host: str, port: int, password: Optional[str] = None, fixed_frame: str = '') -> None:
         check_address(host, port)
-        with guarded(Door(host, password)):
+        with guarded(Door(host, password), economy.add_script):
             self._server = Server(host=host, port=port, label='rosslt', verbose=False)
         if self._server.get_port() != port:  # viser takes the next one
             self._server.stop()
@@ -76,6 +78,7 @@ class Page:
         self._locations = Locations(rospy.get_name())
         everything = self._server.gui.add_button('Who feeds whom')
         everything.on_click(lambda event: flows.open(event.client, 'Who feeds whom', lambda: None))
+        self._fields = Fields(self._server, flows, descriptions)
         buttons = Buttons(self._server, self._locations, flows, self._notices.tell)
         self._numbers = Numbers(self._server, self._locations, buttons.add, self._notices.tell)
         scene.add_view(self._things)
@@ -99,9 +102,12 @@ class Page:
         with self._server.atomic():  # what has moved together is sent, and shown, together
             self._frames.update()
             self._things.follow()
+            self._numbers.follow()
         if count % FIELDS_EVERY == 0:
             self._numbers.update()
-            self._details.update(self._server.get_clients())
+            clients = self._server.get_clients()
+            self._details.update(clients)
+            self._fields.update(clients)
 
     def _say(self, handle: Handle, text: str, to: Any = None) -> None:
         """Show a message of a thing to somebody; None for everybody who looks."""
