@@ -333,3 +333,33 @@ def test_sums_and_what_is_computed_in_place_see_ints_beside_plain_floats():
     assert [values.untracked(one) for one in ours['values']] == plain['values']
     assert ours['other'] is ours['values']
     assert all(values.is_tracked(ours[name]) for name in 'abcef')
+
+
+def test_a_covariance_in_lists_is_a_state_and_what_is_put_into_a_list_is_none():
+    names = run_rewritten(
+        """
+def multiply(a, b):
+    return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in range(4)] for i in range(4)]
+
+
+class Filter:
+    def __init__(self):
+        self.f = [[1.25 if i == j else 0.03125 for j in range(4)] for i in range(4)]
+        self.p = [[0.5 if i == j else 0.0 for j in range(4)] for i in range(4)]
+        self.path = []
+
+    def step(self):
+        self.p = multiply(multiply(self.f, self.p), self.f)
+        self.path = self.path + [self.f[0][0] * 2.0]
+
+
+made = Filter()
+sizes = []
+for _ in range(40):
+    made.step()
+    sizes.append(max(getattr(one, '_size', 0) for row in made.p for one in row))
+tracked = [hasattr(one, '_record') for one in made.path]
+"""
+    )
+    assert max(names['sizes']) < 1000
+    assert all(names['tracked'])
