@@ -113,7 +113,7 @@ def _classes_of(tree: ast.Module) -> Dict[ast.AST, ast.AST]:
 def _changes(scope: ast.AST, body: List[ast.stmt], blocks: Tuple[ast.AST, ...]) -> Iterator[_Change]:
     for statement in body:
         if isinstance(statement, ast.AugAssign):
-            target = dotted(statement.target)
+            target = dotted(statement.target) or _element(statement.target)
             if target:
                 yield _Change(target, statement, blocks, True, _read(statement.value) | {target})
         elif isinstance(statement, (ast.Assign, ast.AnnAssign)) and statement.value is not None:
@@ -132,6 +132,16 @@ def _changes(scope: ast.AST, body: List[ast.stmt], blocks: Tuple[ast.AST, ...]) 
                         yield from _changes(scope, part.body, (*blocks, statement))
                     elif isinstance(part, ast.stmt):
                         yield from _changes(scope, [part], (*blocks, statement))
+
+
+def _element(target: ast.AST) -> Optional[str]:
+    """`self.grid.[]` for `self.grid[i][j]`, an element of what is kept in `self`; None for anything else."""
+    if not isinstance(target, ast.Subscript):
+        return None
+    while isinstance(target, ast.Subscript):
+        target = target.value
+    kept = dotted(target)
+    return kept + '.[]' if kept and kept.startswith('self.') else None
 
 
 def _read(expression: ast.AST) -> Set[Optional[str]]:
