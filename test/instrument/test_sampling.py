@@ -189,6 +189,13 @@ def test_a_node_of_which_a_round_takes_long_is_recorded_in_few_of_them(clock):
     assert clock.cpu - before < 200 * 0.5 * (0.008 + 0.05)
 
 
+def test_pauses_stay_short_where_a_publisher_sends_several_things_in_turn(clock):
+    decides, publishers = sampling.Sampling(), [_Publisher()]
+    decides.takes_turns = True
+    clock.run(decides, publishers, 20, 0.004, 0.080, seconds=0.5)
+    assert clock.run(decides, publishers, 200, 0.004, 0.080, seconds=0.5) > 70
+
+
 def test_each_publisher_gets_rounds_of_its_own(clock):
     decides, publishers = sampling.Sampling(), [_Publisher() for _ in range(3)]
     clock.run(decides, publishers, 100, 0.001, 0.010)

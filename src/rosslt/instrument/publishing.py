@@ -53,6 +53,7 @@ class Publisher(node.Publisher):
                 data = sparing.recalled(message)
             else:
                 data = sparing.to_send(message) if SAMPLING.was_sampled(self) else sparing.remembered(message)
+            SAMPLING.takes_turns |= sparing.takes_turns
             SAMPLING.sending += time.thread_time() - start
             return data
 

@@ -51,11 +51,14 @@ class Sampling:
     Attributes:
         is_on: whether it records in some rounds only.
         sending: the CPU time spent on writing what was recorded, which is limited elsewhere.
+        takes_turns: whether a publisher sends several things in turn: only what is recorded of those has provenance, so
+            that pauses are short, however long a round takes.
     """
 
     def __init__(self) -> None:
         self.is_on = False
         self.sending = 0.0
+        self.takes_turns = False
         self._lock = threading.Lock()
         self._has_changed = False
         self._phase = 0
@@ -149,7 +152,8 @@ class Sampling:
             return
         values.pause_recording()
         length = self._recording.time * max(cost, WORTH) / ALLOWED
-        slow = min(ROUNDS_OF_PAUSE * (now - self._first_round) / ROUNDS, LONGEST_OF_SLOW)
+        rounds = 0 if self.takes_turns else ROUNDS_OF_PAUSE
+        slow = min(rounds * (now - self._first_round) / ROUNDS, LONGEST_OF_SLOW)
         self._next = now + min(max(length, 0.05), max(slow, LONGEST_PAUSE))
 
 
