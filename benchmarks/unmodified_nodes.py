@@ -155,7 +155,10 @@ class Trial:
 
 def _put_back(source, change):
     present = values.track(change.new, source)
-    node.force_value(present, change.old)
+    try:
+        node.force_value(present, change.old)
+    except rosslt.Error as error:
+        print(f'    {error}', file=sys.stderr)
 
 
 def _topics():

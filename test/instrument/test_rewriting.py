@@ -333,3 +333,62 @@ def test_sums_and_what_is_computed_in_place_see_ints_beside_plain_floats():
     assert [values.untracked(one) for one in ours['values']] == plain['values']
     assert ours['other'] is ours['values']
     assert all(values.is_tracked(ours[name]) for name in 'abcef')
+
+
+def test_what_is_added_to_an_element_of_a_kept_list_is_the_step_of_a_state():
+    names = run_rewritten(
+        """
+class Map:
+    def __init__(self):
+        self.free = -0.4
+        self.cells = [[0.5 for i in range(3)] for j in range(3)]
+
+    def see(self):
+        fresh = [1.0, 2.0]
+        fresh[0] += self.free
+        self.row = [0.5, 1.5]
+        self.row[0] += self.free
+        for _ in range(20):
+            self.cells[1][2] += self.free
+        return fresh[0], self.row[0]
+
+
+made = Map()
+for _ in range(10):
+    fresh, row = made.see()
+cell = made.cells[1][2]
+"""
+    )
+    assert names['cell']._size < 300  # two operations for each step would be more
+    assert names['cell'] == pytest.approx(0.5 - 200 * 0.4)
+    assert all(values.is_tracked(names[name]) for name in ('fresh', 'row'))
+
+
+def test_a_covariance_in_lists_is_a_state_and_what_is_put_into_a_list_is_none():
+    names = run_rewritten(
+        """
+def multiply(a, b):
+    return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in range(4)] for i in range(4)]
+
+
+class Filter:
+    def __init__(self):
+        self.f = [[1.25 if i == j else 0.03125 for j in range(4)] for i in range(4)]
+        self.p = [[0.5 if i == j else 0.0 for j in range(4)] for i in range(4)]
+        self.path = []
+
+    def step(self):
+        self.p = multiply(multiply(self.f, self.p), self.f)
+        self.path = self.path + [self.f[0][0] * 2.0]
+
+
+made = Filter()
+sizes = []
+for _ in range(40):
+    made.step()
+    sizes.append(max(getattr(one, '_size', 0) for row in made.p for one in row))
+tracked = [hasattr(one, '_record') for one in made.path]
+"""
+    )
+    assert max(names['sizes']) < 1000
+    assert all(names['tracked'])

@@ -139,13 +139,13 @@ class _Clock:
         monkeypatch.setattr(sampling.time, 'monotonic', lambda: self.now)
         monkeypatch.setattr(sampling.time, 'process_time', lambda: self.cpu)
 
-    def run(self, decides, publishers, rounds, plain, recorded):
-        """Rounds of 50 ms in which each takes so much CPU time; returns how many of them were recorded."""
+    def run(self, decides, publishers, rounds, plain, recorded, seconds=0.05):
+        """Rounds in which each takes so much CPU time; returns how many of them were recorded."""
         count = 0
         for _ in range(rounds):
             is_recorded = not values.RECORDING.is_paused
             count += is_recorded
-            self.now += 0.05
+            self.now += seconds
             self.cpu += recorded if is_recorded else plain
             for publisher in publishers:
                 decides.published(publisher)
@@ -178,6 +178,22 @@ def test_a_node_that_recording_makes_expensive_is_recorded_in_some_rounds(clock)
     recorded = clock.run(decides, publishers, 2000, 0.001, 0.010)
     assert 20 < recorded < 500
     assert clock.cpu - before < 2000 * 0.0035
+
+
+def test_a_node_of_which_a_round_takes_long_is_recorded_in_few_of_them(clock):
+    decides, publishers = sampling.Sampling(), [_Publisher(), _Publisher()]
+    clock.run(decides, publishers, 20, 0.004, 0.080, seconds=0.5)
+    before = clock.cpu
+    recorded = clock.run(decides, publishers, 200, 0.004, 0.080, seconds=0.5)
+    assert 10 < recorded < 60
+    assert clock.cpu - before < 200 * 0.5 * (0.008 + 0.05)
+
+
+def test_pauses_stay_short_where_a_publisher_sends_several_things_in_turn(clock):
+    decides, publishers = sampling.Sampling(), [_Publisher()]
+    decides.takes_turns = True
+    clock.run(decides, publishers, 20, 0.004, 0.080, seconds=0.5)
+    assert clock.run(decides, publishers, 200, 0.004, 0.080, seconds=0.5) > 70
 
 
 def test_each_publisher_gets_rounds_of_its_own(clock):

@@ -10,7 +10,7 @@ import tracemalloc
 import pytest
 
 from rosslt import Source, evaluate, explain, math, solve, sources, track
-from rosslt.values import affine, disassemble
+from rosslt.values import SHORTENING, affine, disassemble, linearized
 from rosslt.values.affine import LIMIT
 
 folding = importlib.import_module('rosslt.values.affine')  # the door has a function of that name
@@ -232,3 +232,19 @@ def test_sums_beside_what_cannot_fold_take_bounded_work(visits):
         y = y + math.sin(total)
     assert sum(visits) < 200 * n
     assert len(sources(y)) == n + 2
+
+
+def test_in_haste_what_is_too_long_is_linearized_as_a_whole(monkeypatch):
+    def walk():
+        x, y = track(0.5, A), track(0.25, B)
+        for _ in range(LIMIT // 4):
+            x, y = x + 0.01 * math.sin(y), y - 0.01 * x
+        return x
+
+    slow = walk()
+    monkeypatch.setattr(SHORTENING, 'is_hasty', True)
+    monkeypatch.setattr(importlib.import_module('rosslt.values.affine'), '_fold_exact_parts', None)
+    fast = walk()
+    assert fast._plain == slow._plain
+    for one, other in zip(linearized(fast), linearized(slow)):
+        assert one == (*other[:2], pytest.approx(other[2]))

@@ -1,7 +1,10 @@
 """The compiled core of the room `values`: it does what the Python beside it does, and leaves nothing behind."""
 
 import gc
+import importlib
+import operator
 import os
+import random
 import subprocess
 import sys
 import sysconfig
@@ -52,6 +55,57 @@ def test_with_and_without_the_core_all_results_are_the_same(seed):
     compiled, alone = [output(process).splitlines() for process in both]
     assert len(compiled) > 1000
     assert compiled == alone
+
+
+FUNCTIONS = [abs, operator.neg, math.sin, math.degrees]
+OPERATORS = [
+    *[operator.add, operator.sub, operator.mul, operator.truediv] * 3,
+    operator.floordiv,
+    operator.mod,
+    math.hypot,
+]
+
+
+def _value_of_many_operations(chance):
+    values = [track(chance.choice([chance.uniform(-2, 2), chance.randint(-3, 3)]), Source('/n', n)) for n in range(4)]
+    for _ in range(chance.randint(1, 60)):
+        a = chance.choice(values[-8:])
+        b = chance.choice([*values[-8:], chance.uniform(-2, 2), chance.randint(-3, 4), 0, 1e-308])
+        one, both = chance.choice(FUNCTIONS), chance.choice(OPERATORS)
+        try:
+            made = chance.choice([one(a), both(a, b), both(b, a)])
+        except ArithmeticError:
+            continue
+        if type(made) in TRACKED and abs(made) < 1e300:
+            values.append(made)
+        if chance.random() < 0.02:
+            importlib.import_module('rosslt.values.affine').folded(chance.choice(values))
+    return values[-1]
+
+
+def test_the_core_sweeps_as_python_does_to_the_last_bit():
+    python_alone = importlib.import_module('rosslt.values.affine')
+    chance, compared = random.Random(7), 0
+    for _ in range(1500):
+        value = _value_of_many_operations(chance)
+        if CORE is None or hasattr(value, '_fold'):
+            continue
+        swept = CORE.swept(value)
+        assert swept is not NotImplemented
+        expected = python_alone._swept(python_alone._nodes_below(value, python_alone._remembered))
+        assert [(id(leaf), repr(slope)) for leaf, slope in swept[0]] == [
+            (id(leaf), repr(slope)) for leaf, slope in expected[0]
+        ]
+        assert swept[1] == expected[1]
+        compared += 1
+    assert compared > 1000 or CORE is None
+
+
+def test_what_the_core_does_not_know_is_swept_in_python():
+    affine = importlib.import_module('rosslt.values.affine')
+    for value in (track(True, A) * 2.0, track(2**70, A) * 3 + 1, math.prod([track(2.0, A), track(3, B)])):
+        made = affine.folded(value)
+        assert [leaf._record[1] for leaf, _ in made[1]] == [A, B][: len(made[1])]
 
 
 STAND_IN = """

@@ -45,15 +45,40 @@ def _one_object(number: Any, _: str) -> Any:
     return number
 
 
+#: The size of an expression from which on a number in a list is taken for a state that is carried on.
+LONG = 256
+
+#: The most numbers of a list that is looked through for those.
+MOST_IN_STATE = 256
+
+
 def plain(value: Any) -> Any:
-    """A value without its provenance, to carry a state on. Lists keep theirs: they are extended in place."""
+    """A value without its provenance, to carry a state on.
+
+    Lists may be extended in place, and what was put into them keeps its provenance. What has been computed from what
+    they held before grows from step to step, such as the covariance of a filter: where that is long, it goes without.
+    """
     kind = type(value)
     if kind in values.TRACKED_CLASSES:
         return value._plain
     if kind is tuple:
         return tuple([plain(part) for part in value])
+    if kind is list:
+        _cut_long(value)
+        return value
     strip = _stripped_by.get(kind)
     return value if strip is None else strip(value)
+
+
+def _cut_long(numbers: List[Any], depth: int = 2) -> None:
+    if len(numbers) > MOST_IN_STATE:
+        return
+    for place, one in enumerate(numbers):
+        if type(one) in values.TRACKED_CLASSES:
+            if one._size > LONG:
+                numbers[place] = one._plain
+        elif type(one) is list and depth:
+            _cut_long(one, depth - 1)
 
 
 _stripped_by: Dict[type, Callable[[Any], Any]] = {}

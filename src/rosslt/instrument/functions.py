@@ -6,7 +6,6 @@ import operator
 from typing import Any, Callable, Dict, Tuple
 
 from rosslt import values
-from rosslt.instrument.cells import plain_object
 
 _TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int, bool))
 
@@ -43,12 +42,18 @@ def _keeping_rounded(original: Callable[..., Any], tracked: Callable[..., Any]) 
     """`keeping` of a function that rounds otherwise than the one that keeps provenance, or fails with another text."""
 
     def to_the_bit(*arguments: Any, **options: Any) -> Any:
-        number = original(*values.untracked(arguments), **values.untracked(options))
+        number = original(*map(_plain, arguments), **{name: _plain(option) for name, option in options.items()})
         if values.RECORDING.is_paused:
             return number
         return _with_provenance_of(tracked(*arguments, **options), number)
 
     return keeping(original, to_the_bit)
+
+
+def _plain(argument: Any) -> Any:
+    if type(argument) in _TRACKED:
+        return argument._plain
+    return argument if type(argument) in (float, int) else values.untracked(argument)
 
 
 def _with_provenance_of(made: Any, number: Any) -> Any:
@@ -91,12 +96,15 @@ def sum_of(numbers: Any, *start: Any) -> Any:
     """`sum(numbers)`, keeping provenance: of ints beside floats too."""
     if type(numbers) not in (list, tuple):
         numbers = list(numbers)
-    if values.RECORDING.is_paused or not any(type(one) in _TRACKED for one in (*numbers, *start)):
+    if values.RECORDING.is_paused:
         return sum(numbers, *start)
-    total = sum([plain_object(one) for one in numbers], *map(plain_object, start))
-    add = REFLECTING['add']
+    kinds = set(map(type, (*numbers, *start)))
+    if kinds.isdisjoint(_TRACKED):
+        return sum(numbers, *start)
+    total = sum([one._plain if type(one) in _TRACKED else one for one in numbers], *map(_plain, start))
+    add = operator.add if kinds <= {float, _TRACKED_FLOAT} else REFLECTING['add']
     made = functools.reduce(add, numbers, *(start or (0,)))
-    if type(made) not in _TRACKED or type(total) is not type(plain_object(made)):
+    if type(made) not in _TRACKED or type(total) is not type(made._plain):
         return sum(numbers, *start)
     return _with_provenance_of(made, total)  # Python may add more exactly than one by one
 

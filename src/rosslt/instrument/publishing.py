@@ -14,6 +14,9 @@ from rosslt.instrument.sampling import SAMPLING
 FIRST_MESSAGES = 3
 PERIOD = 0.5
 
+#: The most of a core that looking into later messages may take.
+SHARE = 0.005
+
 #: What all publishers of this process together may spend on provenance.
 _ALLOWANCE = messages.Allowance()
 
@@ -50,6 +53,7 @@ class Publisher(node.Publisher):
                 data = sparing.recalled(message)
             else:
                 data = sparing.to_send(message) if SAMPLING.was_sampled(self) else sparing.remembered(message)
+            SAMPLING.takes_turns |= sparing.takes_turns
             SAMPLING.sending += time.thread_time() - start
             return data
 
@@ -61,10 +65,11 @@ class Publisher(node.Publisher):
         is_due = now >= self._look_again or self._looked < FIRST_MESSAGES
         if is_due and node.is_started() and not values.RECORDING.is_paused:
             self._looked += 1
-            self._look_again = now + PERIOD
+            start = time.thread_time()
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, rospy.ROSException):
                 reach(node.args_kwds_to_message(self.data_class, args, kwds))
+            self._look_again = now + max(PERIOD, (time.thread_time() - start) / SHARE)
         super().publish(*args, **kwds)
         SAMPLING.published(self)
 
@@ -95,6 +100,6 @@ def _take_fractions(leaves: List[Any]) -> None:
     What is computed with other numbers as well may be a count.
     """
     for leaf in leaves:
-        (kind, *rest), *functions = values.disassemble([leaf])[0]
-        if kind == values.SOURCE and node.is_whole_parameter(rest[0]) and all(len(one) == 2 for one in functions):
-            node.take_fractions(rest[0])
+        source = values.source_of_functions(leaf)
+        if source is not None and node.is_whole_parameter(source):
+            node.take_fractions(source)

@@ -14,7 +14,7 @@ from rosslt import values
 
 #: From which share of a core on a process may be too expensive; how much of it recording must be, and how often as much
 #: the process must take with it as without.
-HEAVY, WORTH, RATIO = 0.06, 0.03, 1.5
+HEAVY, WORTH, RATIO = 0.05, 0.03, 1.5
 
 #: Which share of a core recording may take where it takes too much.
 ALLOWED = 0.02
@@ -22,8 +22,12 @@ ALLOWED = 0.02
 #: How long a process is watched at a time, in seconds; and how long it is left alone where recording costs little.
 WATCHED, LEFT_ALONE = 0.5, 20.0
 
-#: The longest time without recording, in seconds.
-LONGEST_PAUSE = 1.5
+#: The longest time without recording: in seconds, or in rounds where these take longer, but no more than so many
+#: seconds.
+LONGEST_PAUSE, ROUNDS_OF_PAUSE, LONGEST_OF_SLOW = 1.5, 10, 10.0
+
+#: How many rounds of the publisher that is the turn of are recorded in a row.
+ROUNDS = 2
 
 
 class _Phase:
@@ -47,11 +51,14 @@ class Sampling:
     Attributes:
         is_on: whether it records in some rounds only.
         sending: the CPU time spent on writing what was recorded, which is limited elsewhere.
+        takes_turns: whether a publisher sends several things in turn: only what is recorded of those has provenance, so
+            that pauses are short, however long a round takes.
     """
 
     def __init__(self) -> None:
         self.is_on = False
         self.sending = 0.0
+        self.takes_turns = False
         self._lock = threading.Lock()
         self._has_changed = False
         self._phase = 0
@@ -62,7 +69,7 @@ class Sampling:
         self._recording, self._pausing = _Phase(), _Phase()
         self._leader: Optional[Any] = None
         self._rounds = 0
-        self._began = 0.0
+        self._began = self._first_round = 0.0
         self._sampled: Dict[Any, float] = {}  # of each publisher, when a whole round was recorded last
 
     def is_recorded(self, publisher: Any) -> bool:
@@ -133,8 +140,8 @@ class Sampling:
             values.resume_recording()
         self._leader = min(self._sampled, key=lambda one: self._sampled[one], default=None)
         # The first round has begun already, and other publishers send theirs in turn.
-        self._rounds = 2
-        self._next = now
+        self._rounds = ROUNDS
+        self._next = self._first_round = now
 
     def _pause(self, now: float) -> None:
         self._recording.add(*self._spent(now))
@@ -145,7 +152,9 @@ class Sampling:
             return
         values.pause_recording()
         length = self._recording.time * max(cost, WORTH) / ALLOWED
-        self._next = now + min(max(length, 0.05), LONGEST_PAUSE)
+        rounds = 0 if self.takes_turns else ROUNDS_OF_PAUSE
+        slow = min(rounds * (now - self._first_round) / ROUNDS, LONGEST_OF_SLOW)
+        self._next = now + min(max(length, 0.05), max(slow, LONGEST_PAUSE))
 
 
 #: Of this process.

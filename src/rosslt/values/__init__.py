@@ -8,7 +8,7 @@ installed. Other rooms use the names below and nothing behind them.
 import importlib
 from typing import Any, Callable, Dict
 
-from .affine import affine
+from .affine import SHORTENING, affine
 from .calls import operation
 from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
@@ -27,7 +27,16 @@ from .recording import RECORDING
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
-from .tracked import are_made_alike, from_affine, lazy, origins, plain_scalar, select_tracked, track
+from .tracked import (
+    are_made_alike,
+    from_affine,
+    lazy,
+    origins,
+    plain_scalar,
+    select_tracked,
+    source_of_functions,
+    track,
+)
 from .tree import is_tracked, leaves, untracked
 
 __all__ = [
@@ -36,6 +45,7 @@ __all__ = [
     'MATH',
     'OPERATIONS',
     'RECORDING',
+    'SHORTENING',
     'SOURCE',
     'TRACKED_CLASSES',
     'Error',
@@ -73,6 +83,7 @@ __all__ = [
     'select_tracked',
     'slopes',
     'solve',
+    'source_of_functions',
     'source_values',
     'sources',
     'to_bool',

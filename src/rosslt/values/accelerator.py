@@ -8,7 +8,7 @@ import importlib
 import os
 from typing import Any
 
-INTERFACE = 3
+INTERFACE = 4
 """What `core.c` must have been when it was built: a workspace may hold one that is older than the Python."""
 
 

@@ -11,6 +11,7 @@ memory in proportion to the operations and sources below the value.
 import math
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
+from .accelerator import CORE
 from .graph import slope_or_zero, slopes_or_zeros
 from .operations import AFFINE, SOURCE
 from .sources import Source
@@ -29,6 +30,22 @@ MAX_FAST_FOLD = 64
 MAX_VISITS = 8
 """How many times the nodes of an expression may be visited, on average, while parts of it are folded."""
 
+
+class Shortening:
+    """How expressions are shortened.
+
+    Attributes:
+        is_hasty: what is too long and not affine is linearized as a whole. To find the parts of it that can be kept
+            exactly takes several times as long.
+    """
+
+    def __init__(self) -> None:
+        self.is_hasty = False
+
+
+#: Of this process.
+SHORTENING = Shortening()
+
 Node = Tuple[Any, tuple]
 """A tracked value and the record that is used for it."""
 
@@ -41,7 +58,7 @@ def folded(value: Any) -> tuple:
     """
     fold = getattr(value, '_fold', None)
     if fold is None:
-        fold = _folded_if_short(value) or _fold_of(_nodes_below(value, _remembered))
+        fold = _folded_if_short(value) or _fold_below(value)
         value._fold = fold
     return fold
 
@@ -132,8 +149,26 @@ def _nodes_below(value: Any, record_of: Callable[[Any], tuple]) -> List[Node]:
     return found
 
 
+def _fold_below(value: Any) -> tuple:
+    """The fold of a value that has none, made of those that are remembered below it."""
+    swept = CORE.swept(value) if CORE is not None else NotImplemented
+    if swept is NotImplemented:
+        return _fold_of(_nodes_below(value, _remembered))
+    leaves, exact = swept
+    terms, can_merge = _merged(leaves)
+    return AFFINE, terms, exact and can_merge
+
+
 def _fold_of(nodes: List[Node]) -> tuple:
-    """The fold of the last of some nodes, by one sweep backwards."""
+    """The fold of the last of some nodes."""
+    leaves, exact = _swept(nodes)
+    terms, can_merge = _merged(leaves)
+    return AFFINE, terms, exact and can_merge
+
+
+def _swept(nodes: List[Node]) -> Tuple[List[Tuple[Any, Any]], bool]:
+    """The slope of the last of some nodes for each source's value among them, by one sweep backwards, and whether these
+    say exactly what it is."""
     weights: Dict[int, Any] = {id(nodes[-1][0]): 1}
     exact = True
     for node, record in reversed(nodes):
@@ -157,9 +192,7 @@ def _fold_of(nodes: List[Node]) -> tuple:
                 finite = False
             exact = exact and finite
             weights[id(operand)] = total if finite else 0
-    leaves = [(node, weights[id(node)]) for node, record in nodes if record[0] is SOURCE]
-    terms, can_merge = _merged(leaves)
-    return AFFINE, terms, exact and can_merge
+    return [(node, weights[id(node)]) for node, record in nodes if record[0] is SOURCE], exact
 
 
 def _is_exact(record: tuple) -> bool:
@@ -229,8 +262,8 @@ def _is_curved(value: Any) -> bool:
 
 def shorten(value: Any) -> None:
     """Keep a value's expression within the limit: fold what is affine, linearize it where that is not enough."""
-    fold = _fold_of(_nodes_below(value, _remembered))
-    if not fold[2]:
+    fold = _fold_below(value)
+    if not (fold[2] or SHORTENING.is_hasty):
         _fold_exact_parts(_nodes_below(value, _exactly_remembered))
         size = len(_nodes_below(value, resolve))
         if size <= LIMIT // 2:

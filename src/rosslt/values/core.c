@@ -1,8 +1,8 @@
 /* The compiled core of the room `values` (PEP 399): the same as the Python beside it, and faster.
 
    Tracked floats and ints, the arithmetic that records (`operators.py`), and two walks along a chain of operations on
-   one source (`_along_chain` of `graph.py`, `solve/chain.py`), one along any expression (`Graph._add`) and one along two
-   of them (`is_made_alike` of `tracked.py`). What is not frequent is handed to the Python, which `complete` names; so is
+   one source (`_along_chain` of `graph.py`, `solve/chain.py`), two along any expression (`Graph._add`, `_swept` of
+   `affine.py`) and one along two of them (`is_made_alike` of `tracked.py`). What is not frequent is handed to the Python, which `complete` names; so is
    all that could go wrong. docs/design.md says more.
 
    All is done under the GIL. While Python code may run, what is looked at is held by references of its own: a record
@@ -19,7 +19,7 @@
 #include <longintrepr.h>
 #endif
 
-#define INTERFACE 3 /* what `accelerator.py` asks for */
+#define INTERFACE 4 /* what `accelerator.py` asks for */
 
 enum { ADD, SUBTRACT, MULTIPLY, DIVIDE, FLOOR_DIVIDE, REMAINDER, OPERATORS };
 enum { LEFT, RIGHT, BOTH };
@@ -55,9 +55,9 @@ static PyTypeObject *FloatType, *IntType;
 
 /* What `complete` is told. */
 static PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
-    *new_other, *source_classes, *tracked_classes;
+    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros;
 static int limit, max_shared_size;
-static PyObject *str_forward, *str_inverse, *str_single_operand, *str_operation, *str_operands, *str_record;
+static PyObject *str_forward, *str_inverse, *str_single_operand, *str_operation, *str_operands, *str_record, *str_affine;
 
 static IntPart *int_part(PyObject *self)
 {
@@ -822,15 +822,361 @@ static PyObject *select_tracked(PyObject *module, PyObject *args)
     Py_RETURN_NONE;
 }
 
+/* --- folds --------------------------------------------------------------------------------------------------- */
+
+/* A node below a value that is folded, and its slope as far as that is added up. What is referred to is held. */
+typedef struct {
+    PyObject *node, *form, *first, *second;
+    double weight;
+    int kind, is_whole; /* whether the weight is an int in Python */
+} Below;
+
+typedef struct {
+    Below *nodes;       /* in the order in which they were found */
+    Py_ssize_t *order;  /* operands before their users, left before right */
+    Py_ssize_t *places; /* of the nodes, by the hash of their addresses; -1 where there is none */
+    Py_ssize_t count, ordered, room;
+} Sweep;
+
+/* What Python has to do: no error, but no answer. */
+enum { FAILED = -1, DONE, NOT_HERE };
+
+#define MOST_EXACT 9007199254740992.0 /* all whole numbers up to here are floats */
+
+static Py_ssize_t *place_in(const Sweep *sweep, const PyObject *node)
+{
+    size_t mask = 2 * (size_t)sweep->room - 1, at = ((uintptr_t)node >> 4) * 0x9E3779B97F4A7C15u >> 20 & mask;
+    while (sweep->places[at] >= 0 && sweep->nodes[sweep->places[at]].node != node) at = (at + 1) & mask;
+    return &sweep->places[at];
+}
+
+/* Make room for twice as many nodes. */
+static int grow(Sweep *sweep)
+{
+    Py_ssize_t room = sweep->room ? 2 * sweep->room : 256;
+    Below *nodes = PyMem_Realloc(sweep->nodes, (size_t)room * sizeof *nodes);
+    if (nodes != NULL) sweep->nodes = nodes;
+    Py_ssize_t *order = PyMem_Realloc(sweep->order, (size_t)room * sizeof *order);
+    if (order != NULL) sweep->order = order;
+    Py_ssize_t *places = PyMem_Realloc(sweep->places, 2 * (size_t)room * sizeof *places);
+    if (places != NULL) sweep->places = places;
+    if (nodes == NULL || order == NULL || places == NULL) {
+        PyErr_NoMemory();
+        return FAILED;
+    }
+    sweep->room = room;
+    for (Py_ssize_t at = 0; at < 2 * room; at++) places[at] = -1;
+    for (Py_ssize_t at = 0; at < sweep->count; at++) *place_in(sweep, nodes[at].node) = at;
+    return DONE;
+}
+
+/* Put a node among those found, with its fold or its record. */
+static int find(Sweep *sweep, PyObject *node)
+{
+    if (!IS_OURS(node)) return NOT_HERE;
+    if (sweep->count == sweep->room && grow(sweep) != DONE) return FAILED;
+    Below *below = &sweep->nodes[sweep->count];
+    Record *record = record_of(node);
+    PyObject *fold = record->fold, *used;
+    below->kind = record->kind;
+    if (fold != NULL) {
+        if (!PyTuple_CheckExact(fold) || PyTuple_GET_SIZE(fold) != 3) return NOT_HERE;
+        Py_INCREF(fold);
+        used = fold;
+        below->kind = OTHER;
+    } else if (record->form == lazy_form) {
+        used = PyObject_CallFunctionObjArgs(resolve, node, NULL);
+        if (used != NULL && (!PyTuple_CheckExact(used) || PyTuple_GET_SIZE(used) != 3)) Py_CLEAR(used);
+        below->kind = used == NULL ? FAILED : kind_of(PyTuple_GET_ITEM(used, 0));
+    } else {
+        used = get_record(node, NULL);
+    }
+    if (used == NULL || below->kind < 0) {
+        Py_XDECREF(used);
+        return PyErr_Occurred() ? FAILED : NOT_HERE;
+    }
+    below->form = PyTuple_GET_ITEM(used, 0);
+    below->first = PyTuple_GET_ITEM(used, 1);
+    below->second = PyTuple_GET_ITEM(used, 2);
+    below->node = node;
+    below->weight = 0.0;
+    below->is_whole = 1;
+    Py_INCREF(below->form);
+    Py_INCREF(below->first);
+    Py_INCREF(below->second);
+    Py_INCREF(node);
+    Py_DECREF(used);
+    *place_in(sweep, node) = sweep->count++;
+    return DONE;
+}
+
+/* How many operands a node has; -1 where Python alone knows. */
+static Py_ssize_t operand_count(const Below *below)
+{
+    if (IS_SINGLE(below->kind)) return 1;
+    if (below->kind != OTHER) return 2;
+    if (below->form == source_form) return 0;
+    if (below->form == affine_form && PyTuple_CheckExact(below->first)) return PyTuple_GET_SIZE(below->first);
+    return -1;
+}
+
+static PyObject *operand_at(const Below *below, Py_ssize_t at)
+{
+    if (below->kind != OTHER) return at == 0 ? below->first : below->second;
+    PyObject *term = PyTuple_GET_ITEM(below->first, at);
+    return PyTuple_CheckExact(term) && PyTuple_GET_SIZE(term) == 2 ? PyTuple_GET_ITEM(term, 0) : Py_None;
+}
+
+/* Find all nodes below a value, and their order. */
+static int find_all(Sweep *sweep, PyObject *value)
+{
+    struct Step {
+        PyObject *node;   /* to be found, held by its user; NULL where it was */
+        Py_ssize_t place; /* its place, once it was found */
+    } *stack = NULL;
+    Py_ssize_t height = 0, room = 0;
+    int status = grow(sweep);
+    for (PyObject *next = value; status == DONE;) {
+        if (next != NULL && *place_in(sweep, next) < 0) {
+            status = find(sweep, next);
+            if (status != DONE) break;
+            Py_ssize_t place = sweep->count - 1, count = operand_count(&sweep->nodes[place]);
+            if (count < 0) {
+                status = NOT_HERE;
+                break;
+            }
+            if (height + count + 1 > room) {
+                room = 2 * room + count + 64;
+                struct Step *larger = PyMem_Realloc(stack, (size_t)room * sizeof *stack);
+                if (larger == NULL) {
+                    PyErr_NoMemory();
+                    status = FAILED;
+                    break;
+                }
+                stack = larger;
+            }
+            stack[height++] = (struct Step){NULL, place};
+            for (Py_ssize_t at = count - 1; at >= 0; at--) {
+                stack[height++] = (struct Step){operand_at(&sweep->nodes[place], at), 0};
+            }
+        }
+        if (height == 0) break;
+        struct Step top = stack[--height];
+        next = top.node;
+        if (next == NULL) sweep->order[sweep->ordered++] = top.place;
+    }
+    PyMem_Free(stack);
+    return status;
+}
+
+/* A slope as a double; 0 where it is no number of which this knows all digits. */
+static int as_slope(PyObject *x, double *number, int *is_whole)
+{
+    *is_whole = PyLong_CheckExact(x);
+    return as_double(x, number) && (!*is_whole || fabs(*number) <= MOST_EXACT);
+}
+
+/* Add a slope for an operand to its weight; whether the sum is a float. */
+static int add_weight(Sweep *sweep, PyObject *operand, const Below *user, double slope, int is_whole, int *is_exact)
+{
+    Below *below = &sweep->nodes[*place_in(sweep, operand)];
+    double part = user->weight * slope, total = below->weight + part;
+    int whole = is_whole && user->is_whole && below->is_whole;
+    if (is_whole && user->is_whole && fabs(part) > MOST_EXACT) return NOT_HERE;
+    if (whole && fabs(total) > MOST_EXACT) return NOT_HERE;
+    if (!isfinite(total)) {
+        *is_exact = 0;
+        total = 0.0;
+        whole = 1;
+    }
+    below->weight = total;
+    below->is_whole = whole;
+    return DONE;
+}
+
+/* The slopes of an operator on numbers, as the table has them; NOT_HERE for others. */
+static int slopes_of(const Below *below, double slopes[2], int are_whole[2])
+{
+    double first, second;
+    int of_first, of_second;
+    PyObject *other = below->second;
+    if (below->kind < OPERATOR || OPERATOR_OF(below->kind) > DIVIDE) return NOT_HERE;
+    int side = SIDE_OF(below->kind), operator = OPERATOR_OF(below->kind);
+    PyObject *a = plain_of(below->first), *b = side == BOTH ? plain_of(other) : other;
+    int are_numbers = a != NULL && b != NULL && as_slope(a, &first, &of_first) && as_slope(b, &second, &of_second);
+    Py_XDECREF(a);
+    if (side == BOTH) Py_XDECREF(b);
+    if (!are_numbers) return PyErr_Occurred() ? FAILED : NOT_HERE;
+    if (side == RIGHT) {
+        /* the constant stands on the left */
+        double number = first;
+        int whole = of_first;
+        first = second, of_first = of_second;
+        second = number, of_second = whole;
+    }
+    slopes[0] = slopes[1] = 1.0;
+    are_whole[0] = are_whole[1] = 1;
+    if (operator == SUBTRACT) slopes[1] = -1.0;
+    if (operator == MULTIPLY) {
+        slopes[0] = second, are_whole[0] = of_second;
+        slopes[1] = first, are_whole[1] = of_first;
+    }
+    if (operator == DIVIDE) {
+        if (second == 0.0) return NOT_HERE;
+        slopes[0] = 1.0 / second;
+        slopes[1] = -first / second / second;
+        are_whole[0] = are_whole[1] = 0;
+    }
+    for (int at = 0; at < 2; at++) {
+        if (!isfinite(slopes[at])) slopes[at] = 0.0, are_whole[at] = 1;
+    }
+    if (side == RIGHT) slopes[0] = slopes[1], are_whole[0] = are_whole[1];
+    return DONE;
+}
+
+/* Pass the weight of a node of an operator on to its operands. */
+static int pass_on_operator(Sweep *sweep, const Below *below, const double slopes[2], const int are_whole[2],
+                            int *is_exact)
+{
+    int operator = OPERATOR_OF(below->kind), side = SIDE_OF(below->kind);
+    if (operator == MULTIPLY && side == BOTH) *is_exact = 0;
+    if (operator == DIVIDE && side != LEFT) *is_exact = 0;
+    if (side != BOTH && slopes[0] == 0.0) {
+        PyObject *zero = below->second;
+        double number;
+        /* a slope of 0 may stand for one that no float can hold */
+        if (operator != MULTIPLY || !as_double(zero, &number) || number != 0.0) *is_exact = 0;
+    }
+    int status = add_weight(sweep, below->first, below, slopes[0], are_whole[0], is_exact);
+    if (status == DONE && side == BOTH) {
+        status = add_weight(sweep, below->second, below, slopes[1], are_whole[1], is_exact);
+    }
+    return status;
+}
+
+/* The same for one of any other operation, of which Python knows the slopes. */
+static int pass_on_other(Sweep *sweep, const Below *below, int *is_exact)
+{
+    PyObject *slopes = NULL, *record = NULL, *plains = NULL;
+    int status = FAILED, is_affine = truth_of(below->form, str_affine);
+    Py_ssize_t count = operand_count(below);
+    if (is_affine < 0) return FAILED;
+    *is_exact = *is_exact && is_affine;
+    record = PyTuple_Pack(3, below->form, below->first, below->second);
+    plains = PyTuple_New(count);
+    for (Py_ssize_t at = 0; record != NULL && plains != NULL && at < count; at++) {
+        PyObject *plain = plain_of(operand_at(below, at));
+        if (plain == NULL) goto done;
+        PyTuple_SET_ITEM(plains, at, plain);
+    }
+    if (record == NULL || plains == NULL) goto done;
+    slopes = PyObject_CallFunctionObjArgs(slopes_or_zeros, record, plains, NULL);
+    if (slopes == NULL) goto done;
+    Py_SETREF(slopes, PySequence_Fast(slopes, "slopes are a sequence"));
+    if (slopes == NULL || PySequence_Fast_GET_SIZE(slopes) != count) goto done;
+    for (Py_ssize_t at = 0; at < count; at++) {
+        double slope;
+        int is_whole;
+        status = NOT_HERE;
+        if (!as_slope(PySequence_Fast_GET_ITEM(slopes, at), &slope, &is_whole)) goto done;
+        if (IS_SINGLE(below->kind) && slope == 0.0) *is_exact = 0;
+        status = add_weight(sweep, operand_at(below, at), below, slope, is_whole, is_exact);
+        if (status != DONE) goto done;
+    }
+    status = DONE;
+done:
+    if (status == FAILED && !PyErr_Occurred()) status = NOT_HERE;
+    Py_XDECREF(slopes);
+    Py_XDECREF(record);
+    Py_XDECREF(plains);
+    return status;
+}
+
+/* The same for a fold. */
+static int pass_on_fold(Sweep *sweep, const Below *below, int *is_exact)
+{
+    int truth = PyObject_IsTrue(below->second);
+    if (truth < 0) return FAILED;
+    *is_exact = *is_exact && truth;
+    for (Py_ssize_t at = 0; at < PyTuple_GET_SIZE(below->first); at++) {
+        double slope;
+        int is_whole;
+        if (!as_slope(PyTuple_GET_ITEM(PyTuple_GET_ITEM(below->first, at), 1), &slope, &is_whole)) return NOT_HERE;
+        int status = add_weight(sweep, operand_at(below, at), below, slope, is_whole, is_exact);
+        if (status != DONE) return status;
+    }
+    return DONE;
+}
+
+/* Add up the slopes of the last node in the order for all others. */
+static int pass_on_all(Sweep *sweep, int *is_exact)
+{
+    Below *root = &sweep->nodes[sweep->order[sweep->ordered - 1]];
+    root->weight = 1.0;
+    for (Py_ssize_t at = sweep->ordered - 1; at >= 0; at--) {
+        const Below *below = &sweep->nodes[sweep->order[at]];
+        double slopes[2];
+        int are_whole[2], status;
+        if (below->form == source_form) continue;
+        if (below->kind == OTHER) {
+            status = pass_on_fold(sweep, below, is_exact);
+        } else {
+            status = slopes_of(below, slopes, are_whole);
+            if (status == DONE) status = pass_on_operator(sweep, below, slopes, are_whole, is_exact);
+            else if (status == NOT_HERE) status = pass_on_other(sweep, below, is_exact);
+        }
+        if (status != DONE) return status;
+    }
+    return DONE;
+}
+
+/* `[(source's value, slope), ...]` of a sweep. */
+static PyObject *leaves_of(const Sweep *sweep)
+{
+    PyObject *leaves = PyList_New(0);
+    for (Py_ssize_t at = 0; leaves != NULL && at < sweep->ordered; at++) {
+        const Below *below = &sweep->nodes[sweep->order[at]];
+        if (below->form != source_form) continue;
+        PyObject *slope = below->is_whole ? PyLong_FromDouble(below->weight) : PyFloat_FromDouble(below->weight);
+        PyObject *leaf = slope == NULL ? NULL : PyTuple_Pack(2, below->node, slope);
+        if (leaf == NULL || PyList_Append(leaves, leaf) < 0) Py_CLEAR(leaves);
+        Py_XDECREF(slope);
+        Py_XDECREF(leaf);
+    }
+    return leaves;
+}
+
+/* As `_swept` in affine.py; NotImplemented where that has to do it. */
+static PyObject *swept(PyObject *module, PyObject *value)
+{
+    Sweep sweep = {NULL, NULL, NULL, 0, 0, 0};
+    int is_exact = 1, status = find_all(&sweep, value);
+    if (status == DONE) status = pass_on_all(&sweep, &is_exact);
+    PyObject *leaves = status == DONE ? leaves_of(&sweep) : NULL, *result = NULL;
+    if (leaves != NULL) result = PyTuple_Pack(2, leaves, is_exact ? Py_True : Py_False);
+    if (status == NOT_HERE) result = not_here();
+    Py_XDECREF(leaves);
+    for (Py_ssize_t at = 0; at < sweep.count; at++) {
+        Py_DECREF(sweep.nodes[at].form);
+        Py_DECREF(sweep.nodes[at].first);
+        Py_DECREF(sweep.nodes[at].second);
+        Py_DECREF(sweep.nodes[at].node);
+    }
+    PyMem_Free(sweep.nodes);
+    PyMem_Free(sweep.order);
+    PyMem_Free(sweep.places);
+    return result;
+}
+
 /* --- the module ---------------------------------------------------------------------------------------------- */
 
 /* Tell the core what it records and what it hands over. */
 static PyObject *complete(PyObject *module, PyObject *args)
 {
-    PyObject *of_operators, *of_fallbacks, *told[8];
-    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!ii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type, &of_fallbacks,
+    PyObject *of_operators, *of_fallbacks, *told[10];
+    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!OOii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type, &of_fallbacks,
                           &told[0], &told[1], &told[2], &told[3], &told[4], &told[5], &PyTuple_Type, &told[6],
-                          &PyFrozenSet_Type, &told[7], &limit, &max_shared_size)) {
+                          &PyFrozenSet_Type, &told[7], &told[8], &told[9], &limit, &max_shared_size)) {
         return NULL;
     }
     if (PyTuple_GET_SIZE(of_operators) != 3 * OPERATORS || PyTuple_GET_SIZE(of_fallbacks) != OPERATORS) {
@@ -838,7 +1184,8 @@ static PyObject *complete(PyObject *module, PyObject *args)
         return NULL;
     }
     PyObject **places[] = {&negation, &source_form, &lazy_form,      &shorten,
-                           &resolve,  &new_other,   &source_classes, &tracked_classes};
+                           &resolve,  &new_other,   &source_classes, &tracked_classes,
+                           &affine_form, &slopes_or_zeros};
     for (int at = 0; at < 3 * OPERATORS; at++) {
         Py_INCREF(PyTuple_GET_ITEM(of_operators, at));
         Py_XSETREF(forms[at], PyTuple_GET_ITEM(of_operators, at));
@@ -847,7 +1194,7 @@ static PyObject *complete(PyObject *module, PyObject *args)
         Py_INCREF(PyTuple_GET_ITEM(of_fallbacks, at));
         Py_XSETREF(fallbacks[at], PyTuple_GET_ITEM(of_fallbacks, at));
     }
-    for (int at = 0; at < 8; at++) {
+    for (int at = 0; at < 10; at++) {
         Py_INCREF(told[at]);
         Py_XSETREF(*places[at], told[at]);
     }
@@ -863,6 +1210,7 @@ static PyMethodDef functions[] = {
      "solve_chain(value, target, relative): {Source: value}, None without an answer, or NotImplemented."},
     {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
     {"select_tracked", select_tracked, METH_VARARGS, "select_tracked(values, index, kinds, found): as in tracked.py."},
+    {"swept", swept, METH_O, "swept(value): as in affine.py, or NotImplemented."},
     {"made_alike", (PyCFunction)(void (*)(void))made_alike, METH_FASTCALL,
      "made_alike(value, other): whether it is certain that they are; False as well where Python has to say it."},
     {NULL, NULL, 0, NULL},
@@ -912,7 +1260,8 @@ PyMODINIT_FUNC PyInit__core(void)
         PyObject **place;
         const char *text;
     } names[] = {{&str_forward, "forward"},     {&str_inverse, "inverse"},   {&str_single_operand, "single_operand"},
-                 {&str_operation, "operation"}, {&str_operands, "operands"}, {&str_record, "_record"}};
+                 {&str_operation, "operation"}, {&str_operands, "operands"}, {&str_record, "_record"},
+                 {&str_affine, "affine"}};
     for (size_t at = 0; at < sizeof names / sizeof *names; at++) {
         *names[at].place = PyUnicode_InternFromString(names[at].text);
         if (*names[at].place == NULL) return NULL;

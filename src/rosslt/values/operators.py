@@ -4,9 +4,10 @@ from typing import Any, Dict, Optional, Tuple
 
 from .accelerator import CORE
 from .affine import LIMIT, shorten
+from .graph import slopes_or_zeros
 from .instructions import assemble, disassemble
 from .numpy_ufuncs import array_ufunc
-from .operations import BY_CODE, FUNCTION, LAZY, SOURCE, Operation
+from .operations import AFFINE, BY_CODE, FUNCTION, LAZY, SOURCE, Operation
 from .operations import table as ops
 from .recording import MAX_SHARED_SIZE, RECORDING, apply, joint_size
 from .sources import Source, UnnamedSource
@@ -205,6 +206,8 @@ def complete_core() -> None:
         new_of_python,
         (Source, UnnamedSource),
         TRACKED,
+        AFFINE,
+        slopes_or_zeros,
         LIMIT,
         MAX_SHARED_SIZE,
     )

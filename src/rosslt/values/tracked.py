@@ -144,6 +144,15 @@ def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
     return tuple(found)
 
 
+def source_of_functions(value: Any) -> Optional[Source]:
+    """The source of a tracked value that is that source itself, or made of it by functions of one number alone, such as
+    `radians`; None of any other."""
+    form, first, _ = resolve(value)
+    while form.single_operand and form.operation.arity == 1:
+        form, first, _ = resolve(first)
+    return first if form is SOURCE else None
+
+
 def are_made_alike(values: Sequence[Any], others: Sequence[Any]) -> bool:
     """Whether values were each made as another one was, as of `is_made_alike`.
 

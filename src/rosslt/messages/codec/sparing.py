@@ -78,6 +78,11 @@ class SparingProvenance:
         self._moved: Set[int] = set()
         self._turned_at = -TURN_REMEMBERED
 
+    @property
+    def takes_turns(self) -> bool:
+        """Whether the publisher has sent several things in turn, so that nothing is recalled."""
+        return time.monotonic() < self._turned_at + TURN_REMEMBERED
+
     def forget(self) -> None:
         """Write the next provenance anew: something has changed that it is made of."""
         self._known = []
@@ -107,7 +112,7 @@ class SparingProvenance:
     def recalled(self, message: Any) -> bytes:
         """The provenance of a message of which not all that it was computed by was recorded: that of an earlier one,
         or, where the publisher sends several things in turn, of what was recorded."""
-        if time.monotonic() < self._turned_at + TURN_REMEMBERED:
+        if self.takes_turns:
             return provenance_to_send(message)
         leaves: List[Leaf] = []
         size = walkers(message.__class__).collect(message, 0, leaves)
