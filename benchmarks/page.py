@@ -1,4 +1,4 @@
-"""What the page costs with 500 tracked markers at 10 Hz, and how soon two browsers and RViz see each other's changes.
+"""What the page costs with 500 tracked markers at 10 Hz, what smooth edges do, and how soon others see a change.
 
 The browsers are headless Chromium, which draws with the processor: frames are what they take from what else runs. RViz
 is `slt_visualization` with what RViz would be sent. Needs a master.
@@ -28,6 +28,7 @@ from support.scenery import marker_node
 COUNT, RATE = 500, 10.0
 SECONDS = 10.0
 TRIALS = 12
+EDGES_TRIALS = 3
 CPU_LIMIT, LEAST_FRAMES, LATENCY_LIMIT = 1.0, 20.0, 0.2
 
 BOX = marker_node(
@@ -78,8 +79,11 @@ def family(pid: int) -> List[int]:
     return found
 
 
-def load(moving: int) -> Tuple[float, float, float]:
+def load(moving: int, has_smooth_edges: bool = False) -> Tuple[float, float, float]:
     """What is taken while `moving` of the markers move.
+
+    Args:
+        has_smooth_edges: whether the browser draws them, as one with a graphics card does.
 
     Returns:
         (share of a core of the server, frames a second in the browser, seconds of a core of the browser for each).
@@ -88,7 +92,7 @@ def load(moving: int) -> Tuple[float, float, float]:
         [sys.executable, str(Path(__file__).with_name('markers.py')), 'publish', str(moving)], stdout=subprocess.DEVNULL
     )
     server = Server()
-    browser = Browser(server.url)
+    browser = Browser(server.url, says_card=has_smooth_edges)
     try:
         browser.see((0.3, 0.3, 0.0))
         browser.driver.execute_script(COUNT_FRAMES)
@@ -196,6 +200,19 @@ def measure_load() -> None:
         )
 
 
+def measure_edges() -> None:
+    print('{} tracked markers that all move, {} times each'.format(COUNT, EDGES_TRIALS))
+    print('{:<20} {:>22} {:>22}'.format('edges', 'browser, frames/s', 'browser, CPU ms/frame'))
+    found: Dict[bool, List[Tuple[float, float]]] = {True: [], False: []}
+    for _ in range(EDGES_TRIALS):
+        for is_smooth, measured in found.items():
+            _, per_second, each = load(COUNT, is_smooth)
+            measured.append((per_second, 1000 * each))
+    for is_smooth, measured in found.items():
+        per_second, each = (statistics.median(column) for column in zip(*measured))
+        print('{:<20} {:>22.1f} {:>22.0f}'.format('smooth' if is_smooth else 'plain', per_second, each), flush=True)
+
+
 def measure_latency() -> None:
     print('{:<34} {:<16} {:>8} {:>9}'.format('seconds until it is seen', 'by', 'median', 'longest'))
     server, rviz = Server(), subprocess.Popen(['rosrun', 'rosslt', 'slt_visualization'], stdout=subprocess.DEVNULL)
@@ -211,12 +228,12 @@ def measure_latency() -> None:
             rviz.wait()
 
 
-PARTS = {'load': measure_load, 'latency': measure_latency}
+PARTS = {'load': measure_load, 'edges': measure_edges, 'latency': measure_latency}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--part', choices=list(PARTS), action='append', help='both if left out')
+    parser.add_argument('--part', choices=list(PARTS), action='append', help='all if left out')
     options = parser.parse_args()
     rospy.init_node('page_benchmark')
     for part in options.part or PARTS:

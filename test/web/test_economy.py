@@ -2,6 +2,8 @@
 
 import pytest
 
+from support.browser import Browser
+
 pytestmark = pytest.mark.rostest
 
 #: Whether the 3D view, the largest canvas, is drawn with smooth edges.
@@ -23,22 +25,9 @@ def test_a_browser_that_draws_with_the_processor_draws_plain_edges(browser):
     assert not has_smooth_edges(browser)
 
 
-def test_a_browser_with_a_graphics_card_draws_smooth_ones(page, browser):
-    """The browser of the tests has none: here it says that it has."""
-    added = browser.driver.execute_cdp_cmd(
-        'Page.addScriptToEvaluateOnNewDocument',
-        {
-            'source': """
-            const real = WebGL2RenderingContext.prototype.getParameter;
-            WebGL2RenderingContext.prototype.getParameter = function (name) {
-              return name === 0x9246 /* UNMASKED_RENDERER_WEBGL */ ? 'a graphics card' : real.call(this, name);
-            };
-            """
-        },
-    )
+def test_a_browser_with_a_graphics_card_draws_smooth_ones(page):
+    card = Browser(page.url, says_card=True)
     try:
-        browser.open(page.url)
-        assert has_smooth_edges(browser)
+        assert has_smooth_edges(card)
     finally:
-        browser.driver.execute_cdp_cmd('Page.removeScriptToEvaluateOnNewDocument', {'identifier': added['identifier']})
-        browser.open(page.url)
+        card.close()

@@ -1,9 +1,9 @@
 """What a browser that draws with the processor does without, so that the page stays fluent there.
 
-viser's client asks for smooth edges (multisampling), and has no setting for it. Without a graphics card they cost more
-than all that there is to see, however little it is. So a script at the head of the page, which runs before viser's,
-asks for plain edges where the browser names something that draws with the processor. WebGL's own question for it,
-`failIfMajorPerformanceCaveat`, is no help: a Chromium that was told to draw so says that all is well.
+viser's client asks for smooth edges (multisampling), and has no setting for it. Without a graphics card they cost a
+good part of each frame. So a script at the head of the page, which runs before viser's, asks for plain edges where the
+browser names something that draws with the processor. WebGL's own question for it, `failIfMajorPerformanceCaveat`, is
+no help: a Chromium that was told to draw so says that all is well.
 """
 
 import functools
