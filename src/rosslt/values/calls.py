@@ -244,6 +244,8 @@ def _record_of_row(operation: Operation, numbers: Sequence[Any]) -> Optional[tup
 
 def _flattened(arguments: List[Any], keywords: Sequence[str]) -> Tuple[List[Any], Layout]:
     """The numbers that arguments hold, and how to make the arguments of them."""
+    if not keywords and SCALARS.issuperset(map(type, arguments)):
+        return arguments, _of_numbers(len(arguments))
     numbers: List[Any] = []
     containers: List[Optional[Tuple[Any, int]]] = []
     for argument in arguments:
@@ -255,6 +257,12 @@ def _flattened(arguments: List[Any], keywords: Sequence[str]) -> Tuple[List[Any]
         rebuilt(argument, numbers.append)
         containers.append((untracked(argument), len(numbers) - begin))
     return numbers, Layout(keywords, containers)
+
+
+@functools.lru_cache(maxsize=None)
+def _of_numbers(count: int) -> Layout:
+    """The layout of so many arguments that are numbers, by position."""
+    return Layout((), (None,) * count)
 
 
 def _tracked(result: Any, record: tuple, size: int) -> Any:
