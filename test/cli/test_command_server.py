@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import socket
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -152,6 +153,16 @@ def test_calls_do_not_wait_for_each_other(program, tmp_path):
     with ThreadPoolExecutor() as pool:
         calls = [pool.submit(call, script, names, TIME_LIMIT) for names in ((one, other), (other, one))]
         assert [call.result().returncode for call in calls] == [0, 0]
+
+
+def test_it_waits_where_new_sockets_have_a_time_limit(program, monkeypatch):
+    monkeypatch.setenv('MAKES_A_PROCESS_OF_ITS_OWN', 'yes')
+    before = socket.getdefaulttimeout()
+    socket.setdefaulttimeout(60.0)  # as rospy does in a process with a node
+    try:
+        assert call(program(SURROUNDINGS), [], TIME_LIMIT).returncode == 0
+    finally:
+        socket.setdefaulttimeout(before)
 
 
 def test_what_is_loaded_before_is_nothing_of_the_package(program):

@@ -37,7 +37,7 @@ def call(script, arguments, time_limit):
     environment = {name: text for name, text in os.environ.items() if name not in READ_LATER}
     server = _server(script, frozenset(environment.items()))
     request = json.dumps([arguments, os.getcwd(), dict(os.environ)]).encode()
-    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    ours, theirs = _pair()
     with ours, tempfile.TemporaryFile('w+b') as output, tempfile.TemporaryFile('w+b') as errors:
         with theirs:
             socket.send_fds(server, [request], [output.fileno(), errors.fileno(), theirs.fileno()])
@@ -56,6 +56,14 @@ def call(script, arguments, time_limit):
     return subprocess.CompletedProcess([script, *arguments], status, *texts)
 
 
+def _pair():
+    """Two sockets that wait for each other, also where rospy has given all new ones a time limit."""
+    pair = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    for one in pair:
+        one.setblocking(True)
+    return pair
+
+
 def _received(ours):
     packet = ours.recv(LARGEST)
     if not packet:
@@ -66,7 +74,7 @@ def _received(ours):
 @functools.lru_cache(maxsize=4)
 def _server(script, environment):
     """The socket of a process that forks. It ends when nobody has the socket: here, or as this process has ended."""
-    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    ours, theirs = _pair()
     with theirs:
         subprocess.Popen(
             [sys.executable, __file__, str(theirs.fileno()), script],

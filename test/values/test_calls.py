@@ -8,7 +8,8 @@ import pytest
 
 import rosslt
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
-from rosslt.values import affine, assemble, disassemble, reapply
+from rosslt.values import affine, assemble, disassemble, pause_recording, reapply, resume_recording
+from rosslt.values.operations.row import BY_NAME
 
 A, B = Source('/node', 1), Source('/node', 2)
 
@@ -40,6 +41,87 @@ def test_a_call_is_recorded_evaluated_and_solved(function):
     assert not is_tracked(function(0.5))
     assert sources(function(0.5, y=y)) == [B]
     assert evaluate(function(0.5, y=y), {B: 7.0}) == polynomial(0.5, 7.0)
+
+
+product = rosslt.operation(
+    lambda x, y: x * y,
+    inverse=(lambda wanted, x, y: wanted / y, lambda wanted, x, y: wanted / x),
+    slope=(lambda x, y: y, lambda x, y: x),
+)
+curve = rosslt.operation(lambda x: x**3, inverse=lambda wanted, x: wanted ** (1 / 3), slope=lambda x: 3 * x * x)
+
+
+@pytest.mark.parametrize(
+    ('result', 'target', 'answer', 'text'),
+    [
+        (curve(track(2.0, A)), 27.0, {A: 3.0}, '<lambda>(2.0 [/node#1])'),
+        (product(track(2.0, A), 3.0), 12.0, {A: 4.0}, '<lambda>(2.0 [/node#1], 3.0)'),
+        (product(3.0, track(2.0, A)), 12.0, {A: 4.0}, '<lambda>(3.0, 2.0 [/node#1])'),
+        (product(track(2.0, A), track(3.0, B)), 12.0, {A: 4.0}, '<lambda>(2.0 [/node#1], 3.0 [/node#2])'),
+    ],
+)
+def test_what_has_inverse_and_slope_is_recorded_as_a_row_of_the_table_is(result, target, answer, text):
+    form = result._record[0]
+    assert form.operation.name == '<lambda>'
+    assert form.operation.code is None
+    assert form.operation.name not in BY_NAME
+    assert explain(result) == text
+    assert solve(result, target) == {source: pytest.approx(value) for source, value in answer.items()}
+    assert solve(2 * result - 1, 2 * target - 1) == {source: pytest.approx(value) for source, value in answer.items()}
+    assert evaluate(result, answer) == pytest.approx(target)
+    assert explain(reapply(result, {})) == text
+    twice = result + track(2.0, A)
+    assert evaluate(twice, solve(twice, target)) == pytest.approx(target)
+    instructions, (root,) = disassemble([result])
+    assert all(instruction[0] in ('source', 'affine') for instruction in instructions)
+    assert 'linearized' in explain(assemble(instructions)[root])
+    assert affine(result) is None
+
+
+@pytest.mark.parametrize('wanted', [[2.0, 3.0], 5])
+def test_several_results_and_whole_numbers_are_solved_through_a_form_of_two_operands(wanted):
+    x, y = track(2.0, A), track(3.0, B)
+    results = [product(x, y), x + y] if isinstance(wanted, list) else product(x, y)
+    wanted = [10.0, 7.0] if isinstance(wanted, list) else wanted
+    assert evaluate(results, solve(results, wanted)) == pytest.approx(wanted, rel=1e-9)
+
+
+def test_a_wrong_inverse_only_costs_a_search():
+    wrong = rosslt.operation(lambda x: x**3, inverse=lambda wanted, x: wanted, slope=lambda x: 3 * x * x)
+    result = wrong(track(2.0, A)) + 1.0
+    assert evaluate(result, solve(result, 28.0)) == pytest.approx(28.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ('options', 'message'),
+    [
+        ({'inverse': 3}, r'polynomial: the inverse for argument 1 is 3, and no function'),
+        ({'inverse': (None, 2.0)}, r'polynomial: the inverse for argument 2 is 2.0, and no function'),
+        ({'slope': (polynomial, 'x')}, r"polynomial: the slope for argument 2 is 'x', and no function"),
+    ],
+)
+def test_what_is_no_function_is_refused_when_the_operation_is_made(options, message):
+    with pytest.raises(TypeError, match=message):
+        rosslt.operation(polynomial, **options)
+
+
+def test_while_recording_is_paused_a_call_is_plain():
+    x = track(0.5, A)
+    pause_recording()
+    try:
+        assert not is_tracked(exact(x, 2.0))
+        assert not is_tracked(curve(x))
+    finally:
+        resume_recording()
+    assert is_tracked(curve(x))
+
+
+def test_numbers_of_numpy_become_python_numbers():
+    square = rosslt.operation(numpy.square, inverse=lambda wanted, x: numpy.sqrt(wanted), slope=lambda x: 2 * x)
+    result = square(track(3.0, A)) + 1.0
+    assert type(evaluate(result, {A: 4.0})) is float
+    assert solve(result, 26.0) == {A: 5.0}
+    assert type(solve(result, 26.0)[A]) is float
 
 
 def test_a_source_that_is_met_twice_is_solved_for():

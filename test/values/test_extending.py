@@ -111,6 +111,21 @@ def test_a_new_class_is_all_that_a_new_form_of_record_takes():
     assert solve(value, value + 10_000.0, A) == {A: pytest.approx(1.5, rel=1e-4)}
 
 
+@pytest.mark.parametrize(
+    ('known', 'message'),
+    [
+        ({'inverse': (None,), 'slope': (abs,)}, 'the inverse for argument 1 is None, and no function'),
+        ({'inverse': (abs, abs), 'slope': (abs,)}, 'has 2 operands, found 1 of `slope`'),
+        ({'inverse': (abs,), 'slope': (abs,), 'code': 1}, 'is there already'),
+    ],
+)
+def test_a_row_that_lacks_something_is_refused(known, message):
+    before = dict(row.BY_CODE)
+    with pytest.raises((TypeError, ValueError), match=message):
+        row.operation(known.pop('code', 998), 'lacking', abs, **known)
+    assert before == row.BY_CODE
+
+
 def test_every_row_has_its_three_forms_and_they_apply_it():
     assert is_tracked(apply(row.BY_CODE[1], track(1.0, A), 2.0))
     for operation in row.BY_CODE.values():

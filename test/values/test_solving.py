@@ -383,3 +383,28 @@ def test_an_answer_of_several_sources_has_the_digits_that_people_write():
     radius, offset = track(2.0, Source('/n', 1)), track(0.0, Source('/n', 2))
     answer = solve([3 * radius + 1, radius + offset * 1.1 - 0.05], [10.0, 3.5])
     assert answer == {Source('/n', 1): 3.0, Source('/n', 2): 0.5}
+
+
+def test_an_answer_is_not_rounded_where_a_small_result_would_be_missed():
+    """The largest error is that of results near 1, which rounding made no larger; the one near 0.04 was missed then."""
+    a, b, c, d, e, f = (
+        track(value, Source('/n', number))
+        for number, value in enumerate((-0.1167, -0.081, -1.8171, 0.1074, -2.2031, 2.6909))
+    )
+    results = [
+        math.tanh(f / a) / -0.68,
+        1.77 + math.hypot(d + b, a),
+        math.tan((0.32 + c) * (2.8 / d)),
+        math.atan2(a, e) - d,
+        d / f,
+        math.tanh(e / (c / a) - 0.75),
+    ]
+    targets = [
+        1.4705882352941175,
+        2.1550926775897974,
+        -0.04351774504629141,
+        -3.0788444817409157,
+        -0.004439603308134368,
+        -0.729618897176517,
+    ]
+    assert evaluate(results, solve(results, targets)) == pytest.approx(targets, rel=1e-9, abs=1e-12)

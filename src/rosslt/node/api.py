@@ -60,6 +60,7 @@ def is_started() -> bool:
     return bool(_owner.name)
 
 
+@values.reading(_BY_CALL)
 def location(
     value: Any = None,
     name: Optional[str] = None,

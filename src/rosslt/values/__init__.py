@@ -8,6 +8,7 @@ installed. Other rooms use the names below and nothing behind them.
 import importlib
 from typing import Any, Callable, Dict
 
+from .accelerator import reading
 from .affine import SHORTENING, affine
 from .calls import operation
 from .closeness import is_same
@@ -78,6 +79,7 @@ __all__ = [
     'origins',
     'pause_recording',
     'plain_scalar',
+    'reading',
     'reapply',
     'resume_recording',
     'select_tracked',

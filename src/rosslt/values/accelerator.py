@@ -5,10 +5,11 @@ this package; the name of its file says for which Python it was built, so that a
 """
 
 import importlib
+import inspect
 import os
-from typing import Any
+from typing import Any, Callable, Dict, Tuple, TypeVar
 
-INTERFACE = 4
+INTERFACE = 5
 """What `core.c` must have been when it was built: a workspace may hold one that is older than the Python."""
 
 
@@ -24,3 +25,29 @@ def _loaded() -> Any:
 
 CORE: Any = _loaded()
 """The compiled core, None where there is none, or where ROSSLT_PURE=1 asks for Python alone."""
+
+Function = TypeVar('Function', bound=Callable[..., Any])
+"""A function that is decorated."""
+
+
+def reading(known: Dict[Tuple[int, int, Any, Any], Any]) -> Callable[[Function], Function]:
+    """A decorator for a function that programs call in their inner loops, mostly from where they have called it before.
+
+    With the core, a call whose `value` is not None and that gives no `getter` returns the `tracked` of what is known of
+    its place; the function itself is called for any other. It must look in `known`, too, as without the core.
+
+    Args:
+        known: by `(id of the code, place in it, name, key)`, the last two as the call gives them, None by default.
+    """
+
+    def decorated(function: Function) -> Function:
+        if CORE is None:
+            return function
+        names = inspect.signature(function)
+        bare = [one.replace(annotation=inspect.Parameter.empty) for one in names.parameters.values()]
+        shown = names.replace(parameters=bare, return_annotation=inspect.Signature.empty)
+        doc = '%s%s\n--\n\n%s' % (function.__name__, shown, inspect.getdoc(function))
+        short: Function = CORE.reading(function, known, function.__name__, doc)
+        return short
+
+    return decorated

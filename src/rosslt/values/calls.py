@@ -1,15 +1,18 @@
 """Users' own operations: any function of numbers as one that keeps provenance.
 
-A call is a form of record of its own (`operations.form.Form`), so solving, evaluating and explaining know it without a
-change. What travels to other nodes is its linearization at the present values.
+They are made as the rows of the table are, without a code, so what travels to other nodes is their linearization at the
+present values. A call with one or two numbers whose inverses and slopes are known has the form of record of a row; any
+other call has one of its own, which solving, evaluating and explaining know as they know every form.
 """
 
 import functools
 from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
-from .operations import Form
+from .operations import Form, Operation
 from .operations.notation import FUNCTION, Text, literal
-from .recording import make, size_of
+from .operations.row import known_at
+from .operations.row import operation as new_operation
+from .recording import RECORDING, make, size_of
 from .tracked import CLASSES, TRACKED, plain
 from .tree import SCALARS, is_object_array, is_tracked, rebuilt, untracked
 
@@ -31,12 +34,22 @@ class Layout(NamedTuple):
     keywords: Sequence[str]
     containers: Sequence[Optional[Tuple[Any, int]]]
 
+    def is_plain(self) -> bool:
+        """Whether each argument is one number, by position."""
+        return not self.keywords and not any(self.containers)
+
     def arguments(self, numbers: Sequence[Any]) -> List[Any]:
         """The arguments that hold such numbers; an array of floats where it held tracked ones."""
         left = iter(numbers)
         return [
             next(left) if held is None else _array(rebuilt(held[0], lambda _: next(left))) for held in self.containers
         ]
+
+    def call(self, function: Callable[..., Any], numbers: Sequence[Any]) -> Any:
+        """A function's result for such numbers."""
+        arguments = self.arguments(numbers)
+        begin = len(arguments) - len(self.keywords)
+        return function(*arguments[:begin], **dict(zip(self.keywords, arguments[begin:])))
 
     def argument_of(self, place: int) -> Tuple[int, Optional[int]]:
         """Which argument a number belongs to, and its place in that, None where it is the argument."""
@@ -56,14 +69,11 @@ class CallForm(Form):
     it returns a number.
     """
 
-    __slots__ = ('function', 'name', 'inverses', 'derivatives')
+    __slots__ = ('called',)
 
-    def __init__(self, function: Callable[..., Any], inverse: Functions, slope: Functions) -> None:
+    def __init__(self, called: Operation) -> None:
         super().__init__()
-        self.function = function
-        self.name = getattr(function, '__name__', type(function).__name__)
-        self.inverses = inverse
-        self.derivatives = slope
+        self.called = called
 
     def operands(self, first: Any, second: Any) -> Sequence[Any]:
         return [number for number in first[0] if type(number) in TRACKED]
@@ -72,7 +82,8 @@ class CallForm(Form):
         return self, (self._filled(first, operands), first[1]), second
 
     def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
-        return plain(_part(self.call(self._filled(first, values), first[1]), second))
+        numbers, layout = self._filled(first, values), first[1]
+        return _number(_part(layout.call(self.called.forward, numbers), second))
 
     def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
         numbers, layout = self._filled(first, values), first[1]
@@ -84,7 +95,7 @@ class CallForm(Form):
         layout: Layout = first[1]
         at = [at for at, number in enumerate(first[0]) if type(number) in TRACKED][place]
         argument, inside = layout.argument_of(at)
-        inverse = _of(self.inverses, argument)
+        inverse = known_at(self.called.inverse, argument)
         if inverse is None or second is not None or inside is not None:
             return NotImplemented
         return inverse(wanted, *layout.arguments(self._filled(first, values)))
@@ -99,16 +110,10 @@ class CallForm(Form):
         ]
         begin = len(shown) - len(layout.keywords)
         shown[begin:] = ['%s=%s' % pair for pair in zip(layout.keywords, shown[begin:])]
-        text = '%s(%s)' % (self.name, ', '.join(shown)) + ('' if second is None else '[%d]' % second)
+        text = '%s(%s)' % (self.called.shown_as, ', '.join(shown)) + ('' if second is None else '[%d]' % second)
         tracked = [layout.argument_of(at)[0] for at, one in enumerate(numbers) if type(one) in TRACKED]
-        is_exact = all(_of(self.derivatives, argument) for argument in tracked)
+        is_exact = all(known_at(self.called.slope, argument) for argument in tracked)
         return text if is_exact else 'numerically ' + text, FUNCTION
-
-    def call(self, numbers: Sequence[Any], layout: Layout) -> Any:
-        """The function's result for such numbers."""
-        arguments = layout.arguments(numbers)
-        begin = len(arguments) - len(layout.keywords)
-        return self.function(*arguments[:begin], **dict(zip(layout.keywords, arguments[begin:])))
 
     def _filled(self, first: Any, values: Sequence[Any]) -> List[Any]:
         left = iter(values)
@@ -116,7 +121,7 @@ class CallForm(Form):
 
     def _slope(self, at: int, numbers: List[Any], layout: Layout, place: Optional[int]) -> Any:
         argument, inside = layout.argument_of(at)
-        derivative = _of(self.derivatives, argument)
+        derivative = known_at(self.called.slope, argument)
         if derivative is not None:
             slope = _part(derivative(*layout.arguments(numbers)), place)
             return slope if inside is None else slope[inside]
@@ -125,7 +130,7 @@ class CallForm(Form):
         for side in (step, -step):
             moved = list(numbers)
             moved[at] = numbers[at] + side
-            ends.append(plain(_part(self.call(moved, layout), place)))
+            ends.append(_number(_part(layout.call(self.called.forward, moved), place)))
         return (ends[0] - ends[1]) / (2 * step)
 
 
@@ -151,11 +156,25 @@ def _array(argument: Any) -> Any:
     return argument
 
 
-def _of(functions: Functions, at: int) -> Optional[Callable[..., Any]]:
-    """The inverse or slope for an argument: the only one, or the one in its place."""
-    if functions is None or callable(functions):
-        return functions if at == 0 else None
-    return functions[at] if at < len(functions) else None
+def _giving_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function whose results have no provenance, and are Python's numbers."""
+    return lambda *args, **kwargs: _number(function(*args, **kwargs))
+
+
+def _number(result: Any) -> Any:
+    """A result without provenance, a NumPy scalar as its number; anything else unchanged."""
+    if type(result) in CLASSES:
+        return result
+    if hasattr(result, 'dtype') and getattr(result, 'shape', None) == ():
+        return result.item()
+    return plain(result)
+
+
+def _each(functions: Functions) -> Sequence[Optional[Callable[..., Any]]]:
+    """Inverses or slopes as a sequence; a single one is that of the first argument."""
+    if isinstance(functions, (tuple, list)):
+        return tuple(functions)
+    return () if functions is None else (functions,)  # type: ignore[return-value]
 
 
 def operation(
@@ -180,31 +199,53 @@ def operation(
     """
     if function is None:
         return functools.partial(operation, inverse=inverse, slope=slope)
-    form = CallForm(function, inverse, slope)
+    name = getattr(function, '__name__', type(function).__name__)
+    made = new_operation(None, name, _giving_numbers(function), inverse=_each(inverse), slope=_each(slope))
+    form = CallForm(made)
 
     @functools.wraps(function, updated=())
     def called(*args: Any, **kwargs: Any) -> Any:
         numbers, layout = _flattened([*args, *kwargs.values()], tuple(kwargs))
         operands = [number for number in numbers if type(number) in TRACKED]
-        result = form.call([plain(number) for number in numbers], layout)
-        if not operands:
+        result = layout.call(function, [plain(number) for number in numbers])
+        if not operands or RECORDING.is_paused:
             return result
         first, size = (tuple(numbers), layout), size_of(operands)
         if not isinstance(result, (tuple, list)) and not _is_array(result):
-            return _tracked(result, (form, first, None), size)
+            record = _record_of_row(made, numbers) if layout.is_plain() else None
+            return _tracked(result, record or (form, first, None), size)
         parts = result.flat if _is_array(result) else result
-        made = [_tracked(part, (form, first, place), size) for place, part in enumerate(parts)]
+        values = [_tracked(part, (form, first, place), size) for place, part in enumerate(parts)]
         if _is_array(result):
             array = result.astype(object)
-            array.flat[:] = made
+            array.flat[:] = values
             return array
-        return type(result)(*made) if hasattr(result, '_fields') else type(result)(made)
+        return type(result)(*values) if hasattr(result, '_fields') else type(result)(values)
 
     return called
 
 
+def _record_of_row(operation: Operation, numbers: Sequence[Any]) -> Optional[tuple]:
+    """The record of one or two numbers in the form that rows have; None where it has none for these."""
+    forms = operation.forms.get(len(numbers))
+    if forms is None or any(number is None for number in numbers):
+        return None
+    first, second = numbers[0], numbers[-1]
+    if len(numbers) == 1:
+        record: tuple = (forms.left, first, None)
+    elif type(second) not in TRACKED:
+        record = forms.left, first, second
+    elif type(first) not in TRACKED:
+        record = forms.right, second, first
+    else:
+        record = forms.both, first, second
+    return record if record[0] is not None else None
+
+
 def _flattened(arguments: List[Any], keywords: Sequence[str]) -> Tuple[List[Any], Layout]:
     """The numbers that arguments hold, and how to make the arguments of them."""
+    if not keywords and SCALARS.issuperset(map(type, arguments)):
+        return arguments, _of_numbers(len(arguments))
     numbers: List[Any] = []
     containers: List[Optional[Tuple[Any, int]]] = []
     for argument in arguments:
@@ -218,8 +259,13 @@ def _flattened(arguments: List[Any], keywords: Sequence[str]) -> Tuple[List[Any]
     return numbers, Layout(keywords, containers)
 
 
+@functools.lru_cache(maxsize=None)
+def _of_numbers(count: int) -> Layout:
+    """The layout of so many arguments that are numbers, by position."""
+    return Layout((), (None,) * count)
+
+
 def _tracked(result: Any, record: tuple, size: int) -> Any:
-    """A result with its record; a NumPy scalar as its number, anything that is not a number unchanged."""
-    if hasattr(result, 'dtype') and getattr(result, 'shape', None) == ():
-        result = result.item()
-    return make(result, record, size) if type(result) in CLASSES else result
+    """A result with its record; anything that is not a number unchanged."""
+    number = _number(result) if type(result) not in TRACKED else result
+    return make(number, record, size) if type(number) in CLASSES else result

@@ -19,7 +19,7 @@
 #include <longintrepr.h>
 #endif
 
-#define INTERFACE 4 /* what `accelerator.py` asks for */
+#define INTERFACE 5 /* what `accelerator.py` asks for */
 
 enum { ADD, SUBTRACT, MULTIPLY, DIVIDE, FLOOR_DIVIDE, REMAINDER, OPERATORS };
 enum { LEFT, RIGHT, BOTH };
@@ -57,7 +57,8 @@ static PyTypeObject *FloatType, *IntType;
 static PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros;
 static int limit, max_shared_size;
-static PyObject *str_forward, *str_inverse, *str_single_operand, *str_operation, *str_operands, *str_record, *str_affine;
+static PyObject *str_forward, *str_inverse, *str_single_operand, *str_operation, *str_operands, *str_record, *str_affine,
+    *str_value, *str_name, *str_key, *str_getter, *str_tracked;
 
 static IntPart *int_part(PyObject *self)
 {
@@ -260,8 +261,8 @@ static int put_record(PyObject *self, PyObject *value, void *unused)
 static PyObject *get_fold(PyObject *self, void *unused)
 {
     PyObject *fold = record_of(self)->fold;
-    if (fold == NULL) PyErr_SetString(PyExc_AttributeError, "_fold");
-    Py_XINCREF(fold);
+    if (fold == NULL) fold = Py_None; /* an AttributeError, as of the Python, takes longer than what asks for it */
+    Py_INCREF(fold);
     return fold;
 }
 
@@ -1168,6 +1169,83 @@ static PyObject *swept(PyObject *module, PyObject *value)
     return result;
 }
 
+/* --- reading locations --------------------------------------------------------------------------------------- */
+
+#if PY_VERSION_HEX < 0x03090000
+#define PyObject_Vectorcall _PyObject_Vectorcall
+#endif
+
+/* Where the Python code that runs calls something: what `known` has the calls by (`Locations.by_call`), but for the name
+   and the key that they give. */
+static PyObject *place_of_call(PyObject *name, PyObject *key)
+{
+    PyFrameObject *frame = PyEval_GetFrame();
+    if (frame == NULL) return PyErr_Format(PyExc_RuntimeError, "called by no Python code");
+#if PY_VERSION_HEX >= 0x030B0000
+    PyCodeObject *code = PyFrame_GetCode(frame);
+    Py_DECREF(code); /* the frame has it */
+    int offset = PyFrame_GetLasti(frame);
+#else
+    PyCodeObject *code = frame->f_code;
+    int offset = frame->f_lasti * (PY_VERSION_HEX >= 0x030A0000 ? 2 : 1);
+#endif
+    PyObject *number = PyLong_FromVoidPtr(code), *at = PyLong_FromLong(offset);
+    PyObject *place = number && at ? PyTuple_Pack(4, number, at, name, key) : NULL;
+    Py_XDECREF(number);
+    Py_XDECREF(at);
+    return place;
+}
+
+/* A call of the function that `reading` was given: what a call with a value at this place reads, if it is known. */
+static PyObject *read_known(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words)
+{
+    PyObject *value = count > 0 ? args[0] : Py_None, *name = count > 1 ? args[1] : Py_None,
+             *key = count > 2 ? args[2] : Py_None;
+    for (Py_ssize_t at = 0; words != NULL && at < PyTuple_GET_SIZE(words); at++) {
+        PyObject *word = PyTuple_GET_ITEM(words, at), *given = args[count + at];
+        if (word == str_name) {
+            name = given;
+        } else if (word == str_key) {
+            key = given;
+        } else if (word == str_value) {
+            value = given;
+        } else if (word == str_getter || !PyUnicode_CHECK_INTERNED(word)) {
+            value = Py_None;
+            break;
+        }
+    }
+    if (value != Py_None) {
+        PyObject *place = place_of_call(name, key);
+        PyObject *found = place ? PyDict_GetItemWithError(PyTuple_GET_ITEM(self, 1), place) : NULL, *read = NULL;
+        Py_XINCREF(found);
+        Py_XDECREF(place);
+        if (found != NULL) read = PyObject_GetAttr(found, str_tracked);
+        Py_XDECREF(found);
+        if (read != NULL || PyErr_Occurred()) return read;
+    }
+    return PyObject_Vectorcall(PyTuple_GET_ITEM(self, 0), args, (size_t)count, words);
+}
+
+/* As `reading` in accelerator.py. What it makes is there as long as the process. */
+static PyObject *reading(PyObject *module, PyObject *args)
+{
+    PyObject *function, *known, *made = NULL;
+    const char *name, *doc;
+    if (!PyArg_ParseTuple(args, "OO!ss:reading", &function, &PyDict_Type, &known, &name, &doc)) return NULL;
+    PyMethodDef *definition = PyMem_Malloc(sizeof *definition);
+    if (definition == NULL) return PyErr_NoMemory();
+    definition->ml_name = name;
+    definition->ml_doc = doc;
+    definition->ml_meth = (PyCFunction)(void (*)(void))read_known;
+    definition->ml_flags = METH_FASTCALL | METH_KEYWORDS;
+    /* the arguments are kept, as the texts are theirs */
+    PyObject *self = PyTuple_Pack(3, function, known, args), *home = PyObject_GetAttrString(function, "__module__");
+    if (self != NULL && home != NULL) made = PyCFunction_NewEx(definition, self, home);
+    Py_XDECREF(self);
+    Py_XDECREF(home);
+    return made;
+}
+
 /* --- the module ---------------------------------------------------------------------------------------------- */
 
 /* Tell the core what it records and what it hands over. */
@@ -1211,6 +1289,7 @@ static PyMethodDef functions[] = {
     {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
     {"select_tracked", select_tracked, METH_VARARGS, "select_tracked(values, index, kinds, found): as in tracked.py."},
     {"swept", swept, METH_O, "swept(value): as in affine.py, or NotImplemented."},
+    {"reading", reading, METH_VARARGS, "reading(function, known, name, doc): as in accelerator.py."},
     {"made_alike", (PyCFunction)(void (*)(void))made_alike, METH_FASTCALL,
      "made_alike(value, other): whether it is certain that they are; False as well where Python has to say it."},
     {NULL, NULL, 0, NULL},
@@ -1261,7 +1340,9 @@ PyMODINIT_FUNC PyInit__core(void)
         const char *text;
     } names[] = {{&str_forward, "forward"},     {&str_inverse, "inverse"},   {&str_single_operand, "single_operand"},
                  {&str_operation, "operation"}, {&str_operands, "operands"}, {&str_record, "_record"},
-                 {&str_affine, "affine"}};
+                 {&str_affine, "affine"},
+                 {&str_value, "value"},         {&str_name, "name"},         {&str_key, "key"},
+                 {&str_getter, "getter"},       {&str_tracked, "tracked"}};
     for (size_t at = 0; at < sizeof names / sizeof *names; at++) {
         *names[at].place = PyUnicode_InternFromString(names[at].text);
         if (*names[at].place == NULL) return NULL;

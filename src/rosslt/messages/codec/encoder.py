@@ -103,28 +103,23 @@ class _Path:
         return next(itertools.islice(tracked, self._number, None))
 
 
-class _Last(NamedTuple):
-    """What was encoded last of a message type: its leaves, by index and identity, and the result."""
-
-    indices: List[int]
-    ids: List[int]
-    leaves: Sequence[Leaf]  # which keeps the identities from being given to others
-    data: bytes
-
-
-_last: Dict[Tuple[str, bool], _Last] = {}
+_last: Dict[Tuple[str, bool], Tuple[Sequence[Leaf], bytes]] = {}
+"""What was encoded last of a message type: its leaves, and the result."""
 
 
 def _like_the_last(message_type: str, leaves: Sequence[Leaf], full_history: bool) -> bytes:
     """`_encoded`, remembered for the next message: what stands still is the same values again and again."""
     key = message_type, full_history
-    indices, ids = [index for index, _, _ in leaves], [id(value) for _, value, _ in leaves]
-    last = _last.get(key)
-    if last is not None and last.ids == ids and last.indices == indices:
-        return last.data
-    data = _encoded(message_type, leaves, full_history)
-    _last[key] = _Last(indices, ids, list(leaves), data)
+    before, data = _last.get(key, ((), b''))
+    # What moves shows at the first leaf that does.
+    if len(before) != len(leaves) or not all(map(_is_leaf, leaves, before)):
+        data = _encoded(message_type, leaves, full_history)
+        _last[key] = tuple(leaves), data
     return data
+
+
+def _is_leaf(leaf: Leaf, other: Leaf) -> bool:
+    return leaf[1] is other[1] and leaf[0] == other[0]
 
 
 def provenance_to_send(message: Any, full_history: bool = False) -> bytes:

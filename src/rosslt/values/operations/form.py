@@ -23,9 +23,9 @@ class Form:
     is one on two tracked values, and its `inverse` and `slope` are pairs.
 
     Attributes:
-        operation: the row of the table, None where the form is not a row's.
+        operation: that with one or two operands whose inverses and slopes are known; None for any other form.
         position: the place of the tracked operand, None where there is not exactly one.
-        single_operand: whether the record is a row's with exactly one tracked operand.
+        single_operand: whether the record is such an operation with exactly one tracked operand.
         affine: whether the result is affine in the tracked operands together.
     """
 
@@ -112,7 +112,7 @@ class Form:
 
 
 class SingleOperand(Form):
-    """A row of the table, with one tracked operand `first` and a constant `second` (None for a unary operation)."""
+    """An operation with one tracked operand `first` and a constant `second` (None for a unary operation)."""
 
     __slots__ = ()
 
@@ -133,14 +133,16 @@ class SingleOperand(Form):
 
     def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
         operands = list(texts)
-        if self.operation.arity == 2:
+        if second is not None:
             operands.insert(1 - self.position, literal(second))  # type: ignore[operator]
         return applied(self.operation, operands)
 
     def instruction(
         self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
     ) -> Optional[tuple]:
-        if self.operation.arity == 1:
+        if self.operation.code is None:
+            return None
+        if second is None:
             return self.operation, places[0]
         if self.position == 0:
             return self.operation, places[0], constant(second)
@@ -148,7 +150,7 @@ class SingleOperand(Form):
 
 
 class BothOperands(Form):
-    """A row of the table, with two tracked operands."""
+    """An operation with two tracked operands."""
 
     __slots__ = ()
 
@@ -167,7 +169,7 @@ class BothOperands(Form):
     def is_affine(self, first: Any, second: Any, depends: Sequence[bool]) -> bool:
         if all(depends):
             return self.affine
-        return bool((self.operation.left if depends[0] else self.operation.right).affine)
+        return ('a' if depends[0] else 'b') in self.operation.affine
 
     def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
         return self.inverse[place](wanted, *values)
@@ -178,7 +180,7 @@ class BothOperands(Form):
     def instruction(
         self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
     ) -> Optional[tuple]:
-        return (self.operation, *places)
+        return None if self.operation.code is None else (self.operation, *places)
 
 
 class SourceForm(Form):

@@ -1,101 +1,122 @@
-"""A row of the table of operations, and how it is added."""
+"""What is known of an operation, and the one way to say it: rows of the table and users' operations are made alike."""
 
-from typing import Any, Callable, Dict, List, Optional, Tuple
+import dataclasses
+from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple
 
-from .form import BothOperands, SingleOperand
+from .form import BothOperands, Form, SingleOperand
 from .notation import FUNCTION
 
 BY_NAME: Dict[str, 'Operation'] = {}
 BY_CODE: Dict[int, 'Operation'] = {}
 
+Functions = Sequence[Optional[Callable[..., Any]]]
+"""A function for each operand, None where there is none."""
 
-class Operation:
-    """A row of the table.
 
-    Attributes:
-        code: the operation's number on the wire, which never changes.
-        name: what the table and `rosslt.math` call it.
-        shown_as: what `explain` and error messages call it.
-        symbol: its infix (or prefix) symbol, None where it is written as a function.
-        numpy: the names of the NumPy functions that do the same.
-        precedence: how strongly the symbol binds, as in Python; functions and names have the highest.
-        arity: 1 or 2.
-        image: the interval of the results, None for all numbers.
-        commutes: whether the operands may be swapped.
-        stepped: whether the results are whole numbers.
-        on_text: whether it takes texts; no other row does, though Python's own operators might.
-        left, right, both: the forms with the first, the second, or both operands tracked (`left` of a unary).
+class Forms(NamedTuple):
+    """The forms of a record with the first, the second, or both of two operands tracked; `left` alone of a single one.
+
+    None where the operand's inverse or slope is not known.
     """
 
-    __slots__ = (
-        'code',
-        'name',
-        'shown_as',
-        'symbol',
-        'precedence',
-        'numpy',
-        'arity',
-        'image',
-        'commutes',
-        'stepped',
-        'on_text',
-        'forward',
-        'left',
-        'right',
-        'both',
-    )
+    left: Optional[Form] = None
+    right: Optional[Form] = None
+    both: Optional[Form] = None
 
-    def __init__(
-        self,
-        code: int,
-        name: str,
-        shown_as: str,
-        symbol: Optional[str],
-        precedence: int,
-        numpy: List[str],
-        forward: Any,
-        inverse: Any,
-        slope: Any,
-        affine: Tuple[str, ...],
-        commutes: bool,
-        image: Optional[Tuple[float, float]],
-        stepped: bool,
-        on_text: bool,
-    ) -> None:
-        self.code = code
-        self.name = name
-        self.shown_as = shown_as
-        self.symbol = symbol
-        self.precedence = precedence
-        self.numpy = numpy
-        self.arity = len(inverse)
-        self.image = image
-        self.commutes = commutes
-        self.stepped = stepped
-        self.on_text = on_text
-        self.forward = forward
-        if self.arity == 1:
-            back, rise = inverse[0], slope[0]
-            self.left = SingleOperand(
-                self, 0, True, bool(affine), lambda a, _: forward(a), lambda y, a, _: back(y, a), lambda a, _: rise(a)
+
+@dataclasses.dataclass(eq=False, repr=False)
+class Operation:
+    """What is known of an operation.
+
+    Attributes:
+        code: the number of a row of the table on the wire, which never changes. None where other nodes do not know the
+            operation; they get its linearization.
+        name: what the table and `rosslt.math` call it.
+        forward: the function itself.
+        inverse: of each operand, what it must become for a wanted result: `inverse(wanted, *operands)`. None where only
+            a search can tell.
+        slope: of each operand, the derivative: `slope(*operands)`. None where only differences can tell.
+        arity: 1 or 2; 0 where it takes any number of operands.
+        affine: in which operands it is affine: 'a' or 'b' while the other is constant, 'ab' in both together.
+        commutes: whether the operands may be swapped.
+        image: the interval of the results, None for all numbers.
+        stepped: whether the results are whole numbers.
+        on_text: whether it takes texts; no other row does, though Python's own operators might.
+        symbol: its infix (or prefix) symbol, None where it is written as a function.
+        precedence: how strongly the symbol binds, as in Python; functions and names have the highest.
+        shown_as: what `explain` and error messages call it.
+        numpy: the names of the NumPy functions that do the same.
+        forms: its forms of record for so many operands.
+        left, right, both: those of a row of the table.
+
+    Raises:
+        TypeError: something is no function; an operation with a code lacks an inverse or a slope.
+        ValueError: there is another number of inverses or slopes than of operands.
+    """
+
+    code: Optional[int]
+    name: str
+    forward: Callable[..., Any]
+    inverse: Functions
+    slope: Functions
+    arity: int
+    affine: Tuple[str, ...]
+    commutes: bool
+    image: Optional[Tuple[float, float]]
+    stepped: bool
+    on_text: bool
+    symbol: Optional[str]
+    precedence: int
+    shown_as: str
+    numpy: Sequence[str]
+    forms: Dict[int, Forms] = dataclasses.field(init=False)
+    left: Any = dataclasses.field(init=False)
+    right: Any = dataclasses.field(init=False)
+    both: Any = dataclasses.field(init=False)
+
+    def __post_init__(self) -> None:
+        for what, functions in (('inverse', self.inverse), ('slope', self.slope)):
+            if self.arity and len(functions) != self.arity:
+                raise ValueError(
+                    'operation %s has %d operands, found %d of `%s`' % (self.name, self.arity, len(functions), what)
+                )
+            for place, function in enumerate(functions):
+                if not callable(function) and (function is not None or self.code is not None):
+                    raise TypeError(
+                        'operation %s: the %s for argument %d is %r, and no function'
+                        % (self.name, what, place + 1, function)
+                    )
+        self.forms = {count: self._forms(count) for count in ((self.arity,) if self.arity else (1, 2))}
+        self.left, self.right, self.both = self.forms[self.arity] if self.arity else Forms()
+
+    def _forms(self, count: int) -> Forms:
+        """The forms of record for one operand, or for two."""
+        forward, affine = self.forward, self.affine
+        (back, rise), (other_back, other_rise) = [
+            (known_at(self.inverse, place), known_at(self.slope, place)) for place in (0, 1)
+        ]
+        if count == 1:
+            if back is None or rise is None:
+                return Forms()
+            unary: Any = (lambda a, _: forward(a), lambda y, a, _: back(y, a), lambda a, _: rise(a))
+            return Forms(SingleOperand(self, 0, True, bool(affine), *unary))
+        left = right = both = None
+        if back is not None and rise is not None:
+            left = SingleOperand(self, 0, True, 'a' in affine, forward, back, rise)
+        if other_back is not None and other_rise is not None:
+            swapped: Any = (
+                (forward, back, rise)
+                if self.commutes
+                else (
+                    lambda b, a: forward(a, b),
+                    lambda y, b, a: other_back(y, a, b),
+                    lambda b, a: other_rise(a, b),
+                )
             )
-            self.right = self.both = None
-            return
-        self.left = SingleOperand(self, 0, True, 'a' in affine, forward, inverse[0], slope[0])
-        if commutes:
-            self.right = SingleOperand(self, 1, True, 'b' in affine, forward, inverse[0], slope[0])
-        else:
-            back, rise = inverse[1], slope[1]
-            self.right = SingleOperand(
-                self,
-                1,
-                True,
-                'b' in affine,
-                lambda b, a: forward(a, b),
-                lambda y, b, a: back(y, a, b),
-                lambda b, a: rise(a, b),
-            )
-        self.both = BothOperands(self, None, False, 'ab' in affine, forward, inverse, slope)
+            right = SingleOperand(self, 1, True, 'b' in affine, *swapped)
+        if left is not None and right is not None:
+            both = BothOperands(self, None, False, 'ab' in affine, forward, (back, other_back), (rise, other_rise))
+        return Forms(left, right, both)
 
     def __repr__(self) -> str:
         return '<operation %s>' % self.name
@@ -104,18 +125,23 @@ class Operation:
         return named, (self.name,)
 
 
+def known_at(functions: Functions, place: int) -> Optional[Callable[..., Any]]:
+    """The inverse or slope for an operand, None where there is none."""
+    return functions[place] if place < len(functions) else None
+
+
 def named(name: str) -> Operation:
-    """The operation of that name; KeyError if there is none."""
+    """The row of that name; KeyError if there is none."""
     return BY_NAME[name]
 
 
 def operation(
-    code: int,
+    code: Optional[int],
     name: str,
     forward: Callable[..., Any],
     *,
-    inverse: Tuple[Callable[..., Any], ...],
-    slope: Tuple[Callable[..., Any], ...],
+    inverse: Functions,
+    slope: Functions,
     symbol: Optional[str] = None,
     precedence: int = FUNCTION,
     affine: Tuple[str, ...] = (),
@@ -126,29 +152,33 @@ def operation(
     stepped: bool = False,
     on_text: bool = False,
 ) -> Operation:
-    """Add a row to the table.
+    """Make an operation of what is known of it; one with a code is a row of the table from then on.
 
-    Args:
-        affine: in which operands the operation is affine: 'a' or 'b' while the other is constant,
-            'ab' in both together.
+    The arguments are attributes of `Operation`. A row takes as many operands as it has inverses, any other operation
+    any number.
+
+    Raises:
+        TypeError, ValueError: as of `Operation`; the code or the name is taken.
     """
-    row = Operation(
+    made = Operation(
         code,
         name,
-        shown_as or symbol or name,
-        symbol,
-        precedence,
-        numpy.split(),
         forward,
         inverse,
         slope,
+        0 if code is None else len(inverse),
         affine,
         commutes,
         image,
         stepped,
         on_text,
+        symbol,
+        precedence,
+        shown_as or symbol or name,
+        numpy.split(),
     )
-    if code in BY_CODE or name in BY_NAME:
-        raise ValueError('operation %s (%d) is there already' % (name, code))
-    BY_CODE[code] = BY_NAME[name] = row
-    return row
+    if code is not None:
+        if code in BY_CODE or name in BY_NAME:
+            raise ValueError('operation %s (%d) is there already' % (name, code))
+        BY_CODE[code] = BY_NAME[name] = made
+    return made

@@ -166,7 +166,7 @@ TO_BOOL = operation(
     16, 'bool', bool, on_text=True,
     inverse=(lambda y, a: a if bool(a) == y else int(y) if not isinstance(a, str) else '' if not y else
              refuse('any text would do'),),
-    slope=NO_SLOPE)
+    slope=(_no_slope,))
 
 # Powers and logarithms.
 

@@ -18,7 +18,7 @@ from typing import (
     Tuple,
 )
 
-from ..closeness import almost_meets, is_same, meets
+from ..closeness import is_same, meets
 from ..errors import NotInvertible, NotTracked
 from ..explain import brief
 from ..graph import Graph, evaluate
@@ -29,7 +29,7 @@ from ..tree import paired
 from .budget import UNDEFINED, Budget
 from .chain import solve_chain
 from .components import connected
-from .equations import Goal, size_of
+from .equations import Goal, missed
 from .freedom import Bounds, Freedom, Rank, rank_of
 from .one import Attempt, beyond_bounds, written
 from .several import System
@@ -293,7 +293,7 @@ def _moved_with_whole(
             budget.refund(share)
             if rest is not None:
                 return {**answer, **dict(zip(floats, rest))}
-        elif _missed(graph, goals, values) is None:
+        elif missed(graph, goals, values) is None:
             return answer
     return None
 
@@ -408,13 +408,13 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
         movable = []
     found = _moved_together(graph, goals, movable, freedom, budget)
     values = None if found is None else _values(graph, found)
-    if found is not None and values is not None and _missed(graph, goals, values) is None:
+    if found is not None and values is not None and missed(graph, goals, values) is None:
         return simplest(graph, goals, found, values, freedom.limits)
     try:
         return _one_after_the_other(graph, goals, freedom, budget)
     except NotInvertible:
         found = _moved_with_whole(graph, goals, movable, freedom, budget)
-        if found is None or _missed(graph, goals, _values(graph, found)) is not None:
+        if found is None or missed(graph, goals, _values(graph, found)) is not None:
             raise
         return found
 
@@ -431,9 +431,9 @@ def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budg
             raise NotInvertible(
                 '%s, with the others as wanted' % reason if not path else '%s: %s' % (path, reason)
             ) from None
-    missed = _missed(graph, goals, _values(graph, changes))
-    if missed is not None:
-        (path, value, wanted), result = missed
+    first = missed(graph, goals, _values(graph, changes))
+    if first is not None:
+        (path, value, wanted), result = first
         raise NotInvertible(
             'cannot make %s %s become %s together with the others: %s would make it %s'
             % (
@@ -460,15 +460,3 @@ def _values(graph: Graph, changes: Mapping[Source, Any]) -> Optional[List[Any]]:
         return graph.values(changes)
     except UNDEFINED:
         return None
-
-
-def _missed(graph: Graph, goals: List[Goal], values: Optional[List[Any]]) -> Optional[Tuple[Goal, Any]]:
-    """The first goal that is not met by such values of the nodes, with its result; None where all are met."""
-    if values is None:
-        return goals[0], math.nan
-    size = size_of(goals)
-    for goal in goals:
-        result = values[graph.index[id(goal[1])]]
-        if not almost_meets(result, goal[2], size):
-            return goal, result
-    return None

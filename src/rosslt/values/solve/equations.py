@@ -4,6 +4,7 @@ their outermost operations are undone."""
 import math
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
+from ..closeness import almost_meets
 from ..graph import Graph
 from ..operations.table import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
 from ..sources import Source
@@ -242,3 +243,15 @@ def size_of(goals: List[Goal]) -> float:
         (abs(part) for _, value, wanted in goals if not isinstance(value, str) for part in (value._plain, wanted)),
         default=1.0,
     )
+
+
+def missed(graph: Graph, goals: List[Goal], values: Optional[List[Any]]) -> Optional[Tuple[Goal, Any]]:
+    """The first goal that is not met by such values of the nodes, with its result; None where all are met."""
+    if values is None:
+        return goals[0], math.nan
+    size = size_of(goals)
+    for goal in goals:
+        result = values[graph.index[id(goal[1])]]
+        if not almost_meets(result, goal[2], size):
+            return goal, result
+    return None

@@ -392,7 +392,7 @@ def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> An
     if isinstance(wanted, (int, Fraction)):
         if wanted.numerator.bit_length() > LONGEST_NUMBER:
             refuse('%s would have to give a number of too many digits', row.shown_as)
-        if row.left.affine and not isinstance(wanted, bool):
+        if 'a' in row.affine and not isinstance(wanted, bool):
             wanted = Fraction(wanted)
         elif isinstance(wanted, Fraction):
             wanted = float(wanted) if wanted.denominator != 1 else wanted.numerator

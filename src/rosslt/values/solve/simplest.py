@@ -5,7 +5,7 @@ from typing import Any, Callable, Dict, List, Tuple
 from ..graph import Graph
 from ..sources import Source
 from .budget import UNDEFINED
-from .equations import Goal
+from .equations import Goal, missed
 
 DIGITS = 13
 """The significant digits that are tried. The roundings of a search of some dozens of steps change those behind."""
@@ -28,16 +28,18 @@ def simplest(
         limits: gives the lowest and the highest value of a source.
 
     Returns:
-        The rounded source values, or `found` where these are nearer.
+        The rounded source values, or `found` where these are nearer, or the rounded ones do not meet the goals.
     """
     rounded = {source: _rounded(value, *limits(source)) for source, value in found.items()}
     if rounded == found:
         return found
     try:
-        nearer = _error(graph, goals, graph.values(rounded)) <= _error(graph, goals, values)
+        rounded_values = graph.values(rounded)
+        is_as_near = _error(graph, goals, rounded_values) <= _error(graph, goals, values)
     except UNDEFINED:
         return found
-    return rounded if nearer else found
+    # The largest error may be that of a large result, while a small one is no longer what was wanted.
+    return rounded if is_as_near and missed(graph, goals, rounded_values) is None else found
 
 
 def _rounded(value: Any, low: Any, high: Any) -> Any:
