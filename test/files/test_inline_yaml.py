@@ -77,3 +77,50 @@ def test_a_text_that_was_edited_or_is_written_in_another_way_is_left(now):
 def test_what_is_no_launch_file_any_more_is_an_error():
     with pytest.raises(files.FileError, match=r'a\.launch:1'):
         edited(b'<launch><rosparam>a: 1</launch>', 0, 'a: 1', ['a'], 1, 2)
+
+
+WORDS = """<launch>
+  <rosparam>frame: map  # 1.50
+    # ä
+gain: 1.50
+on: [yes, "map"]</rosparam>
+</launch>
+"""
+
+
+def test_texts_and_truth_values_are_written_again_and_again():
+    text, content = WORDS.split('<rosparam>')[1].split('</rosparam>')[0], WORDS.encode()
+    changes = [
+        files.YamlChange(['frame'], ['map', 'odom', 'ä'], 'odom', 'frame'),
+        files.YamlChange(['on', 0], [True, False], False, 'on/0'),
+        files.YamlChange(['on', 1], ['map', 'it is'], 'it is', 'on/1'),
+    ]
+    edits, left = files.inline_edits('a.launch', content, 0, 1, text, changes)
+    saved = files.replaced(content, edits)
+    expected = WORDS.replace('frame: map', 'frame: odom').replace('yes, "map"', 'no, "it is"')
+    assert (saved.decode(), left) == (expected, [])
+    again = [files.YamlChange(['frame'], ['map', 'odom'], 'ä', 'frame'), *changes[1:]]
+    edits, left = files.inline_edits('a.launch', saved, 0, 1, text, again)
+    assert (files.replaced(saved, edits).decode(), left) == (expected.replace('odom', 'ä'), [])
+    # What is not to be changed is not to have been edited.
+    edits, left = files.inline_edits('a.launch', saved, 0, 1, text, changes[:1])
+    assert edits == []
+    assert 'was edited since it was loaded' in left[0][1]
+
+
+def test_a_text_may_have_what_xml_takes_as_it_is():
+    content = b'<launch><rosparam>frame: "map"</rosparam></launch>'
+    change = files.YamlChange(['frame'], ['map'], 'a > b', 'frame')
+    edits, left = files.inline_edits('a.launch', content, 0, 1, 'frame: "map"', [change])
+    assert (files.replaced(content, edits), left) == (content.replace(b'map', b'a > b'), [])
+
+
+@pytest.mark.parametrize(
+    ('head', 'value'), [('', 'a<b'), ('', 'a & b'), ('', ']]>'), ('<?xml version="1.0" encoding="iso-8859-1"?>', 'ä')]
+)
+def test_a_text_that_xml_would_read_as_something_else_is_left(head, value):
+    content = f'{head}<launch><rosparam>frame: map</rosparam></launch>'.encode()
+    change = files.YamlChange(['frame'], ['map'], value, 'frame')
+    edits, left = files.inline_edits('a.launch', content, 0, 1, 'frame: map', [change])
+    assert edits == []
+    assert 'would need a notation of XML' in left[0][1]

@@ -1,8 +1,13 @@
 """Values of <param> tags are written where they stand, or not at all."""
 
+import functools
+from xml.dom import minidom
+
 import pytest
+from roslaunch.loader import convert_value
 
 from rosslt import files
+from rosslt.node.saving import _read_param
 
 LAUNCH = """<launch>
   <param name="gain" value="1.50"/>
@@ -49,3 +54,78 @@ def test_what_somebody_has_edited_is_left():
         content,
         'it was edited since it was loaded: a.launch:2 says 9.0 instead of 1.50',
     )
+
+
+def with_word(attributes, text, value, kind='auto', head=''):
+    """A launch file with another text or truth value, and why not where it is the same."""
+    content = f'{head}<launch>\n  <!-- ä --><param name="f" {attributes}/> <!-- "{text}" -->\n</launch>\n'.encode()
+    read = functools.partial(_read_param, convert_value, kind)
+    said = minidom.parseString(content).getElementsByTagName('param')[0].getAttribute('value')
+    change = files.ParamChange(0, 1, 'f', said, [read(said)], value, read, 'it')
+    edits, left = files.param_edits('a.launch', content, [change])
+    after = files.replaced(content, edits)
+    assert bool(edits) != bool(left)
+    if edits:
+        assert read(minidom.parseString(after).getElementsByTagName('param')[0].getAttribute('value')) == value
+        (edit,) = edits
+        assert content[edit.start - 1 : edit.end + 1].strip(b'\'"') == edit.old
+        return edit.new.decode()
+    return left[0][1]
+
+
+@pytest.mark.parametrize(
+    ('attributes', 'kind', 'value', 'expected'),
+    [
+        ('value="map"', 'auto', 'odom', 'odom'),
+        ("value = 'map'", 'auto', 'it\'s "ä"', 'it&apos;s "ä"'),
+        ('value="map"', 'auto', 'it\'s "ä"', "it's &quot;ä&quot;"),
+        ('value="map"', 'auto', 'a<b & c>d', 'a&lt;b &amp; c&gt;d'),
+        ('value="a&amp;b"', 'auto', 'b', 'b'),
+        ('value="map"', 'auto', '', ''),
+        ('type="str" value="map"', 'str', '5', '5'),
+        ('type="str" value="map"', 'str', 'true', 'true'),
+        ('type="str" value="map"', 'str', 'a\nb\tc', 'a&#10;b&#9;c'),
+        ('type="yaml" value="map"', 'yaml', 'odom', 'odom'),
+        ('type="yaml" value="map"', 'yaml', '5', "'5'"),
+        ('type="yaml" value="map"', 'yaml', "a: b: 'c", "'a: b: ''c'"),
+        ('value="true"', 'auto', False, 'false'),
+        ('value="True"', 'auto', False, 'False'),
+        ('type="bool" value="1"', 'bool', False, '0'),
+        ('type="boolean" value="FALSE"', 'boolean', True, 'TRUE'),
+        ('type="yaml" value="on"', 'yaml', False, 'off'),
+    ],
+)
+def test_texts_and_truth_values_are_written_as_roslaunch_reads_them(attributes, kind, value, expected):
+    assert with_word(attributes, '', value, kind) == expected
+
+
+@pytest.mark.parametrize(
+    ('kind', 'value'),
+    [
+        ('auto', '5'),
+        ('auto', '.5'),
+        ('auto', 'TRUE'),
+        ('auto', ' map'),
+        ('str', 'map\n'),
+        ('auto', '$(env HOME)'),
+        ('auto', 'a\0'),
+        ('auto', '\ud800'),
+    ],
+)
+def test_a_text_that_roslaunch_would_read_as_something_else_is_left(kind, value):
+    assert with_word('value="map"', 'map', value, kind) == (
+        f'{value!r} cannot be written in a.launch:2 so that roslaunch reads just that'
+    )
+
+
+@pytest.mark.parametrize(
+    ('text', 'kind', 'value'),
+    [('map', 'auto', 5), ('5', 'int', True), ('true', 'auto', 1), ('[1]', 'yaml', 'a'), ('[1]', 'yaml', 5)],
+)
+def test_a_value_of_another_kind_is_left(text, kind, value):
+    assert 'is of another kind than' in with_word(f'value="{text}"', '', value, kind)
+
+
+def test_in_a_file_of_another_encoding_other_characters_are_written_as_references():
+    head = '<?xml version="1.0" encoding="iso-8859-1"?>'
+    assert with_word('value="map"', '', 'ä☃', 'auto', head) == '&#228;&#9731;'

@@ -140,7 +140,7 @@ def test_a_number_that_has_its_value_already_is_not_written():
 def values_after(old, new):
     before, after = source(old.encode()), source(new.encode())
     result = followed(before, after)
-    return {before.numbers[a].value: after.numbers[b].value for a, b in result.numbers.items()}
+    return {before.numbers[a].value: after.numbers[b].value for a, b in result.literals.items()}
 
 
 def test_numbers_are_followed_through_edits_of_other_lines_and_of_themselves():
@@ -153,6 +153,101 @@ def test_a_number_that_could_be_another_one_is_not_followed():
     assert values_after('move(1.5)\nmove(2.5)\n', 'move(1.5)\n') == {}
     assert values_after('a = 1.5\n', 'b = 1.5\n') == {}
     assert values_after('def f():\n    return 1.5\n', 'def g():\n    return 1.5\n') == {}
+
+
+def word_edited(text, value, new, encoding='utf-8'):
+    """A program in which one text or truth value is another one."""
+    made = source(text.encode(encoding))
+    (index,) = [
+        index for index, one in enumerate(made.literals) if type(one.value) is type(value) and one.value == value
+    ]
+    return replaced(made.content, made.edits({index: new})).decode(encoding)
+
+
+@pytest.mark.parametrize(
+    ('old', 'value', 'new', 'expected'),
+    [
+        ("'map'", 'map', 'odom', "'odom'"),
+        ('"map"', 'map', 'odom', '"odom"'),
+        ('"map"', 'map', "it's", '"it\'s"'),
+        ("'map'", 'map', "it's", '"it\'s"'),
+        ("'map'", 'map', 'ä ☃', "'ä ☃'"),
+        ("'map'", 'map', '', "''"),
+        ("u'map'", 'map', 'odom', "u'odom'"),
+        ("r'a\\d'", 'a\\d', 'b\\d', "r'b\\d'"),
+        ("r'a\\d'", 'a\\d', 'b\\', "'b\\\\'"),
+        ("'map'", 'map', 'b\\d', "'b\\\\d'"),
+        ("'map'", 'map', 'a\nb', "'a\\nb'"),
+        ("'map'", 'map', 'a\tb\0', "'a\\tb\\x00'"),
+        ("'map'", 'map', 'both \' and "', "'both \\' and \"'"),
+        ("'map'", 'map', "' + '", '"\' + \'"'),
+        ('"""map"""', 'map', 'say "odom"', '\'say "odom"\''),
+        ('"""map"""', 'map', 'say "odom".', '"""say "odom"."""'),
+        ("'map'", 'map', '\u202e', "'\\u202e'"),
+        ('True', True, False, 'False'),
+        ('False', False, True, 'True'),
+    ],
+)
+def test_a_text_keeps_its_quotes_where_the_new_one_allows_it(old, value, new, expected):
+    before = f'#  "map"\nx = f({old}, 1.50)  # ä\nreturned = lambda:{old}\n'.replace(
+        'returned = lambda:' + old, 'y = 2'
+    )
+    assert word_edited(before, value, new) == before.replace(f'({old},', f'({expected},')
+
+
+@given(
+    st.sampled_from(["'map'", '"map"', "r'map'", "u'map'", "'''map'''", '"""map"""']),
+    st.text(min_size=1),
+    st.booleans(),
+)
+def test_a_text_that_is_written_reads_back_to_exactly_that(old, new, is_utf8):
+    encoding = 'utf-8' if is_utf8 else 'latin-1'
+    before = f'# coding: {encoding}\nx = {old}, True\n'
+    after = source(word_edited(before, 'map', new, encoding).encode(encoding))
+    assert [one.value for one in after.literals] == [new, True]
+    assert after.text.endswith(', True\n')
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        "'a' 'b'",
+        "('a'\n 'b')",
+        "f'a{1}b'",
+        "b'ab'",
+        '"""a\nb"""',
+        "'a\\\nb'",
+        "rb'ab'",
+        "f'a' 'b'",
+        'None',
+    ],
+)
+def test_texts_in_several_pieces_or_lines_are_no_literals_that_are_written(text):
+    assert not [one for one in source(f'x = {text}\n'.encode()).literals if type(one.value) in (str, bool)]
+
+
+def test_texts_that_are_not_in_ascii_are_written_in_files_in_utf8_alone():
+    assert source(b'# coding: latin-1\nx = "\xe4"\n').literals == []
+    assert word_edited('# coding: latin-1\nx = "ä", "a"\n', 'a', 'ä☃', 'latin-1').endswith(", '\\xe4\\u2603'\n")
+
+
+def test_texts_are_followed_where_they_are_locations_and_name_their_lines_elsewhere():
+    old = source(b"get('~a', 'x')\nget('~b', 'y')\nget('~c', 1.5)\n")
+    new = source(b"get('~b', 'z', )\nget('~b', 'z')\n\nget('~a', 'u')\nget('~d', 1.5)\n")
+    locations = {index for index, one in enumerate(old.literals) if one.value in ('x', 'y', 1.5)}
+    result = followed(old, new, locations)
+    assert {old.literals[a].value: new.literals[b].value for a, b in result.literals.items()} == {'x': 'u', 'y': 'z'}
+    assert (result.lines, result.has_lost_lines) == ([1, 5], True)
+    assert followed(old, new).literals == {}
+
+
+def test_a_text_is_not_taken_for_a_number_nor_a_truth_value_for_one():
+    made = source(b"x = f(True, 'a', 1)\n")
+    for index, one in enumerate(made.literals):
+        for other in (True, 'a', 1):
+            if type(one.value) is not type(other):
+                with pytest.raises(FileError, match='cannot stand here'):
+                    made.edits({index: other})
 
 
 def test_lines_are_named_in_which_more_has_changed_than_locations():

@@ -1,8 +1,11 @@
 """Other numbers in a YAML file, and everything else in it as it was."""
 
 import pytest
+import yaml
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
-from rosslt.files import FileError
+from rosslt.files import FileError, YamlChange, replaced, yaml_edits
 from rosslt.files import yaml_with_values as with_values
 
 FILE = """# A tour.
@@ -54,3 +57,104 @@ def test_what_cannot_be_written_is_refused_with_the_place(data, reason):
 def test_a_file_that_is_no_yaml_is_refused_with_the_place():
     with pytest.raises(FileError, match=r'tour\.yaml:2:1'):
         with_values('a: [1,\n', {'a': [1]}, 'tour.yaml')
+
+
+def with_word(text, path, value, said=None):
+    """A YAML file with another text or truth value, or why not."""
+    present = yaml.safe_load(text)
+    for step in path:
+        present = present[step]
+    change = YamlChange(path, [present if said is None else said], value, 'it')
+    edits, left = yaml_edits('a.yaml', text.encode(), [change])
+    if left:
+        assert edits == []
+        return left[0][1]
+    (edit,) = edits
+    after = replaced(text.encode(), edits).decode()
+    assert edit.old == text.encode()[edit.start : edit.end]
+    assert edit.new
+    now = yaml.safe_load(after)
+    for step in path:
+        now = now[step]
+    assert (now, type(now)) == (value, type(value))
+    return after
+
+
+@pytest.mark.parametrize(
+    ('old', 'value', 'new'),
+    [
+        ('map', 'odom', 'odom'),
+        ('map', 'base link', 'base link'),
+        ("'map'", 'odom', "'odom'"),
+        ('"map"', 'odom', '"odom"'),
+        ('map', 'true', "'true'"),
+        ('map', 'no', "'no'"),
+        ('map', '5', "'5'"),
+        ('map', '1e3', '1e3'),
+        ('map', '~', "'~'"),
+        ('map', '', "''"),
+        ('map', ' a', "' a'"),
+        ('map', 'a: b', "'a: b'"),
+        ('map', 'a #b', "'a #b'"),
+        ('map', '- a', "'- a'"),
+        ('map', "it's", "it's"),
+        ("'map'", "it's", "'it''s'"),
+        ('"map"', 'a "b" \\', '"a \\"b\\" \\\\"'),
+        ('map', 'a\nb', '"a\\nb"'),
+        ('map', 'ä☃', 'ä☃'),
+        ('map', '\0\x85', '"\\0\\N"'),
+        ('map', 'rad(pi)', "'rad(pi)'"),
+        ('map', '2001-01-01', "'2001-01-01'"),
+        ('&a map', 'odom', '&a odom'),
+        ('!!str map', '5', '!!str 5'),
+        ('!!str 5', '6', '!!str 6'),
+        ('true', False, 'false'),
+        ('Yes', False, 'No'),
+        ('OFF', True, 'ON'),
+        ('!!bool "yes"', False, '!!bool false'),
+    ],
+)
+def test_texts_and_truth_values_are_written_so_that_they_read_back(old, value, new):
+    import rosparam  # noqa: F401 - teaches yaml to read angles
+
+    text = '# {} ä\nother: {} x\nframe: {}   # in\nlast: [1, on]\n'
+    assert with_word(text.format('map', 'a', old), ['frame'], value) == text.format('map', 'a', new)
+
+
+@pytest.mark.parametrize(('value', 'new'), [('odom', 'odom'), ('a, b', "'a, b'"), ('a]', "'a]'"), ('{', "'{'")])
+def test_a_text_in_a_list_in_one_line_stays_one(value, new):
+    assert with_word('a: [map, {b: map}]\n', ['a', 1, 'b'], value) == f'a: [map, {{b: {new}}}]\n'
+
+
+@pytest.mark.parametrize(
+    'text', ['a: |\n  map\n', 'a: >-\n  map\n', 'a: map\n  of all\n', "a: 'map\n\n  b'\n", 'a: "map \\\n  b"\n']
+)
+def test_a_text_of_several_lines_is_left(text):
+    assert with_word(text, ['a'], 'odom') == 'a text of several lines is not rewritten'
+
+
+def test_a_text_that_somebody_has_edited_or_that_is_used_twice_is_left():
+    assert with_word('a: map\n', ['a'], 'odom', 'base') == (
+        "it was edited since it was loaded: a.yaml says map instead of 'base'"
+    )
+    assert with_word('a: 1\n', ['a'], False, True).startswith('it was edited since')
+    assert with_word('a: &x map\nb: *x\n', ['a'], 'odom').startswith('it is one value in several places')
+    assert 'is of another kind' in with_word('a: map\n', ['a'], 5)
+    assert 'is of another kind' in with_word('a: 1\n', ['a'], True)
+
+
+@given(
+    st.sampled_from(['a: {} # c\nb: 1\n', '[{}, 1]\n', '{{a: {}, b: on}}\n', '- x\n- {}\n', '{}']),
+    st.sampled_from(['map', "'map'", '"map"', '&m map', '!!str map']),
+    st.text(),
+)
+def test_every_text_reads_back_and_all_else_stays(template, old, value):
+    text = template.format(old)
+    path = {'a': ['a'], '[': [0], '{': ['a'], '-': [1]}.get(template[0]) if template != '{}' else []
+    expected = yaml.safe_load(text)
+    if path:
+        expected[path[0]] = value
+    else:
+        expected = value
+    assume(value != 'map')
+    assert yaml.safe_load(with_word(text, path, value)) == expected

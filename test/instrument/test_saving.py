@@ -40,10 +40,13 @@ class Orbit:
         self.gain = -1.25
         self.pub = rospy.Publisher('orbit', PointStamped, queue_size=1)
         self.far = rospy.get_param('~far', 7.5)
+        self.frame = rospy.get_param('~frame', 'map')  # 'map'
+        self.shown = rospy.get_param('~shown', True)
 
     def step(self):
         p = PointStamped()
         p.header.stamp = rospy.Time.now()
+        p.header.frame_id = self.frame if self.shown else ''
         p.point.x = radius * self.gain
         p.point.y = sum(heights) + offset(3.0)
         p.point.z = self.far * 2 - 4
@@ -106,7 +109,7 @@ def save(name, *options):
 
 def forget(name):
     """Have nothing of a node outlive it but its files, as after a restart of the master."""
-    for key in ('rosslt', 'rosslt_literals', 'far'):
+    for key in ('rosslt', 'rosslt_literals', 'far', 'frame', 'shown'):
         if rospy.has_param(f'{name}/{key}'):
             rospy.delete_param(f'{name}/{key}')
 
@@ -200,6 +203,39 @@ def test_a_thousand_changes_leave_every_other_byte_and_are_published_after_a_res
     assert changes == 1000
 
 
+def test_texts_and_truth_values_are_written_where_they_were_read_and_published_again(master, hearing, tmp_path):
+    heard = hearing('orbit', PointStamped)
+    with Unmodified(tmp_path, 'orbit', ORBIT) as started:
+        assert heard.next().header.frame_id == 'map'
+        ids = {place.local_name: place.location.id for place in places('/orbit')}
+        log = Log('/orbit')
+        change('/orbit', {ids['~frame']: "robot's ä", ids['~far']: 8.0})
+        assert save('/orbit').splitlines() == [
+            f'/orbit/~far\t7.5\t8.0\t{started.file}',
+            f"/orbit/~frame\t'map'\t\"robot's ä\"\t{started.file}",
+        ]
+        expected = ORBIT.replace("'~frame', 'map'", "'~frame', \"robot's ä\"").replace("'~far', 7.5", "'~far', 8.0")
+        assert started.file.read_text(encoding='utf-8') == expected
+        assert save('/orbit') == ''
+        change('/orbit', {ids['~frame']: 'odom', ids['~shown']: False})
+        assert len(save('/orbit').splitlines()) == 2
+        expected = expected.replace('"robot\'s ä"', '"odom"').replace("'~shown', True", "'~shown', False")
+        assert started.file.read_text(encoding='utf-8') == expected
+        # What it has written itself is no edit; that of somebody else is taken in.
+        edit(started.file, ('radius = 2.50', 'radius = 4.0'), ("'~shown', False", "'~shown', True"))
+        assert heard.next(lambda message: message.header.frame_id).header.frame_id == 'odom'
+        log.wait_for('radius = 4.0')
+        assert not [line for line in log.lines if 'changed in other ways' in line]
+        change('/orbit', {ids['~frame']: 'base'})
+        edit(started.file, ('"odom")', '"other")'))
+        log.wait_for("frame = 'other'")
+        assert save('/orbit') == ''
+        started.stop()
+    forget('/orbit')
+    with Unmodified(tmp_path, 'orbit', started.file.read_text(encoding='utf-8')):
+        assert heard.next().header.frame_id == 'other'
+
+
 def edit(path, *pairs):
     """Save a text as an editor does: under another name first."""
     text = path.read_text(encoding='utf-8')
@@ -265,6 +301,7 @@ while not rospy.is_shutdown():
     p.point.y = rosslt.location(value=3, name='y') * 1.0
     p.point.z = sum(rosslt.location(.5, name='z', key=leg) for leg in 'ab')
     p.header.frame_id = rosslt.location('map', name='frame')
+    frames = [rosslt.location('in ' 'two', name='two'), rosslt.location(True, name='on')]
     pub.publish(p)
     rospy.sleep(0.03)
 """
@@ -273,19 +310,24 @@ while not rospy.is_shutdown():
         heard.next()
         ids = {place.local_name: place.location.id for place in places('/tracked')}
         change('/tracked', {ids['x']: 4.0, ids['y']: 7, ids['z/a']: 1.5, ids['frame']: 'odom'})
+        change('/tracked', {ids['two']: 'in one', ids['on']: False})
         result = command('save', '/tracked')
         assert result.returncode == 1
-        assert 'z/a (the number at tracked.py:10:21 is that of several locations, with other values)' in result.stderr
-        assert 'frame (it is no number of its own at tracked.py:11:25)' in result.stderr
+        assert 'z/a (what stands at tracked.py:10:21 is that of several locations, with other values)' in result.stderr
+        assert (
+            'two (it is no number, no truth value and no text in one piece and on one line of its own' in result.stderr
+        )
         text = started.file.read_text()
-        assert text == code.replace('2.50', '4.00').replace('value=3', 'value=7')
-        change('/tracked', {ids['x']: 5.0, ids['y']: 9, ids['z/a']: 0.5, ids['frame']: 'map'})
+        expected = code.replace('2.50', '4.00').replace('value=3', 'value=7')
+        assert text == expected.replace("'map'", "'odom'").replace('True', 'False')
+        change('/tracked', {ids['x']: 5.0, ids['y']: 9, ids['z/a']: 0.5, ids['frame']: 'base'})
         edit(started.file, ('import rospy, rosslt', 'import rosslt\n\nimport rospy'), ('value=7', 'value=8'))
         result = command('save', '/tracked')
         assert result.returncode == 1
         assert 'was edited since it was read: ' in result.stderr
         assert 'says 8 instead of 3' in result.stderr
         assert 'location(5.00, name' in started.file.read_text()
+        assert "location('base', name" in started.file.read_text()
         assert 'value=8' in started.file.read_text()
 
 
@@ -302,9 +344,14 @@ w = rospy.get_param('~given')
 long = rospy.get_param('~tool/length')
 tip = rospy.get_param('~tool/tip')[0]
 shift = rospy.get_param('~shift')
+frame = rospy.get_param('~frame')
+shown = rospy.get_param('~shown')
+name = rospy.get_param('~tool/name')
+side = rospy.get_param('/tall/side')
 while not rospy.is_shutdown():
     p = PointStamped()
     p.point.x, p.point.y, p.point.z = x, y, z + w + long * tip + shift
+    p.header.frame_id = frame + name + side if shown else ''
     pub.publish(p)
     rospy.sleep(0.03)
 """
@@ -317,10 +364,11 @@ LAUNCH_FILE = """<launch>
   <node pkg="{package}" type="launched.py" name="launched" output="screen">
     <param  type = "double" value='2.50' name="x" />
     <param name="given" value="$(arg given)"/>
+    <param name="frame" value="map"/><param name="shown" value="True"/>
     <rosparam file="{folder}/turn.yaml" command="load"/>
     <rosparam>
       # 2.50
-      tool: {{length: 2.50, "tip": [.5, 1e-3]}}  # ä
+      tool: {{length: 2.50, "tip": [.5, 1e-3], name: drill}}  # ä
     </rosparam>
     <rosparam subst_value="true">shift: $(arg given)</rosparam>
   </node>
@@ -340,7 +388,7 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
     script.chmod(0o755)
     launch, tall, turn = tmp_path / 'all.launch', tmp_path / 'tall.yaml', tmp_path / 'turn.yaml'
     launch.write_text(LAUNCH_FILE.format(folder=tmp_path, package='launched_package'), encoding='utf-8')
-    tall.write_text('# ä\nheights: [1.0, 2.50,  3]  # 2.50\nother: .5\n', encoding='utf-8')
+    tall.write_text('# ä\nheights: [1.0, 2.50,  3]  # 2.50\nother: .5\nside: "left"  # left\n', encoding='utf-8')
     turn.write_text('turn: rad(pi/4)\n')
     before = [file.read_bytes() for file in (launch, tall, turn)]
     heard = hearing('launched', PointStamped)
@@ -352,7 +400,12 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
         ids = {place.local_name: place.location.id for place in places('/launched')}
         change('/launched', {ids['~tool/length']: 4.25, ids['~tool/tip/0']: 0.75})
         change('/launched', {ids['~x']: 3.25, ids['/tall/heights/1']: 4.0, ids['~turn']: math.pi / 8})
-        wanted = point(heard.next(lambda message: message.point.x == 3.25))
+        texts = {'~frame': 'odom & <"ä">', '~tool/name': 'saw, no', '/tall/side': "right's"}
+        change('/launched', {ids[name]: value for name, value in texts.items()})
+        message = heard.next(lambda message: message.point.x == 3.25 and "right's" in message.header.frame_id)
+        wanted, frame = point(message), str(message.header.frame_id)
+        assert frame == ''.join(texts.values())
+        change('/launched', {ids['~shown']: False})
         change('/launched', {ids['~given']: 9.5, ids['~shift']: 2.5})
         result = command('save', '--diff', '/launched')
         assert result.returncode == 1
@@ -363,14 +416,16 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
         change('/launched', {ids['~given']: 1.5, ids['~shift']: 1.5})
         # What was saved may be changed, and changed back, and saved again.
         in_between = {'~x': 2.75, '~tool/length': 1.5, '~tool/tip/0': 0.25, '/tall/heights/1': 2.5}
-        assert len(save('/launched').splitlines()) == 5
+        assert len(save('/launched').splitlines()) == 9
+        in_between.update({'~frame': 'map', '~tool/name': 'drill', '/tall/side': 'left', '~shown': True})
         change('/launched', {ids[name]: value for name, value in in_between.items()})
-        assert len(save('/launched').splitlines()) == 4
+        assert len(save('/launched').splitlines()) == 8
         assert before[1] == tall.read_bytes()
         assert b'length: 1.50, "tip": [.25,' in launch.read_bytes()
         change('/launched', {ids['~tool/length']: 4.25, ids['~tool/tip/0']: 0.75})
         change('/launched', {ids['~x']: 3.25, ids['/tall/heights/1']: 4.0})
-        assert len(save('/launched').splitlines()) == 4
+        change('/launched', {ids[name]: value for name, value in texts.items()})
+        assert len(save('/launched').splitlines()) == 7
         assert save('/launched') == ''
     finally:
         process.send_signal(signal.SIGINT)
@@ -378,13 +433,15 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
     assert [file.read_bytes() for file in (launch, tall, turn)] == [
         before[0]
         .replace(b"value='2.50'", b"value='3.25'")
-        .replace(b'length: 2.50, "tip": [.5,', b'length: 4.25, "tip": [.75,'),
-        before[1].replace(b'[1.0, 2.50,', b'[1.0, 4.00,'),
+        .replace(b'length: 2.50, "tip": [.5,', b'length: 4.25, "tip": [.75,')
+        .replace(b'name: drill', b"name: 'saw, no'")
+        .replace(b'value="map"', 'value="odom &amp; &lt;&quot;ä&quot;&gt;"'.encode()),
+        before[1].replace(b'[1.0, 2.50,', b'[1.0, 4.00,').replace(b'"left"', b'"right\'s"'),
         b'turn: rad(pi/8)\n',
     ]
     process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        assert point(heard.next(lambda message: point(message) == wanted)) == wanted
+        assert heard.next(lambda message: point(message) == wanted).header.frame_id == frame
         assert save('/launched') == ''
         change('/launched', {ids['/tall/heights/1']: 6.75})
         heard.next(lambda message: message.point.y == 6.75)
@@ -396,7 +453,8 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
     try:
         heard.next(lambda message: message.point.y == 6.75)
         assert save('/launched').splitlines() == [f'/launched//tall/heights/1\t4.00\t6.75\t{tall}']
-        assert tall.read_bytes() == before[1].replace(b'[1.0, 2.50,', b'[1.0, 6.75,')
+        expected = before[1].replace(b'[1.0, 2.50,', b'[1.0, 6.75,').replace(b'"left"', b'"right\'s"')
+        assert tall.read_bytes() == expected
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(60)

@@ -1,7 +1,7 @@
-"""The room of text files: how is one number in a file changed, and nobody's edit lost?
+"""The room of text files: how is one value in a file changed, and nobody's edit lost?
 
-It may import the room `values`. `python_numbers` finds the numbers of a Python text, `source_text` replaces them and
-follows them through edits, `yaml_text` and `launch_text` do so for YAML and launch files; `notation` writes a number in
+It may import the room `values`. `python_numbers` finds the literals of a Python text, `source_text` replaces them and
+follows them through edits, `yaml_text` and `launch_text` do so for YAML and launch files; `notation` writes a value in
 the manner of the one before. `replacing` reads and replaces files as a whole, `transaction` several of them, and
 `watching` hears what others write.
 """
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosslt.files.errors import FileError
 from rosslt.files.launch_text import ORIGINS, ParamChange, ParamTag, param_edits, param_tags
-from rosslt.files.notation import in_manner_of
+from rosslt.files.notation import alike, equal, in_manner_of, is_scalar
 from rosslt.files.python_numbers import LITERALS, Number, numbers_in, without_numbers
 from rosslt.files.replacing import (
     Unsettled,
@@ -43,12 +43,15 @@ __all__ = [
     'ParamTag',
     'FileWatch',
     'YamlChange',
+    'alike',
     'changed_elsewhere',
     'digest_of',
+    'equal',
     'followed',
     'holds',
     'in_manner_of',
     'inline_edits',
+    'is_scalar',
     'numbers_in',
     'param_edits',
     'param_tags',

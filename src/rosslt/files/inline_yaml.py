@@ -1,12 +1,15 @@
-"""YAML within launch files, `<rosparam>a: 1.5</rosparam>`: other numbers in it, and every other byte as it is."""
+"""YAML within launch files, `<rosparam>a: 1.5</rosparam>`: other values in it, and every other byte as it is."""
 
 import re
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import Any, List, Optional, Sequence, Tuple, Union
 from xml.parsers import expat
 
 from rosslt.files.errors import FileError
-from rosslt.files.source_text import Edit, digest_of
-from rosslt.files.yaml_text import YamlChange, yaml_edits
+from rosslt.files.launch_text import is_in_utf8
+from rosslt.files.source_text import Edit, digest_of, replaced
+from rosslt.files.yaml_text import YamlChange, ranges_at, yaml_edits
+
+_Path = Sequence[Union[str, int]]
 
 #: What a save may write in place of something of the same kind: an angle of rosparam, or a number.
 _NUMBER = re.compile(r'\b(?:deg|rad)\([^)]*\)|[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
@@ -15,15 +18,15 @@ _NUMBER = re.compile(r'\b(?:deg|rad)\([^)]*\)|[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[e
 def inline_edits(
     file: str, content: bytes, nth: int, count: int, text: str, changes: Sequence[YamlChange]
 ) -> Tuple[List[Edit], List[Tuple[str, str]]]:
-    """What gives the YAML of one <rosparam> of a launch file other numbers.
+    """What gives the YAML of one <rosparam> of a launch file other values.
 
     Args:
         file: the launch file's path.
         content: all of it.
         nth: which <rosparam> of the file it was when that was loaded.
         count: how many it had then.
-        text: what stood in it then; its numbers may be others by now.
-        changes: of its numbers, with paths from the root of its YAML.
+        text: what stood in it then; its numbers, and what is to be changed, may be others by now.
+        changes: of its values, with paths from the root of its YAML.
 
     Returns:
         (edits, [(what a change is called, why it cannot be made), ...]).
@@ -32,18 +35,36 @@ def inline_edits(
         FileError: the file is no XML, or its YAML cannot be read.
     """
     try:
-        start, end = _range_of(file, content, nth, count, text)
+        start, end = _range_of(file, content, nth, count, text, [change.path for change in changes])
     except ValueError as error:
         return [], [(change.what, str(error)) for change in changes]
-    edits, left = yaml_edits(file, content[start:end], changes)
-    digest = digest_of(content)
-    return [edit._replace(digest=digest, start=edit.start + start, end=edit.end + start) for edit in edits], left
+    made, left = yaml_edits(file, content[start:end], changes)
+    edits: List[Edit] = []
+    for one in made:
+        edit = one._replace(digest=digest_of(content), start=one.start + start, end=one.end + start)
+        if _is_read_as_it_is(file, content, edit):
+            edits.append(edit)
+        else:
+            left.append((one.what, f'{one.new.decode()} would need a notation of XML in its <rosparam> in {file}'))
+    return edits, left
 
 
-def _range_of(file: str, content: bytes, nth: int, count: int, text: str) -> Tuple[int, int]:
+def _is_read_as_it_is(file: str, content: bytes, edit: Edit) -> bool:
+    """Whether XML reads what an edit writes within a <rosparam> as just that."""
+    if b'<' in edit.new or b'&' in edit.new or not (edit.new.isascii() or is_in_utf8(content)):
+        return False
+    longer = len(edit.new) - (edit.end - edit.start)
+    try:
+        after = _ranges(file, replaced(content, [edit]))
+    except FileError:
+        return False
+    return after == [tuple(at + longer if at > edit.start else at for at in one) for one in _ranges(file, content)]
+
+
+def _range_of(file: str, content: bytes, nth: int, count: int, text: str, paths: Sequence[_Path]) -> Tuple[int, int]:
     """Where the text of a <rosparam> stands now, in bytes; ValueError where that is not certain."""
-    ranges, blanked = _ranges(file, content), _NUMBER.sub('', text)
-    same = [(start, end) for start, end in ranges if _blanked(content[start:end]) == blanked]
+    ranges, blanked = _ranges(file, content), _without_values(text, paths)
+    same = [(start, end) for start, end in ranges if _blanked(content[start:end], paths) == blanked]
     # Of several with the same text, another one may be the nth by now.
     if len(ranges) == count and ranges[nth] in same:
         return ranges[nth]
@@ -55,11 +76,18 @@ def _range_of(file: str, content: bytes, nth: int, count: int, text: str) -> Tup
     return same[0]
 
 
-def _blanked(content: bytes) -> Optional[str]:
-    """A text as XML reads it, without numbers; None where it is written with entities, comments or in sections."""
+def _blanked(content: bytes, paths: Sequence[_Path]) -> Optional[str]:
+    """A text as XML reads it, without values; None where it is written with entities, comments or in sections."""
     if any(mark in content for mark in (b'<', b'&', b']]>')):
         return None
-    return _NUMBER.sub('', content.decode('utf-8', 'replace').replace('\r\n', '\n').replace('\r', '\n'))
+    return _without_values(content.decode('utf-8', 'replace').replace('\r\n', '\n').replace('\r', '\n'), paths)
+
+
+def _without_values(text: str, paths: Sequence[_Path]) -> str:
+    """A YAML text without its numbers, and without what stands at paths."""
+    for start, end in reversed(ranges_at(text, paths)):
+        text = text[:start] + text[end:]
+    return _NUMBER.sub('', text)
 
 
 def _ranges(file: str, content: bytes) -> List[Tuple[int, int]]:

@@ -1,17 +1,22 @@
 """Launch files as text: other values in their <param> tags, and every other byte as it is."""
 
 import re
-from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple, Union
 from xml.parsers import expat
+from xml.sax.saxutils import escape
 
 from rosslt.files.errors import FileError
-from rosslt.files.notation import written_as
+from rosslt.files.notation import alike, equal, truths_in_manner_of, written_as
 from rosslt.files.source_text import Edit, digest_of
 
 #: The ROS parameter in which `rosslt launch` notes which file says a parameter, as JSON: {full name: {'file': ...}}.
 ORIGINS = '/rosslt/parameter_origins'
 
 _ATTRIBUTE = re.compile(rb'([\w:.-]+)\s*=\s*("[^"]*"|\'[^\']*\')')
+
+
+#: What XML would read as a blank within an attribute.
+_ESCAPES = {'\n': '&#10;', '\r': '&#13;', '\t': '&#9;'}
 
 
 class ParamTag(NamedTuple):
@@ -21,12 +26,14 @@ class ParamTag(NamedTuple):
         start: where it begins, in bytes.
         name, value: these attributes as they are written, '' where it has none.
         line: from 1.
+        nth: which <param> of the file it is, from 0.
     """
 
     start: int
     name: str
     value: str
     line: int
+    nth: int
 
 
 class ParamChange(NamedTuple):
@@ -45,8 +52,8 @@ class ParamChange(NamedTuple):
     total: int
     name: str
     text: str
-    said: Sequence[float]
-    value: float
+    said: Sequence[Any]
+    value: Any
     read: Callable[[str], Any]
     what: str
 
@@ -68,6 +75,7 @@ def param_tags(file: str, content: bytes) -> List[ParamTag]:
                     attributes.get('name', ''),
                     attributes.get('value', ''),
                     parser.CurrentLineNumber,
+                    len(found),
                 )
             )
 
@@ -93,12 +101,18 @@ def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tu
     for change in changes:
         try:
             tag = _tag_of(tags, change, file)
-            if change.read(tag.value) == change.value:
+            present = change.read(tag.value)
+            if equal(present, change.value):
                 continue
+            if not alike(present, change.value):
+                raise ValueError(f'{change.value!r} is of another kind than {present!r}, which {file}:{tag.line} says')
             start, end = _range_of_value(content, tag)
-            if content[start:end].decode('ascii', 'replace') != tag.value:
+            if type(change.value) in (str, bool):
+                new = _word(content, tag, (start, end), change, file)
+            elif content[start:end].decode('ascii', 'replace') != tag.value:
                 raise ValueError(f'{file}:{tag.line} has it in a notation of XML that is not rewritten')
-            new = written_as(tag.value, change.value, change.read)
+            else:
+                new = written_as(tag.value, change.value, change.read)
         except ValueError as error:
             left.append((change.what, str(error)))
             continue
@@ -124,9 +138,78 @@ def _tag_of(tags: List[ParamTag], change: ParamChange, file: str) -> ParamTag:
 def _may_be_saved(change: ParamChange, text: str) -> bool:
     """Whether a text says what is to be saved, or may have been saved before."""
     try:
-        return bool(text) and change.read(text) in [change.value, *change.said]
+        return any(equal(change.read(text), one) for one in (change.value, *change.said))
     except ValueError:
         return False
+
+
+def _word(content: bytes, tag: ParamTag, place: Tuple[int, int], change: ParamChange, file: str) -> str:
+    """A text or a truth value as it is written in the attribute `value` of a tag.
+
+    Raises:
+        ValueError: nothing reads back to exactly that value.
+    """
+    start, end = place
+    try:
+        content[start:end].decode('utf-8')
+    except UnicodeDecodeError:
+        raise ValueError(f'{file}:{tag.line} has it in another encoding than UTF-8') from None
+    quote = content[start - 1 : start].decode()
+    before = _said_by(content)
+    for word in _words(tag.value, change.value):
+        try:
+            if not equal(change.read(word), change.value):
+                continue
+        except ValueError:
+            continue
+        escaped = escape(word, {**_ESCAPES, quote: '&quot;' if quote == '"' else '&apos;'})
+        for spelled in (escaped, escaped.encode('ascii', 'xmlcharrefreplace').decode()):
+            try:
+                after = _said_by(content[:start] + spelled.encode('utf-8', 'surrogatepass') + content[end:])
+            except expat.ExpatError:
+                continue
+            if after == _with_value(before, tag.nth, word):
+                return spelled
+    raise ValueError(f'{change.value!r} cannot be written in {file}:{tag.line} so that roslaunch reads just that')
+
+
+def _words(old: str, value: Union[str, bool]) -> Iterator[str]:
+    if type(value) is bool:
+        yield from truths_in_manner_of(old.strip(), value)
+    else:
+        yield str(value)
+        # With type="yaml" some texts need quotes.
+        yield "'" + str(value).replace("'", "''") + "'"
+
+
+def _said_by(content: bytes) -> List[Any]:
+    """What XML says, in its order: (tag, attributes), an end, text, or a comment."""
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    found: List[Any] = []
+    parser.StartElementHandler = lambda name, attributes: found.append((name, attributes))
+    parser.EndElementHandler = lambda name: found.append(('/', name))
+    parser.CharacterDataHandler = lambda text: found.append(('text', text))
+    parser.CommentHandler = lambda text: found.append(('comment', text))
+    parser.Parse(content, True)
+    return found
+
+
+def _with_value(said: List[Any], nth: int, value: str) -> List[Any]:
+    """What `_said_by` gives where the nth <param> has another value."""
+    places = [place for place, one in enumerate(said) if one[0] == 'param' and isinstance(one[1], dict)]
+    changed = list(said)
+    changed[places[nth]] = 'param', {**said[places[nth]][1], 'value': value}
+    return changed
+
+
+def is_in_utf8(content: bytes) -> bool:
+    """Whether XML is in UTF-8, as its first line says or leaves unsaid."""
+    parser = expat.ParserCreate()
+    named: List[str] = []
+    parser.XmlDeclHandler = lambda version, encoding, standalone: named.append(encoding or 'utf-8')
+    parser.Parse(content, True)
+    return not named or named[0].lower() == 'utf-8'
 
 
 def _range_of_value(content: bytes, tag: ParamTag) -> Tuple[int, int]:

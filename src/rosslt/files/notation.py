@@ -1,15 +1,71 @@
-"""How a number is written: in the manner of the one that it takes the place of, and never as another number."""
+"""How a number, a text or a truth value is written: in the manner of the one that it takes the place of, and never as
+another one."""
 
+import ast
 import re
 from decimal import Decimal
-from typing import Callable, Iterator, Union
+from typing import Any, Callable, Iterator, List, Union
 
 _NUMBER = re.compile(r'(?P<sign>[-+]?)[ \t]*(?P<whole>\d*)(?P<point>\.?)(?P<fraction>\d*)(?P<exponent>[eE][-+]?\d+)?')
 
 #: Up to how many places a number is written out that an exponent would make shorter.
 _LONGEST = 16
 
+#: How a text in Python begins.
+_QUOTE = re.compile(r'([uUrR]?)("""|\'\'\'|"|\')')
+
+#: What says a truth value in YAML and in launch files, True first.
+_TRUTHS = (('true', 'false'), ('yes', 'no'), ('on', 'off'), ('1', '0'))
+
 _Value = Union[int, float]
+
+
+def is_scalar(value: object) -> bool:
+    """Whether a value is a number, a text or a truth value."""
+    return type(value) in (int, float, str, bool)
+
+
+def alike(one: object, other: object) -> bool:
+    """Whether both are numbers, both are texts, or both are truth values."""
+    numbers = (int, float)
+    return is_scalar(one) and (type(one) is type(other) or (type(one) in numbers and type(other) in numbers))
+
+
+def equal(one: object, other: object) -> bool:
+    """Whether two scalars are the same; True is no 1 here."""
+    return alike(one, other) and one == other
+
+
+def text_in_manner_of(old: str, value: str, is_utf8: bool = True) -> str:
+    """A text as it is written in Python, in the place of another one.
+
+    Args:
+        old: how the text before is written.
+        value: the text.
+        is_utf8: whether the file is in UTF-8; in others all but ASCII is written as escapes.
+
+    Returns:
+        What reads back to exactly that text: in the quotes of the one before, else what `repr` gives.
+    """
+    match = _QUOTE.match(old)
+    if match and value.isprintable() and ('\\' not in value or match[1] in ('r', 'R')):
+        candidate = match[0] + value + match[2]
+        if (is_utf8 or candidate.isascii()) and _python_text(candidate) == value:
+            return candidate
+    return repr(value) if is_utf8 else ascii(value)
+
+
+def _python_text(text: str) -> Any:
+    try:
+        return ast.literal_eval(text)
+    except (SyntaxError, ValueError):
+        return None
+
+
+def truths_in_manner_of(old: str, value: bool) -> List[str]:
+    """How a truth value may be written in YAML or in a launch file, best first: `yes` becomes `no`, `True` `False`."""
+    said = [pair[not value] for pair in _TRUTHS if old.lower() in pair] + ['true' if value else 'false']
+    return [*(one.title() if old.istitle() else one.upper() if old.isupper() else one for one in said), said[-1]]
 
 
 def _python(text: str) -> _Value:

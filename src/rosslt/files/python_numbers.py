@@ -1,4 +1,5 @@
-"""The numbers in a text in Python syntax: where each stands, and what the text is without them."""
+"""The numbers, texts and truth values in a text in Python syntax: where each stands, and what the text is without
+them."""
 
 import ast
 import bisect
@@ -18,11 +19,29 @@ class Number(NamedTuple):
     value: Union[int, float]
 
 
+class Word(NamedTuple):
+    """A text or a truth value that is written in one piece and on one line; otherwise as a Number."""
+
+    start: int
+    end: int
+    line: int
+    column: int
+    value: Union[str, bool]
+
+
 #: What stands for the numbers in a tree: they are taken from a list of that name.
 LITERALS = '__literals__'
 
 MINUS = re.compile(r'-[ \t]*')
 NEWLINE = re.compile(r'\r\n|\r|\n')
+
+#: Texts in several pieces, bytes and f-strings are no words: it is not one token that says them.
+_WORD = re.compile(
+    r"""True|False|[uUrR]?(?:
+    \'\'\'(?:[^'\\\r\n]|\\[^\r\n]|'(?!''))*\'\'\' | \"\"\"(?:[^"\\\r\n]|\\[^\r\n]|"(?!""))*\"\"\"
+    | '(?:[^'\\\r\n]|\\[^\r\n])*' | "(?:[^"\\\r\n]|\\[^\r\n])*")""",
+    re.VERBOSE,
+)
 
 
 def numbers_in(tree: ast.AST, text: str) -> List[Tuple[Number, ast.AST]]:
@@ -47,6 +66,23 @@ def numbers_in(tree: ast.AST, text: str) -> List[Tuple[Number, ast.AST]]:
             found.append((positions.number(node, -operand.value), node))
         else:
             nodes.extend(ast.iter_child_nodes(node))
+    return sorted(found, key=lambda pair: pair[0].start)
+
+
+def words_in(tree: ast.AST, text: str) -> List[Tuple[Word, ast.AST]]:
+    """The texts and truth values of a program that stand in one piece, in the order of its text, each with its node."""
+    positions = Positions(text)
+    found: List[Tuple[Word, ast.AST]] = []
+    nodes = [tree]
+    while nodes:
+        node: Any = nodes.pop()
+        if isinstance(node, ast.JoinedStr):
+            continue
+        nodes.extend(ast.iter_child_nodes(node))
+        if isinstance(node, ast.Constant) and type(node.value) in (str, bool):
+            place = positions.number(node, 0)
+            if _WORD.fullmatch(text, place.start, place.end):
+                found.append((Word(place.start, place.end, place.line, place.column, node.value), node))
     return sorted(found, key=lambda pair: pair[0].start)
 
 

@@ -1,18 +1,18 @@
-"""A source file in Python as bytes, its numbers, how they are replaced, and which is which after an edit."""
+"""A source file in Python as bytes, its literals, how they are replaced, and which is which after an edit."""
 
 import ast
 import hashlib
 import io
 import tokenize
 from collections import Counter
-from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
 from rosslt.files.errors import FileError
-from rosslt.files.notation import in_manner_of
-from rosslt.files.python_numbers import NEWLINE, Positions, numbers_in, without_numbers
+from rosslt.files.notation import alike, in_manner_of, text_in_manner_of
+from rosslt.files.python_numbers import NEWLINE, Number, Positions, Word, numbers_in, without_numbers, words_in
 
-#: What stands for a number in a line: no text has it, as Python takes no null.
-_BLANK = '\0'
+#: What stands for a number in a line, and for a text or a truth value: no file has a null, as Python takes none.
+_BLANK, _BLANK_WORD = '\0', '\0\0'
 
 
 def digest_of(content: bytes) -> str:
@@ -51,6 +51,7 @@ class SourceText:
         path, content: the same.
         digest: the hash of the content.
         numbers: its Numbers, in the order of the text.
+        literals: these, and then its texts and truth values that stand in one piece; indices are those in this list.
 
     Raises:
         FileError: it is not in Python syntax, or cannot be decoded.
@@ -64,21 +65,36 @@ class SourceText:
             self._encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
             self.text = content.decode(self._encoding)
             self.tree = ast.parse(self.text)
-            numbers = numbers_in(self.tree, self.text)
+            numbers, words = self._literals_in(self.tree)
             self._skeleton: Optional[str] = None
         except SyntaxError as error:
             raise FileError(path, error.lineno or 1, error.offset or 1, str(error.msg)) from None
         except (ValueError, RecursionError, MemoryError) as error:
             raise FileError(path, None, None, f'it cannot be read: {error}') from None
         self.numbers = [number for number, _ in numbers]
+        self.literals: List[Union[Number, Word]] = [*self.numbers, *(word for word, _ in words)]
         self._indices = {(number.line, number.column): index for index, number in enumerate(self.numbers)}
+
+    def _literals_in(self, tree: ast.AST) -> Tuple[List[Tuple[Number, ast.AST]], List[Tuple[Word, ast.AST]]]:
+        # The services that tell of edits are in UTF-8.
+        words = [
+            (word, node)
+            for word, node in words_in(tree, self.text)
+            if self._is_utf8 or self.text[word.start : word.end].isascii()
+        ]
+        return numbers_in(tree, self.text), words
+
+    @property
+    def _is_utf8(self) -> bool:
+        return self._encoding.startswith('utf-8')
 
     @property
     def skeleton(self) -> str:
-        """What two texts have in common that differ in their numbers, comments and layout alone."""
+        """What two texts have in common that differ in their literals, comments and layout alone."""
         if self._skeleton is None:
             tree = ast.parse(self.text)
-            self._skeleton = ast.dump(without_numbers(tree, [node for _, node in numbers_in(tree, self.text)]))
+            numbers, words = self._literals_in(tree)
+            self._skeleton = ast.dump(without_numbers(tree, [node for _, node in [*numbers, *words]]))
         return self._skeleton
 
     def number_at(self, line: int, column: int) -> Optional[int]:
@@ -86,7 +102,7 @@ class SourceText:
         return self._indices.get((line, column))
 
     def argument_of_call(self, line: int, column: int, position: int, keyword: str) -> Optional[int]:
-        """The index of the number that is an argument of the call that begins there; None where it is no number."""
+        """The index of the literal that is an argument of the call that begins there; None where it is none."""
         positions = Positions(self.text)
         start = positions.of(line, 0) + column - 1
         for node in ast.walk(self.tree):
@@ -97,56 +113,62 @@ class SourceText:
             for argument in given:
                 begin = positions.of(argument.lineno, argument.col_offset)
                 end = positions.of(argument.end_lineno or 0, argument.end_col_offset or 0)
-                for index, number in enumerate(self.numbers):
-                    if (number.start, number.end) == (begin, end):
+                for index, literal in enumerate(self.literals):
+                    if (literal.start, literal.end) == (begin, end):
                         return index
         return None
 
-    def edits(self, values: Dict[int, float], what: Optional[Dict[int, str]] = None) -> List[Edit]:
-        """What makes the file say other numbers, and leaves every other byte as it is.
+    def edits(self, values: Dict[int, Any], what: Optional[Dict[int, str]] = None) -> List[Edit]:
+        """What makes the file say other values, and leaves every other byte as it is.
 
         Args:
-            values: {index of a number: its value}.
-            what: {index of a number: what people call it}.
+            values: {index of a literal: its value, of the same kind}.
+            what: {index of a literal: what people call it}.
 
         Raises:
-            FileError: a number cannot stand where another one does.
+            FileError: a value cannot stand where another one does.
         """
-        wanted = {index: value for index, value in values.items() if not _is_same(self.numbers[index].value, value)}
+        wanted = {index: value for index, value in values.items() if not _is_same(self.literals[index].value, value)}
         spelled = {index: self._spelled(index, value) for index, value in wanted.items()}
+        for index, value in wanted.items():
+            literal = self.literals[index]
+            if not alike(literal.value, value):
+                raise FileError(self.path, literal.line, literal.column, f'{spelled[index]} cannot stand here')
         if not self._reads(spelled, wanted):
             # Parentheses for the places where a number with another sign would mean something else: 2 ** 2, return-1
             for index, spelling in spelled.items():
                 if not self._reads({index: spelling}, {index: wanted[index]}):
                     spelled[index] = f'({spelling})'
             if not self._reads(spelled, wanted):
-                number = self.numbers[min(spelled)]
-                raise FileError(self.path, number.line, number.column, f'{spelled[min(spelled)]} cannot stand here')
+                first = self.literals[min(spelled)]
+                raise FileError(self.path, first.line, first.column, f'{spelled[min(spelled)]} cannot stand here')
         made = []
         for index, spelling in sorted(spelled.items()):
-            number = self.numbers[index]
-            start, end = (self._offset(place) for place in (number.start, number.end))
+            literal = self.literals[index]
+            start, end = (self._offset(place) for place in (literal.start, literal.end))
             called = (what or {}).get(index, '')
             made.append(Edit(self.path, self.digest, start, end, self.content[start:end], spelling.encode(), called))
         return made
 
-    def _spelled(self, index: int, value: float) -> str:
-        number = self.numbers[index]
-        return in_manner_of(self.text[number.start : number.end], value)
+    def _spelled(self, index: int, value: Any) -> str:
+        old = self.text[self.literals[index].start : self.literals[index].end]
+        if type(value) is str:
+            return text_in_manner_of(old, value, self._is_utf8)
+        return repr(value) if type(value) is bool else in_manner_of(old, value)
 
-    def _reads(self, spelled: Dict[int, str], values: Dict[int, float]) -> bool:
+    def _reads(self, spelled: Dict[int, str], values: Dict[int, Any]) -> bool:
         """Whether the text with other spellings has these values, and is the same program otherwise."""
         text = self.text
-        for index, spelling in sorted(spelled.items(), reverse=True):
-            text = text[: self.numbers[index].start] + spelling + text[self.numbers[index].end :]
+        for index in sorted(spelled, key=lambda index: self.literals[index].start, reverse=True):
+            text = text[: self.literals[index].start] + spelled[index] + text[self.literals[index].end :]
         try:
             made = SourceText(self.path, text.encode(self._encoding))
         except FileError:
             return False
-        expected = [values.get(index, number.value) for index, number in enumerate(self.numbers)]
+        expected = [values.get(index, literal.value) for index, literal in enumerate(self.literals)]
         return (
-            len(made.numbers) == len(expected)
-            and all(_is_same(number.value, value) for number, value in zip(made.numbers, expected))
+            (len(made.numbers), len(made.literals)) == (len(self.numbers), len(expected))
+            and all(_is_same(literal.value, value) for literal, value in zip(made.literals, expected))
             and made.skeleton == self.skeleton
         )
 
@@ -156,8 +178,10 @@ class SourceText:
         return len(self.text[:place].encode(self._encoding))
 
 
-def _is_same(one: float, other: float) -> bool:
-    return one == other and repr(float(one)) == repr(float(other))
+def _is_same(one: Any, other: Any) -> bool:
+    if type(one) in (str, bool) or not alike(one, other):
+        return type(one) is type(other) and bool(one == other)
+    return bool(one == other) and repr(float(one)) == repr(float(other))
 
 
 def replaced(content: bytes, edits: Sequence[Edit]) -> bytes:
@@ -171,62 +195,100 @@ class Followed(NamedTuple):
     """What has become of a text that somebody has edited.
 
     Attributes:
-        numbers: {index of a number in the text before: its index in the new one}.
-        lines: the lines of the new text, from 1, that are others than before but for their numbers.
+        literals: {index of a literal in the text before: its index in the new one}.
+        lines: the lines of the new text, from 1, that are others than before but for these.
         has_lost_lines: whether lines of the text before are gone.
     """
 
-    numbers: Dict[int, int]
+    literals: Dict[int, int]
     lines: List[int]
     has_lost_lines: bool
 
 
-def followed(old: SourceText, new: SourceText) -> Followed:
-    """Which number of a file that somebody has edited is which of the file before.
+def followed(old: SourceText, new: SourceText, locations: Collection[int] = ()) -> Followed:
+    """Which literal of a file that somebody has edited is which of the file before.
 
-    A number is followed where that is certain: its line reads the same but for numbers, blanks and comments, and there
-    are as many such lines in its function as before, of which it is in the same one.
+    One is followed where that is certain: its line reads the same but for numbers, blanks and comments, and there are
+    as many such lines in its function as before, of which it is in the same one.
+
+    Args:
+        old, new: the file before, and now.
+        locations: indices of literals in the old one. Texts and truth values among them may be others, too, and are
+            followed; all others name what a line is about: `'~speed'`.
     """
-    lines_before, lines_after = _lines_by_template(old), _lines_by_template(new)
-    on_line_before, on_line_after = _numbers_by_line(old), _numbers_by_line(new)
-    numbers: Dict[int, int] = {}
-    for key, before in lines_before.items():
-        after = lines_after.get(key, [])
+    lines_before, lines_after = _lines_of(old), _lines_of(new)
+    free: Dict[Tuple[str, str], Set[int]] = {}
+    for line in lines_before.values():
+        places = {place for place, index in enumerate(line.literals) if index in locations}
+        free.setdefault((line.function, line.template), set()).update(places)
+    keys_before, keys_after = _lines_by_key(lines_before, free), _lines_by_key(lines_after, free)
+    literals: Dict[int, int] = {}
+    for key, before in keys_before.items():
+        after = keys_after.get(key, [])
         if len(before) == len(after):
             for one, other in zip(before, after):
-                numbers.update(zip(on_line_before.get(one, ()), on_line_after.get(other, ())))
-    kept = {key for key, after in lines_after.items() if len(lines_before.get(key, ())) == len(after)}
-    changed = [line for key, after in lines_after.items() if key not in kept for line in after]
-    return Followed(numbers, sorted(changed), bool(lines_before.keys() - lines_after.keys()))
+                pairs = zip(lines_before[one].literals, lines_after[other].literals)
+                literals.update(pair for pair, said in zip(pairs, key[2]) if said is None)
+    kept = {key for key, after in keys_after.items() if len(keys_before.get(key, ())) == len(after)}
+    changed = [line for key, after in keys_after.items() if key not in kept for line in after]
+    return Followed(literals, sorted(changed), bool(keys_before.keys() - keys_after.keys()))
 
 
-def _lines_by_template(source: SourceText) -> Dict[Tuple[str, str], List[int]]:
-    """{(function, line without its numbers): [numbers of such lines, from 1]}, without lines that say nothing."""
+class _Line(NamedTuple):
+    """A line that says something.
+
+    Attributes:
+        function: the qualified name of the one that it is in.
+        template: it without its literals, blanks and comments.
+        literals: the indices of those that begin and end in it.
+        texts: each as it is written; None for a number.
+    """
+
+    function: str
+    template: str
+    literals: List[int]
+    texts: List[Optional[str]]
+
+
+#: A function, a template, and the texts and truth values that are to stay the same; None for what may be another one.
+_Key = Tuple[str, str, Tuple[Optional[str], ...]]
+
+
+def _lines_by_key(lines: Dict[int, _Line], free: Dict[Tuple[str, str], Set[int]]) -> Dict[_Key, List[int]]:
+    """The numbers of lines, from 1, by what they have in common; `free` says which of their literals may differ."""
+    found: Dict[_Key, List[int]] = {}
+    for number, line in lines.items():
+        may_differ = free.get((line.function, line.template), ())
+        texts = tuple([None if place in may_differ else text for place, text in enumerate(line.texts)])
+        found.setdefault((line.function, line.template, texts), []).append(number)
+    return found
+
+
+def _lines_of(source: SourceText) -> Dict[int, _Line]:
+    """{number, from 1: the line}, without lines that say nothing."""
     starts = [0] + [match.end() for match in NEWLINE.finditer(source.text)]
     ends = [*starts[1:], len(source.text)]
     cut = _comment_starts(source)
     functions = _functions_by_line(source.tree, len(starts))
-    by_line = _numbers_by_line(source)
-    found: Dict[Tuple[str, str], List[int]] = {}
+    by_line: Dict[int, List[int]] = {}
+    for index, literal in enumerate(source.literals):
+        if not NEWLINE.search(source.text, literal.start, literal.end):
+            by_line.setdefault(literal.line, []).append(index)
+    found: Dict[int, _Line] = {}
     for line, (start, end) in enumerate(zip(starts, ends), 1):
-        parts = []
-        for index in by_line.get(line, ()):
-            number = source.numbers[index]
-            parts += [source.text[start : number.start], _BLANK]
-            start = number.end
+        indices = sorted(by_line.get(line, ()), key=lambda index: source.literals[index].start)
+        parts: List[str] = []
+        texts: List[Optional[str]] = []
+        for index in indices:
+            literal = source.literals[index]
+            is_number = index < len(source.numbers)
+            parts += [source.text[start : literal.start], _BLANK if is_number else _BLANK_WORD]
+            texts.append(None if is_number else source.text[literal.start : literal.end])
+            start = literal.end
         parts.append(source.text[start : max(start, min(end, starts[line - 1] + cut.get(line, end)))])
         template = ''.join(''.join(parts).split())
         if template:
-            found.setdefault((functions[line - 1], template), []).append(line)
-    return found
-
-
-def _numbers_by_line(source: SourceText) -> Dict[int, List[int]]:
-    """{line: [indices of the numbers in it]}, of those that end where they begin."""
-    found: Dict[int, List[int]] = {}
-    for index, number in enumerate(source.numbers):
-        if not NEWLINE.search(source.text, number.start, number.end):
-            found.setdefault(number.line, []).append(index)
+            found[line] = _Line(functions[line - 1], template, indices, texts)
     return found
 
 
@@ -257,14 +319,14 @@ def _functions_by_line(tree: ast.AST, count: int) -> List[str]:
 
 
 def changed_elsewhere(old: SourceText, new: SourceText, result: Followed, locations: Set[int]) -> List[int]:
-    """The lines of a new text in which more is another than the numbers that are locations.
+    """The lines of a new text in which more is another than the literals that are locations.
 
     Args:
         result: what `followed` says.
-        locations: indices, in the old text, of the numbers that are locations.
+        locations: indices, in the old text, of the literals that are locations.
     """
     lines = Counter(result.lines)
-    for before, after in result.numbers.items():
-        if before not in locations and not _is_same(old.numbers[before].value, new.numbers[after].value):
-            lines[new.numbers[after].line] += 1
+    for before, after in result.literals.items():
+        if before not in locations and not _is_same(old.literals[before].value, new.literals[after].value):
+            lines[new.literals[after].line] += 1
     return sorted(lines)

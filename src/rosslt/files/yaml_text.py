@@ -3,12 +3,12 @@
 import math
 import re
 from collections import Counter
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import yaml
 
 from rosslt.files.errors import FileError
-from rosslt.files.notation import in_manner_of, written_as
+from rosslt.files.notation import alike, equal, in_manner_of, truths_in_manner_of, written_as
 from rosslt.files.source_text import Edit, digest_of
 
 #: An anchor or a tag, which stands in front of a scalar and stays there.
@@ -46,7 +46,7 @@ def with_values(text: str, data: Any, file: str) -> str:
 
 
 class YamlChange(NamedTuple):
-    """A number of a YAML file that is to be another one.
+    """A number, a text or a truth value of a YAML file that is to be another one.
 
     Attributes:
         path: of keys and indices, from the root of the document.
@@ -56,13 +56,13 @@ class YamlChange(NamedTuple):
     """
 
     path: Sequence[Union[str, int]]
-    said: Sequence[float]
-    value: float
+    said: Sequence[Any]
+    value: Any
     what: str
 
 
 def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tuple[List[Edit], List[Tuple[str, str]]]:
-    """What gives a YAML file other numbers, and leaves every other byte as it is.
+    """What gives a YAML file other values, and leaves every other byte as it is.
 
     Returns:
         (edits, [(what a change is called, why it cannot be made), ...]).
@@ -86,13 +86,17 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
             start, end = node.start_mark.index + skipped, node.end_mark.index + skipped
             properties = PROPERTIES.match(text, start, end)
             start = properties.end() if properties else start
-            old = text[start:end]
-            present = yaml.safe_load(old)
-            if present == change.value:
+            old, present = text[start:end], _constructed(node)
+            if equal(present, change.value):
                 continue
-            if type(present) not in (int, float) or present not in change.said:
+            if not any(equal(present, one) for one in change.said):
                 raise ValueError(f'it was edited since it was loaded: {file} says {old} instead of {change.said[0]!r}')
-            new = _angle(old, change.value) or written_as(old, change.value, yaml.safe_load)
+            if not alike(present, change.value):
+                raise ValueError(f'{change.value!r} is of another kind than {present!r}, which {file} says')
+            if type(change.value) in (str, bool):
+                new = _word(text, node, (start, end), change)
+            else:
+                new = _angle(old, change.value) or written_as(old, change.value, yaml.safe_load)
         except ValueError as error:
             left.append((change.what, str(error)))
             continue
@@ -130,8 +134,89 @@ def _node_at(node: Any, path: Sequence[Union[str, int]], uses: Counter) -> Any:
         if uses[id(node)] > 1:
             raise ValueError('it is one value in several places, and would have to be two')
     if not isinstance(node, yaml.ScalarNode):
-        raise ValueError(f'{"/".join(map(str, path))} is no number any more')
+        raise ValueError(f'{"/".join(map(str, path))} is no single value any more')
     return node
+
+
+def ranges_at(text: str, paths: Sequence[Sequence[Union[str, int]]]) -> List[Tuple[int, int]]:
+    """Where the scalars at paths stand in a YAML text, in its order; without those that it does not have."""
+    found = set()
+    try:
+        root = yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.YAMLError:
+        return []
+    skipped = len(text) - len(text.lstrip('\ufeff'))
+    for path in paths:
+        try:
+            node = _node_at(root, path, Counter())
+        except ValueError:
+            continue
+        found.add((node.start_mark.index + skipped, node.end_mark.index + skipped))
+    return sorted(found)
+
+
+def _constructed(node: Any) -> Any:
+    """What a scalar says, by its tag; None where that is no YAML that is read safely."""
+    try:
+        return yaml.SafeLoader('').construct_object(node, deep=True)
+    except (yaml.YAMLError, ValueError):
+        return None
+
+
+def _word(text: str, node: Any, place: Tuple[int, int], change: YamlChange) -> str:
+    """A text or a truth value as it is written in the place of another one.
+
+    Args:
+        text: the whole YAML.
+        node: what stands there now.
+        place: its range in the text, without its anchor and its tag.
+
+    Raises:
+        ValueError: nothing reads back to exactly that value, and leaves all else as it was.
+    """
+    start, end = place
+    if node.style in ('|', '>') or '\n' in text[start:end] or '\r' in text[start:end]:
+        raise ValueError('a text of several lines is not rewritten')
+    for candidate in _words(text[start:end], node.style, change.value):
+        if _says_instead(text, text[:start] + candidate + text[end:], node, change):
+            return candidate
+    raise ValueError(f'{change.value!r} cannot be written in the place of {text[start:end]}')
+
+
+def _words(old: str, style: Optional[str], value: Union[str, bool]) -> Iterator[str]:
+    if type(value) is bool:
+        yield from truths_in_manner_of(old, value)
+        return
+    if style is None and value:
+        yield value
+    for quotes in ("'", '"')[style == '"' :]:
+        yield yaml.safe_dump(value, default_style=quotes, allow_unicode=True, width=float('inf')).rstrip('\n')
+
+
+def _says_instead(before: str, after: str, node: Any, change: YamlChange) -> bool:
+    """Whether a YAML text differs from the one before in that value alone."""
+    try:
+        old, new = list(yaml.parse(before, yaml.SafeLoader)), list(yaml.parse(after, yaml.SafeLoader))
+        place = next(
+            index
+            for index, event in enumerate(old)
+            if event.start_mark.index == node.start_mark.index and isinstance(event, yaml.ScalarEvent)
+        )
+        if len(new) != len(old) or not isinstance(new[place], yaml.ScalarEvent):
+            return False
+        is_same = all(
+            type(one) is type(other)
+            and (index == place or getattr(one, 'value', None) == getattr(other, 'value', None))
+            and all(
+                getattr(one, name, None) == getattr(other, name, None)
+                for name in ('anchor', 'tag', 'flow_style', *(() if index == place else ('style', 'implicit')))
+            )
+            for index, (one, other) in enumerate(zip(old, new))
+        )
+        now = _node_at(yaml.compose(after, Loader=yaml.SafeLoader), change.path, Counter())
+    except (yaml.YAMLError, ValueError):
+        return False
+    return is_same and now.end_mark.line == now.start_mark.line and equal(_constructed(now), change.value)
 
 
 def _angle(old: str, value: float) -> Optional[str]:

@@ -10,13 +10,13 @@ import rosgraph
 import roslaunch.xmlloader
 from rosgraph.names import ns_join
 
-from rosslt.files import ORIGINS
+from rosslt.files import ORIGINS, is_scalar
 
 _Step = Union[str, int]
 
 
 class NotingLoader(roslaunch.xmlloader.XmlLoader):
-    """roslaunch's loader, which notes where each number that becomes a parameter stands.
+    """roslaunch's loader, which notes where each number, text and truth value that becomes a parameter stands.
 
     Attributes:
         origins: {full name of a parameter, with the index below a list: where it stands}.
@@ -39,7 +39,11 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
                 'said': made.value,
                 'is_substituted': '$(' in tag.getAttribute('value') or not tag.hasAttribute('value'),
             }
-            self._note(ns_join(context.ns, made.key), made.value, origin)
+            name = ns_join(context.ns, made.key)
+            self._note(name, made.value, origin)
+            if not tag.hasAttribute('value') and name in self.origins:
+                # What a file or a program says may be long, such as a robot's description, and is not written back.
+                self.origins[name]['said'] = None
         return made
 
     def _rosparam_tag(self, tag: Element, *args: Any, **kwds: Any) -> Any:
@@ -80,24 +84,24 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
     def _note(self, key: str, value: Any, origin: Dict[str, Any], path: Optional[List[_Step]] = None) -> None:
         for name in [one for one in self.origins if one == key or one.startswith(key + '/')]:
             del self.origins[name]  # the last declaration wins
-        for steps, number in _numbers(value):
+        for steps, scalar in _scalars(value):
             full = '/'.join([key, *map(str, steps)])
-            self.origins[full] = {**origin, 'said': number}
+            self.origins[full] = {**origin, 'said': scalar}
             if path is not None:
                 self.origins[full]['path'] = [*path, *steps]
 
 
-def _numbers(value: Any) -> Iterator[Tuple[List[_Step], float]]:
-    """The numbers in a parameter, each with the steps to it."""
+def _scalars(value: Any) -> Iterator[Tuple[List[_Step], Any]]:
+    """The numbers, texts and truth values in a parameter, each with the steps to it."""
     if isinstance(value, list):
         for index, part in enumerate(value):
-            for steps, number in _numbers(part):
-                yield [index, *steps], number
+            for steps, scalar in _scalars(part):
+                yield [index, *steps], scalar
     elif isinstance(value, dict):
         for name, part in value.items():
-            for steps, number in _numbers(part):
-                yield [name, *steps], number
-    elif type(value) in (int, float):
+            for steps, scalar in _scalars(part):
+                yield [name, *steps], scalar
+    elif is_scalar(value):
         yield [], value
 
 

@@ -66,7 +66,7 @@ class _Reader:
     def __init__(self, cells: Cells) -> None:
         self._cells = cells
         self._digest = cells.digest
-        self._said: Dict[int, float] = {}  # {index in the file as it was loaded: what was taken in last}
+        self._said: Dict[int, Any] = {}  # {index in the file as it was loaded: what was taken in last}
         self._named: Tuple[List[int], bool] = ([], False)
 
     @classmethod
@@ -93,26 +93,26 @@ class _Reader:
 
     def _take(self, original: files.SourceText, new: files.SourceText, is_saved_here: bool) -> None:
         locations = self._locations(original)
-        result = files.followed(original, new)
+        result = files.followed(original, new, {*locations, *node.read_at(self._cells.path)})
         taken, refused = [], []
-        for before, after in sorted(result.numbers.items()):
-            number = new.numbers[after]
-            if before not in locations or number.value == self._said.get(before, original.numbers[before].value):
+        for before, after in sorted(result.literals.items()):
+            literal = new.literals[after]
+            if before not in locations or literal.value == self._said.get(before, original.literals[before].value):
                 continue
-            self._said[before] = number.value
+            self._said[before] = literal.value
             location = locations[before]()
             if location is None:
                 continue
             try:
-                node.reread(location, number.value, is_saved_here)
-                taken.append(f'{location.name} = {number.value!r}')
+                node.reread(location, literal.value, is_saved_here)
+                taken.append(f'{location.name} = {literal.value!r}')
             except ValueError as error:
-                refused.append(f'{number.value!r} in line {number.line} ({error})')
+                refused.append(f'{literal.value!r} in line {literal.line} ({error})')
         lines = files.changed_elsewhere(original, new, result, set(locations))
         self._tell([] if is_saved_here else taken, refused, (lines, result.has_lost_lines))
 
     def _locations(self, original: files.SourceText) -> Dict[int, Callable[[], Any]]:
-        """{index of a number in the file as it was loaded: gives the location that is read there}."""
+        """{index of a literal in the file as it was loaded: gives the location that is read there}."""
         found: Dict[int, Callable[[], Any]] = {}
         for number, literal in enumerate(self._cells.literals):
             index = original.number_at(literal.line, literal.column)

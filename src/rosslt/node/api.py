@@ -260,7 +260,7 @@ def reread(location: Location, said: Any, is_saved_here: bool = False) -> None:
 
 
 def read_at(file: str) -> Dict[int, Location]:
-    """{index of a number in a file as it was loaded: the location that was read there}."""
+    """{index of a literal in a file as it was loaded: the location that was read there}."""
     source = SOURCE_FILES.original(file)
     with _owner.lock:
         there = [

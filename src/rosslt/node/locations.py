@@ -102,7 +102,7 @@ class Location:
         return self.literal
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
-        """The index of the number in its file, as that was when it was loaded, that is its value; None where none
+        """The index of the literal in its file, as that was when it was loaded, that is its value; None where none
         is."""
         return None
 

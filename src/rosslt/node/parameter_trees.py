@@ -181,7 +181,7 @@ class Leaf(Parameter):
         """Note that it is not set, and was read as the default in the code."""
         self.is_set = False
         location = self._locations.get(self.key)
-        if location is not None and type(location.value) in (int, float):
+        if location is not None:
             location.default = location.value
 
     def make_float(self) -> None:

@@ -94,14 +94,14 @@ def _in_parameter_files(
         origin, values = origins.get(place.location.name), past.get(place.location.id, [])
         if not values and not _was_changed_earlier(place, origin):
             continue
-        if values and place.value == values[0]:
+        if values and files.equal(place.value, values[0]):
             changed_back.add(place.local_name)
         reason = _why_not(place, origin)
         if reason:
             unsaved.append(Unsaved(place.local_name, reason))
         else:
             # What was changed back may have been saved in between.
-            origin['said'] = [origin['said'], *(value for value in values if type(value) in (int, float))]
+            origin['said'] = [origin['said'], *filter(files.is_scalar, values)]
             by_file.setdefault(origin['file'], []).append((place, origin))
     edits: List[files.Edit] = []
     for file, those in by_file.items():
@@ -119,13 +119,13 @@ def _was_changed_earlier(place: Place, origin: Any) -> bool:
     """Whether a parameter has another value than the file said that it was loaded from: a node that ran before, and
     whose history is gone, may have changed it."""
     said = (origin or {}).get('said')
-    return type(said) in (int, float) and type(place.value) in (int, float) and said != place.value
+    if type(said) is str:
+        said = said.replace('\r\n', '\n').replace('\r', '\n')  # as XML carries it to the parameter server
+    return files.is_scalar(said) and files.is_scalar(place.value) and not files.equal(said, place.value)
 
 
 def _why_not(place: Place, origin: Any) -> str:
     """Why a parameter cannot be written back; '' where it can."""
-    if type(place.value) not in (int, float):
-        return 'it is no number'
     if not origin:
         return 'no file is known that it was read from; rosslt launch notes them'
     if origin.get('is_substituted'):
@@ -176,4 +176,11 @@ def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[Lis
 
 
 def _read_param(convert_value: Any, kind: str, text: str) -> Any:
-    return convert_value(text, kind)
+    import yaml
+
+    if '$(' in text:
+        raise ValueError('roslaunch would take $( for a substitution')
+    try:
+        return convert_value(text.strip(), kind)
+    except yaml.YAMLError as error:  # of type="yaml"
+        raise ValueError(str(error)) from None

@@ -1,7 +1,7 @@
 """Where in source files the values of this node were read, and what would write changed values back there."""
 
 import os
-from typing import Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt import files
 from rosslt.node.locations import Location
@@ -12,16 +12,16 @@ class Written(NamedTuple):
 
     Attributes:
         source: the file as it is now.
-        number: the index of the number in it.
+        literal: its index in it.
     """
 
     source: files.SourceText
-    number: int
+    literal: int
 
     @property
-    def value(self) -> float:
+    def value(self) -> Any:
         """What the file says."""
-        return self.source.numbers[self.number].value
+        return self.source.literals[self.literal].value
 
 
 class NotWritten(Exception):
@@ -35,7 +35,7 @@ class SourceFiles:
         self._contents: Dict[str, bytes] = {}
         self._originals: Dict[str, files.SourceText] = {}
         # What was offered to be written: where the file says it, it is no edit of somebody else.
-        self._offered: Dict[Location, Set[float]] = {}
+        self._offered: Dict[Location, Set[Any]] = {}
         self._offered_digests: Set[str] = set()
 
     def keep(self, path: str, content: Optional[bytes] = None) -> None:
@@ -93,7 +93,7 @@ class SourceFiles:
         edits: List[Tuple[Location, files.Edit]] = []
         left: List[Tuple[Location, str]] = []
         for path, those in by_file.items():
-            changed = [location for location in those if location.value != location.said or location in self._offered]
+            changed = [one for one in those if not files.equal(one.value, one.said) or one in self._offered]
             if not changed:
                 continue
             try:
@@ -112,7 +112,7 @@ class SourceFiles:
 
 
 def _edits_of_file(
-    original: files.SourceText, those: List[Location], changed: List[Location], offered: Dict[Location, Set[float]]
+    original: files.SourceText, those: List[Location], changed: List[Location], offered: Dict[Location, Set[Any]]
 ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
     """What `SourceFiles.edits` gives, of one file."""
     readers: Dict[int, List[Location]] = {}
@@ -121,8 +121,8 @@ def _edits_of_file(
         if index is not None:
             readers.setdefault(index, []).append(location)
     present = files.SourceText(original.path, files.read_bytes(original.path))
-    indices = files.followed(original, present).numbers
-    wanted: Dict[int, float] = {}
+    indices = files.followed(original, present, readers).literals
+    wanted: Dict[int, Any] = {}
     owners: Dict[int, Location] = {}
     left: List[Tuple[Location, str]] = []
     for location in changed:
@@ -132,9 +132,9 @@ def _edits_of_file(
         except NotWritten as why:
             left.append((location, str(why)))
             continue
-        if written.value != location.value:
-            wanted[written.number] = location.value
-            owners[written.number] = location
+        if not files.equal(written.value, location.value):
+            wanted[written.literal] = location.value
+            owners[written.literal] = location
     return list(zip((owners[index] for index in sorted(wanted)), present.edits(wanted))), left
 
 
@@ -151,22 +151,26 @@ def _place(
         NotWritten: nowhere, or it must not be written there.
     """
     index = location.find_in(original)
-    if type(location.value) not in (int, float) or index is None:
-        raise NotWritten(f'it is no number of its own at {location.place}')
+    if index is None:
+        raise NotWritten(
+            f'it is no number, no truth value and no text in one piece and on one line of its own at {location.place}'
+        )
+    if not files.alike(location.value, location.said):
+        raise NotWritten(f'{location.value!r} is of another kind than {location.said!r}, which {location.place} said')
     if location.is_shared:
         raise NotWritten(f'its name is given in several places of the code, not at {location.place} alone')
     if any(other.value != location.value for other in readers[index]):
-        raise NotWritten(f'the number at {location.place} is that of several locations, with other values')
+        raise NotWritten(f'what stands at {location.place} is that of several locations, with other values')
     if index not in indices:
         raise NotWritten(f'the line of {location.place} was edited since it was read')
     return Written(present, indices[index])
 
 
-def _check_unedited(location: Location, written: Written, offered: Collection[float]) -> None:
-    """Raise NotWritten where somebody else has edited the number itself."""
-    if written.value not in (location.said, location.value, *offered):
+def _check_unedited(location: Location, written: Written, offered: Collection[Any]) -> None:
+    """Raise NotWritten where somebody else has edited the literal itself."""
+    if not any(files.equal(written.value, one) for one in (location.said, location.value, *offered)):
         raise NotWritten(
-            f'the number at {location.place} was edited since it was read: '
+            f'what stands at {location.place} was edited since it was read: '
             f'{written.source.path} says {written.value!r} instead of {location.said!r}'
         )
 

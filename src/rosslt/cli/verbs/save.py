@@ -19,9 +19,9 @@ from rosslt.cli.verb import CHANGE, Argument
 GROUP = CHANGE
 SUMMARY = 'changed values where they were read: in the code, in launch and YAML files'
 DESCRIPTION = """Write each changed value of a node back to where it was read: a literal in its source file; a parameter
-in the YAML file or the <param> that `rosslt launch` has read it from. Only the numbers change. All files are written,
-or none; what cannot be written back is named, and left. A file that was edited since is written where it is certain
-which number is which.
+in the YAML file or the <param> that `rosslt launch` has read it from. Only these values change. All files are
+written, or none; what cannot be written back is named, and left. A file that was edited since is written where it is
+certain which value is which.
 
 With FILE, write the current values of all of its locations as YAML instead. `rosparam load FILE` puts them in force
 again, and so does <rosparam file="FILE"/> in a launch file, before the node starts."""
@@ -31,7 +31,7 @@ examples:
   rosslt save /talker
   rosslt save /talker talker.yaml && rosparam load talker.yaml
 
-In a pipe each number that was written is a line of columns between tabs: NODE/LOCATION, old text, new text, file.
+In a pipe each value that was written is a line of columns between tabs: NODE/LOCATION, old text, new text, file.
 """
 ARGUMENTS = [
     Argument('--diff', action='store_true', help='print what would be written as a unified diff, and write nothing'),
