@@ -11,9 +11,11 @@ import pytest
 import rospy
 from geometry_msgs.msg import PointStamped
 from rosgraph_msgs.msg import Log as RosoutMessage
+from roslaunch.config import ROSLaunchConfig
 
 import rosslt
 from rosslt import files, node, srv
+from rosslt.instrument.parameter_origins import NotingLoader
 from rosslt.node import changes_to_save
 from support.processes import wait_until
 from support.shell import rosslt as command
@@ -458,3 +460,14 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(60)
+
+
+def test_a_long_text_that_a_file_says_is_not_kept_beside_the_origins(tmp_path):
+    description = tmp_path / 'robot.urdf'
+    description.write_text('<robot/>')
+    loader, config = NotingLoader(), ROSLaunchConfig()
+    text = f'<launch><param name="robot" textfile="{description}"/><param name="frame" value="map"/></launch>'
+    loader.load_string(text, config, verbose=False)
+    assert config.params['/robot'].value == '<robot/>'
+    assert (loader.origins['/robot']['said'], loader.origins['/robot']['is_substituted']) == (None, True)
+    assert (loader.origins['/frame']['said'], loader.origins['/frame']['text']) == ('map', 'map')
