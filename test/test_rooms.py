@@ -195,6 +195,11 @@ def test_a_file_is_short_and_of_the_oldest_python(path):
     assert len(text.splitlines()) <= LONGEST_FILE
 
 
+@pytest.mark.parametrize('path', sorted(PACKAGE.rglob('*.[ch]')), ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_file_of_c_is_short(path):
+    assert len(path.read_text(encoding='utf-8').splitlines()) <= LONGEST_FILE
+
+
 def test_the_part_that_needs_no_ros_runs_without_it():
     program = """
 import sys

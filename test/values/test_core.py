@@ -358,8 +358,8 @@ def test_sanitizers_find_nothing(tmp_path):
     core = tmp_path / ('_core' + sysconfig.get_config_var('EXT_SUFFIX'))
     headers = sysconfig.get_path('include')
     options = ['-g', '-O1', '-fPIC', '-shared', '-fsanitize=address,undefined', '-fno-sanitize-recover=undefined']
-    source = ROOT / 'src' / 'rosslt' / 'values' / 'core.c'
-    subprocess.run(['gcc', *options, '-ffp-contract=off', f'-I{headers}', source, '-o', core], check=True)
+    sources = sorted((ROOT / 'src' / 'rosslt' / 'values' / 'core').glob('*.c'))
+    subprocess.run(['gcc', *options, '-ffp-contract=off', f'-I{headers}', *sources, '-o', core], check=True)
     sanitizer = subprocess.check_output(['gcc', '-print-file-name=libasan.so'], universal_newlines=True).strip()
     tests = ['test/values/test_laws.py', 'test/values/test_core.py', 'test/values/test_tracked.py']
     process = python(

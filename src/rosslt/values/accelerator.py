@@ -1,6 +1,6 @@
 """The compiled core of this room, where there is one: what it does, the Python here does as well (PEP 399).
 
-`catkin build` compiles it from `core.c`. It lies beside the generated messages, where the devel space has a folder of
+`catkin build` compiles it from `core/`. It lies beside the generated messages, where the devel space has a folder of
 this package; the name of its file says for which Python it was built, so that another one does not find it.
 """
 
@@ -9,8 +9,8 @@ import inspect
 import os
 from typing import Any, Callable, Dict, Tuple, TypeVar
 
-INTERFACE = 5
-"""What `core.c` must have been when it was built: a workspace may hold one that is older than the Python."""
+INTERFACE = 6
+"""What `core/module.c` must have been when it was built: a workspace may hold one that is older than the Python."""
 
 
 def _loaded() -> Any:

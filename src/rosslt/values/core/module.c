@@ -1,0 +1,76 @@
+/* What does the core offer to Python, and what is it told? */
+
+#include "core.h"
+
+#define INTERFACE 6 /* what `accelerator.py` asks for */
+
+PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
+    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros;
+int limit, max_shared_size;
+
+PyObject *names[NAMES];
+static const char *const texts[NAMES] = {
+    [FORWARD] = "forward", [INVERSE] = "inverse", [SINGLE_OPERAND] = "single_operand", [OPERATION] = "operation",
+    [OPERANDS] = "operands", [RECORD] = "_record", [AFFINE] = "affine", [VALUE] = "value", [NAME] = "name",
+    [KEY] = "key", [GETTER] = "getter", [TRACKED] = "tracked",
+};
+
+/* Tell the core what it records and what it hands over. */
+static PyObject *complete(PyObject *module, PyObject *args)
+{
+    PyObject *of_operators, *of_fallbacks, *told[10];
+    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!OOii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type,
+                          &of_fallbacks, &told[0], &told[1], &told[2], &told[3], &told[4], &told[5], &PyTuple_Type,
+                          &told[6], &PyFrozenSet_Type, &told[7], &told[8], &told[9], &limit, &max_shared_size)) {
+        return NULL;
+    }
+    if (PyTuple_GET_SIZE(of_operators) != 3 * OPERATORS || PyTuple_GET_SIZE(of_fallbacks) != OPERATORS) {
+        return PyErr_Format(PyExc_ValueError, "three forms and a fallback of each operator");
+    }
+    PyObject **places[] = {&negation,  &source_form,    &lazy_form,       &shorten,     &resolve,
+                           &new_other, &source_classes, &tracked_classes, &affine_form, &slopes_or_zeros};
+    for (int at = 0; at < 3 * OPERATORS; at++) {
+        Py_XSETREF(forms[at], Py_NewRef(PyTuple_GET_ITEM(of_operators, at)));
+    }
+    for (int at = 0; at < OPERATORS; at++) {
+        Py_XSETREF(fallbacks[at], Py_NewRef(PyTuple_GET_ITEM(of_fallbacks, at)));
+    }
+    for (int at = 0; at < 10; at++) Py_XSETREF(*places[at], Py_NewRef(told[at]));
+    Py_RETURN_NONE;
+}
+
+static PyMethodDef functions[] = {
+    {"complete", complete, METH_VARARGS, "Tell the core what it records and what it hands over; once, before all."},
+    {"new", (PyCFunction)(void (*)(void))new_value, METH_FASTCALL, "new(value, record, size): a tracked float or int."},
+    {"along_chain", (PyCFunction)(void (*)(void))along_chain, METH_FASTCALL,
+     "along_chain(value, {Source: value}): the value of a chain on one source, or NotImplemented."},
+    {"solve_chain", (PyCFunction)(void (*)(void))solve_chain, METH_FASTCALL,
+     "solve_chain(value, target, relative): {Source: value}, None without an answer, or NotImplemented."},
+    {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
+    {"select_tracked", select_tracked, METH_VARARGS, "select_tracked(values, index, kinds, found): as in tracked.py."},
+    {"swept", swept, METH_O, "swept(value): as in affine.py, or NotImplemented."},
+    {"reading", reading, METH_VARARGS, "reading(function, known, name, doc): as in accelerator.py."},
+    {"made_alike", (PyCFunction)(void (*)(void))made_alike, METH_FASTCALL,
+     "made_alike(value, other): whether it is certain that they are; False as well where Python has to say it."},
+    {NULL, NULL, 0, NULL},
+};
+
+static struct PyModuleDef definition = {
+    PyModuleDef_HEAD_INIT,
+    .m_name = "rosslt._core",
+    .m_doc = "The compiled core of rosslt.values.",
+    .m_size = -1,
+    .m_methods = functions,
+};
+
+PyMODINIT_FUNC PyInit__core(void)
+{
+    for (int at = 0; at < NAMES; at++) {
+        names[at] = PyUnicode_InternFromString(texts[at]);
+        if (names[at] == NULL) return NULL;
+    }
+    PyObject *module = PyModule_Create(&definition);
+    if (module == NULL) return NULL;
+    if (add_classes(module) < 0 || PyModule_AddIntConstant(module, "INTERFACE", INTERFACE) < 0) Py_CLEAR(module);
+    return module;
+}

@@ -1,0 +1,420 @@
+/* What is a tracked float or int? Their classes, their records, and the arithmetic that records (`operators.py`). */
+
+#include "core.h"
+
+PyTypeObject *FloatType, *IntType;
+
+PyObject *plain_of(PyObject *x)
+{
+    if (IS_FLOAT(x)) {
+        Float *self = (Float *)x;
+        if (self->plain == NULL) self->plain = PyFloat_FromDouble(self->value.ob_fval);
+        Py_XINCREF(self->plain);
+        return self->plain;
+    }
+    if (IS_INT(x)) return Py_NewRef(int_part(x)->plain);
+    return PyFloat_CheckExact(x) || PyLong_CheckExact(x) ? Py_NewRef(x) : NULL;
+}
+
+/* --- records ------------------------------------------------------------------------------------------------- */
+
+int truth_of(PyObject *thing, int name)
+{
+    PyObject *found = PyObject_GetAttr(thing, names[name]);
+    int truth = found == NULL ? -1 : PyObject_IsTrue(found);
+    Py_XDECREF(found);
+    return truth;
+}
+
+/* The kind of a form; -1 with an error. */
+static int kind_of(PyObject *form)
+{
+    if (form == source_form || form == lazy_form) return OTHER;
+    for (int number = 0; number < 3 * OPERATORS; number++) if (form == forms[number]) return OPERATOR + number;
+    int truth = truth_of(form, SINGLE_OPERAND);
+    if (truth != 0) return truth < 0 ? -1 : ANY_SINGLE;
+    PyObject *operation = PyObject_GetAttr(form, names[OPERATION]);
+    int kind = operation == NULL ? -1 : operation == Py_None ? OTHER : ANY_BOTH;
+    Py_XDECREF(operation);
+    return kind;
+}
+
+/* The kind of something that is to be a record; -1 with an error. */
+static int kind_of_record(PyObject *x)
+{
+    if (x != NULL && is_record(x)) return kind_of(PyTuple_GET_ITEM(x, 0));
+    PyErr_SetString(PyExc_TypeError, "a record is a tuple (form, first, second)");
+    return -1;
+}
+
+/* Whether something that a record refers to may lead back to it. Sources hold texts and numbers only. */
+static int may_cycle(PyObject *x)
+{
+    if (x == Py_None || PyFloat_CheckExact(x) || PyLong_CheckExact(x) || PyUnicode_CheckExact(x) || PyBool_Check(x)) {
+        return 0;
+    }
+    if (IS_OURS(x)) return record_of(x)->collected;
+    for (Py_ssize_t at = 0; at < PyTuple_GET_SIZE(source_classes); at++) {
+        if ((PyObject *)Py_TYPE(x) == PyTuple_GET_ITEM(source_classes, at)) return 0;
+    }
+    return 1;
+}
+
+static void collect(PyObject *self, Record *record)
+{
+    if (!record->collected) {
+        record->collected = 1;
+        PyObject_GC_Track(self);
+    }
+}
+
+static inline void set_record(Record *record, PyObject *form, PyObject *first, PyObject *second, int kind)
+{
+    Py_INCREF(form);
+    Py_INCREF(first);
+    Py_INCREF(second);
+    record->form = form;
+    record->first = first;
+    record->second = second;
+    record->kind = (unsigned char)kind;
+}
+
+static void replace_record(Record *record, PyObject *form, PyObject *first, PyObject *second, int kind)
+{
+    PyObject *old[] = {record->form, record->first, record->second};
+    set_record(record, form, first, second, kind);
+    for (int at = 0; at < 3; at++) Py_DECREF(old[at]);
+}
+
+static PyObject *get_record(PyObject *self, void *unused)
+{
+    Record *record = record_of(self);
+    return PyTuple_Pack(3, record->form, record->first, record->second);
+}
+
+PyObject *resolved(PyObject *value, int *kind)
+{
+    PyObject *record;
+    if (IS_OURS(value)) {
+        *kind = record_of(value)->kind;
+        record = get_record(value, NULL);
+    } else {
+        record = PyObject_GetAttr(value, names[RECORD]);
+        *kind = record == NULL ? -1 : kind_of_record(record);
+    }
+    if (record != NULL && *kind == OTHER && PyTuple_GET_ITEM(record, 0) == lazy_form) {
+        Py_SETREF(record, PyObject_CallFunctionObjArgs(resolve, value, NULL));
+        *kind = record == NULL ? -1 : kind_of_record(record);
+    }
+    if (*kind < 0) Py_CLEAR(record);
+    return record;
+}
+
+/* --- new values ---------------------------------------------------------------------------------------------- */
+
+static inline void fill(Record *record, PyObject *form, PyObject *first, PyObject *second, int kind, Py_ssize_t size)
+{
+    set_record(record, form, first, second, kind);
+    record->fold = NULL;
+    record->size = (int)size;
+    record->collected = 0;
+}
+
+static PyObject *new_float(double value, PyObject *form, PyObject *first, PyObject *second, int kind, Py_ssize_t size)
+{
+    Float *self = PyObject_GC_New(Float, FloatType);
+    if (self != NULL) {
+        self->value.ob_fval = value;
+        self->plain = NULL;
+        fill(&self->record, form, first, second, kind, size);
+    }
+    return (PyObject *)self;
+}
+
+static PyObject *new_int(PyObject *plain, PyObject *form, PyObject *first, PyObject *second, int kind, Py_ssize_t size)
+{
+    PyLongObject *self = PyObject_GC_NewVar(PyLongObject, IntType, digits_of(plain));
+    if (self != NULL) {
+        ((PyVarObject *)self)->ob_size = Py_SIZE(plain);
+        memcpy(self->ob_digit, ((PyLongObject *)plain)->ob_digit, (size_t)digits_of(plain) * sizeof(digit));
+        IntPart *part = int_part((PyObject *)self);
+        fill(&part->record, form, first, second, kind, size);
+        part->plain = Py_NewRef(plain);
+    }
+    return (PyObject *)self;
+}
+
+PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count)
+{
+    if (count != 3 || !is_record(args[1])) {
+        return PyErr_Format(PyExc_TypeError, "new(value, (form, first, second), size)");
+    }
+    PyObject *value = args[0], *result;
+    PyObject *form = PyTuple_GET_ITEM(args[1], 0);
+    PyObject *first = PyTuple_GET_ITEM(args[1], 1), *second = PyTuple_GET_ITEM(args[1], 2);
+    long size = PyLong_AsLong(args[2]);
+    int kind = size == -1 && PyErr_Occurred() ? -1 : kind_of(form);
+    if (kind < 0) return NULL;
+    if (PyFloat_CheckExact(value)) {
+        result = new_float(PyFloat_AS_DOUBLE(value), form, first, second, kind, size);
+        if (result != NULL) ((Float *)result)->plain = Py_NewRef(value);
+    } else if (PyLong_CheckExact(value)) {
+        result = new_int(value, form, first, second, kind, size);
+    } else {
+        return PyObject_CallFunctionObjArgs(new_other, value, args[1], args[2], NULL);
+    }
+    if (result != NULL && ((kind == OTHER && form != source_form) || may_cycle(first) || may_cycle(second))) {
+        collect(result, record_of(result));
+    }
+    return result;
+}
+
+/* --- arithmetic ---------------------------------------------------------------------------------------------- */
+
+/* As `joint_size` in recording.py. */
+static Py_ssize_t joint_size(Py_ssize_t first, Py_ssize_t second)
+{
+    Py_ssize_t small = first < second ? first : second, large = first < second ? second : first;
+    if (small >= 0) return large + (small < max_shared_size ? small : max_shared_size) + 1;
+    return (large < 0 ? large : small + (large < max_shared_size ? large : max_shared_size)) + 1;
+}
+
+/* A new value, which knows the collector if one of its operands does, and stays in the limit. */
+static PyObject *finished(PyObject *result, int collected)
+{
+    if (result == NULL) return NULL;
+    Record *record = record_of(result);
+    if (collected) collect(result, record);
+    if (record->size > limit) {
+        PyObject *done = PyObject_CallFunctionObjArgs(shorten, result, NULL);
+        if (done == NULL) {
+            Py_DECREF(result);
+            return NULL;
+        }
+        Py_DECREF(done);
+    }
+    return result;
+}
+
+/* The result of an operator: an int, or a float where that is NULL. One operand at least is tracked. */
+static inline PyObject *result_of(int operator, PyObject *v, PyObject *w, PyObject *whole, double value)
+{
+    int side = IS_OURS(v) ? IS_OURS(w) ? BOTH : LEFT : RIGHT;
+    PyObject *first = side == RIGHT ? w : v, *second = side == RIGHT ? v : w;
+    if (operator == MULTIPLY && side == RIGHT && IS_INT(w)) side = LEFT; /* as `product` in operators.py */
+    Record *record = record_of(first);
+    Py_ssize_t size = record->size + 1;
+    int collected = record->collected, kind = KIND(operator, side);
+    if (side == BOTH) {
+        size = joint_size(record->size, record_of(second)->size);
+        collected = collected || record_of(second)->collected;
+    }
+    PyObject *form = forms[kind - OPERATOR];
+    if (whole != NULL) return finished(new_int(whole, form, first, second, kind, size), collected);
+    return finished(new_float(value, form, first, second, kind, size), collected);
+}
+
+/* What an operator gives that has something else than floats to do. */
+static PyObject *recorded(int operator, PyObject *v, PyObject *w)
+{
+    static const binaryfunc compute[] = {PyNumber_Add,        PyNumber_Subtract,    PyNumber_Multiply,
+                                         PyNumber_TrueDivide, PyNumber_FloorDivide, PyNumber_Remainder};
+    PyObject *a = plain_of(v), *b = plain_of(w), *value = NULL, *result = NULL;
+    if (a != NULL && b != NULL) {
+        value = compute[operator](a, b);
+    } else if (!PyErr_Occurred()) {
+        result = PyObject_CallFunctionObjArgs(fallbacks[operator], v, w, NULL);
+    }
+    Py_XDECREF(a);
+    Py_XDECREF(b);
+    if (value == NULL) return result;
+    int is_float = PyFloat_CheckExact(value);
+    result = result_of(operator, v, w, is_float ? NULL : value, is_float ? PyFloat_AS_DOUBLE(value) : 0.0);
+    Py_DECREF(value);
+    return result;
+}
+
+#define HOLDS_FLOAT(x) (IS_FLOAT(x) || PyFloat_CheckExact(x))
+
+static inline PyObject *operate(int operator, PyObject *v, PyObject *w)
+{
+    double value;
+    if (HOLDS_FLOAT(v) && HOLDS_FLOAT(w) &&
+        compute_floats(operator, PyFloat_AS_DOUBLE(v), PyFloat_AS_DOUBLE(w), &value)) {
+        return result_of(operator, v, w, NULL, value);
+    }
+    return recorded(operator, v, w);
+}
+
+static PyObject *add(PyObject *v, PyObject *w) { return operate(ADD, v, w); }
+static PyObject *subtract(PyObject *v, PyObject *w) { return operate(SUBTRACT, v, w); }
+static PyObject *multiply(PyObject *v, PyObject *w) { return operate(MULTIPLY, v, w); }
+static PyObject *divide(PyObject *v, PyObject *w) { return operate(DIVIDE, v, w); }
+static PyObject *floor_divide(PyObject *v, PyObject *w) { return operate(FLOOR_DIVIDE, v, w); }
+static PyObject *remainder_of(PyObject *v, PyObject *w) { return operate(REMAINDER, v, w); }
+
+static PyObject *negate(PyObject *self)
+{
+    Record *record = record_of(self);
+    PyObject *result;
+    if (IS_FLOAT(self)) {
+        double value = -PyFloat_AS_DOUBLE(self);
+        result = new_float(value, negation, self, Py_None, ANY_SINGLE, record->size + 1);
+    } else {
+        PyObject *value = PyNumber_Negative(int_part(self)->plain);
+        if (value == NULL) return NULL;
+        result = new_int(value, negation, self, Py_None, ANY_SINGLE, record->size + 1);
+        Py_DECREF(value);
+    }
+    return finished(result, record->collected);
+}
+
+/* --- attributes ---------------------------------------------------------------------------------------------- */
+
+static PyObject *get_plain(PyObject *self, void *unused)
+{
+    return plain_of(self);
+}
+
+static int put_record(PyObject *self, PyObject *value, void *unused)
+{
+    int kind = kind_of_record(value);
+    if (kind < 0) return -1;
+    Record *record = record_of(self);
+    replace_record(record, PyTuple_GET_ITEM(value, 0), PyTuple_GET_ITEM(value, 1), PyTuple_GET_ITEM(value, 2), kind);
+    collect(self, record);
+    return 0;
+}
+
+static PyObject *get_fold(PyObject *self, void *unused)
+{
+    PyObject *fold = record_of(self)->fold;
+    /* an AttributeError, as of the Python, takes longer than what asks for it */
+    return Py_NewRef(fold == NULL ? Py_None : fold);
+}
+
+static int put_fold(PyObject *self, PyObject *value, void *unused)
+{
+    Record *record = record_of(self);
+    Py_XINCREF(value);
+    collect(self, record);
+    Py_XSETREF(record->fold, value);
+    return 0;
+}
+
+static PyObject *get_size(PyObject *self, void *unused)
+{
+    return PyLong_FromLong(record_of(self)->size);
+}
+
+static int put_size(PyObject *self, PyObject *value, void *unused)
+{
+    if (value == NULL) PyErr_SetString(PyExc_TypeError, "a value has a size");
+    long size = value == NULL ? -1 : PyLong_AsLong(value);
+    if (size == -1 && PyErr_Occurred()) return -1;
+    record_of(self)->size = (int)size;
+    return 0;
+}
+
+static PyGetSetDef attributes[] = {
+    {"_plain", get_plain, NULL, "The plain value.", NULL},
+    {"_record", get_record, put_record, "The record (form, first, second).", NULL},
+    {"_fold", get_fold, put_fold, "The record that stands for it near its present value, once it is made.", NULL},
+    {"_size", get_size, put_size, "How large the expression is.", NULL},
+    {NULL, NULL, NULL, NULL, NULL},
+};
+
+/* --- the classes --------------------------------------------------------------------------------------------- */
+
+static int traverse(PyObject *self, visitproc visit, void *arg)
+{
+    Record *record = record_of(self);
+#if PY_VERSION_HEX >= 0x03090000
+    Py_VISIT(Py_TYPE(self));
+#endif
+    Py_VISIT(record->form);
+    Py_VISIT(record->first);
+    Py_VISIT(record->second);
+    Py_VISIT(record->fold);
+    return 0;
+}
+
+static int clear(PyObject *self)
+{
+    Record *record = record_of(self);
+    replace_record(record, Py_None, Py_None, Py_None, OTHER);
+    Py_CLEAR(record->fold);
+    return 0;
+}
+
+static void dealloc(PyObject *self)
+{
+    Record *record = record_of(self);
+    PyTypeObject *type = Py_TYPE(self);
+    if (record->collected) PyObject_GC_UnTrack(self);
+    Py_TRASHCAN_BEGIN(self, dealloc)
+    Py_DECREF(record->form);
+    Py_DECREF(record->first);
+    Py_DECREF(record->second);
+    Py_XDECREF(record->fold);
+    Py_XDECREF(IS_INT(self) ? int_part(self)->plain : ((Float *)self)->plain);
+    PyObject_GC_Del(self);
+    Py_DECREF(type);
+    Py_TRASHCAN_END
+}
+
+/* Calling a tracked class gives a plain value, as others make numbers with `type(x)(...)`. */
+static PyObject *plain_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
+{
+    PyTypeObject *kind = PyType_IsSubtype(type, FloatType) ? &PyFloat_Type : &PyLong_Type;
+    return PyObject_Call((PyObject *)kind, args, kwargs);
+}
+
+/* Make a class and put it in the module by its short name, which is also what error messages call it by, as they do a
+   class of Python. */
+static PyTypeObject *add_class(PyObject *module, PyTypeObject *base, const char *name, size_t size, size_t item_size,
+                               const char *doc)
+{
+    PyType_Slot slots[] = {
+        {Py_tp_new, plain_new},
+        {Py_tp_dealloc, dealloc},
+        {Py_tp_traverse, traverse},
+        {Py_tp_clear, clear},
+        {Py_tp_free, PyObject_GC_Del},
+        {Py_tp_getset, attributes},
+        {Py_nb_add, add},
+        {Py_nb_subtract, subtract},
+        {Py_nb_multiply, multiply},
+        {Py_nb_true_divide, divide},
+        {Py_nb_floor_divide, floor_divide},
+        {Py_nb_remainder, remainder_of},
+        {Py_nb_negative, negate},
+        {Py_tp_doc, (void *)doc},
+        {0, NULL},
+    };
+    PyType_Spec spec = {name, (int)size, (int)item_size,
+                        Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE | Py_TPFLAGS_HAVE_GC, slots};
+    const char *short_name = strrchr(name, '.') + 1;
+    PyObject *bases = PyTuple_Pack(1, base), *type = bases ? PyType_FromSpecWithBases(&spec, bases) : NULL;
+    PyObject *text = type ? PyUnicode_FromString(short_name) : NULL;
+    if (text == NULL || PyObject_SetAttrString(type, "__name__", text) < 0 ||
+        PyObject_SetAttrString(module, short_name, type) < 0) {
+        Py_CLEAR(type);
+    }
+    Py_XDECREF(bases);
+    Py_XDECREF(text);
+    return (PyTypeObject *)type;
+}
+
+int add_classes(PyObject *module)
+{
+    FloatType = add_class(module, &PyFloat_Type, "rosslt.values.tracked.TrackedFloat", sizeof(Float), 0,
+                          "A float with provenance. Made by `track` and by arithmetic; calling the class gives a plain "
+                          "float.");
+    if (FloatType == NULL) return -1;
+    /* room for the part behind the digits, wherever it begins */
+    IntType = add_class(module, &PyLong_Type, "rosslt.values.tracked.TrackedInt",
+                        offsetof(PyLongObject, ob_digit) + sizeof(void *) + sizeof(IntPart), sizeof(digit),
+                        "An int with provenance.");
+    return IntType == NULL ? -1 : 0;
+}
