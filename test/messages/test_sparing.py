@@ -18,7 +18,10 @@ RADIUS, TURN, OTHER = (rosslt.Source('/node', number) for number in (1, 2, 3))
 def in_debt(monkeypatch):
     """A publisher that has spent all that it may on its first message, and more with each that it writes."""
     written = []
-    monkeypatch.setattr(sparing, 'SHARE', 1e-9)
+    for share in ('SHARE', 'MOST_SHARE'):
+        monkeypatch.setattr(sparing, share, 1e-9)
+    for wait in ('LONGEST', 'LONGEST_OF_LARGE'):
+        monkeypatch.setattr(sparing, wait, 3600.0)
     for name in ('provenance_to_send', 'encoded_with_slopes'):
         original = getattr(sparing, name)
         monkeypatch.setattr(
@@ -133,6 +136,75 @@ def test_two_things_sent_in_turn_keep_their_own_sources(in_debt):
             message, error = _sent(provenance, Point(values.track(1.5, source) * 2 + turn, 0.0, 0.0))
             assert error is None
             assert values.sources(message.x) == [source]
+    assert len(in_debt) <= 6
+    assert provenance.takes_turns
+
+
+def _seen(turn, misses=True):
+    """What a sensor sees that turns: each beam ends at this wall or that, or at none."""
+    walls = values.track(2.0, RADIUS) * 1.5, values.track(3.0, OTHER) + 0.5
+    ends = [*walls, 9.0] if misses else walls
+    seen = [ends[(beam + turn * turn) % 7 % len(ends)] for beam in range(40)]
+    return Float64MultiArray(data=[walls[0], *seen, *[walls[1]] * (turn % 4 if misses else 1)])
+
+
+def _sources_of_all(message):
+    return [values.sources(one) if values.is_tracked(one) else [] for one in message.data]
+
+
+def test_what_is_made_in_another_way_each_time_has_the_part_that_still_holds(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for turn in range(50):
+        message = _seen(turn)
+        received, error = _sent(provenance, message)
+        assert error is None
+        assert received.data == tuple(values.untracked(message.data))
+        assert values.sources(received.data[0]) == [RADIUS]
+        for found, right in zip(_sources_of_all(received), _sources_of_all(message)):
+            assert found in ([], right)
+    assert len(in_debt) <= sparing.FIRST_WRITINGS + 1
+
+
+def test_what_is_made_in_another_way_each_time_is_written_whole_now_and_then(in_debt, monkeypatch):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for turn in range(20):
+        _sent(provenance, _seen(turn))
+    written = len(in_debt)
+    later = sparing.time.monotonic() + 3601
+    monkeypatch.setattr(sparing.time, 'monotonic', lambda: later)
+    message = _seen(20)
+    assert _sources_of_all(_sent(provenance, message).message) == _sources_of_all(message)
+    for turn in range(20):
+        _sent(provenance, _seen(turn))
+    assert len(in_debt) == written + 1
+
+
+def test_a_change_has_what_is_made_in_another_way_written_whole(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for turn in range(20):
+        _sent(provenance, _seen(turn))
+    provenance.forget()
+    for turn in range(3):
+        message = _seen(turn)
+        assert _sources_of_all(_sent(provenance, message).message) == _sources_of_all(message)
+
+
+def test_what_was_recorded_of_things_sent_in_turn_is_not_written_each_time(in_debt):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    for turn in range(10):
+        _sent(provenance, _seen(turn, misses=False))
+    assert provenance.takes_turns
+    written = len(in_debt)
+    for turn in range(20):
+        message, buff = _seen(turn, misses=False), io.BytesIO()
+        values.untracked(message).serialize(buff)
+        messages.append_provenance(message, buff, False, lambda one, _: provenance.recalled(one))
+        received, error = messages.decode(buff.getvalue(), Float64MultiArray)
+        assert error is None
+        assert values.sources(received.data[0]) == [RADIUS]
+        for found, right in zip(_sources_of_all(received), _sources_of_all(message)):
+            assert found in ([], right)
+    assert len(in_debt) == written
 
 
 def test_what_was_not_recorded_is_not_taken_for_another_thing_sent_in_turn(in_debt):

@@ -174,7 +174,32 @@ def _encoded(message_type: str, leaves: Sequence[Leaf], full_history: bool) -> b
     return _Encoder(message_type).encoded(fields, expressions, full_history)
 
 
-def encoded_with_slopes(message_type: str, leaves: Sequence[Leaf], moving: Container[int]) -> bytes:
+class Written(NamedTuple):
+    """A provenance, of which fields can be left out."""
+
+    data: bytes
+    placed: Sequence[Tuple[int, int, int]]
+    """What its last columns hold: of each field its leaf, what it is made of and its coefficient."""
+    has_coefficients: bool
+
+    def only(self, leaves: Container[int]) -> bytes:
+        """The provenance of those leaves alone. What it says of sources is not shortened."""
+        kept = [field for field in self.placed if field[0] in leaves]
+        if len(kept) == len(self.placed):
+            return self.data
+        columns = _columns_of(self.placed, self.has_coefficients)
+        return self.data[: -len(columns)] + _columns_of(kept, self.has_coefficients) if kept else b''
+
+
+def _columns_of(fields: Sequence[Tuple[int, int, int]], has_coefficients: bool) -> bytes:
+    """The columns of fields, their leaves rising."""
+    indices = [index for index, _, _ in fields]
+    columns = packed([len(fields)]) + packed([index - before - 1 for index, before in zip(indices, [-1, *indices])])
+    columns += packed([origin for _, origin, _ in fields])
+    return columns + packed([slope for _, _, slope in fields]) if has_coefficients else columns
+
+
+def encoded_with_slopes(message_type: str, leaves: Sequence[Leaf], moving: Container[int]) -> Written:
     """The provenance of tracked leaves, whatever its size, which holds for later values of some of them as well.
 
     Args:
@@ -194,7 +219,9 @@ def encoded_with_slopes(message_type: str, leaves: Sequence[Leaf], moving: Conta
             fields.append(_field(leaf, terms))
         elif index not in moving or origins([value]):
             expressions.append(leaf)
-    return _Encoder(message_type).encoded(fields, expressions, False)
+    encoder = _Encoder(message_type)
+    data = encoder.encoded(fields, expressions, False)
+    return Written(data, encoder.placed, bool(encoder.tables.flags() & HAS_COEFFICIENTS))
 
 
 def _present_slopes(value: Any) -> Terms:
@@ -283,6 +310,8 @@ class _Encoder:
         self.fields: List[Tuple[int, int, Any, bool]] = []
         self._instructions: List[tuple] = []
         self._roots: Dict[int, int] = {}
+        # The fields as they were written last.
+        self.placed: Sequence[Tuple[int, int, int]] = ()
 
     def encoded(self, fields: Sequence[AffineField], expressions: Sequence[Leaf], full_history: bool) -> bytes:
         self.add_fields(fields)
@@ -398,13 +427,7 @@ class _Encoder:
         fields.sort()
         flags = tables.flags() | (HAS_INSTRUCTIONS if self._instructions else 0)
         tail = [packed_instructions(self._instructions, tables, numbers)] if self._instructions else []
-        indices = [index for index, _, _ in fields]
-        tail += [
-            packed([len(fields)]),
-            packed([index - before - 1 for index, before in zip(indices, [-1, *indices])]),
-            packed([origin for _, origin, _ in fields]),
-        ]
-        if flags & HAS_COEFFICIENTS:
-            tail.append(packed([slope for _, _, slope in fields]))
+        tail.append(_columns_of(fields, bool(flags & HAS_COEFFICIENTS)))
+        self.placed = fields
         parts = tables.parts(numbers)
         return parts._replace(head=bytes((VERSION, flags)) + parts.head, tail=parts.tail + b''.join(tail))

@@ -2,22 +2,30 @@
 
 All publishers of a process together may spend a share of a core on it. What they spend more, they make up for: until
 then messages carry the provenance that was written last, as long as it holds for them. A field that stands still holds
-its expression; one that moves, the slopes that it had then, and its present value.
+its expression; one that moves, the slopes that it had then, and its present value. A field that is made in another way
+than what was written says has none until then; where that are many, they are written earlier, at a larger share.
 """
 
 import operator
 import time
 from itertools import compress
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, TypeVar
 
-from rosslt.messages.codec.encoder import Leaf, encoded_with_slopes, provenance_to_send
+from rosslt.messages.codec.encoder import Leaf, Written, encoded_with_slopes, provenance_to_send
 from rosslt.messages.codec.wire_format import BYTES_LIMIT, FIELD_LIMIT
 from rosslt.messages.codegen.walkers import walkers
 from rosslt.messages.leaves import located
-from rosslt.values import are_made_alike, is_same, origins, untracked
+from rosslt.values import are_made_alike, is_same, made_alike, origins, untracked
 
-SHARE = 0.01
-"""The share of a core that is spent on provenance."""
+SHARE, MOST_SHARE = 0.01, 0.015
+"""The share of a core that is spent on provenance; and where messages are made in other ways again and again."""
+
+FIRST_WRITINGS = 5
+"""How many messages of a publisher are written whatever that costs: by then it shows what moves."""
+
+LONGEST, LONGEST_OF_LARGE = 2.0, 10.0
+"""After how many seconds a publisher has its next whole message written, whatever others spend; and at most, where that
+takes more than MOST_SHARE."""
 
 MOST_KNOWN = 4
 """How many sorts of messages of one publisher are remembered."""
@@ -44,7 +52,10 @@ class _Known(NamedTuple):
     """The indices of the leaves of which the slopes were written."""
     size: int
     """The number of all leaves of the message."""
-    data: bytes
+    written: Written
+
+
+Result = TypeVar('Result')
 
 
 class Allowance:
@@ -52,17 +63,21 @@ class Allowance:
 
     Attributes:
         free_at: when what was spent is made up for, by the monotonic clock.
+        urgent_at: when it is for what is urgent.
+        took: the CPU time of what was written last, in seconds.
     """
 
     def __init__(self) -> None:
-        self.free_at = 0.0
+        self.free_at = self.urgent_at = self.took = 0.0
 
-    def charge(self, now: float, write: Callable[[], bytes]) -> bytes:
+    def charge(self, now: float, write: Callable[[], Result]) -> Result:
         """Write something, whatever it costs."""
         start = time.thread_time()
-        data = write()
-        self.free_at = max(now, self.free_at) + (time.thread_time() - start) / SHARE
-        return data
+        result = write()
+        self.took = time.thread_time() - start
+        self.free_at = max(now, self.free_at) + self.took / SHARE
+        self.urgent_at = max(now, self.urgent_at) + self.took / MOST_SHARE
+        return result
 
 
 class SparingProvenance:
@@ -77,6 +92,8 @@ class SparingProvenance:
         self._known: List[_Known] = []
         self._moved: Set[int] = set()
         self._turned_at = -TURN_REMEMBERED
+        self._first = FIRST_WRITINGS
+        self._due = 0.0
 
     @property
     def takes_turns(self) -> bool:
@@ -86,6 +103,7 @@ class SparingProvenance:
     def forget(self) -> None:
         """Write the next provenance anew: something has changed that it is made of."""
         self._known = []
+        self._first = FIRST_WRITINGS
 
     def to_send(self, message: Any, full_history: bool = False) -> bytes:
         """As `provenance_to_send`, or what that gave for an earlier message."""
@@ -98,25 +116,34 @@ class SparingProvenance:
         if not leaves:
             return b''
         if debt > 0:
-            known = self._holding(message, leaves, size, debt)
+            present = _Present(leaves)
+            known = self._holding(message, present, size, debt)
             if known is not None:
-                return known.data
-        return self._allowance.charge(now, lambda: self._written(message, leaves, size))
+                return known.written.data
+            if not self._first and now < self._due:
+                held = self._held(present, now, debt)
+                if held is not None:
+                    return held
+        return self._write(now, message, leaves, size)
 
     def remembered(self, message: Any) -> bytes:
         """The provenance of a message, written anew, which is sent with later ones that are not recorded."""
+        if self.takes_turns:
+            return self.to_send(message)  # nothing is recalled
         leaves: List[Leaf] = []
         size = walkers(message.__class__).collect(message, 0, leaves)
-        return self._allowance.charge(time.monotonic(), lambda: self._written(message, leaves, size))
+        return self._write(time.monotonic(), message, leaves, size)
 
     def recalled(self, message: Any) -> bytes:
         """The provenance of a message of which not all that it was computed by was recorded: that of an earlier one,
         or, where the publisher sends several things in turn, of what was recorded."""
-        if self.takes_turns:
-            return provenance_to_send(message)
         leaves: List[Leaf] = []
         size = walkers(message.__class__).collect(message, 0, leaves)
         present = _Present(leaves)
+        if self.takes_turns:
+            now = time.monotonic()
+            held = self._held(present, now, self._allowance.free_at - now) if self._allowance.free_at > now else None
+            return self._allowance.charge(now, lambda: provenance_to_send(message)) if held is None else held
         for known in sorted(self._known, key=lambda one: -len(one.leaves)):
             if known.size == size and known.leaves.keys() >= set(present.indices):
                 doubtful = _changed(known, message, present)
@@ -128,7 +155,7 @@ class SparingProvenance:
                 if moved is not None:
                     if moved:
                         known = self._with_slopes(known, message, known.moving | moved)
-                    return known.data
+                    return known.written.data
         return self.to_send(message)
 
     def _moved_since(self, known: _Known, message: Any, present: '_Present') -> Optional[Set[int]]:
@@ -150,26 +177,45 @@ class SparingProvenance:
 
     def _with_slopes(self, known: _Known, message: Any, moving: Set[int]) -> _Known:
         leaves = list(known.leaves.values())
-        data = self._allowance.charge(time.monotonic(), lambda: encoded_with_slopes(message._type, leaves, moving))
-        made = known._replace(moving=moving, data=data)
+        written = self._allowance.charge(time.monotonic(), lambda: encoded_with_slopes(message._type, leaves, moving))
+        made = known._replace(moving=moving, written=written)
         self._known = [made if one is known else one for one in self._known]
         return made
 
-    def _holding(self, message: Any, leaves: Sequence[Leaf], size: int, debt: float) -> Optional[_Known]:
+    def _holding(self, message: Any, present: '_Present', size: int, debt: float) -> Optional[_Known]:
         """What was written that holds for a message, None where nothing does."""
-        present = _Present(leaves)
-        most_new = MOST_NEW if debt < DEEP_DEBT else MOST_NEW_IN_DEBT
-        for known in self._known:
+        count = len(present.indices)
+        most_new = _most_new(debt)
+        for place, known in enumerate(self._known):
             if known.indices != present.indices:
                 missing = len(known.leaves.keys() - present.by_index.keys())
-                new = len(leaves) - len(known.leaves) + missing
-                if new > most_new * len(leaves) or (missing and (known.size != size or missing > MOST_NEW * size)):
+                new = count - len(known.leaves) + missing
+                if new > most_new * count or (missing and (known.size != size or missing > MOST_NEW * size)):
                     continue
             moved = self._moved_since(known, message, present)
             if not moved and moved is not None:
+                if any(one.indices == known.indices for one in self._known[:place]):
+                    self._turned_at = time.monotonic()
+                    self._known.insert(0, self._known.pop(place))
                 return known
             self._moved |= moved or set()
         return None
+
+    def _held(self, present: '_Present', now: float, debt: float) -> Optional[bytes]:
+        """What was written of those leaves of a message for which it holds; None where it is time to write it."""
+        is_urgent = now >= self._allowance.urgent_at
+        if not self._known:
+            return None if is_urgent else b''
+        known = next((one for one in self._known if one.indices == present.indices), self._known[0])
+        held = present.held(known)
+        is_urgent = is_urgent and len(held) < (1 - _most_new(debt)) * len(present.indices)
+        return None if is_urgent else known.written.only(held)
+
+    def _write(self, now: float, message: Any, leaves: List[Leaf], size: int) -> bytes:
+        data = self._allowance.charge(now, lambda: self._written(message, leaves, size))
+        self._first = max(0, self._first - 1)
+        self._due = now + min(max(LONGEST, self._allowance.took / MOST_SHARE), LONGEST_OF_LARGE)
+        return data
 
     def _written(self, message: Any, leaves: List[Leaf], size: int) -> bytes:
         if len(leaves) > FIELD_LIMIT:
@@ -177,21 +223,31 @@ class SparingProvenance:
         indices, values, kinds = _columns(leaves)
         # What became doubtful since is not among those that were written before.
         alike = [known for known in self._known if known.size == size and known.leaves.keys() <= set(indices)]
-        before = next((known.leaves for known in alike if known.indices == indices), alike[0].leaves if alike else {})
+        same = [known for known in alike if known.indices == indices]
+        replaced = [known for known in same if are_made_alike(values, known.values)]
+        before = next((known.leaves for known in (*replaced, *same, *alike)), {})
         pairs = [(index, value, before[index][1]) for index, value, _ in leaves if index in before]
-        if not are_made_alike([value for _, value, _ in pairs], [earlier for _, _, earlier in pairs]):
+        if replaced:
+            is_turned = replaced[0] is not same[0]
+        else:
+            is_turned = not are_made_alike([value for _, value, _ in pairs], [earlier for _, _, earlier in pairs])
+        if is_turned:
             self._turned_at = time.monotonic()
         moving = self._moved | {
             index for index, value, earlier in pairs if value is not earlier and not is_same(value, earlier)
         }
         self._moved = set()
-        data = encoded_with_slopes(message._type, leaves, moving)
-        if len(data) > BYTES_LIMIT:
+        written = encoded_with_slopes(message._type, leaves, moving)
+        if len(written.data) > BYTES_LIMIT:
             return provenance_to_send(message)
-        known = _Known(indices, values, kinds, {leaf[0]: leaf for leaf in leaves}, moving, size, data)
-        others = [one for one in self._known if one.indices != indices]
+        known = _Known(indices, values, kinds, {leaf[0]: leaf for leaf in leaves}, moving, size, written)
+        others = [one for one in self._known if not any(one is another for another in replaced)]
         self._known = [known, *others[: MOST_KNOWN - 1]]
-        return data
+        return written.data
+
+
+def _most_new(debt: float) -> float:
+    return MOST_NEW if debt < DEEP_DEBT else MOST_NEW_IN_DEBT
 
 
 def _changed(known: _Known, message: Any, present: '_Present') -> Optional[Set[int]]:
@@ -230,6 +286,17 @@ class _Present:
         if self._by_index is None:
             self._by_index = dict(zip(self.indices, self._leaves))
         return self._by_index
+
+    def held(self, known: _Known) -> Set[int]:
+        """Those of these leaves of which holds what was written."""
+        common = [leaf for leaf in self._leaves if leaf[0] in known.leaves]
+        befores = [known.leaves[index] for index, _, _ in common]
+        alike = made_alike([value for _, value, _ in common], [value for _, value, _ in befores])
+        return {
+            index
+            for is_alike, (index, value, kind), (_, before, kind_before) in zip(alike, common, befores)
+            if is_alike and kind == kind_before and (index in known.moving or value is before or is_same(value, before))
+        }
 
     def moved(self, known: _Known) -> Optional[Set[int]]:
         """Which of these leaves are others than they were, though made in the same way; None where some were made in
