@@ -201,7 +201,9 @@ class Drags(unittest.TestCase):
             lambda: {'-1.0', '2.0', '1.5'} < {one.value for one in self.locations()}, 'the script to be in force'
         )
         self.fly(text, (-1.0, 2.0, 1.5), 0.25)
-        self.assertFalse(near(self.shown('/trajectory_markers:control:0'), dropped, 0.1))
+        wait_until(
+            lambda: not near(self.shown('/trajectory_markers:control:0'), dropped, 0.1), 'the handle to be elsewhere'
+        )
         end = time.monotonic() + A_WHILE
         while time.monotonic() < end:
             self.time.tick()
