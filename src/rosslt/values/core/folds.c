@@ -259,7 +259,9 @@ static int pass_on_fold(Sweep *sweep, const Below *below)
     int truth = PyObject_IsTrue(below->second), status = truth < 0 ? FAILED : DONE;
     sweep->is_exact = sweep->is_exact && truth;
     for (Py_ssize_t at = 0; status == DONE && at < PyTuple_GET_SIZE(below->first); at++) {
-        status = pass_on_number(sweep, below, at, PyTuple_GET_ITEM(PyTuple_GET_ITEM(below->first, at), 1));
+        PyObject *slope = PyTuple_GET_ITEM(PyTuple_GET_ITEM(below->first, at), 1);
+        if (PyFloat_CheckExact(slope) && !isfinite(PyFloat_AS_DOUBLE(slope))) return NOT_HERE;
+        status = pass_on_number(sweep, below, at, slope);
     }
     return status;
 }
