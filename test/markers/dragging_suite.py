@@ -14,7 +14,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Point, PoseStamped, Quaternion
 from rosgraph_msgs.msg import Log
-from rosslt.msg import AppliedChange
+from rosslt.msg import AppliedChange, HeldThings
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -244,6 +244,29 @@ class Dragging(unittest.TestCase):
             lambda: abs(self.hand.position('/stage:axis:0')[0] - before - 0.5) < NOISE,
             'the handle to follow again',
         )
+
+    def test_what_a_hand_has_changed_before_it_knew_of_an_earlier_one_is_taken_back(self):
+        name, before = '/stage:axis:0', parameter('axis_x')
+        views = rospy.Publisher('/rosslt/held', HeldThings, queue_size=10)
+        self.addCleanup(views.unregister)
+        held = self.hand.press(name)
+        self.hand.move(held, dx=0.5)
+        wait_until(lambda: abs(parameter('axis_x') - before - 0.5) < NOISE, 'the source to follow')
+
+        def is_told():
+            views.publish([name], [rospy.get_time() - 60.0])
+            return name + ':note' in self.hand.names() and 'somebody else holds it' in self.note(name)
+
+        wait_until(is_told, 'the hand to be told')
+        wait_until(lambda: parameter('axis_x') == before, 'the source to be as the first hand has it')
+        self.hand.release(held)
+
+        def is_free():
+            views.publish([], [])
+            self.hand.drag(name, dx=before + 0.25 - self.hand.position(name)[0], steps=1)
+            return abs(parameter('axis_x') - before - 0.25) < NOISE
+
+        wait_until(is_free, 'the first hand to let go')
 
     def titles(self, name):
         return [entry.title for entry in self.hand.marker(name).menu_entries]

@@ -293,7 +293,10 @@ class Drags:
 
     def _end(self, drag: Drag, refusal: Optional[str]) -> None:
         name = drag.handle.name
-        if drag.before:
+        if drag.before and drag.fault == wording.HELD and self._is_in_force(drag):
+            # this view did not know yet that another hand has it: what it did meanwhile is not for that hand to see
+            refusal = f'{refusal}; {self._take_back(drag)}'
+        elif drag.before:
             self._remember(drag)
         if name not in self._held:  # no hand has taken it again meanwhile
             has_followed = not refusal and not drag.is_withheld
