@@ -15,6 +15,9 @@ settings.load_profile('rosslt')
 #: The folder of the tests of the page.
 _BROWSER = 'test/web/'
 
+#: The folder of tests that compute and share nothing.
+_COMPUTING = 'test/values/'
+
 
 @pytest.fixture
 def master(tmp_path):
@@ -49,23 +52,26 @@ def pytest_collection_modifyitems(config, items):
 
 
 def _turn(item):
-    """The page first, whose tests are one piece; then what starts processes; then the many short tests."""
+    """The page first, whose tests are one piece; then what starts processes; what computes; the many short ones."""
     if _BROWSER in item.nodeid:
         return 0
-    return 1 if item.get_closest_marker('slow') or item.get_closest_marker('rostest') else 2
+    if item.get_closest_marker('slow') or item.get_closest_marker('rostest'):
+        return 1
+    return 2 if _COMPUTING in item.nodeid else 3
 
 
 class _ByFile(LoadScopeScheduling):
     """The tests of a file share their masters and nodes, so they go to one worker; each rostest has its own.
 
-    Those of the page share one browser, which draws with the processor alone: a second one beside it slows both.
+    Those of the page share one browser, which draws with the processor alone: a second one beside it slows both. Those
+    that compute share nothing, so that no worker is left with a file of them at the end.
     """
 
     def _split_scope(self, nodeid):
         file = nodeid.split('::')[0]
         if _BROWSER in file:
             return _BROWSER
-        return nodeid if file.endswith('test_rostests.py') else file
+        return nodeid if file.endswith('test_rostests.py') or _COMPUTING in file else file
 
 
 def pytest_xdist_make_scheduler(config, log):
