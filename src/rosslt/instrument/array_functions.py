@@ -19,6 +19,7 @@ from rosslt.instrument.arrays import (
     provenance_of,
     with_provenance,
 )
+from rosslt.instrument.losses import LOSSES
 
 _sqrt = values.MATH['sqrt']
 
@@ -326,6 +327,7 @@ def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> 
     if isinstance(out, ArrayWithProvenance):
         out.write_beside(None)
     if rule is None or values.RECORDING.is_paused or getattr(result, 'size', 1) > LARGEST:
+        LOSSES.computed(result, (arguments, options))
         return result
     try:
         beside = rule(function, arguments, options)

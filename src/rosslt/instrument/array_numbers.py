@@ -53,7 +53,8 @@ class Float32(numpy.float32):
     def __new__(cls, number: Any = 0, tracked: Any = None) -> Any:
         if tracked is None:
             return numpy.float32(_plain(number))
-        made = super().__new__(cls, number)
+        new: Any = numpy.float32.__new__
+        made = new(cls, number)
         made.tracked = tracked
         return made
 

@@ -8,6 +8,7 @@ import rospy
 
 from rosslt import messages, node, values
 from rosslt.instrument.cells import decide_shapes, location_of
+from rosslt.instrument.losses import LOSSES
 from rosslt.instrument.sampling import SAMPLING
 
 #: The first messages of a publisher are looked into, and later ones as often as that, in seconds.
@@ -69,6 +70,7 @@ class Publisher(node.Publisher):
         is_due = now >= self._look_again or self._looked < FIRST_MESSAGES
         if is_due and node.is_started() and not values.RECORDING.is_paused:
             self._looked += 1
+            LOSSES.published(now)
             start = time.thread_time()
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, rospy.ROSException):

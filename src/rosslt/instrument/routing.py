@@ -15,10 +15,11 @@ from typing import Any, Callable, Dict, Optional
 
 import rospy
 
-from rosslt import node, values
+from rosslt import node, srv, values
 from rosslt.instrument import reloading
 from rosslt.instrument.cells import node_started
 from rosslt.instrument.functions import MATH
+from rosslt.instrument.losses import LOSSES, watched_array
 from rosslt.instrument.publishing import Publisher
 
 #: Modules of ROS that publish, subscribe and call services in the name of the node.
@@ -123,6 +124,7 @@ def init_node(*args: Any, **kwds: Any) -> None:
     rospy.init_node(*args, **kwds)
     node.start()
     node_started()
+    rospy.Service('~rosslt/find_losses', srv.FindLosses, LOSSES.find)
     reloading.start()
 
 
@@ -212,6 +214,13 @@ def _numpy(original: types.ModuleType) -> Any:
             replace(getattr(module, name), function)
     replace(original.linalg, Counterpart(original.linalg, linalg))
     return Counterpart(original, {**functions, 'linalg': route(original.linalg)})
+
+
+@replace_module('array')
+def _array(original: types.ModuleType) -> Any:
+    watched = watched_array(original.array)
+    replace(original.array, watched)
+    return Counterpart(original, {'array': watched, 'ArrayType': watched})
 
 
 @replace_module('tf2_ros')
