@@ -21,6 +21,7 @@ from rosslt.instrument.cells import node_started
 from rosslt.instrument.functions import MATH
 from rosslt.instrument.losses import LOSSES, watched_array
 from rosslt.instrument.publishing import Publisher
+from rosslt.instrument.reconfiguring import tracked_server
 
 #: Modules of ROS that publish, subscribe and call services in the name of the node.
 LIBRARIES = (
@@ -221,6 +222,13 @@ def _array(original: types.ModuleType) -> Any:
     watched = watched_array(original.array)
     replace(original.array, watched)
     return Counterpart(original, {'array': watched, 'ArrayType': watched})
+
+
+@replace_module('dynamic_reconfigure.server')
+def _dynamic_reconfigure(original: types.ModuleType) -> Any:
+    server = tracked_server(original.Server, original.extract_params)
+    replace(original.Server, server)
+    return Counterpart(original, {'Server': server})
 
 
 @replace_module('tf2_ros')
