@@ -1,14 +1,18 @@
 """Arrays with provenance hold NumPy's own numbers, and tf's functions give what they gave."""
 
+import copy
 import importlib
 import math
+import pickle
 
 import numpy
 import pytest
+from std_msgs.msg import Float32MultiArray
 
 import rosslt
 from rosslt import values
 from rosslt.instrument import routing
+from rosslt.instrument.array_numbers import with_python_numbers
 
 np = routing.route(numpy)
 plain_tf = importlib.import_module('tf.transformations')
@@ -165,12 +169,51 @@ def test_arrays_of_32_bits_keep_provenance_in_messages():
     assert made.dtype == numpy.float32
     assert made.tobytes() == theirs.tobytes()
     assert made.tolist() == theirs.tolist()
-    assert type(made[0]) is numpy.float32  # computes in 32 bits
+    assert isinstance(made[0], numpy.float32)  # computes in 32 bits
     assert rosslt.solve(made.tolist()[0], 1.5) == {rosslt.sources(x)[0]: pytest.approx(0.5)}
     assert rosslt.sources(np.array([x, 1.0]).astype(np.float32).tolist()) == rosslt.sources(x)
     filled = np.zeros(2, dtype='f4')
     filled[1] = x
     assert rosslt.sources(filled.tolist()) == rosslt.sources(x)
+
+
+def test_an_element_of_32_bits_computes_in_as_many_and_keeps_its_provenance():
+    x, y = tracked(0.1), tracked(2.5)
+    a, theirs = np.array([x, y], dtype=np.float32), numpy.array([0.1, 2.5], dtype=numpy.float32)
+    for compute in (
+        lambda a: a[0] + a[1],
+        lambda a: a[0] * a[1] - a[0] / a[1],
+        lambda a: -(a[0] ** 2),
+        lambda a: 3 * a[0] + 1,
+        lambda a: numpy.float32(3) * a[0],
+        lambda a: abs(a[0] - numpy.float32(1)),
+        lambda a: max(a[0], a[1]),
+        lambda a: numpy.sqrt(a[0]),
+        lambda a: a[0].astype(numpy.float64) * 2,
+        lambda a: a[0].item() + 1,
+        lambda a: next(iter(a[1:])) % a[0],
+        lambda a: sum(list(a)),
+    ):
+        ours, wanted = compute(a), compute(theirs)
+        assert (float(ours), str(ours)) == (float(wanted), str(wanted))
+        assert isinstance(ours, numpy.float32) == isinstance(wanted, numpy.float32)
+        message = with_python_numbers(Float32MultiArray(data=[ours]))
+        assert values.is_tracked(message.data[0])
+        assert message.data[0] == float(wanted)
+    assert rosslt.solve((a[0] * a[1]).tracked, 1.0) == {rosslt.sources(x)[0]: pytest.approx(0.4)}
+
+
+def test_a_number_of_32_bits_is_numpys_own_but_for_its_provenance():
+    one = np.array([tracked(0.1)], dtype=np.float32)[0]
+    plain = numpy.float32(0.1)
+    assert (repr(one), str(one), hash(one), one == plain, one > 0) == ('0.1', '0.1', hash(plain), True, True)
+    assert pickle.dumps(one) == pickle.dumps(plain)
+    assert type(pickle.loads(pickle.dumps(one))) is numpy.float32
+    assert type(one.__class__(one)) is numpy.float32
+    assert copy.deepcopy([one])[0] is one
+    assert numpy.array([one, plain]).dtype == numpy.float32
+    message = Float32MultiArray(data=[1.0, 2.0])
+    assert with_python_numbers(message) is message
 
 
 def test_the_cells_of_a_map_keep_provenance_in_messages():

@@ -186,6 +186,18 @@ def test_an_identity_survives_edits_elsewhere():
     assert len({one.identity for one in after}) == len(after)
 
 
+def test_an_identity_survives_another_number_and_is_never_that_of_another_literal():
+    before = literals_of('a = f(0.25)\nb = g(-0.25)\n')
+    assert [one.identity for one in literals_of('a = f( 1.5)  # 3\nb = g(2)\n')] == [
+        before[0].identity,
+        literals_of('a = f(1)\nb = g(2.5)\n')[1].identity,
+    ]
+    for text in ('c = f(0.25)\na = f(0.25)\n', 'a = f(0.25)\na = f(0.25)\n', 'a = f(0.25, 0.25)\n'):
+        inserted = [one.identity for one in literals_of(text)]
+        assert len(set(inserted)) == 2
+        assert (before[0].identity in inserted) == text.startswith('c')
+
+
 def test_equal_literals_of_a_function_have_identities_of_their_own():
     assert (
         len({one.identity for one in literals_of('def f():\n    return 2.0, 2.0\n\ndef g():\n    return 2.0\n')}) == 3

@@ -297,8 +297,8 @@ def test_of_more_tracked_leaves_than_the_limit_the_first_are_sent_and_the_first_
     kept = [rosslt.sources(value) for value in received.data]
     assert kept == [[rosslt.Source('/node', at)] if at < 16383 else [] for at in range(16400)]
     assert [record.getMessage() for record in caplog.records if record.name == 'rosout'] == [
-        'a std_msgs/Float64MultiArray has 16401 tracked leaves, and at most 16384 are sent with provenance: '
-        'not data[16383], nor any after it'
+        'a std_msgs/Float64MultiArray has more than 16384 tracked leaves: data[16383] and all after it are sent '
+        'without provenance'
     ]
 
 

@@ -4,15 +4,18 @@ A change needs publishers that send provenance, owners that take it, a message a
 in RViz, a node that makes interactive markers and a display that shows them. Each of these is looked at in turn.
 """
 
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set
+import os
+import threading
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 
 import rosgraph
 
-from rosslt import values
+from rosslt import srv, values
 from rosslt.cli.directory import Directory
 from rosslt.cli.master import SystemState, default_timeout
 from rosslt.cli.reading import Received
 from rosslt.cli.unreachable import problem_of
+from rosslt.node import ask_all
 
 #: The kinds of findings: nothing is wrong; it may hinder a change; it prevents a change.
 FINE, NOTE, FAULT = 'ok', 'note', 'fault'
@@ -20,8 +23,17 @@ FINE, NOTE, FAULT = 'ok', 'note', 'fault'
 #: What a node that makes interactive markers publishes.
 _UPDATE_TYPE = 'visualization_msgs/InteractiveMarkerUpdate'
 
-#: How long the master may take to answer, in seconds.
+#: How long the master, or a node, may take to answer, in seconds.
 _TIMEOUT = 2.0
+
+#: At which service a node that `rosslt run` runs says where it makes plain numbers of tracked ones.
+_FIND_LOSSES = '/rosslt/find_losses'
+
+#: The most places that are told of one node.
+_MOST_PLACES = 5
+
+#: The ends of the paths of numbers that a message always has, and that nobody drags.
+_NO_RESULTS = '.secs', '.nsecs', '.seq'
 
 
 class Finding(NamedTuple):
@@ -46,6 +58,7 @@ class Traffic:
         self._tracked: Dict[Any, int] = {}
         self._sources: Dict[Any, Dict[values.Source, None]] = {}
         self._is_latched: Dict[Any, bool] = {}
+        self._has_plain: Dict[Any, bool] = {}
         for message in received:
             key = message.topic, message.publisher
             sources = values.sources(message.message)
@@ -53,6 +66,8 @@ class Traffic:
             self._tracked[key] = self._tracked.get(key, 0) + bool(sources)
             self._sources.setdefault(key, {}).update(dict.fromkeys(sources))
             self._is_latched[key] = message.is_latched
+            if key not in self._has_plain:
+                self._has_plain[key] = any(map(_is_plain, values.leaves(message.message)))
 
     def count(self, topic: str, publisher: str) -> int:
         """How many messages a node sent on a topic."""
@@ -70,6 +85,10 @@ class Traffic:
         """Whether the publisher is a latched one."""
         return self._is_latched.get((topic, publisher), False)
 
+    def has_plain(self, topic: str, publisher: str) -> bool:
+        """Whether the first message of a node on a topic has numbers without provenance that may be results."""
+        return self._has_plain.get((topic, publisher), False)
+
     def all_sources(self) -> Set[values.Source]:
         """The sources in all messages."""
         return {source for sources in self._sources.values() for source in sources}
@@ -77,6 +96,47 @@ class Traffic:
     def is_tracked(self, topic: str) -> bool:
         """Whether any message of a topic has provenance."""
         return any(count for (name, _), count in self._tracked.items() if name == topic)
+
+
+def _is_plain(leaf: Tuple[str, Any]) -> bool:
+    path, value = leaf
+    return type(value) is float and value != 0 and not path.endswith(_NO_RESULTS)
+
+
+class Losses:
+    """Where nodes make plain numbers of those with provenance, in their own files. They are asked from now on.
+
+    Args:
+        state: what the master knows of nodes.
+        topics: those whose publishers are asked.
+        seconds: for how long they look.
+    """
+
+    def __init__(self, state: SystemState, topics: Iterable[str], seconds: float) -> None:
+        publishers = {one for topic in topics for one in state.publishers.get(topic, ())}
+        self._requests = {
+            one: srv.FindLossesRequest(seconds) for one in publishers if one + _FIND_LOSSES in state.services
+        }
+        self._timeout = seconds + _TIMEOUT
+        self._answers: Dict[str, Any] = {}
+        self._asking = threading.Thread(target=self._ask, name='rosslt losses', daemon=True)
+        self._asking.start()
+
+    def _ask(self) -> None:
+        self._answers, _ = ask_all('find_losses', srv.FindLosses, self._requests, self._timeout)
+
+    def of(self, publisher: str) -> str:
+        """The places in a node's files, as a part of a sentence; '' where none was seen."""
+        self._asking.join()
+        answer = self._answers.get(publisher)
+        if answer is None or not answer.files:
+            return ''
+        places = [
+            f'{os.path.basename(file)}:{line}: {text}'
+            for file, line, text in list(zip(answer.files, answer.lines, answer.texts))[:_MOST_PLACES]
+        ]
+        more = len(answer.files) - len(places)
+        return '; '.join(places) + (f'; and {more} more' if more else '')
 
 
 class Examination:
@@ -87,10 +147,14 @@ class Examination:
         state: what it knows of nodes.
         traffic: what came on the topics, and on those that their publishers listen to.
         directory: has learned the sources in it.
+        losses: where the publishers lose provenance.
     """
 
-    def __init__(self, master: rosgraph.Master, state: SystemState, traffic: Traffic, directory: Directory) -> None:
+    def __init__(
+        self, master: rosgraph.Master, state: SystemState, traffic: Traffic, directory: Directory, losses: Losses
+    ) -> None:
         self._master, self._state, self._traffic, self._directory = master, state, traffic, directory
+        self._losses = losses
         self._types: Dict[str, str] = dict(master.getTopicTypes())
 
     def findings(self, topic: str) -> Iterator[Finding]:
@@ -126,6 +190,9 @@ class Examination:
                     f'{publisher} sent one message within {self._traffic.seconds:g} s: a change is seen in the next '
                     'one; give its Publisher latch=True, or publish again when a location changes',
                 )
+            places = self._losses.of(publisher) if self._traffic.has_plain(topic, publisher) else ''
+            if places:
+                yield Finding(NOTE, f'{publisher} makes plain numbers of tracked ones at {places}')
 
     def _why_plain(self, topic: str, publisher: str) -> str:
         heard = sorted(name for name, nodes in self._state.subscribers.items() if publisher in nodes)
@@ -135,6 +202,8 @@ class Examination:
                 f'{publisher} uses rospy as it is: start it with `rosslt run`, or have its code use init_node, '
                 'Publisher and Subscriber of rosslt'
             )
+        elif self._losses.of(publisher):
+            how = f'{publisher} makes plain numbers of tracked ones at {self._losses.of(publisher)}'
         elif entering:
             how = (
                 f"{publisher} loses it: it uses rospy's Publisher or Subscriber in place of rosslt's, or turns the "

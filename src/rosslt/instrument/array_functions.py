@@ -6,7 +6,8 @@ from typing import Any, Callable, Dict, List, Tuple
 import numpy
 
 from rosslt import values
-from rosslt.instrument import cells, functions, scalars
+from rosslt.instrument import cells, functions, publishing, scalars
+from rosslt.instrument.array_numbers import Float32, to_float32, with_python_numbers
 from rosslt.instrument.arrays import (
     LARGEST,
     ArrayWithProvenance,
@@ -18,6 +19,7 @@ from rosslt.instrument.arrays import (
     provenance_of,
     with_provenance,
 )
+from rosslt.instrument.losses import LOSSES
 
 _sqrt = values.MATH['sqrt']
 
@@ -26,6 +28,8 @@ def plain(x: Any) -> Any:
     """An argument without provenance, at any depth of lists."""
     if isinstance(x, ArrayWithProvenance):
         return x.view(numpy.ndarray)
+    if type(x) is Float32:
+        return x.plain
     if isinstance(x, (list, tuple)) and not hasattr(x, '_fields') and type(x) in (list, tuple):
         return type(x)([plain(part) for part in x])
     if isinstance(x, dict):
@@ -323,6 +327,7 @@ def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> 
     if isinstance(out, ArrayWithProvenance):
         out.write_beside(None)
     if rule is None or values.RECORDING.is_paused or getattr(result, 'size', 1) > LARGEST:
+        LOSSES.computed(result, (arguments, options))
         return result
     try:
         beside = rule(function, arguments, options)
@@ -345,7 +350,7 @@ def _noticing(function: Any) -> Any:
     def noticing(*arguments: Any, **options: Any) -> Any:
         for one in arguments:
             kind = type(one)
-            if kind in _TRACKED or (kind in (list, tuple) and any_tracked(one)):
+            if kind in _TRACKED or kind is Float32 or (kind in (list, tuple) and any_tracked(one)):
                 return call(function, arguments, options)
         return function(*arguments, **options)
 
@@ -474,6 +479,7 @@ def _array_function(_array: Any, function: Any, _types: Any, arguments: Any, opt
 
 # It completes the class, as NEP 18 has it: `arrays` knows the operators alone.
 ArrayWithProvenance.__array_function__ = _array_function  # type: ignore[method-assign, assignment]
+Float32.__array_ufunc__ = ArrayWithProvenance.__array_ufunc__  # type: ignore[attr-defined]
 
 
 def keep_provenance_in_numpy() -> None:
@@ -482,4 +488,9 @@ def keep_provenance_in_numpy() -> None:
     scalars.give_attributes_of_numpy()
     functions.see_tracked_beside(numpy.float64)
     functions.show_as_plain(ArrayWithProvenance, numpy.ndarray)
+    functions.show_as_plain(Float32, numpy.float32)
+    publishing.convert_by(with_python_numbers)
+    functions.convert_by(numpy.float32, to_float32)
+    functions.read_as_float(Float32, lambda number: number.tracked)
     cells.strip_by(ArrayWithProvenance, plain)
+    cells.strip_by(Float32, plain)

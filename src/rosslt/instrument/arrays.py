@@ -6,39 +6,39 @@ values, None where an element has no provenance. Views share it as they share th
 tracked value if that still has the number which stands in the array; where something has written to the numbers past
 this class, it has lost its provenance, and nothing else.
 
-An element of an array of 32 or 8 bits is read as NumPy's own `float32` or `int8`, without provenance, since that
-computes in as many bits. In a message, and in a list that is made of the array, it is a Python number, and has its
-provenance.
+An element of an array of 32 or 8 bits is read as NumPy's own `float32` or `int8`, since that computes in as many bits:
+the first with provenance (`array_numbers`), the second without. In a message, and in a list that is made of the array,
+it is a Python number, and has its provenance.
 """
 
-import math
 import operator
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 import numpy
 
 from rosslt import values
-
-_TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int))
+from rosslt.instrument.array_numbers import (
+    ROUNDING,
+    ROUNDING_32,
+    TRACKED,
+    Float32,
+    float32,
+    python_number,
+    same_number,
+)
 
 #: Larger arrays are data, of which no single number is tracked.
 LARGEST = 1024
 
-#: How far a number computed by NumPy may be from the same one computed by `math`, against its size.
-_ROUNDING = 1e-9
-
-#: The same of an array of 32 bits.
-_ROUNDING_32 = 1e-6
-
 #: The types of arrays that have provenance: floats of 64 and 32 bits, ints of 64, and of 8 as the cells of maps are.
 TYPES = 'dflqb'
 #: Those of which an element is read with it.
-_READ = 'dlq'
+_READ = 'dflq'
 
 
 def _product(a: Any, b: Any) -> Any:
     """A product, without provenance where it is 0 whatever the other factor is: most of a matrix is such."""
-    if (type(a) not in _TRACKED and a == 0) or (type(b) not in _TRACKED and b == 0):
+    if (type(a) not in TRACKED and a == 0) or (type(b) not in TRACKED and b == 0):
         return 0.0
     return a * b
 
@@ -152,6 +152,8 @@ class ArrayWithProvenance(numpy.ndarray):
             return found
         if beside is None or self.dtype.char not in _READ:
             return found
+        if self.dtype.char == 'f':
+            return float32(found, beside[_plain_key(key)])
         return same_number(found, beside[_plain_key(key)])
 
     def __setitem__(self, key: Any, value: Any) -> None:
@@ -200,7 +202,7 @@ class ArrayWithProvenance(numpy.ndarray):
 
     def _number(self, number: Any, tracked: Any) -> Any:
         """What a list that is made of the array has of an element."""
-        return same_number(number, tracked, _ROUNDING_32 if self.dtype.char == 'f' else _ROUNDING)
+        return same_number(number, tracked, ROUNDING_32 if self.dtype.char == 'f' else ROUNDING)
 
     def astype(self, dtype: Any, *arguments: Any, **options: Any) -> Any:
         """As of `numpy.ndarray`."""
@@ -267,11 +269,12 @@ def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
         beside: the tracked values, of the same shape, None where there is none.
     """
     if not isinstance(array, numpy.ndarray):
-        return same_number(array, beside[()] if isinstance(beside, numpy.ndarray) else beside)
+        tracked = beside[()] if isinstance(beside, numpy.ndarray) else beside
+        return float32(array, tracked) if type(array) is numpy.float32 else same_number(array, tracked)
     if array.dtype.char not in TYPES or array.size > LARGEST:
         return array
     made = array.view(ArrayWithProvenance)
-    if type(beside) in _TRACKED and not array.ndim:
+    if type(beside) in TRACKED and not array.ndim:
         made._made_beside()[()] = beside
     elif isinstance(beside, numpy.ndarray) and beside.shape == array.shape:
         made._beside = beside
@@ -281,10 +284,12 @@ def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
 def provenance_of(value: Any) -> Any:
     """The tracked values in what an array may be made from: one, an array of them with None in between, or None."""
     kind = type(value)
-    if kind in _TRACKED:
+    if kind in TRACKED:
         return value
     if kind is ArrayWithProvenance:
         return value._beside
+    if kind is Float32:
+        return value.tracked
     if kind in (list, tuple) and any_tracked(value):
         elements = list(_flat(value))
         try:
@@ -293,7 +298,7 @@ def provenance_of(value: Any) -> Any:
             return None
         beside = numpy.empty(len(elements), dtype=object)
         for index, element in enumerate(elements):
-            if type(element) in _TRACKED:
+            if type(element) in TRACKED:
                 beside[index] = element
         return beside.reshape(shape) if beside.size == int(numpy.prod(shape)) else None
     return None
@@ -303,7 +308,7 @@ def any_tracked(value: Any) -> bool:
     """Whether a list, or what is in it, has provenance."""
     for part in value:
         kind = type(part)
-        if kind in _TRACKED or (kind in (list, tuple) and any_tracked(part)):
+        if kind in TRACKED or kind is Float32 or (kind in (list, tuple) and any_tracked(part)):
             return True
         if kind is ArrayWithProvenance and part._beside is not None:
             return True
@@ -319,16 +324,20 @@ def _flat(value: Any) -> Iterable[Any]:
             yield from _flat(whole) if isinstance(whole, list) else [whole]
         elif isinstance(part, numpy.ndarray):
             yield from part.ravel()
+        elif type(part) is Float32:
+            yield part.tracked
         else:
             yield part
 
 
 def _plain(value: Any) -> Any:
     """What an array is made from, without provenance."""
-    if type(value) in _TRACKED:
+    if type(value) in TRACKED:
         return value._plain
     if type(value) is ArrayWithProvenance:
         return value.view(numpy.ndarray)
+    if type(value) is Float32:
+        return value.plain
     if type(value) in (list, tuple):
         return [_plain(part) for part in value]
     return value
@@ -338,25 +347,6 @@ def _plain_key(key: Any) -> Any:
     if type(key) is tuple:
         return tuple(_plain_key(part) for part in key)
     return key.view(numpy.ndarray) if type(key) is ArrayWithProvenance else key
-
-
-def _python(number: Any) -> Any:
-    return number.item() if hasattr(number, 'item') else number
-
-
-def same_number(number: Any, tracked: Any, rounding: float = _ROUNDING) -> Any:
-    """The number that stands in an array as a tracked one of the same kind, where it still is that."""
-    if tracked is None or type(tracked) not in _TRACKED:
-        return number
-    made = tracked._plain
-    if made == number and (made or math.copysign(1, made) == math.copysign(1, number)):
-        if type(made) is float:
-            return tracked if isinstance(number, (float, numpy.floating)) else values.to_int(tracked)
-        return values.to_float(tracked) if isinstance(number, (float, numpy.floating)) else tracked
-    if abs(made - number) <= rounding * max(abs(made), abs(number)):
-        (rounded,) = values.lazy([_python(number)], [lambda _: tracked])
-        return rounded
-    return number
 
 
 def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
@@ -410,15 +400,15 @@ def _computed(ufunc: Any, method: str, plain: List[Any], besides: List[Any], opt
 
 def each(function: Callable[..., Any], plain: List[Any], besides: List[Any]) -> Any:
     """A function of numbers on each element: what it gives where one of them is tracked, None elsewhere."""
-    if all(beside is None or type(beside) in _TRACKED for beside in besides) and not any(
+    if all(beside is None or type(beside) in TRACKED for beside in besides) and not any(
         isinstance(one, (numpy.ndarray, list, tuple)) for one in plain
     ):
-        operands = [_python(one) if beside is None else beside for one, beside in zip(plain, besides)]
+        operands = [python_number(one) if beside is None else beside for one, beside in zip(plain, besides)]
         return _only_tracked(function(*operands))
 
     def of(*operands: Any) -> Any:
         for operand in operands:
-            if type(operand) in _TRACKED:
+            if type(operand) in TRACKED:
                 try:
                     return _only_tracked(function(*operands))
                 except (ArithmeticError, ValueError, TypeError):
@@ -431,7 +421,7 @@ def each(function: Callable[..., Any], plain: List[Any], besides: List[Any]) -> 
 
 def filled(plain: Any, beside: Any) -> numpy.ndarray:
     """An array of objects: the tracked values, and the plain ones where there is none."""
-    if type(beside) in _TRACKED:
+    if type(beside) in TRACKED:
         box = numpy.empty((), dtype=object)
         box[()] = beside
         return box
@@ -446,7 +436,7 @@ def filled(plain: Any, beside: Any) -> numpy.ndarray:
 
 
 def _only_tracked(value: Any) -> Any:
-    return value if type(value) in _TRACKED else None
+    return value if type(value) in TRACKED else None
 
 
 def only_tracked(objects: Any) -> Any:

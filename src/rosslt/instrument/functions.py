@@ -8,6 +8,7 @@ from typing import Any, Callable, Dict, Tuple
 from rosslt import values
 
 _TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int, bool))
+_READ_AS_FLOAT: Dict[type, Callable[[Any], Any]] = {}
 
 
 def keeping(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callable[..., Any]:
@@ -16,7 +17,9 @@ def keeping(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callab
     def function(*arguments: Any, **options: Any) -> Any:
         for argument in arguments:
             if type(argument) in _TRACKED or isinstance(argument, (list, tuple)):
-                return tracked(*arguments, **options)
+                return tracked(*map(_as_float, arguments), **options)
+            if type(argument) in _READ_AS_FLOAT:
+                return function(*map(_as_float, arguments), **options)
         return original(*arguments, **options)
 
     return _named_as(original, function)
@@ -26,6 +29,8 @@ def _keeping_one(original: Callable[[Any], Any], tracked: Callable[[Any], Any]) 
     def function(x: Any, *others: Any) -> Any:
         if type(x) in _TRACKED:
             return tracked(x, *others)
+        if type(x) in _READ_AS_FLOAT:
+            return tracked(_as_float(x), *others)
         return original(x, *others)
 
     return _named_as(original, function)
@@ -84,7 +89,42 @@ MATH: Dict[str, Any] = {
 
 def to_float(x: Any) -> Any:
     """`float(x)`, keeping provenance."""
-    return values.to_float(x) if type(x) in _TRACKED else float(x)
+    if type(x) in _TRACKED:
+        return values.to_float(x)
+    return _as_float(x) if type(x) in _READ_AS_FLOAT else float(x)
+
+
+def _as_float(x: Any) -> Any:
+    read = _READ_AS_FLOAT.get(type(x))
+    return x if read is None else read(x)
+
+
+def read_as_float(kind: type, read: Callable[[Any], Any]) -> None:
+    """Have `float(x)` and the functions of `math` keep the provenance of numbers of another class.
+
+    Args:
+        kind: the class.
+        read: gives the tracked float that such a number is.
+    """
+    _READ_AS_FLOAT[kind] = read
+
+
+def convert(conversion: Any, x: Any) -> Any:
+    """`numpy.float32(x)`, or what else a program calls so, keeping provenance."""
+    return _CONVERSIONS.get(id(conversion), conversion)(x)
+
+
+_CONVERSIONS: Dict[int, Callable[[Any], Any]] = {}
+
+
+def convert_by(original: type, tracked: Callable[[Any], Any]) -> None:
+    """Have a class of NumPy's numbers keep provenance where it is called as a conversion.
+
+    Args:
+        original: the class.
+        tracked: what is called in its place.
+    """
+    _CONVERSIONS[id(original)] = tracked
 
 
 def to_int(x: Any) -> Any:

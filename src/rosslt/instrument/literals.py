@@ -1,6 +1,7 @@
 """The number literals of a source file: where each stands, what it says, and what makes it itself after a restart."""
 
 import ast
+import contextlib
 import hashlib
 import io
 import os
@@ -31,7 +32,8 @@ class Literal(NamedTuple):
         value: the number.
         verdict, rule: as of `verdicts.RULES`.
         function: the qualified name of the function or class around it, '' in the module.
-        place: its number among those with the same text in that function, from 0.
+        words: its line without numbers, blanks and comments.
+        place: its number among those in lines with these words in that function, from 0, and how many they are.
         name: what it is the value of (`speed`), None where it is part of something else.
         minimum, maximum: bounds from a comment, or None.
     """
@@ -46,7 +48,8 @@ class Literal(NamedTuple):
     verdict: str
     rule: str
     function: str
-    place: int
+    words: str
+    place: Tuple[int, int]
     name: Optional[str]
     minimum: Optional[float]
     maximum: Optional[float]
@@ -64,7 +67,8 @@ class Literal(NamedTuple):
     @property
     def identity(self) -> str:
         """What makes it itself: the same after a restart, and after edits elsewhere in the file."""
-        return f'{self.file}\n{self.function}\n{self.text}\n{self.place}'
+        nth, count = self.place
+        return f'{self.file}\n{self.function}\n{self.words}\n{nth} of {count}'
 
 
 class SourceText:
@@ -110,16 +114,16 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
     """The literals of a file that are locations, each with its expression in the tree."""
     directives = _directives(tree, source)
     functions = _functions(tree)
+    words = _words_of_lines(source)
+    judged = sorted(judge(tree, source.text_of, states), key=lambda one: (one.node.lineno, one.node.col_offset))
+    alike = [(functions.get(id(one.node), ''), words.get(one.node.lineno, '')) for one in judged]
+    counts = Counter(alike)
     counted: Counter = Counter()
     found = []
-    for judgement in sorted(
-        judge(tree, source.text_of, states), key=lambda one: (one.node.lineno, one.node.col_offset)
-    ):
+    for judgement, like in zip(judged, alike):
         node = judgement.node
-        text = source.text_of(node)
-        function = functions.get(id(node), '')
-        place = counted[function, text]
-        counted[function, text] += 1
+        place = counted[like], counts[like]
+        counted[like] += 1
         rule = judgement.rule
         limits = directives.get(node.lineno)
         if limits == 'skip':
@@ -136,11 +140,11 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
                     source.column(node.lineno, node.col_offset),
                     node.end_lineno or node.lineno,
                     source.column(node.end_lineno or node.lineno, node.end_col_offset or 0),
-                    text,
+                    source.text_of(node),
                     judgement.value,
                     rule.verdict,
                     rule.name,
-                    function,
+                    *like,
                     place,
                     judgement.name,
                     minimum,
@@ -149,6 +153,18 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
             )
         )
     return found
+
+
+def _words_of_lines(source: SourceText) -> Dict[int, str]:
+    """{line: its text without numbers, blanks and comments}."""
+    words: Dict[int, str] = {}
+    passed_over = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
+    with contextlib.suppress(tokenize.TokenError, SyntaxError):  # of what the parser has taken all the same
+        for token in tokenize.generate_tokens(io.StringIO(source.text).readline):
+            if token.type not in passed_over:
+                word = '0' if token.type == tokenize.NUMBER else token.string
+                words[token.start[0]] = f'{words.get(token.start[0], "")} {word}'
+    return words
 
 
 def _functions(tree: ast.Module) -> Dict[int, str]:

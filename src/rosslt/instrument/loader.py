@@ -22,6 +22,7 @@ from rosslt.instrument.literals import Literal, digest_of
 from rosslt.instrument.rewriting import (
     CELLS,
     CONVERSIONS,
+    CONVERT,
     OBJECT,
     OPERATORS,
     PLAIN,
@@ -108,6 +109,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     names[OBJECT] = cells.plain_object
     names[ROUTE] = routing.route
     names[ROUTE_ALL] = routing.route_all
+    names[CONVERT] = functions.convert
     names[CONVERSIONS['float']] = functions.to_float
     names[CONVERSIONS['int']] = functions.to_int
     names[CONVERSIONS['type']] = functions.type_of

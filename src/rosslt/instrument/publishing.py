@@ -8,6 +8,7 @@ import rospy
 
 from rosslt import messages, node, values
 from rosslt.instrument.cells import decide_shapes, location_of
+from rosslt.instrument.losses import LOSSES
 from rosslt.instrument.sampling import SAMPLING
 
 #: The first messages of a publisher are looked into, and later ones as often as that, in seconds.
@@ -16,6 +17,8 @@ PERIOD = 0.5
 
 #: The most of a core that looking into later messages may take.
 SHARE = 0.005
+
+_conversions: List[Callable[[Any], Any]] = []
 
 #: What all publishers of this process together may spend on provenance.
 _ALLOWANCE = messages.Allowance()
@@ -61,10 +64,13 @@ class Publisher(node.Publisher):
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
+        for convert in _conversions:
+            args, kwds = tuple(map(convert, args)), {name: convert(one) for name, one in kwds.items()}
         now = time.monotonic()
         is_due = now >= self._look_again or self._looked < FIRST_MESSAGES
         if is_due and node.is_started() and not values.RECORDING.is_paused:
             self._looked += 1
+            LOSSES.published(now)
             start = time.thread_time()
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, rospy.ROSException):
@@ -72,6 +78,15 @@ class Publisher(node.Publisher):
             self._look_again = now + max(PERIOD, (time.thread_time() - start) / SHARE)
         super().publish(*args, **kwds)
         SAMPLING.published(self)
+
+
+def convert_by(convert: Callable[[Any], Any]) -> None:
+    """Have numbers of another class that know their provenance be sent as tracked ones.
+
+    Args:
+        convert: gives a message, or a part of one, with these in their place; itself where it has none.
+    """
+    _conversions.append(convert)
 
 
 def reach(message: Any) -> None:

@@ -26,6 +26,8 @@ CONVERSIONS = {
     'sum': '__rosslt_sum__',
     'type': '__rosslt_type__',
 }
+#: The name of a class of NumPy's numbers that is called as a conversion, and of what calls it.
+NUMPY_CONVERSION, CONVERT = 'float32', '__rosslt_convert__'
 #: Operators of which a plain float, or NumPy's, on the left would take no notice of the provenance on the right.
 OPERATORS = {
     ast.Add: '__rosslt_add__',
@@ -226,6 +228,8 @@ class _Rewriter(ast.NodeTransformer):
         is_simple = is_simple and not any(isinstance(argument, ast.Starred) for argument in node.args)
         if conversion and is_simple and name not in self._bound:
             node.func = _name(conversion, node.func)
+        elif is_simple and _last_name(node.func) == NUMPY_CONVERSION:
+            return _call(CONVERT, [node.func, *node.args], node)
         return node
 
     def visit_BinOp(self, node: ast.BinOp) -> Any:

@@ -15,11 +15,13 @@ from typing import Any, Callable, Dict, Optional
 
 import rospy
 
-from rosslt import node, values
+from rosslt import node, srv, values
 from rosslt.instrument import reloading
 from rosslt.instrument.cells import node_started
 from rosslt.instrument.functions import MATH
+from rosslt.instrument.losses import LOSSES, watched_array
 from rosslt.instrument.publishing import Publisher
+from rosslt.instrument.reconfiguring import tracked_server
 
 #: Modules of ROS that publish, subscribe and call services in the name of the node.
 LIBRARIES = (
@@ -123,6 +125,7 @@ def init_node(*args: Any, **kwds: Any) -> None:
     rospy.init_node(*args, **kwds)
     node.start()
     node_started()
+    rospy.Service('~rosslt/find_losses', srv.FindLosses, LOSSES.find)
     reloading.start()
 
 
@@ -212,6 +215,20 @@ def _numpy(original: types.ModuleType) -> Any:
             replace(getattr(module, name), function)
     replace(original.linalg, Counterpart(original.linalg, linalg))
     return Counterpart(original, {**functions, 'linalg': route(original.linalg)})
+
+
+@replace_module('array')
+def _array(original: types.ModuleType) -> Any:
+    watched = watched_array(original.array)
+    replace(original.array, watched)
+    return Counterpart(original, {'array': watched, 'ArrayType': watched})
+
+
+@replace_module('dynamic_reconfigure.server')
+def _dynamic_reconfigure(original: types.ModuleType) -> Any:
+    server = tracked_server(original.Server, original.extract_params)
+    replace(original.Server, server)
+    return Counterpart(original, {'Server': server})
 
 
 @replace_module('tf2_ros')

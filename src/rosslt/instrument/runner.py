@@ -96,12 +96,13 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
 
 def _set_up() -> None:
     from rosslt import values
-    from rosslt.instrument import functions, messages_as_text
+    from rosslt.instrument import functions, losses, messages_as_text
 
     # A node that was not written for this may compute with values that grow as long as it runs, and must keep its rate.
     values.SHORTENING.is_hasty = True
     messages_as_text.show_in_messages()
     functions.show_numbers_as_plain()
+    losses.LOSSES.watch_start()
 
 
 def _script(path: str) -> Tuple[str, Optional[bytes]]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy
 
 from rosslt import values
+from rosslt.instrument.array_numbers import to_float32
 
 _SAME = ('item', 'tolist', 'copy', 'squeeze', 'sum', 'mean', 'min', 'max', 'prod', 'conj')
 #: Not `dtype`, by which the room `values` tells NumPy's numbers and arrays from Python's.
@@ -47,8 +48,10 @@ def _of_numpy(kind: Any, name: str) -> property:
 
 def _astype(kind: Any) -> Any:
     def astype(self: Any, dtype: Any, *arguments: Any, **options: Any) -> Any:
-        """As of `numpy.generic`; floats and ints of 64 bits keep their provenance."""
+        """As of `numpy.generic`; floats of 64 and 32 bits and ints of 64 keep their provenance."""
         wanted = numpy.dtype(dtype).char
+        if wanted == 'f':
+            return to_float32(self)
         if wanted == 'd':
             return values.to_float(self)
         return values.to_int(self) if wanted == 'l' else kind(self._plain).astype(dtype, *arguments, **options)

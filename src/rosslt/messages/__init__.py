@@ -11,7 +11,7 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 
 from rosslt.messages.codec import Allowance, Announcer, SparingProvenance, attach, encode, provenance_to_send
 from rosslt.messages.errors import BadHeader, UnknownOutline, UnknownType
-from rosslt.messages.field_path import NoSuchPart, distance, is_reached, part_at, path_steps
+from rosslt.messages.field_path import NoSuchPart, distance, is_reached, is_sent_as, part_at, path_steps
 from rosslt.messages.inband import (
     Decoded,
     append_provenance,
@@ -53,6 +53,7 @@ __all__ = [
     'from_paper_header',
     'in_full',
     'is_reached',
+    'is_sent_as',
     'is_tracked_type',
     'packed_arrays',
     'part_at',

@@ -5,12 +5,15 @@ A part goes together with its ROS type: a `float32` can come no nearer to a want
 
 import math
 import re
+import struct
 from typing import Any, Iterator, List, Tuple, Union
 
 from rosslt import values
 
 #: How far apart two neighbouring numbers of 32 bits are, relative to their size.
 FLOAT32 = 2.0**-23
+
+_SINGLE = struct.Struct('<f')
 
 
 class NoSuchPart(LookupError):
@@ -76,6 +79,16 @@ def is_reached(part: Any, wanted: Any, type_: str = '') -> bool:
         ValueError: the target has another shape.
     """
     return all(_is_met(leaf, target, kind) for leaf, target, kind in _paired(part, wanted, type_))
+
+
+def is_sent_as(value: Any, reading: Any) -> bool:
+    """Whether what a message says of a source is a value of that source, as it is or rounded to 32 bits."""
+    if type(value) is float and value != reading:
+        try:
+            return _SINGLE.unpack(_SINGLE.pack(value)) == (reading,)
+        except OverflowError:
+            return False
+    return bool(value == reading)
 
 
 def distance(part: Any, wanted: Any) -> float:

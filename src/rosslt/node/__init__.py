@@ -37,7 +37,7 @@ from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
-from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, take_fractions
+from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, take_fractions, when_parameter_changes
 from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.saving import Unsaved, changes_to_save
@@ -114,4 +114,5 @@ __all__ = [
     'undo',
     'undo_request',
     'wait_for_message',
+    'when_parameter_changes',
 ]

@@ -352,7 +352,7 @@ class _Loop:
             whys.append('it moves by itself')
         for source, change in self._changes.items():
             readings = last.expression.readings.get(source)
-            if readings and not any(is_equal(reading, change.new) for reading in readings):
+            if readings and not any(messages.is_sent_as(change.new, reading) for reading in readings):
                 whys.append(f'{self._name(source)} is {readings[-1]!r} by now, it was made {change.new!r}')
         alike: Dict[str, FrozenSet[Tuple[Source, Any]]] = {}
         for state, seen in () if self._moves else self._tried.items():

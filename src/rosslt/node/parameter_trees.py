@@ -14,7 +14,7 @@ from rosslt.node.access import Access
 from rosslt.node.call_sites import CallSite
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import Location, Locations, ParameterLocation
-from rosslt.node.parameters import Parameter, ParameterMirror
+from rosslt.node.parameters import Parameter, ParameterMirror, default_key
 
 _Read = Callable[[], Any]
 
@@ -125,9 +125,9 @@ class Branch(Parameter):
         for part in (self._parts or {}).values():
             part.make_float()
 
-    def note_default(self) -> None:
-        """Note that it is not set, and was read as the default in the code."""
-        self.is_set = False
+    def note_default(self, default: Any, is_set: bool = False) -> None:
+        """Note that it was read as the default in the code, by an earlier run where it is set."""
+        self.is_set = is_set
 
     def read(self) -> Any:
         """The current value, tracked."""
@@ -177,12 +177,23 @@ class Leaf(Parameter):
     def value(self) -> Any:
         return self._plain()
 
-    def note_default(self) -> None:
-        """Note that it is not set, and was read as the default in the code."""
-        self.is_set = False
+    def note_default(self, default: Any, is_set: bool = False) -> None:
+        """Note that it was read as the default in the code, by an earlier run where it is set.
+
+        Args:
+            default: what the code says.
+        """
+        self.is_set = is_set
         location = self._locations.get(self.key)
         if location is not None:
-            location.default = location.value
+            location.default = values.plain_scalar(default)
+
+    @property
+    def records(self) -> List[Tuple[str, Any]]:
+        location = self._locations.get(self.key)
+        if location is None or location.default is None:
+            return []
+        return [(default_key(rospy.get_name(), self.key), [location.default, location.value])]
 
     def make_float(self) -> None:
         """Take each int in it for a float from now on."""

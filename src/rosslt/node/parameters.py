@@ -7,15 +7,17 @@ one thread does both, in order, memory and parameter always come to agree.
 """
 
 import contextlib
+import json
 import re
 import threading
-from typing import Any, Callable, Dict, List, Set
+from typing import Any, Callable, Dict, List, Set, Tuple
 from xml.parsers.expat import ExpatError
 from xmlrpc.client import MultiCall, dumps, loads
 
 import rosgraph
 import rospy
 
+from rosslt import files
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import LiteralLocation, namespaces_of
 from rosslt.node.no_master import NO_MASTER
@@ -24,8 +26,16 @@ from rosslt.node.parameter_updates import ParameterUpdates
 #: What rospy appends to the name of an anonymous node: process and time.
 ANONYMOUS = re.compile(r'_\d+_\d{13}$')
 
+#: Where below a node's name is kept what its parameters started from.
+_RECORDS = 'rosslt_literals', 'rosslt_ids', 'rosslt_defaults'
+
 #: The thread tries again after this many seconds where the master does not answer.
 RETRY_PERIOD = 1.0
+
+
+def default_key(node: str, key: str) -> str:
+    """Where a node keeps what its code had as the default of a parameter that it has set since, and what it has set."""
+    return f'{node}/rosslt_defaults{key}'
 
 
 class Parameter:
@@ -44,6 +54,11 @@ class Parameter:
         """The value that the parameter should have."""
         raise NotImplementedError
 
+    @property
+    def records(self) -> List[Tuple[str, Any]]:
+        """What is written beside it: (full name, value)."""
+        return []
+
     def take(self, value: Any) -> None:
         """The parameter was set; raises Refused where the value is not accepted, and the parameter is set back."""
         raise NotImplementedError
@@ -53,7 +68,8 @@ class LiteralParameter(Parameter):
     """`<node>/rosslt/<name>`, behind the location of a literal.
 
     Beside it, `<node>/rosslt_literals/<name>` keeps the literal that it started from. Where the code says
-    another one at the next start, what an earlier run left behind is void.
+    another one at the next start, what an earlier run left behind is void. `<node>/rosslt_ids/<name>` keeps which
+    literal that was, where its name is its place: after an edit, another one may stand there.
 
     Args:
         location: the location of the literal.
@@ -63,25 +79,40 @@ class LiteralParameter(Parameter):
     def __init__(self, node: str, location: LiteralLocation, changed: Callable[[LiteralLocation, Any], None]) -> None:
         super().__init__(f'{node}/rosslt/{location.name}')
         self.literal_key = f'{node}/rosslt_literals/{location.name}'
+        self.id_key = f'{node}/rosslt_ids/{location.name}'
         self.location = location
         self._changed = changed
 
     def value(self) -> Any:
         return self.location.value
 
+    @property
+    def records(self) -> List[Tuple[str, Any]]:
+        location = self.location
+        ids = [] if location.is_named else [(self.id_key, f'{location.id:x}')]
+        return [(self.literal_key, location.literal), *ids]
+
     def take(self, value: Any) -> None:
         self._changed(self.location, value)
 
-    def take_over(self, left_behind: Dict[str, Any], literals: Dict[str, Any]) -> None:
+    def take_over(self, left_behind: Dict[str, Any], literals: Dict[str, Any], ids: Dict[str, Any]) -> None:
         """Start with what the parameter already says, where that still holds.
 
         Args:
-            left_behind, literals: what stands on the parameter server, by the name of the location.
+            left_behind, literals, ids: what stands on the parameter server, by the name of the location.
         """
         location = self.location
         if location.name not in left_behind:
             return
         value = left_behind[location.name]
+        if not location.is_named and ids.get(location.name, f'{location.id:x}') != f'{location.id:x}':
+            rospy.loginfo(
+                '%s is another number than in an earlier run: its parameter %s = %r is dropped',
+                location.place,
+                self.key,
+                value,
+            )
+            return
         # A parameter without a recorded literal was not left by an earlier run: somebody, perhaps a
         # launch file, has set it for this one.
         literal = literals.get(location.name, location.literal)
@@ -128,6 +159,9 @@ class ParameterMirror:
     Attributes:
         left_behind: what stood in the node's `rosslt` namespace at the start, by name.
         literals: the literals that the parameters of an earlier run started from, by name.
+        ids: which literals those were whose name is their place, by name.
+        defaults: the parameters that an earlier run has set, and that the code has a default for, by their full name
+            without the first slash: (that default, the value).
     """
 
     def __init__(self, namespace_set: Callable[[str, Any], None]) -> None:
@@ -146,6 +180,8 @@ class ParameterMirror:
         self._is_cleared = False
         self.left_behind: Dict[str, Any] = {}
         self.literals: Dict[str, Any] = {}
+        self.ids: Dict[str, Any] = {}
+        self.defaults: Dict[str, Any] = {}
 
     def start(self, node: str) -> None:
         """Begin, once this process is a node: read what an earlier run left, and follow what is there by now.
@@ -158,7 +194,7 @@ class ParameterMirror:
         self._updates = ParameterUpdates(self._namespace, self._notice)
         self._subscribe(self._namespace)
         self.left_behind = flat(self.read(self._namespace, {}))
-        self.literals = flat(self.read(node + '/rosslt_literals', {}))
+        self.literals, self.ids, self.defaults = (flat(self.read(node + '/' + name, {})) for name in _RECORDS)
         for key in list(self._by_key):
             self._subscribe_unheard(key)
         threading.Thread(target=self._work, name='rosslt parameters', daemon=True).start()
@@ -223,7 +259,7 @@ class ParameterMirror:
         """
         rospy.on_shutdown(self._clear)
         kind = ANONYMOUS.sub('', self._node)
-        left_behind = re.compile(re.escape(kind) + ANONYMOUS.pattern.rstrip('$') + r'(?=/rosslt(_literals)?/)')
+        left_behind = re.compile(re.escape(kind) + ANONYMOUS.pattern.rstrip('$') + r'(?=/rosslt(_[a-z]+)?/)')
         found = filter(None, map(left_behind.match, self._master.getParamNames()))
         for node in {one.group() for one in found} - {self._node}:
             try:
@@ -238,7 +274,7 @@ class ParameterMirror:
             self._delete(self._node)
 
     def _delete(self, node: str) -> None:
-        for namespace in ('rosslt', 'rosslt_literals'):
+        for namespace in ('rosslt', *_RECORDS):
             with contextlib.suppress(rosgraph.MasterError):  # there is none
                 self._master.deleteParam(f'{node}/{namespace}')
 
@@ -251,6 +287,16 @@ class ParameterMirror:
             if default:
                 return default[0]
             raise KeyError(key) from None
+
+    def was_default(self, key: str, value: Any) -> bool:
+        """Whether an earlier run has set a parameter to that value, where it had read the default in the code."""
+        record = self.defaults.get(key.lstrip('/'))
+        if not isinstance(record, list) or len(record) != 2 or not files.equal(record[1], value):
+            return False
+        try:
+            return key not in json.loads(self.read(files.ORIGINS, '{}'))  # a launch file may have set it since
+        except (TypeError, ValueError):  # what is there is not what `rosslt launch` writes
+            return True
 
     def _subscribe_unheard(self, key: str) -> None:
         if not any(name in self._heard for name in [key, *namespaces_of(key)]):
@@ -313,8 +359,9 @@ class ParameterMirror:
         keys: List[str] = []
         for parameter in parameters:
             pairs = [(parameter.key, parameter.value())]
-            if isinstance(parameter, LiteralParameter) and parameter not in self._recorded:
-                pairs.append((parameter.literal_key, parameter.location.literal))
+            if parameter not in self._recorded:
+                pairs += parameter.records
+            if isinstance(parameter, LiteralParameter):
                 self._recorded.add(parameter)
             for key, value in pairs:
                 try:

@@ -1,5 +1,7 @@
 """What the programs that `rosslt run` runs need to know of the parameters that they read."""
 
+from typing import Callable
+
 import rospy
 
 from rosslt import values
@@ -25,6 +27,19 @@ def take_fractions(source: values.Source) -> None:
         if isinstance(location, ParameterLocation):
             location.parameter.as_float = True
             location.retype(float(location.value))
+
+
+def when_parameter_changes(key: str, function: Callable[[], None]) -> None:
+    """Have a function called when a number that this node reads as a parameter has changed.
+
+    Args:
+        key: the parameter's full name.
+    """
+    owner = started('get_param')
+    with owner.lock:
+        for location in owner.locations.by_id.values():
+            if location.name == key:
+                location.changed += (function,)
 
 
 def parameter_was_set(name: str) -> None:

@@ -14,8 +14,10 @@ Not evaluated anew is what is a record of several moments rather than a function
   often that the expression has been folded.
 """
 
+import itertools
 import sys
 import threading
+import time
 from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
@@ -28,6 +30,9 @@ MAX_READINGS = 256
 
 #: For how many messages a sent leaf is remembered, and up to twice as many.
 ROUND = 32
+
+#: How many leaves of a message are evaluated at once, and how many in a second where messages are larger.
+MOST_AT_ONCE, MOST_IN_A_SECOND = 1 << 14, 20_000
 
 #: How many may be kept before those that nothing depends on are dropped.
 _PRUNE_AT = 32
@@ -126,6 +131,9 @@ class Refresher:
         self._known: Dict[int, _Leaf] = {}
         self._older: Dict[int, _Leaf] = {}
         self._round = 0
+        self._outdated: _Outdated = {}
+        self._version = 0
+        self._looked_at = 0.0
 
     def fresh(self, message: Any, was_sent: bool = False) -> Any:
         """A message with the present values of its sources: itself where it has them, else a copy.
@@ -141,19 +149,34 @@ class Refresher:
         self._round = (self._round + 1) % ROUND
         if not self._round:
             self._known, self._older = {}, self._known
+        if outdated != self._outdated:
+            self._outdated = outdated
+            self._version += 1
+        fields = messages.tracked_fields(message)
+        known = self._known
+        unknown: Dict[int, Any] = {}
+        for _, value, _ in fields:
+            if id(value) not in known:
+                if id(value) in self._older:
+                    known[id(value)] = self._older[id(value)]
+                else:
+                    unknown[id(value)] = value
+        most = self._most_at_once(was_sent)
+        chosen = dict(itertools.islice(unknown.items(), most))
+        made_from = dict(zip(chosen, _dependencies(list(chosen.values()))))
         last = {}
-        fields = list(messages.tracked_fields(message))
-        unknown = {id(value): value for _, value, _ in fields if not self._is_known(value)}
-        made_from = dict(zip(unknown, _dependencies(list(unknown.values()))))
         for index, value, kind in fields:
-            leaf = self._known.get(id(value))
+            leaf = known.get(id(value))
             if leaf is None:
+                if id(value) not in made_from:
+                    continue
                 leaf = _Leaf(value, kind, made_from[id(value)], self._last.get(index))
-                self._known[id(value)] = leaf
+                known[id(value)] = leaf
             last[index] = leaf
             if was_sent:
                 leaf.was_sent()
-        _evaluate(last.values(), outdated)
+        others = (leaf for leaf in last.values() if leaf.version != self._version)
+        _evaluate(itertools.islice(others, most), outdated, self._version)
         replaced = {}
         for index, leaf in last.items():
             leaf.was_sent()
@@ -162,17 +185,26 @@ class Refresher:
         self._last = last
         return messages.with_leaves(message, replaced) if replaced else message
 
-    def _is_known(self, value: Any) -> bool:
-        """Whether a value was in a message of this round or the one before; it is one of this round from now on."""
-        if id(value) not in self._known and id(value) in self._older:
-            self._known[id(value)] = self._older[id(value)]
-        return id(value) in self._known
+    def _most_at_once(self, is_all: bool) -> Optional[int]:
+        """How many leaves are evaluated for this message: a node that sends more and more without a pause must answer.
+
+        The others follow with the next messages. Where there is time enough between messages, that is all of them.
+        """
+        now = time.monotonic()
+        most = max(MOST_AT_ONCE, int((now - self._looked_at) * MOST_IN_A_SECOND)) if self._looked_at else MOST_AT_ONCE
+        self._looked_at = now
+        return None if is_all else most
 
 
-def _evaluate(leaves: Iterable['_Leaf'], outdated: _Outdated) -> None:
-    """Give leaves the latest values of their sources. What several are computed from is evaluated once."""
+def _evaluate(leaves: Iterable['_Leaf'], outdated: _Outdated, version: int) -> None:
+    """Give leaves the latest values of their sources. What several are computed from is evaluated once.
+
+    Args:
+        version: of what is outdated.
+    """
     together: Dict[Tuple[Any, ...], List[_Leaf]] = {}
     for leaf in leaves:
+        leaf.version = version
         changes = leaf.changes(outdated)
         if changes != leaf.changed:
             leaf.changed = changes
@@ -209,6 +241,7 @@ class _Leaf:
     Attributes:
         changed: the changes of its sources that it was evaluated for.
         fresh: its value with them, the very same one where there are none.
+        version: of what was outdated when it was evaluated.
     """
 
     def __init__(self, value: Any, kind: str, made_from: '_Dependencies', before: 'Optional[_Leaf]') -> None:
@@ -224,10 +257,13 @@ class _Leaf:
                 self._readings.pop(source, None)
         self.changed: Dict[Source, Any] = {}
         self.fresh = value
+        self.version = 0
 
     def was_sent(self) -> None:
         """This same value has been sent: it does not grow."""
-        self._undecided.clear()
+        if self._undecided:
+            self._undecided.clear()
+            self.version = 0
 
     def changes(self, outdated: _Outdated) -> Dict[Source, Any]:
         """The latest values of those of its sources of which it was made from an earlier one."""

@@ -1,6 +1,7 @@
 """Changed values of a node, and where in files they stand."""
 
 import contextlib
+import copy
 import functools
 import json
 from typing import Any, Collection, Dict, List, NamedTuple, Tuple
@@ -13,6 +14,9 @@ from rosslt.node.client import SourceUnreachable
 from rosslt.node.directory import Directory, Place
 from rosslt.node.json_scalars import from_json
 from rosslt.node.service_calls import ask_all
+
+#: How many values of one parameter are remembered that were to be written.
+_MOST_OFFERED = 20
 
 
 class Unsaved(NamedTuple):
@@ -85,8 +89,10 @@ def _in_parameter_files(
     if not parameters:
         return [], []
     origins: Any = {}
+    master = rosgraph.Master(rospy.get_name())
     with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
-        origins = json.loads(rosgraph.Master(rospy.get_name()).getParam(files.ORIGINS))
+        origins = json.loads(master.getParam(files.ORIGINS))
+    before = copy.deepcopy(origins)
     by_file: Dict[str, List[Tuple[Place, Dict[str, Any]]]] = {}
     unsaved: List[Unsaved] = []
     changed_back = set()
@@ -100,9 +106,9 @@ def _in_parameter_files(
         if reason:
             unsaved.append(Unsaved(place.local_name, reason))
         else:
-            # What was changed back may have been saved in between.
-            origin['said'] = [origin['said'], *filter(files.is_scalar, values)]
-            by_file.setdefault(origin['file'], []).append((place, origin))
+            # What was changed back may have been saved in between, by an earlier run of the node, too.
+            said = [origin['said'], *filter(files.is_scalar, values), *origin.get('offered', ())]
+            by_file.setdefault(origin['file'], []).append((place, {**origin, 'said': said}))
     edits: List[files.Edit] = []
     for file, those in by_file.items():
         try:
@@ -112,12 +118,28 @@ def _in_parameter_files(
         else:
             edits += made
             unsaved += [Unsaved(name, reason) for name, reason in left]
+            written = {edit.what for edit in made}
+            _offer(origins, [place for place, _ in those if place.local_name in written])
+    if origins != before:
+        master.setParam(files.ORIGINS, json.dumps(origins))
     return edits, [one for one in unsaved if one.name not in changed_back]
 
 
+def _offer(origins: Any, places: List[Place]) -> None:
+    """Note what is about to be written beside where it stands: the node may be started again, and its history is gone
+    then, or be changed back to what the file said at first."""
+    for place in places:
+        offered = origins[place.location.name].setdefault('offered', [])
+        if not any(files.equal(place.value, one) for one in offered):
+            offered.append(place.value)
+            del offered[:-_MOST_OFFERED]
+
+
 def _was_changed_earlier(place: Place, origin: Any) -> bool:
-    """Whether a parameter has another value than the file said that it was loaded from: a node that ran before, and
-    whose history is gone, may have changed it."""
+    """Whether a parameter has another value than the file said that it was loaded from, or another one was to be
+    written there: a node that ran before, and whose history is gone, may have changed it."""
+    if (origin or {}).get('offered'):
+        return True
     said = (origin or {}).get('said')
     if type(said) is str:
         said = said.replace('\r\n', '\n').replace('\r', '\n')  # as XML carries it to the parameter server

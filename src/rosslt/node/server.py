@@ -147,7 +147,7 @@ class Owner:
     def _take_over(self, location: LiteralLocation) -> None:
         """Put a parameter behind the location of a literal, and start with what it says if it was set beforehand."""
         location.parameter = LiteralParameter(self.name, location, self._parameter_set)
-        location.parameter.take_over(self.mirror.left_behind, self.mirror.literals)
+        location.parameter.take_over(self.mirror.left_behind, self.mirror.literals, self.mirror.ids)
 
     def parameter(
         self, key: str, frame: FrameType, *default: Any, as_float: bool = False
@@ -168,9 +168,9 @@ class Owner:
                     value, is_default = default[0], True
                 site = call_site(frame)
                 known = self._trees.at(key, site, value)
-                if is_default:
+                if is_default or (default and self.mirror.was_default(key, value)):
                     SOURCE_FILES.keep(site.file)
-                    known.note_default()
+                    known.note_default(default[0], is_set=not is_default)
                 if not as_float:
                     warn_of_int(key, site, value, default)
         reader = unless_deleted(known, default)

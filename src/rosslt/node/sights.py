@@ -130,7 +130,11 @@ class Look:
         """Whether a message was computed before the change, or from a value that was kept from before."""
         for source, change in self._changed.items():
             readings = expression.readings.get(source)
-            if readings and not is_equal(*change) and all(is_equal(reading, change.old) for reading in readings):
+            if (
+                readings
+                and not is_equal(*change)
+                and all(messages.is_sent_as(change.old, reading) for reading in readings)
+            ):
                 return True
         return False
 

@@ -39,7 +39,7 @@ from .tracked import (
     source_of_functions,
     track,
 )
-from .tree import is_tracked, leaves, untracked
+from .tree import each_leaf, is_tracked, leaves, untracked
 
 __all__ = [
     'AFFINE',
@@ -65,6 +65,7 @@ __all__ = [
     'describe_source',
     'describe_sources_with',
     'disassemble',
+    'each_leaf',
     'evaluate',
     'explain',
     'fit',

@@ -50,21 +50,26 @@ def leaves(x: Any) -> List[Tuple[str, Any]]:
         `[(path, scalar), ...]`; a path is `position.x`, `points[3].x`, `['gain']`, or '' for a scalar. A
         bytes (a `uint8[]` field) or an array of plain numbers counts as one leaf, as nothing in it is tracked.
     """
-    if type(x) in SCALARS:
-        return [('', x)]
-    found = []
-    stack = [('', x)]
-    while stack:
-        path, part = stack.pop()
-        if type(part) in SCALARS:
-            found.append((path, part))
-            continue
-        inner = list(parts(part))
-        if inner:
-            stack.extend((path + step if path else step.lstrip('.'), one) for step, one in reversed(inner))
-        elif not isinstance(part, (list, tuple, dict)) and not is_message(part):
-            found.append((path, part))
-    return found
+    return [('', x)] if type(x) in SCALARS else list(each_leaf(x))
+
+
+def each_leaf(x: Any) -> Iterator[Tuple[str, Any]]:
+    """As `leaves`, one after the other: who needs the first ones does not wait for all."""
+    waiting = [('', iter([('', x)]))]
+    while waiting:
+        path, inner = waiting[-1]
+        for step, part in inner:
+            where = path + step if path else step.lstrip('.')
+            if type(part) in SCALARS:
+                yield where, part
+                continue
+            is_whole = isinstance(part, (list, tuple, dict)) or is_message(part) or is_instant(part)
+            if is_whole or (is_object_array(part) and part.size):
+                waiting.append((where, parts(part)))
+                break
+            yield where, part
+        else:
+            waiting.pop()
 
 
 def rebuilt(x: Any, change: Callable[[Any], Any]) -> Any:

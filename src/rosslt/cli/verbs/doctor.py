@@ -4,7 +4,7 @@ import argparse
 from typing import List
 
 from rosslt.cli.completers import topics
-from rosslt.cli.diagnosis import FAULT, Examination, Traffic
+from rosslt.cli.diagnosis import FAULT, Examination, Losses, Traffic
 from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import SystemState, find_master, full_name, system_state
@@ -16,7 +16,8 @@ from rosslt.cli.verb import LOOK, Argument
 GROUP = LOOK
 SUMMARY = 'why something on a topic cannot be dragged or forced'
 DESCRIPTION = """Look at all that a change needs, and say what is missing: publishers that send provenance, nodes that
-take the change, messages that show it, handles in RViz. Without a TOPIC it looks at those that RViz draws and at those
+take the change, messages that show it, handles in RViz; and at which lines a node that `rosslt run` runs makes plain
+numbers of tracked ones. Without a TOPIC it looks at those that RViz draws and at those
 with provenance. The exit code is 1 where a fault was found."""
 EXAMPLE = """\
 examples:
@@ -49,10 +50,11 @@ def run(options: argparse.Namespace) -> int:
         wanted = sorted(topic for topic in state.publishers if not topic.startswith('/rosout') and topic != '/clock')
         wanted = [topic for topic in wanted if not topic.endswith(_OWN)]
     with Inbox(_listened(state, wanted)) as inbox:
+        losses = Losses(state, wanted, options.time)
         traffic = Traffic(inbox.during(options.time), options.time)
     directory = Directory()
     directory.learn(traffic.all_sources())
-    examination = Examination(master, state, traffic, directory)
+    examination = Examination(master, state, traffic, directory, losses)
     has_fault = False
     for topic in wanted:
         type_ = types.get(topic, '')

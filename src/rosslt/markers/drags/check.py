@@ -3,7 +3,7 @@
 import time
 from typing import Optional
 
-from rosslt import node, values
+from rosslt import messages, node, values
 from rosslt.markers.drags.drag import NOISE, Drag
 from rosslt.markers.scene.handle import Handle
 
@@ -61,7 +61,10 @@ class Check:
         """What a message shows; None where it was computed from what the hand has passed on its way."""
         tracked, targets = handle.wanted(self.drag.pose, self.drag.is_moved, self.drag.is_turned)
         present = values.source_values(tracked)
-        if any(source in present and present[source] != new for source, new in self.drag.after.items()):
+        if any(
+            source in present and not messages.is_sent_as(new, present[source])
+            for source, new in self.drag.after.items()
+        ):
             return None
         sight = node.sight_of(list(tracked), list(targets))
         are_there = [

@@ -3,7 +3,7 @@
 import time
 from typing import Any, Dict, Optional
 
-from rosslt import values
+from rosslt import messages, values
 from rosslt.markers.scene.handle import Handle
 
 #: For how long messages that do not show a change may still be older than it, in seconds.
@@ -51,5 +51,5 @@ class Hold:
 
     def _shows_the_change(self, handle: Handle) -> bool:
         present = values.source_values(handle.tracked)
-        known = [source for source in self._changed or () if source in present]
-        return bool(known) and all(values.is_same(present[source], (self._changed or {})[source]) for source in known)
+        known = [(new, present[source]) for source, new in (self._changed or {}).items() if source in present]
+        return bool(known) and all(values.is_same(now, new) or messages.is_sent_as(new, now) for new, now in known)

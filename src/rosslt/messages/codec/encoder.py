@@ -23,12 +23,10 @@ from rosslt.messages.codec.wire_format import (
     VERSION,
 )
 from rosslt.messages.codegen.leaf_access import leaf_readers
-from rosslt.messages.codegen.walkers import PLAIN, TRACKED
+from rosslt.messages.codegen.walkers import PLAIN, TRACKED, walkers
 from rosslt.messages.fault_log import warn_once
 from rosslt.messages.fields import TYPE_OF_KIND
-from rosslt.messages.leaves import tracked_fields
-from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, linearized, origins, untracked
-from rosslt.values import leaves as scalars_of
+from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, each_leaf, linearized, origins, untracked
 
 Leaf = Tuple[int, Any, str]
 """The index of a tracked leaf, its value and its kind, as the walkers collect them."""
@@ -62,17 +60,7 @@ def encode(message: Any, full_history: bool = False) -> bytes:
                 return data
         found = [(index, value, _KIND_OF[type(value)]) for index, value in zip(_indices(which), values)]
     else:
-        found = tracked_fields(message)
-    if len(found) > FIELD_LIMIT:
-        warn_once(
-            (message._type, FIELD_LIMIT),
-            'a %s has %d tracked leaves, and at most %d are sent with provenance: not %s, nor any after it',
-            message._type,
-            len(found),
-            FIELD_LIMIT,
-            _Path(message, FIELD_LIMIT),
-        )
-        del found[FIELD_LIMIT:]
+        found, _ = sent_fields(message)
     count, data = len(found), b''
     while found:
         data = _like_the_last(message._type, found, full_history)
@@ -91,6 +79,25 @@ def encode(message: Any, full_history: bool = False) -> bytes:
     return data
 
 
+def sent_fields(message: Any) -> Tuple[List[Leaf], int]:
+    """The tracked leaves of a message whose provenance can be sent, and how many leaves it has in all.
+
+    A message may be larger with each time that it is sent: what is beyond the limit is not looked at.
+    """
+    found: List[Leaf] = []
+    size = walkers(message.__class__).collect(message, 0, found, FIELD_LIMIT)
+    if len(found) > FIELD_LIMIT:
+        warn_once(
+            (message._type, FIELD_LIMIT),
+            'a %s has more than %d tracked leaves: %s and all after it are sent without provenance',
+            message._type,
+            FIELD_LIMIT,
+            _Path(message, FIELD_LIMIT),
+        )
+        del found[FIELD_LIMIT:]
+    return found, size
+
+
 class _Path:
     """The path of a message's tracked leaf by its number among them, looked for where it is printed."""
 
@@ -99,7 +106,11 @@ class _Path:
         self._number = number
 
     def __str__(self) -> str:
-        tracked = (path for path, leaf in scalars_of(self._message) if type(leaf) in TRACKED)
+        return self._path
+
+    @functools.cached_property
+    def _path(self) -> str:
+        tracked = (path for path, leaf in each_leaf(self._message) if type(leaf) in TRACKED)
         return next(itertools.islice(tracked, self._number, None))
 
 

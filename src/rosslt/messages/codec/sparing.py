@@ -11,9 +11,8 @@ import time
 from itertools import compress
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, TypeVar
 
-from rosslt.messages.codec.encoder import Leaf, Written, encoded_with_slopes, provenance_to_send
-from rosslt.messages.codec.wire_format import BYTES_LIMIT, FIELD_LIMIT
-from rosslt.messages.codegen.walkers import walkers
+from rosslt.messages.codec.encoder import Leaf, Written, encoded_with_slopes, provenance_to_send, sent_fields
+from rosslt.messages.codec.wire_format import BYTES_LIMIT
 from rosslt.messages.leaves import located
 from rosslt.values import are_made_alike, is_same, made_alike, origins, untracked
 
@@ -111,8 +110,7 @@ class SparingProvenance:
         debt = self._allowance.free_at - now
         if full_history or (debt <= 0 and not self._known):
             return self._allowance.charge(now, lambda: provenance_to_send(message, full_history))
-        leaves: List[Leaf] = []
-        size = walkers(message.__class__).collect(message, 0, leaves)
+        leaves, size = sent_fields(message)
         if not leaves:
             return b''
         if debt > 0:
@@ -130,15 +128,13 @@ class SparingProvenance:
         """The provenance of a message, written anew, which is sent with later ones that are not recorded."""
         if self.takes_turns:
             return self.to_send(message)  # nothing is recalled
-        leaves: List[Leaf] = []
-        size = walkers(message.__class__).collect(message, 0, leaves)
+        leaves, size = sent_fields(message)
         return self._write(time.monotonic(), message, leaves, size)
 
     def recalled(self, message: Any) -> bytes:
         """The provenance of a message of which not all that it was computed by was recorded: that of an earlier one,
         or, where the publisher sends several things in turn, of what was recorded."""
-        leaves: List[Leaf] = []
-        size = walkers(message.__class__).collect(message, 0, leaves)
+        leaves, size = sent_fields(message)
         present = _Present(leaves)
         if self.takes_turns:
             now = time.monotonic()
@@ -218,8 +214,6 @@ class SparingProvenance:
         return data
 
     def _written(self, message: Any, leaves: List[Leaf], size: int) -> bytes:
-        if len(leaves) > FIELD_LIMIT:
-            return provenance_to_send(message)
         indices, values, kinds = _columns(leaves)
         # What became doubtful since is not among those that were written before.
         alike = [known for known in self._known if known.size == size and known.leaves.keys() <= set(indices)]

@@ -31,7 +31,7 @@ class Walkers(NamedTuple):
     layout: Layout
     collect: Callable[..., Any]
     """`collect(message, 0, found)` appends `(index, value, kind)` for each tracked leaf, and returns how many leaves
-    there are in all."""
+    there are in all; `collect(message, 0, found, limit)` appends little more than so many."""
     locate: Callable[..., Any]
     """`locate(message, 0, first, next, found.append, arrays.append)` appends `(owner, key, value, kind)` for each
     wanted leaf; `next()` gives the wanted indices in rising order, END at last. An owner that is a list is a copy of an
@@ -138,7 +138,7 @@ class _WalkerCompiler:
     # behind its last.
 
     def _write_collect(self, number: int, type_: str) -> None:
-        self._write(0, 'def collect_%d(m, b, found):', number)
+        self._write(0, 'def collect_%d(m, b, found, limit=END):', number)
         for run in self._runs(type_):
             if isinstance(run, list):
                 self._write_collect_leaves(1, 'm', run)
@@ -170,13 +170,18 @@ class _WalkerCompiler:
             self._write(2, 'i = (a if type(a) is list or type(a) is tuple else items_of(a))%s', limit)
             self._write(2, 'if not TRACKED.isdisjoint(map(type, i)):')
             self._write(3, 'for j, v in enumerate(i, b):')
-            self._write(4, 'if type(v) in TRACKED: found.append((j, v, %r))', kind_of(field.type))
+            self._write(4, 'if type(v) in TRACKED:')
+            self._write(5, 'found.append((j, v, %r))', kind_of(field.type))
+            self._write(5, 'if len(found) > limit: break')
             self._write(1, 'b += %s', count)
         elif leaves is None:
-            self._write(1, 'for e in a: b = collect_%d(e, b, found)', self._number(field.type))
+            self._write(1, 'for e in a: b = collect_%d(e, b, found, limit)', self._number(field.type))
         elif leaves:
+            self._write(1, 'n = b + len(a) * %d', len(leaves))
             self._write(1, 'for e in a:')
+            self._write(2, 'if len(found) > limit: break')
             self._write_collect_leaves(2, 'e', leaves)
+            self._write(1, 'b = n')
 
     # `i` is the wanted index that comes next; `find` and `array` append to what the caller gets.
 

@@ -1,0 +1,270 @@
+"""Where a node makes plain numbers of those with provenance: looked for while it starts, and while somebody asks.
+
+Whoever wants a plain float of a number asks it for `__float__`: NumPy does where one is written into an array that
+keeps no provenance, and so do other libraries. While nobody looks, the classes of tracked numbers have no method of
+their own for that, and it costs nothing. Functions of other libraries that are written in C read the number itself;
+they are looked at from outside while somebody asks, in the modules that the node has imported.
+"""
+
+import functools
+import linecache
+import math
+import sys
+import threading
+import time
+import types
+from typing import Any, Callable, Dict, Iterator, List, Tuple
+
+import rospy
+
+from rosslt import srv, values
+from rosslt.instrument.rewriting import CELLS
+
+#: For how long after its first message a node is looked at, in seconds.
+START = 5.0
+
+#: The longest time that may be asked for, in seconds.
+LONGEST = 60.0
+
+#: The most places that are remembered.
+MOST_PLACES = 100
+
+#: Packages that make no results of what they are given: they send it, wait for it or write it down.
+_SINKS = ('genpy', 'json', 'logging', 'rosgraph', 'rospy', 'rosslt', 'xmlrpc', 'yaml')
+
+_NUMBERS = tuple(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int))
+
+
+class Losses:
+    """The places in a node's own files where provenance is lost.
+
+    Attributes:
+        is_watched: whether somebody looks.
+    """
+
+    def __init__(self) -> None:
+        self.is_watched = False
+        self._counts: Dict[Tuple[str, int], int] = {}
+        self._watchers = 0
+        self._lock = threading.Lock()
+        self._is_starting = False
+        self._started_at = 0.0
+
+    def watch_start(self) -> None:
+        """Look until the node has sent messages for a while."""
+        self._is_starting = True
+        self.begin()
+
+    def published(self, now: float) -> None:
+        """The node has sent a message, at a time of `time.monotonic`."""
+        if self._is_starting:
+            self._started_at = self._started_at or now
+            if now > self._started_at + START:
+                self._is_starting = False
+                self.end()
+
+    def begin(self) -> None:
+        """Look, until `end` is called as often."""
+        with self._lock:
+            self._watchers += 1
+            if not self.is_watched:
+                self.is_watched = True
+                for kind in _NUMBERS:
+                    kind.__float__ = _plain_float
+
+    def end(self) -> None:
+        """Look no more, where nobody else does."""
+        with self._lock:
+            self._watchers -= 1
+            if not self._watchers:
+                self.is_watched = False
+                for kind in _NUMBERS:
+                    del kind.__float__
+
+    def note(self, frame: Any) -> None:
+        """A number has lost its provenance in what a frame does, or in what was called from there."""
+        while frame is not None:
+            cells = frame.f_globals.get(CELLS)
+            if cells is not None:
+                place = cells.path, frame.f_lineno
+                if place in self._counts or len(self._counts) < MOST_PLACES:
+                    self._counts[place] = self._counts.get(place, 0) + 1
+                return
+            if frame.f_globals.get('__name__', '').partition('.')[0] in _SINKS:
+                return
+            frame = frame.f_back
+
+    def places(self) -> Dict[Tuple[str, int], int]:
+        """{(file, line): how many numbers have lost their provenance there}."""
+        return dict(self._counts)
+
+    def computed(self, result: Any, arguments: Any) -> None:
+        """A function that is not known to keep provenance has given a result."""
+        is_lost = self.is_watched and not values.RECORDING.is_paused
+        if is_lost and _is_plain(result) and _has_provenance(arguments):
+            frame: Any = sys._getframe(1)
+            while frame is not None and frame.f_globals.get('__name__', '').partition('.')[0] in ('rosslt', 'numpy'):
+                frame = frame.f_back
+            self.note(frame)
+
+    def find(self, request: srv.FindLossesRequest) -> srv.FindLossesResponse:
+        """Look for so long; serves `~rosslt/find_losses`."""
+        end = time.monotonic() + min(max(request.seconds, 0.0), LONGEST)
+        self.begin()
+        try:
+            with _Modules():
+                while not rospy.is_shutdown() and time.monotonic() < end:
+                    rospy.rostime.wallsleep(min(0.1, max(0.0, end - time.monotonic())))
+        finally:
+            self.end()
+        found = sorted(self.places().items())
+        return srv.FindLossesResponse(
+            [path for (path, _), _ in found],
+            [line for (_, line), _ in found],
+            [linecache.getline(path, line).strip() for (path, line), _ in found],
+            [count for _, count in found],
+        )
+
+
+#: Those of this process.
+LOSSES = Losses()
+
+
+def _plain_float(number: Any) -> float:
+    LOSSES.note(sys._getframe(1))
+    return float(number._plain)
+
+
+class _Modules:
+    """Has calls of other libraries' functions from the node's own modules looked at, as long as the context lasts."""
+
+    def __enter__(self) -> '_Modules':
+        self._replaced: List[Tuple[Dict[str, Any], str, Any, Any]] = []
+        for names in _own_modules():
+            for name, thing in list(names.items()):
+                watched = _watched(thing) if not name.startswith('__') else thing
+                if watched is not thing:
+                    names[name] = watched
+                    self._replaced.append((names, name, thing, watched))
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        for names, name, thing, watched in self._replaced:
+            if names.get(name) is watched:
+                names[name] = thing
+
+
+def _own_modules() -> Iterator[Dict[str, Any]]:
+    """The names of all modules that run rewritten."""
+    for module in list(sys.modules.values()):
+        names = getattr(module, '__dict__', {})
+        if CELLS in names:
+            yield names
+
+
+class _WatchedModule(types.ModuleType):
+    """A module whose functions are looked at.
+
+    Args:
+        original: the module.
+    """
+
+    def __init__(self, original: types.ModuleType) -> None:
+        super().__init__(original.__name__, original.__doc__)
+        vars(self)['__original__'] = original
+
+    def __getattr__(self, name: str) -> Any:
+        return _watched(getattr(self.__original__, name))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        setattr(self.__original__, name, value)
+
+    def __dir__(self) -> Any:
+        return dir(self.__original__)
+
+
+def _watched(thing: Any) -> Any:
+    """A module of another library, or a function of one, so that its calls are looked at; anything else itself."""
+    if type(thing) is types.ModuleType:
+        is_other = CELLS not in vars(thing) and thing.__name__.partition('.')[0] not in _SINKS
+        return _WatchedModule(thing) if is_other else thing
+    if type(thing) not in (types.BuiltinFunctionType, types.FunctionType):
+        return thing
+    names = getattr(thing, '__globals__', {})
+    is_own = CELLS in names or str(names.get('__name__', thing.__module__)).partition('.')[0] in _SINKS
+    return thing if is_own else _watched_function(thing)
+
+
+def _watched_function(function: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(function, updated=())
+    def watched(*arguments: Any, **options: Any) -> Any:
+        result = function(*arguments, **options)
+        LOSSES.computed(result, (arguments, options))
+        return result
+
+    return watched
+
+
+def _has_provenance(thing: Any, depth: int = 3) -> bool:
+    if type(thing) is dict:
+        thing = list(thing.values())
+    if type(thing) in (list, tuple) and depth:
+        return any(_has_provenance(part, depth - 1) for part in thing)
+    return type(thing) in _NUMBERS or getattr(thing, 'has_provenance', False) is True
+
+
+def _is_plain(result: Any, depth: int = 2) -> bool:
+    """Whether a result is numbers without provenance."""
+    if type(result) in (list, tuple) and depth:
+        return bool(result) and all(_is_plain(part, depth - 1) for part in result)
+    is_number = isinstance(result, (int, float)) and type(result) is not bool and not math.isnan(result)
+    is_array = getattr(getattr(result, 'dtype', None), 'kind', '') in tuple('fiuc') and bool(getattr(result, 'size', 0))
+    return (is_number or is_array) and not _has_provenance(result)
+
+
+def watched_array(original: Any) -> Any:
+    """The class `array.array` for a node's own code: what is written into one that holds floats is looked at.
+
+    Args:
+        original: the class.
+    """
+
+    class array(original):  # noqa: N801 (as it is called)
+        __slots__ = ()
+        __module__ = 'array'
+
+        def __new__(cls, typecode: str, *initial: Any) -> Any:
+            if typecode not in 'fd' or cls is not array:
+                return original.__new__(original if cls is array else cls, typecode, *initial)
+            _look_at(initial)
+            return super().__new__(cls, typecode, *initial)
+
+        def __setitem__(self, place: Any, value: Any) -> None:
+            _look_at((value,))
+            super().__setitem__(place, value)
+
+        def append(self, value: Any) -> None:
+            _look_at((value,))
+            super().append(value)
+
+        def insert(self, place: Any, value: Any) -> None:
+            _look_at((value,))
+            super().insert(place, value)
+
+        def extend(self, values: Any) -> None:
+            _look_at((values,))
+            super().extend(values)
+
+        def fromlist(self, values: Any) -> None:
+            _look_at((values,))
+            super().fromlist(values)
+
+        def __reduce_ex__(self, protocol: Any) -> Any:
+            return original(self.typecode, self).__reduce_ex__(protocol)
+
+    return array
+
+
+def _look_at(written: Tuple[Any, ...]) -> None:
+    if LOSSES.is_watched and _has_provenance(written):
+        LOSSES.note(sys._getframe(2))

@@ -1,0 +1,102 @@
+"""`rosslt doctor` says at which lines a node makes plain numbers of those with provenance."""
+
+import re
+
+import pytest
+from std_msgs.msg import Float64MultiArray
+
+import rosslt
+from rosslt.instrument.losses import LOSSES
+from support.programs import run_rewritten
+from support.shell import rosslt as command
+from support.unmodified import Listener, Unmodified
+
+SWALLOWING = """
+import array
+import numpy as np
+import rospy
+import scipy.linalg
+from std_msgs.msg import Float64MultiArray
+
+rospy.init_node('swallowing')
+kept = rospy.Publisher('kept', Float64MultiArray, queue_size=1)
+lost = rospy.Publisher('lost', Float64MultiArray, queue_size=1)
+some = rospy.Publisher('some', Float64MultiArray, queue_size=1)
+radius = 2.5
+once = np.frombuffer(bytes(16)).copy()
+once[0] = radius  # at the start
+while not rospy.is_shutdown():
+    a = np.frombuffer(bytes(16)).copy()
+    a[1] = radius * 2  # in each round
+    b = array.array('d', bytes(16))
+    b[0] = radius  # in an array of Python
+    c = scipy.linalg.expm(np.array([[radius, 0.0], [0.0, 1.0]]))  # in another library
+    kept.publish(data=[radius, 3.5])
+    lost.publish(data=[once[0], a[1], b[0], c[0, 0]])
+    some.publish(data=[radius, a[1]])
+    rospy.sleep(0.03)
+"""
+
+
+def findings(topic):
+    result = command('doctor', topic, '--time', '1')
+    assert result.stderr == ''
+    return {tuple(line.split('\t')[2:]) for line in result.stdout.splitlines()}
+
+
+def line_of(comment):
+    lines = SWALLOWING.lstrip().split('\n')
+    (number,) = (number for number, line in enumerate(lines, 1) if line.endswith('# ' + comment))
+    return f'swallowing.py:{number}: {lines[number - 1].strip()}'
+
+
+def test_the_doctor_says_at_which_lines_provenance_is_lost(master, tmp_path):
+    with Unmodified(tmp_path, 'swallowing', SWALLOWING.lstrip()), Listener('some', Float64MultiArray):
+        comments = 'at the start', 'in each round', 'in an array of Python', 'in another library'
+        places = '/swallowing makes plain numbers of tracked ones at ' + '; '.join(map(line_of, comments))
+        assert findings('/lost') == {('fault', '/lost is plain: ' + places)}
+        assert ('note', places) in findings('/some')
+        assert not [text for _, text in findings('/kept') if 'plain numbers' in text]
+
+
+@pytest.mark.parametrize(
+    ('lines', 'is_lost'),
+    [
+        ('a = np.frombuffer(bytes(16)).copy(); a[0] = x', True),
+        ('a = np.zeros(2000); a[3] = x', True),
+        ('a = np.zeros(3); a[0] = x; a[1:] = x; b = a * 2', False),
+        ("a = array.array('f'); a.append(x)", True),
+        ("a = array.array('d', [0, 0]); a[1] = x", True),
+        ("a = array.array('d', [x])", True),
+        ("a = array.array('B', b'ab'); a.append(3)", False),
+        ('a = np.fft.fft(np.array([x, 1.0]))', True),
+        ('a = list(map(float, [x]))', True),
+        ('a = float(x) + sum([x, x]) + max(x, 1.0)', False),
+        ("a = '%.2f of %d' % (x, x), '{:.3f}'.format(x), f'{x:g}', str(x)", False),
+        ('a = math.sin(x), random.uniform(0.0, x), rospy.Duration(x), copy.deepcopy([x])', False),
+        ('time.sleep(x * 1e-9); a = json.dumps([x]); b = range(int(x)); c = [1, 2, 3][int(x)]', False),
+    ],
+)
+def test_what_makes_a_plain_number_of_a_tracked_one_is_seen(lines, is_lost):
+    before = set(LOSSES.places())
+    LOSSES.begin()
+    try:
+        text = 'import array, copy, json, math, random, time\nimport numpy as np\nimport rospy\nx = 2.5\n'
+        run_rewritten(text + lines.replace('; ', '\n') + '\n', '/nowhere/' + re.sub(r'\W', '_', lines) + '.py')
+    finally:
+        LOSSES.end()
+    assert bool(set(LOSSES.places()) - before) == is_lost
+
+
+def test_numbers_have_no_method_of_their_own_while_nobody_looks():
+    number = rosslt.track(2.5, rosslt.Source('/node', 1))
+    kind = type(number)
+    assert '__float__' not in vars(kind)
+    LOSSES.begin()
+    LOSSES.begin()
+    LOSSES.end()
+    assert float(number) == 2.5
+    assert type(float(number)) is float
+    assert '__float__' in vars(kind)
+    LOSSES.end()
+    assert '__float__' not in vars(kind)

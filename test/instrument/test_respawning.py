@@ -1,0 +1,209 @@
+"""A node that is started again goes on with its changed values, and saves them where they belong, as often as it is."""
+
+import os
+import signal
+import subprocess
+
+import pytest
+import rosgraph
+import rospy
+from geometry_msgs.msg import PointStamped
+
+from rosslt import node
+from support.processes import node_pid, wait_until
+from support.shell import rosslt as command
+from support.unmodified import Listener, Unmodified
+
+RETURNING = """
+import rospy
+from geometry_msgs.msg import PointStamped
+
+rospy.init_node('returning')
+pub = rospy.Publisher('returning', PointStamped, queue_size=1)
+radius = 2.50
+far = rospy.get_param('~far', 7.5)
+while not rospy.is_shutdown():
+    p = PointStamped()
+    p.point.x = radius
+    p.point.y = far
+    p.point.z = max(0.5, radius * 0.125)
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+
+LAUNCHED = RETURNING.replace("'returning'", "'launched'").replace(
+    """radius = 2.50
+far = rospy.get_param('~far', 7.5)
+""",
+    """radius = rospy.get_param('~radius')
+far = rospy.get_param('~tool/far')[1]
+""",
+)
+
+LAUNCH_FILE = """<launch>
+  <node pkg="returning_package" type="launched.py" name="launched" respawn="true" respawn_delay="0.1">
+    <param name="radius" value="2.50"/>
+    <rosparam file="{folder}/tool.yaml"/>
+  </node>
+</launch>
+"""
+
+
+def change(name, **values):
+    for location, value in values.items():
+        result = command('set', f'{name}/{location.replace("far", "~far")}', str(value))
+        assert result.returncode == 0, result.stderr
+
+
+def save(name):
+    result = command('save', name)
+    assert result.returncode == 0, result.stderr
+    return [line.split('\t')[:3] for line in result.stdout.splitlines()]
+
+
+def test_a_literal_and_a_default_are_saved_again_after_the_node_was_killed(master, tmp_path):
+    with Unmodified(tmp_path, 'returning', RETURNING.lstrip()) as started, Listener('returning', PointStamped) as heard:
+        change('/returning', radius=3.0, far=8.0)
+        assert save('/returning') == [['/returning/radius', '2.50', '3.00'], ['/returning/~far', '7.5', '8.0']]
+        heard.comes(lambda message: (message.point.x, message.point.y) == (3.0, 8.0))
+        started.stop(signal.SIGKILL)
+        text = started.file.read_text()
+        with Unmodified(tmp_path, 'returning', text) as again:
+            heard.next()
+            assert save('/returning') == []
+            change('/returning', radius=4.0, far=9.0)
+            again.stop(signal.SIGKILL)
+            # It is changed, killed, and saved only then.
+            with Unmodified(tmp_path, 'returning', text) as third:
+                heard.comes(lambda message: (message.point.x, message.point.y) == (4.0, 9.0))
+                assert save('/returning') == [['/returning/radius', '3.00', '4.00'], ['/returning/~far', '8.0', '9.0']]
+                change('/returning', radius=3.0, far=8.0)
+                third.stop(signal.SIGKILL)
+                with Unmodified(tmp_path, 'returning', third.file.read_text()) as fourth:
+                    heard.comes(lambda message: (message.point.x, message.point.y) == (3.0, 8.0))
+                    assert save('/returning') == [
+                        ['/returning/radius', '4.00', '3.00'],
+                        ['/returning/~far', '9.0', '8.0'],
+                    ]
+                    assert fourth.file.read_text() == text
+
+
+def test_a_changed_value_stays_with_its_literal_where_lines_were_moved(master, tmp_path):
+    with Unmodified(tmp_path, 'moving', MOVING) as started, Listener('moving', PointStamped) as heard:
+        heard.next()
+        (name,) = (one.local_name for one in node.Directory().ask(['/moving'])[0]['/moving'] if one.value == 0.25)
+        assert command('set', f'/moving/{name}', '0.75').returncode == 0
+        heard.comes(lambda message: message.point.x == 0.75)
+        started.stop(signal.SIGKILL)
+    # Another literal of the same value stands in that place now.
+    moved = MOVING.replace('    p.point.x', '    p.point.y = max(0.25, p.point.z)\n    p.point.x')
+    with Unmodified(tmp_path, 'moving', moved), Listener('moving', PointStamped) as heard:
+        message = heard.comes(lambda message: message.point.y)
+        assert message.point.y == 0.25
+        assert command('save', '/moving', '--diff').stdout == ''
+
+
+MOVING = """import rospy
+from geometry_msgs.msg import PointStamped
+rospy.init_node('moving')
+pub = rospy.Publisher('moving', PointStamped, queue_size=1)
+while not rospy.is_shutdown():
+    p = PointStamped()
+    p.point.x = max(0.25, p.point.z)
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+
+
+@pytest.fixture
+def launched(master, tmp_path):
+    """The folder of a package whose node is started again whenever it ends."""
+    package = tmp_path / 'returning_package'
+    package.mkdir()
+    (package / 'package.xml').write_text(
+        '<package><name>returning_package</name><version>1.0.0</version><description>d</description>'
+        '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
+    )
+    script = package / 'launched.py'
+    script.write_text('#!/usr/bin/env python3\n' + LAUNCHED)
+    script.chmod(0o755)
+    (tmp_path / 'all.launch').write_text(LAUNCH_FILE.format(folder=tmp_path))
+    (tmp_path / 'tool.yaml').write_text('tool: {far: [1.0, 7.5]}  # 7.5\n')
+    process = subprocess.Popen(
+        ['rosslt', 'launch', '--no-markers', str(tmp_path / 'all.launch')],
+        env=dict(os.environ, ROS_PACKAGE_PATH=f'{tmp_path}:{os.environ["ROS_PACKAGE_PATH"]}'),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    yield tmp_path
+    process.send_signal(signal.SIGINT)
+    process.wait(60)
+
+
+def pid():
+    """The process of the node, None while there is none."""
+    try:
+        return node_pid(rosgraph.Master('/test').lookupNode('/launched'))
+    except rosgraph.MasterError:
+        return None
+
+
+def kill_and_wait():
+    """Kill the node, and wait until it has been started again."""
+    before = wait_until(pid, 'the node is there')
+    os.kill(before, signal.SIGKILL)
+    wait_until(lambda: pid() not in (None, before), 'it is started again')
+    wait_until(lambda: len(node.Directory().ask(['/launched'])[0].get('/launched', ())) >= 2, 'it has its locations')
+
+
+def change_parameters(radius, far):
+    for name, value in (('~radius', radius), ('~tool/far/1', far)):
+        result = command('set', f'/launched/{name}', str(value))
+        assert result.returncode == 0, result.stderr
+
+
+def test_parameters_of_launch_and_yaml_files_are_saved_again_after_a_respawn(launched):
+    launch, tool = launched / 'all.launch', launched / 'tool.yaml'
+    before = launch.read_text(), tool.read_text()
+
+    def texts(radius, far):
+        return before[0].replace('2.50', radius), before[1].replace(', 7.5]', f', {far}]')
+
+    with Listener('launched', PointStamped) as heard:
+        change_parameters(3.0, 8.0)
+        assert len(save('/launched')) == 2
+        assert (launch.read_text(), tool.read_text()) == texts('3.00', '8.0')
+        kill_and_wait()
+        heard.comes(lambda message: (message.point.x, message.point.y) == (3.0, 8.0))
+        assert save('/launched') == []
+        change_parameters(4.0, 9.0)
+        assert len(save('/launched')) == 2
+        assert (launch.read_text(), tool.read_text()) == texts('4.00', '9.0')
+        # What is in force is what the files said at first: they say something else since.
+        change_parameters(2.5, 7.5)
+        kill_and_wait()
+        assert len(save('/launched')) == 2
+        assert (launch.read_text(), tool.read_text()) == before
+        change_parameters(5.0, 6.0)
+        kill_and_wait()
+        kill_and_wait()
+        assert len(save('/launched')) == 2
+        assert (launch.read_text(), tool.read_text()) == texts('5.00', '6.0')
+        # An edit of somebody else is not overwritten.
+        launch.write_text(launch.read_text().replace('5.00', '5.25'))
+        change_parameters(1.0, 6.0)
+        kill_and_wait()
+        result = command('save', '/launched')
+        assert result.returncode == 1
+        assert 'it was edited since it was loaded' in result.stderr
+        assert (launch.read_text(), tool.read_text()) == texts('5.25', '6.0')
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_behind(master):
+    """No parameter of a node outlives its test."""
+    yield
+    for name in ('returning', 'moving', 'launched'):
+        for key in ('', '/rosslt', '/rosslt_literals', '/rosslt_ids', '/rosslt_defaults'):
+            if rospy.has_param(f'/{name}{key}'):
+                rospy.delete_param(f'/{name}{key}')
