@@ -1,5 +1,8 @@
 """What the page costs with 500 tracked markers at 10 Hz, what fewer pixels save, and how soon others see a change.
 
+`told` measures what the server has of the time until others see a change: it looks at what is sent to browsers, without
+one.
+
 The browsers are headless Chromium, which draws with the processor, and shares it with all else that runs: so the load
 of the machine stands beside each figure (the mean number of processes that ran or waited to run in the last minute),
 and what a frame takes of the processor, which depends less on it. RViz is `slt_visualization` with what RViz would be
@@ -8,12 +11,15 @@ sent. Needs a master.
 
 import argparse
 import os
+import random
 import statistics
 import subprocess
 import sys
+import threading
 import time
+from importlib import metadata
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 import rospy
 from visualization_msgs.msg import InteractiveMarkerUpdate
@@ -22,7 +28,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 
 from selenium.webdriver.common.keys import Keys
 
-from support.browser import Browser, Server
+from rosslt import msg, node, srv
+from support.browser import LIBRARIES, Browser, Server
 from support.hand import Hand
 from support.processes import Node, wait_until
 from support.scenery import marker_node
@@ -41,6 +48,9 @@ BOX = marker_node(
     "marker.pose.position.x = rosslt.location(0.0, name='along', minimum=-4.0, maximum=4.0)",
 )
 BOX_NAME = '/box::0'
+
+#: Who is told of a change, by the page's server or by `slt_visualization`; and who tells of it first.
+TOLD, OWNER = ('the field', 'the thing', 'RViz'), 'the owner'
 
 #: How many frames have been drawn, and how wide they are, of how many pixels.
 DRAWN = """
@@ -228,6 +238,93 @@ def show_latency(title: str, found: Dict[str, List[float]]) -> None:
         )
 
 
+class Listener:
+    """What the page's server sends to browsers, and the others that are told of the box.
+
+    Args:
+        port: of the server.
+    """
+
+    def __init__(self, port: int) -> None:
+        # what the page needs is not among the system's packages
+        sys.path.append(LIBRARIES)
+        import msgspec
+        import websockets.sync.client
+        import zstandard
+
+        self._seen: Dict[str, List[Tuple[float, float]]] = {name: [] for name in (*TOLD, OWNER)}
+        self._decode = msgspec.msgpack.decode
+        self._unpack = zstandard.ZstdDecompressor().decompress
+        self._socket = websockets.sync.client.connect(
+            'ws://127.0.0.1:{}/'.format(port), subprotocols=['viser-v' + metadata.version('viser')], max_size=None
+        )
+        threading.Thread(target=self._listen, daemon=True).start()
+        rospy.Subscriber('/slt_visualization/update', InteractiveMarkerUpdate, self._see_rviz)
+        rospy.Subscriber('/box/rosslt/changes', msg.AppliedChange, self._see_owner)
+
+    def wait(self, name: str, value: float, begun: float) -> float:
+        """Wait until somebody is told of a value; gives when it was."""
+
+        def told() -> Optional[float]:
+            return next((when for when, said in self._seen[name] if when > begun and abs(said - value) < 1e-6), None)
+
+        return float(wait_until(told, '{} is told'.format(name)))
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def _see(self, name: str, value: float) -> None:
+        self._seen[name].append((time.time(), value))
+
+    def _see_rviz(self, update: Any) -> None:
+        for pose in update.poses:
+            self._see('RViz', pose.pose.position.x)
+
+    def _see_owner(self, change: Any) -> None:
+        self._see(OWNER, float(change.new_value))
+
+    def _listen(self) -> None:
+        for packet in self._socket:
+            # the sizes of the message, unpacked and packed, and the message
+            size, packed = (int.from_bytes(packet[at : at + 8], 'little') for at in (0, 8))
+            for one in self._decode(self._unpack(packet[16 : 16 + packed], max_output_size=size))['messages']:
+                if one['type'] == 'GuiUpdateMessage' and isinstance(one['updates'].get('value'), float):
+                    self._see('the field', one['updates']['value'])
+                elif one['type'] == 'SetPositionMessage':
+                    self._see('the thing', one['position'][0])
+
+
+def measure_told(trials: int) -> None:
+    print('{} changes; from when the owner tells of a change until others are told'.format(trials))
+    heads = '{:<16} {:>8} {:>8} {:>8} {:>8}'
+    print(heads.format('seconds', 'least', 'median', 'longest', 'load'))
+    server, rviz = Server(), subprocess.Popen(['rosrun', 'rosslt', 'slt_visualization'], stdout=subprocess.DEVNULL)
+    with Node('box', BOX):
+        Hand().marker(BOX_NAME)
+        listener = Listener(server.port)
+        try:
+            place = wait_until(lambda: node.directory().ask(['/box'], 5.0)[0].get('/box'), 'the box has locations')[0]
+            found: Dict[str, List[float]] = {name: [] for name in TOLD}
+            for trial in range(trials):
+                value, begun = 0.01 * (trial % 300 + 1), time.time()
+                request = srv.RequestChangesRequest(
+                    node.new_request_id(), rospy.get_name(), [place.location.id], [node.to_json(value)]
+                )
+                node.ask_all('request_changes', srv.RequestChanges, {'/box': request}, 5.0)
+                told = listener.wait(OWNER, value, begun)
+                for name, times in found.items():
+                    times.append(listener.wait(name, value, begun) - told)
+                time.sleep(random.uniform(0.1, 0.2))  # not in step with what is done from time to time
+            for name, times in found.items():
+                shown = map('{:.3f}'.format, (min(times), statistics.median(times), max(times)))
+                print(heads.format(name, *shown, '{:.1f}'.format(os.getloadavg()[0])), flush=True)
+        finally:
+            listener.close()
+            server.stop()
+            rviz.terminate()
+            rviz.wait()
+
+
 HEADS = ('server, of a core', 'browser, of a core', 'frames/s', 'CPU ms/frame', 'pixels', 'load')
 TABLE = '{:<34} {:>18} {:>18} {:>9} {:>13} {:>7} {:>5}   {}'
 
@@ -293,7 +390,7 @@ def measure_latency(trials: int) -> None:
             rviz.wait()
 
 
-PARTS = {'load': measure_load, 'economy': measure_economy, 'latency': measure_latency}
+PARTS = {'load': measure_load, 'economy': measure_economy, 'told': measure_told, 'latency': measure_latency}
 
 
 def main() -> None:
