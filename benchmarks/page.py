@@ -1,17 +1,25 @@
-"""What the page costs with 500 tracked markers at 10 Hz, what smooth edges do, and how soon others see a change.
+"""What the page costs with 500 tracked markers at 10 Hz, what fewer pixels save, and how soon others see a change.
 
-The browsers are headless Chromium, which draws with the processor: frames are what they take from what else runs. RViz
-is `slt_visualization` with what RViz would be sent. Needs a master.
+`told` measures what the server has of the time until others see a change: it looks at what is sent to browsers, without
+one.
+
+The browsers are headless Chromium, which draws with the processor, and shares it with all else that runs: so the load
+of the machine stands beside each figure (the mean number of processes that ran or waited to run in the last minute),
+and what a frame takes of the processor, which depends less on it. RViz is `slt_visualization` with what RViz would be
+sent. Needs a master.
 """
 
 import argparse
 import os
+import random
 import statistics
 import subprocess
 import sys
+import threading
 import time
+from importlib import metadata
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 import rospy
 from visualization_msgs.msg import InteractiveMarkerUpdate
@@ -20,15 +28,16 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 
 from selenium.webdriver.common.keys import Keys
 
-from support.browser import Browser, Server
+from rosslt import msg, node, srv
+from support.browser import LIBRARIES, Browser, Server
 from support.hand import Hand
 from support.processes import Node, wait_until
 from support.scenery import marker_node
 
 COUNT, RATE = 500, 10.0
 SECONDS = 10.0
-TRIALS = 12
-EDGES_TRIALS = 3
+TRIALS = 100
+ECONOMY_TRIALS = 3
 CPU_LIMIT, LEAST_FRAMES, LATENCY_LIMIT = 1.0, 20.0, 0.2
 
 BOX = marker_node(
@@ -40,11 +49,17 @@ BOX = marker_node(
 )
 BOX_NAME = '/box::0'
 
-#: Counts frames from now on.
-COUNT_FRAMES = """
-window.frames = 0;
-(function count() { window.frames += 1; requestAnimationFrame(count); })();
+#: Who is told of a change, by the page's server or by `slt_visualization`; and who tells of it first.
+TOLD, OWNER = ('the field', 'the thing', 'RViz'), 'the owner'
+
+#: How many frames have been drawn, and how wide they are, of how many pixels.
+DRAWN = """
+const canvas = [...document.querySelectorAll('canvas')].sort((one, other) => other.width - one.width)[0];
+return [window.__viserTestpoints.rendererInfo.render.frame, canvas.width, canvas.clientWidth];
 """
+
+#: So many frames are drawn before any is counted: as many as it takes to find out how many pixels there is time for.
+FIRST_FRAMES = 20
 
 #: Notes when what stands in a field changes, in ms since 1970.
 WATCH_FIELD = """
@@ -79,30 +94,59 @@ def family(pid: int) -> List[int]:
     return found
 
 
-def load(moving: int, has_smooth_edges: bool = False) -> Tuple[float, float, float]:
+class Load(NamedTuple):
+    """What is taken by the page.
+
+    Attributes:
+        server: the share of a core that its server takes.
+        frames: how many frames a browser draws, in Hz.
+        browser: the share of a core that the browser takes.
+        pixels: the share of the pixels that is drawn, in each direction.
+        machine: the load of the machine.
+    """
+
+    server: float
+    frames: float
+    browser: float
+    pixels: float
+    machine: float
+
+    @property
+    def each(self) -> float:
+        """What a frame takes of the processor, in ms."""
+        return 1000 * self.browser / max(self.frames, 0.1)
+
+
+def load(moving: int, says_card: bool = False, query: str = '') -> Load:
     """What is taken while `moving` of the markers move.
 
     Args:
-        has_smooth_edges: whether the browser draws them, as one with a graphics card does.
-
-    Returns:
-        (share of a core of the server, frames a second in the browser, seconds of a core of the browser for each).
+        says_card: whether the browser draws as one with a graphics card does: smooth edges, and all pixels.
+        query: the end of the page's address.
     """
     publisher = subprocess.Popen(
         [sys.executable, str(Path(__file__).with_name('markers.py')), 'publish', str(moving)], stdout=subprocess.DEVNULL
     )
     server = Server()
-    browser = Browser(server.url, says_card=has_smooth_edges)
+    browser = Browser(server.url + query, says_card=says_card)
     try:
         browser.see((0.3, 0.3, 0.0))
-        browser.driver.execute_script(COUNT_FRAMES)
-        drawing = family(browser.driver.service.process.pid)
-        first, begun, used = frames(browser), time.monotonic(), cpu_seconds(server.process.pid)
-        drawn = sum(map(cpu_seconds, drawing))
+        if moving:
+            wanted = drawn(browser)[0] + FIRST_FRAMES
+            wait_until(lambda: drawn(browser)[0] > wanted, 'frames are drawn')
+        processes = family(browser.driver.service.process.pid)
+        first, begun, used = drawn(browser)[0], time.monotonic(), cpu_seconds(server.process.pid)
+        cost = sum(map(cpu_seconds, processes))
         time.sleep(SECONDS)
-        count, took = frames(browser) - first, time.monotonic() - begun
-        drawn = sum(map(cpu_seconds, drawing)) - drawn
-        return (cpu_seconds(server.process.pid) - used) / took, count / took, drawn / max(count, 1)
+        (last, width, shown), took = drawn(browser), time.monotonic() - begun
+        cost = sum(map(cpu_seconds, processes)) - cost
+        return Load(
+            (cpu_seconds(server.process.pid) - used) / took,
+            (last - first) / took,
+            cost / took,
+            width / shown,
+            os.getloadavg()[0],
+        )
     finally:
         browser.close()
         server.stop()
@@ -110,8 +154,9 @@ def load(moving: int, has_smooth_edges: bool = False) -> Tuple[float, float, flo
         publisher.wait()
 
 
-def frames(browser: Any) -> int:
-    return int(browser.driver.execute_script('return window.frames'))
+def drawn(browser: Any) -> List[int]:
+    """[how many frames have been drawn, how wide they are, of how many pixels]"""
+    return list(map(int, browser.driver.execute_script(DRAWN)))
 
 
 class Views:
@@ -163,10 +208,12 @@ def move_slider(views: Views, trial: int) -> None:
     thumb.send_keys(Keys.ARROW_RIGHT if trial % 2 else Keys.ARROW_LEFT)
 
 
-def latency(views: Views, change: Callable[[Views, int], None], others: List[str]) -> Dict[str, List[float]]:
+def latency(
+    views: Views, change: Callable[[Views, int], None], others: List[str], trials: int
+) -> Dict[str, List[float]]:
     """{view: seconds until it shows a change, for each trial}, from when the change was asked for."""
     found: Dict[str, List[float]] = {name: [] for name in others}
-    for trial in range(TRIALS):
+    for trial in range(trials):
         views.forget()
         begun = time.time()
         change(views, trial)
@@ -181,46 +228,161 @@ def latency(views: Views, change: Callable[[Views, int], None], others: List[str
 
 def show_latency(title: str, found: Dict[str, List[float]]) -> None:
     for name, times in found.items():
-        median, longest = statistics.median(times), max(times)
-        note = '' if longest <= LATENCY_LIMIT else '   over the limit of {:g} s'.format(LATENCY_LIMIT)
-        print('{:<34} {:<16} {:>8.3f} {:>9.3f}{}'.format(title, name, median, longest, note), flush=True)
-
-
-def measure_load() -> None:
-    print('{} tracked markers in one array at {:g} Hz'.format(COUNT, RATE))
-    print('{:<20} {:>18} {:>18} {:>22}'.format('', 'server, of a core', 'browser, frames/s', 'browser, CPU ms/frame'))
-    for moving in (0, COUNT // 10, COUNT):
-        cpu, per_second, each = load(moving)
-        notes = ['over the limit of {:.0%}'.format(CPU_LIMIT)] if cpu > CPU_LIMIT else []
-        notes += ['below {:g} frames/s'.format(LEAST_FRAMES)] if per_second < LEAST_FRAMES else []
-        title = '{} of them move'.format(moving)
+        late = sum(one > LATENCY_LIMIT for one in times)
+        note = '{} of {} over the limit of {:g} s'.format(late, len(times), LATENCY_LIMIT) if late else ''
         print(
-            '{:<20} {:>18.0%} {:>18.1f} {:>22.0f}   {}'.format(title, cpu, per_second, 1000 * each, ', '.join(notes)),
+            '{:<30} {:<16} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.1f}   {}'.format(
+                title, name, min(times), statistics.median(times), max(times), os.getloadavg()[0], note
+            ),
             flush=True,
         )
 
 
-def measure_edges() -> None:
-    print('{} tracked markers that all move, {} times each'.format(COUNT, EDGES_TRIALS))
-    print('{:<20} {:>22} {:>22}'.format('edges', 'browser, frames/s', 'browser, CPU ms/frame'))
-    found: Dict[bool, List[Tuple[float, float]]] = {True: [], False: []}
-    for _ in range(EDGES_TRIALS):
-        for is_smooth, measured in found.items():
-            _, per_second, each = load(COUNT, is_smooth)
-            measured.append((per_second, 1000 * each))
-    for is_smooth, measured in found.items():
-        per_second, each = (statistics.median(column) for column in zip(*measured))
-        print('{:<20} {:>22.1f} {:>22.0f}'.format('smooth' if is_smooth else 'plain', per_second, each), flush=True)
+class Listener:
+    """What the page's server sends to browsers, and the others that are told of the box.
+
+    Args:
+        port: of the server.
+    """
+
+    def __init__(self, port: int) -> None:
+        # what the page needs is not among the system's packages
+        sys.path.append(LIBRARIES)
+        import msgspec
+        import websockets.sync.client
+        import zstandard
+
+        self._seen: Dict[str, List[Tuple[float, float]]] = {name: [] for name in (*TOLD, OWNER)}
+        self._decode = msgspec.msgpack.decode
+        self._unpack = zstandard.ZstdDecompressor().decompress
+        self._socket = websockets.sync.client.connect(
+            'ws://127.0.0.1:{}/'.format(port), subprotocols=['viser-v' + metadata.version('viser')], max_size=None
+        )
+        threading.Thread(target=self._listen, daemon=True).start()
+        rospy.Subscriber('/slt_visualization/update', InteractiveMarkerUpdate, self._see_rviz)
+        rospy.Subscriber('/box/rosslt/changes', msg.AppliedChange, self._see_owner)
+
+    def wait(self, name: str, value: float, begun: float) -> float:
+        """Wait until somebody is told of a value; gives when it was."""
+
+        def told() -> Optional[float]:
+            return next((when for when, said in self._seen[name] if when > begun and abs(said - value) < 1e-6), None)
+
+        return float(wait_until(told, '{} is told'.format(name)))
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def _see(self, name: str, value: float) -> None:
+        self._seen[name].append((time.time(), value))
+
+    def _see_rviz(self, update: Any) -> None:
+        for pose in update.poses:
+            self._see('RViz', pose.pose.position.x)
+
+    def _see_owner(self, change: Any) -> None:
+        self._see(OWNER, float(change.new_value))
+
+    def _listen(self) -> None:
+        for packet in self._socket:
+            # the sizes of the message, unpacked and packed, and the message
+            size, packed = (int.from_bytes(packet[at : at + 8], 'little') for at in (0, 8))
+            for one in self._decode(self._unpack(packet[16 : 16 + packed], max_output_size=size))['messages']:
+                if one['type'] == 'GuiUpdateMessage' and isinstance(one['updates'].get('value'), float):
+                    self._see('the field', one['updates']['value'])
+                elif one['type'] == 'SetPositionMessage':
+                    self._see('the thing', one['position'][0])
 
 
-def measure_latency() -> None:
-    print('{:<34} {:<16} {:>8} {:>9}'.format('seconds until it is seen', 'by', 'median', 'longest'))
+def measure_told(trials: int) -> None:
+    print('{} changes; from when the owner tells of a change until others are told'.format(trials))
+    heads = '{:<16} {:>8} {:>8} {:>8} {:>8}'
+    print(heads.format('seconds', 'least', 'median', 'longest', 'load'))
+    server, rviz = Server(), subprocess.Popen(['rosrun', 'rosslt', 'slt_visualization'], stdout=subprocess.DEVNULL)
+    with Node('box', BOX):
+        Hand().marker(BOX_NAME)
+        listener = Listener(server.port)
+        try:
+            place = wait_until(lambda: node.directory().ask(['/box'], 5.0)[0].get('/box'), 'the box has locations')[0]
+            found: Dict[str, List[float]] = {name: [] for name in TOLD}
+            for trial in range(trials):
+                value, begun = 0.01 * (trial % 300 + 1), time.time()
+                request = srv.RequestChangesRequest(
+                    node.new_request_id(), rospy.get_name(), [place.location.id], [node.to_json(value)]
+                )
+                node.ask_all('request_changes', srv.RequestChanges, {'/box': request}, 5.0)
+                told = listener.wait(OWNER, value, begun)
+                for name, times in found.items():
+                    times.append(listener.wait(name, value, begun) - told)
+                time.sleep(random.uniform(0.1, 0.2))  # not in step with what is done from time to time
+            for name, times in found.items():
+                shown = map('{:.3f}'.format, (min(times), statistics.median(times), max(times)))
+                print(heads.format(name, *shown, '{:.1f}'.format(os.getloadavg()[0])), flush=True)
+        finally:
+            listener.close()
+            server.stop()
+            rviz.terminate()
+            rviz.wait()
+
+
+HEADS = ('server, of a core', 'browser, of a core', 'frames/s', 'CPU ms/frame', 'pixels', 'load')
+TABLE = '{:<34} {:>18} {:>18} {:>9} {:>13} {:>7} {:>5}   {}'
+
+
+def show_load(title: str, found: Load, *notes: str) -> None:
+    print(
+        TABLE.format(
+            title,
+            '{:.0%}'.format(found.server),
+            '{:.0%}'.format(found.browser),
+            '{:.1f}'.format(found.frames),
+            '{:.0f}'.format(found.each),
+            '{:.2f}'.format(found.pixels),
+            '{:.1f}'.format(found.machine),
+            ', '.join(notes),
+        ),
+        flush=True,
+    )
+
+
+def measure_load(trials: int) -> None:
+    print('{} tracked markers in one array at {:g} Hz'.format(COUNT, RATE))
+    print(TABLE.format('', *HEADS, ''))
+    for moving in (0, COUNT // 10, COUNT):
+        found = load(moving)
+        notes = ['over the limit of {:.0%}'.format(CPU_LIMIT)] if found.server > CPU_LIMIT else []
+        notes += ['below {:g} frames/s'.format(LEAST_FRAMES)] if moving and found.frames < LEAST_FRAMES else []
+        show_load('{} of them move'.format(moving), found, *notes)
+
+
+def measure_economy(trials: int) -> None:
+    print('{} tracked markers that all move, {} times each'.format(COUNT, ECONOMY_TRIALS))
+    print(TABLE.format('', *HEADS, ''))
+    ways: Dict[str, Callable[[], Load]] = {
+        'smooth edges, all pixels': lambda: load(COUNT, says_card=True),
+        'plain edges, all pixels': lambda: load(COUNT, query='?fixedDpr=1'),
+        'plain edges, as many as it chooses': lambda: load(COUNT),
+    }
+    found: Dict[str, List[Load]] = {name: [] for name in ways}
+    for _ in range(ECONOMY_TRIALS):
+        for name, way in ways.items():
+            found[name].append(way())
+    for name, loads in found.items():
+        show_load(name, Load(*map(statistics.median, zip(*loads))))
+
+
+def measure_latency(trials: int) -> None:
+    print('{} changes each'.format(trials))
+    heads = '{:<30} {:<16} {:>8} {:>8} {:>8} {:>8}'
+    print(heads.format('seconds until it is seen', 'by', 'least', 'median', 'longest', 'load'))
     server, rviz = Server(), subprocess.Popen(['rosrun', 'rosslt', 'slt_visualization'], stdout=subprocess.DEVNULL)
     with Node('box', BOX):
         views = Views(server.url)
         try:
-            show_latency('a drag in RViz', latency(views, drag_in_rviz, ['first browser', 'second browser']))
-            show_latency('a slider in the first browser', latency(views, move_slider, ['second browser', 'RViz']))
+            show_latency('a drag in RViz', latency(views, drag_in_rviz, ['first browser', 'second browser'], trials))
+            show_latency(
+                'a slider in the first browser', latency(views, move_slider, ['second browser', 'RViz'], trials)
+            )
         finally:
             views.close()
             server.stop()
@@ -228,16 +390,17 @@ def measure_latency() -> None:
             rviz.wait()
 
 
-PARTS = {'load': measure_load, 'edges': measure_edges, 'latency': measure_latency}
+PARTS = {'load': measure_load, 'economy': measure_economy, 'told': measure_told, 'latency': measure_latency}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--part', choices=list(PARTS), action='append', help='all if left out')
+    parser.add_argument('--trials', type=int, default=TRIALS, help='changes of each kind (default: %(default)s)')
     options = parser.parse_args()
     rospy.init_node('page_benchmark')
     for part in options.part or PARTS:
-        PARTS[part]()
+        PARTS[part](options.trials)
 
 
 if __name__ == '__main__':

@@ -125,9 +125,10 @@ class Browser:
     Args:
         url: of the page.
         says_card: whether it says that it has a graphics card, though the processor draws.
+        script: what runs in it before the scripts of a page do.
     """
 
-    def __init__(self, url, says_card=False):
+    def __init__(self, url, says_card=False, script=''):
         self._profile = tempfile.TemporaryDirectory(prefix='rosslt_browser_', ignore_cleanup_errors=True)
         options = webdriver.ChromeOptions()
         options.binary_location = '/usr/bin/chromium'
@@ -135,8 +136,8 @@ class Browser:
             options.add_argument(flag)
         self.driver = webdriver.Chrome(options=options, service=Service('/usr/bin/chromedriver'))
         self.driver.set_page_load_timeout(PATIENCE)
-        if says_card:
-            self.driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument', {'source': SAYS_CARD})
+        for source in [SAYS_CARD] * says_card + [script]:
+            self.driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument', {'source': source})
         self.driver.get(url)
 
     def close(self):
@@ -234,7 +235,7 @@ class Browser:
     def canvas(self):
         """The largest one."""
         found = self.driver.find_elements(By.TAG_NAME, 'canvas')
-        return max(found, key=lambda one: one.rect['width'] * one.rect['height'])
+        return sorted(found, key=lambda one: one.rect['width'] * one.rect['height'])[-1]
 
     def pixel(self, point):
         """Where a point of the world, (x, y, z), is on the page, as long as nobody has moved the camera."""

@@ -1,4 +1,4 @@
-"""Which fields a round brings up to date."""
+"""Which fields a round brings up to date, and when there is one."""
 
 import os
 import subprocess
@@ -38,10 +38,69 @@ numbers.update()
 print(pedal.value, gear.value)
 """
 
+#: A page that is brought up to date once an hour, and news.
+NEWS = """
+import threading
 
-def test_a_change_that_an_owner_tells_of_is_shown_without_looking_at_all_fields():
+from rosslt.web.rounds import Rounds
+
+rounds = Rounds(rate=1.0 / 3600.0)
+threading.Timer(0.1, rounds.begin).start()
+rounds.wait()
+print('begun')
+"""
+
+#: News all the time, in rounds of a twentieth of a second.
+MUCH_NEWS = """
+import time
+
+from rosslt.web.rounds import Rounds
+
+rounds = Rounds(rate=20.0)
+begun = time.monotonic()
+for _ in range(11):
+    rounds.begin()
+    rounds.wait()
+print(time.monotonic() - begun >= 0.5)
+"""
+
+#: No news at all.
+NO_NEWS = """
+from rosslt.web.rounds import Rounds
+
+Rounds(rate=20.0).wait()
+print('begun')
+"""
+
+#: Things that say when they have changed: a box appears, it is told of again, and it has moved.
+TOLD = """
+from unittest import mock
+
+from visualization_msgs.msg import Marker
+
+from rosslt.markers import Scene, Settings
+from rosslt.web.things import Things
+
+scene = Scene(Settings(draws_all=True))
+things = Things(mock.MagicMock(), scene, mock.Mock(), lambda value: True, mock.Mock())
+scene.add_view(things)
+marker = Marker(type=Marker.CUBE)
+marker._connection_header = {}
+marker.header.frame_id = 'world'
+marker.pose.orientation.w = marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+for x in (0.0, 0.0, 0.5):
+    things.changed = mock.Mock()
+    marker.pose.position.x = x
+    scene.take('/box', marker, True)
+    print(things.changed.called)
+    things.follow()
+"""
+
+
+def printed(code):
+    """What a program prints that finds the page's modules."""
     done = subprocess.run(
-        [sys.executable, '-c', ROUNDS],
+        [sys.executable, '-c', code],
         stdin=subprocess.DEVNULL,
         capture_output=True,
         check=False,
@@ -49,4 +108,25 @@ def test_a_change_that_an_owner_tells_of_is_shown_without_looking_at_all_fields(
         timeout=120,
         env=dict(os.environ, PYTHONPATH=python_path()),
     )
-    assert done.stdout.split() == ['2.5', '1.0', '2.5', '2.5'], done.stderr
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+def test_a_change_that_an_owner_tells_of_is_shown_without_looking_at_all_fields():
+    assert printed(ROUNDS) == ['2.5', '1.0', '2.5', '2.5']
+
+
+def test_a_round_begins_when_something_changes():
+    assert printed(NEWS) == ['begun']
+
+
+def test_there_are_only_so_many_rounds_however_much_changes():
+    assert printed(MUCH_NEWS) == ['True']
+
+
+def test_there_are_rounds_without_news():
+    assert printed(NO_NEWS) == ['begun']
+
+
+def test_things_tell_when_they_have_changed():
+    assert printed(TOLD) == ['True', 'False', 'True']

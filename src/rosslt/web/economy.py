@@ -1,35 +1,18 @@
 """What a browser that draws with the processor does without, so that the page stays fluent there.
 
-viser's client asks for smooth edges (multisampling), and has no setting for it. Without a graphics card they cost a
-good part of each frame. So a script at the head of the page, which runs before viser's, asks for plain edges where the
-browser names something that draws with the processor. WebGL's own question for it, `failIfMajorPerformanceCaveat`, is
-no help: a Chromium that was told to draw so says that all is well.
+viser's client asks for smooth edges (multisampling), and has no setting for it; and it draws all pixels, however long
+that takes. Without a graphics card a frame costs as much as its pixels. So a script at the head of the page, which runs
+before viser's, asks for plain edges where the browser names something that draws with the processor, and has fewer
+pixels drawn there while things move and frames take too long. WebGL's own question for it,
+`failIfMajorPerformanceCaveat`, is no help: a Chromium that was told to draw so says that all is well.
 """
 
 import functools
 import gzip
+from pathlib import Path
 from typing import Any
 
-SCRIPT = b"""<script>
-(() => {
-  const getContext = HTMLCanvasElement.prototype.getContext;
-  let isSlow;
-  const drawsWithProcessor = () => {
-    const probe = getContext.call(document.createElement('canvas'), 'webgl2');
-    const names = probe?.getExtension('WEBGL_debug_renderer_info');
-    const name = names ? probe.getParameter(names.UNMASKED_RENDERER_WEBGL) : '';
-    probe?.getExtension('WEBGL_lose_context')?.loseContext();
-    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
-  };
-  HTMLCanvasElement.prototype.getContext = function (kind, wishes) {
-    if (kind === 'webgl2' && wishes?.antialias) {
-      isSlow ??= drawsWithProcessor();
-      if (isSlow) wishes = {...wishes, antialias: false};
-    }
-    return getContext.call(this, kind, wishes);
-  };
-})();
-</script>"""
+SCRIPT = b'<script>\n%s</script>' % Path(__file__).with_name('economy.js').read_bytes()
 
 #: Before which part of a page the script stands.
 BEFORE = b'<meta charset="utf-8"'

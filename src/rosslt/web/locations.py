@@ -50,10 +50,11 @@ class Locations:
 
     Args:
         requester: who asks for changes, as histories say it.
+        changed: called when one has another value.
     """
 
-    def __init__(self, requester: str) -> None:
-        self._requester = requester
+    def __init__(self, requester: str, changed: Callable[[], None]) -> None:
+        self._requester, self._changed = requester, changed
         self._lock = threading.Lock()
         self._news = threading.Condition(self._lock)
         self._places: Dict[str, Dict[int, Place]] = {}
@@ -147,6 +148,7 @@ class Locations:
             if place is not None:
                 place.location.value = change.new_value
                 self._fresh.add((name, change.location_id))
+        self._changed()
 
     def _change(self) -> None:
         with self._news:
@@ -171,6 +173,7 @@ class Locations:
                 if place is not None:
                     place.location.value = answers[name].new_values[0]
                     self._fresh.add(key)
+            self._changed()
 
     def _request_id(self, key: Key, hand: str) -> str:
         """The id of a request: that of the last one where a hand goes on moving what it has just moved."""

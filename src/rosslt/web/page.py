@@ -18,6 +18,7 @@ from rosslt.web.frames import Frames
 from rosslt.web.locations import Locations
 from rosslt.web.notices import Notices
 from rosslt.web.numbers import Numbers
+from rosslt.web.rounds import Rounds
 from rosslt.web.things import Things
 
 NODE = 'slt_web'
@@ -64,6 +65,7 @@ class Page:
         self._server.initial_camera.position = (-3.0, -4.5, 3.5)
         self._server.initial_camera.look_at = (0.0, 0.0, 0.5)
         self._notices = Notices()
+        self._rounds = Rounds(FRAME_RATE)
         scene = Scene(Settings(draws_all=True))
         descriptions = Descriptions(lambda: self._things.learn())
         drags = Drags(scene, Rules(), descriptions.name, rospy.get_name())
@@ -71,11 +73,12 @@ class Page:
         self._frames = Frames(self._server, fixed_frame)
         self._things = Things(self._server, scene, self._frames, descriptions.can_change, self._say)
         self._things.connect(drags)
+        self._things.changed = self._rounds.begin
         drags.share(HeldTopic(drags.hear).tell)
         flows = Flows(self._server)
         self._details = Details(Offers(scene, drags, descriptions), self._things, flows)
         self._things.picked = self._details.show
-        self._locations = Locations(rospy.get_name())
+        self._locations = Locations(rospy.get_name(), self._rounds.begin)
         everything = self._server.gui.add_button('Who feeds whom')
         everything.on_click(lambda event: flows.open(event.client, 'Who feeds whom', lambda: None))
         self._fields = Fields(self._server, flows, descriptions)
@@ -93,7 +96,7 @@ class Page:
             except Exception:  # what is odd for a moment must not end the page
                 rospy.logerr_throttle(10, 'while bringing the page up to date:\n%s', traceback.format_exc())
             count += 1
-            rospy.rostime.wallsleep(1.0 / FRAME_RATE)
+            self._rounds.wait()
         self._server.stop()
 
     def _update(self, count: int) -> None:
@@ -103,6 +106,7 @@ class Page:
             self._frames.update()
             self._things.follow()
             self._numbers.follow()
+        self._server.flush()  # viser would wait for more
         if count % FIELDS_EVERY == 0:
             self._numbers.update()
             clients = self._server.get_clients()

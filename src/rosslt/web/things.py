@@ -100,6 +100,7 @@ class Things(Follower):
     Attributes:
         free: the names of things whose bodies move in the plane of the screen.
         picked: called with (client, handle) when somebody clicks on a thing.
+        changed: called when a thing is there or has changed, and has to be shown.
     """
 
     def __init__(
@@ -115,10 +116,17 @@ class Things(Follower):
         self._clicked = ''
         self.free: Set[str] = set()
         self.picked: Callable[[Any, Handle], None] = lambda client, handle: None
+        self.changed: Callable[[], None] = lambda: None
 
     def connect(self, drags: Drags) -> None:
         """Connect the drags, before the first thing is shown."""
         self._drags = drags
+
+    def put(self, handle: Handle) -> None:
+        """A handle is there, or has changed."""
+        super().put(handle)
+        if self._differ:
+            self.changed()
 
     def say(self, handle: Handle, text: str) -> None:
         """Show a message of a handle."""
