@@ -41,7 +41,7 @@ from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set
 from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.saving import Unsaved, changes_to_save
-from rosslt.node.service_calls import ask_all
+from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.sights import Look, Motion, Sight, sight_of
 from rosslt.node.tf import counterparts as tf_counterparts
@@ -51,6 +51,7 @@ from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 from rosslt.node.undoing import histories, last_change
 
 __all__ = [
+    'NO_ANSWER',
     'CallSite',
     'Change',
     'ChangeRejected',
