@@ -18,6 +18,7 @@ from rosslt.node.api import (
     keep_source,
     limits,
     location,
+    on_new_master,
     original_source,
     read_at,
     read_parameter,
@@ -37,6 +38,7 @@ from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, take_fractions
 from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
@@ -52,6 +54,7 @@ from rosslt.node.undoing import histories, last_change
 
 __all__ = [
     'NO_ANSWER',
+    'NO_MASTER',
     'CallSite',
     'Change',
     'ChangeRejected',
@@ -98,6 +101,7 @@ __all__ = [
     'limits',
     'location',
     'new_request_id',
+    'on_new_master',
     'original_source',
     'read_at',
     'read_parameter',

@@ -24,7 +24,7 @@ from rosslt.node.json_scalars import Refused, from_json, to_json
 from rosslt.node.location_topic import LocationTopic
 from rosslt.node.locations import LiteralLocation, Location, Locations
 from rosslt.node.locking import Locking
-from rosslt.node.master_watch import MasterWatch
+from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.parameter_trees import Branch, Default, Leaf, ParameterTrees, unless_deleted, warn_of_int
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
 from rosslt.node.reservations import Reservations
@@ -106,7 +106,8 @@ class Owner:
         rospy.Service('~rosslt/undo', Trigger, self._undo)
         rospy.Subscriber('/rosslt/source_change', msg.SourceChange, self._source_change)
         Locking(self).serve()
-        MasterWatch(self.name, self._renew)
+        MASTER_WATCH.renewals.append(self._renew)
+        MASTER_WATCH.start()
 
     def told_otherwise(self) -> None:
         """What is told of the locations is other than before: there are others, or others may change them."""
