@@ -45,7 +45,6 @@ def shown_demo(master, tmp_path, request):
 
 
 def test_after_rviz_and_what_it_shows_were_killed_and_started_again_a_mouse_drags(shown_demo):
-    """In 8 of the 24 orders: each part is at each place in two of them."""
-    for row in (shown_demo.parts, shown_demo.parts[::-1]):
-        for order in turned(row):
-            shown_demo.restart(order)
+    """In 4 of the 24 orders: each part is at each place once."""
+    for order in turned(shown_demo.parts):
+        shown_demo.restart(order)

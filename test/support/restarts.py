@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import signal
 import subprocess
+import time
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Sequence, Set, Tuple
 
@@ -58,6 +59,10 @@ _SPHERE, _BY = (235, 148, 25), 50
 
 #: How long a part of a demo may take until it works again, in seconds, on a busy machine.
 _TIME_LIMIT = 120
+
+#: For how long what is dragged does not move once RViz has let go of it, in seconds: longer than a hand keeps others
+#: off.
+_REST = 1.5
 
 #: A single waypoint, so that the quadcopter rests there.
 _SCRIPT = 'goto(1.0, -0.5, 1.5)\n'
@@ -204,7 +209,20 @@ class ShownDemo(Demo):
         before = values()
         # RViz takes hold of nothing until it has drawn it, which is seen from outside by trying only
         wait_until(lambda: self._has_dragged(before), 'the mouse to drag the sphere', _TIME_LIMIT)
-        self._by = -self._by
+        self._await_rest()
+
+    def _await_rest(self) -> None:
+        """RViz may be behind the mouse, and who comes before it has let go finds the sphere held."""
+        latest, since = values(), time.monotonic()
+
+        def is_at_rest() -> bool:
+            nonlocal latest, since
+            present = values()
+            if present != latest:
+                latest, since = present, time.monotonic()
+            return time.monotonic() - since > _REST
+
+        wait_until(is_at_rest, 'the sphere to be at rest', _TIME_LIMIT)
 
     def _has_dragged(self, before: Any) -> bool:
         middle = self._screen.middle(_SPHERE)
@@ -214,6 +232,7 @@ class ShownDemo(Demo):
         self._screen.press()
         self._screen.move([(middle[0] + self._by * step // 10, middle[1]) for step in range(1, 11)])
         self._screen.release()
+        self._by = -self._by  # so that it stays on the screen, whether the owner follows or not
         with contextlib.suppress(AssertionError):
             wait_until(lambda: values() != before, 'the talker to have followed', 2.0)
             return True
