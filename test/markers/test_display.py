@@ -122,6 +122,14 @@ def test_a_handle_waits_where_it_was_dropped_until_a_message_has_the_new_value(s
     assert shown.put(Thing(3.0)) == [('pose', 'thing', 3.0)]
 
 
+def test_where_the_last_message_before_the_drop_has_the_new_value_none_is_waited_for(shown):
+    """A latched topic may say nothing more."""
+    shown.scene.hold('thing')
+    assert shown.put(Thing(1.0, at=2.0)) == [], 'the hand still has it'
+    shown.scene.let_go('thing', {SOURCE: 2.0})
+    assert shown.sends() == [('pose', 'thing', 1.0)]
+
+
 def test_a_message_long_after_the_drop_is_believed_whatever_it_says(shown, monkeypatch):
     monkeypatch.setattr(holds, 'OLDER_MESSAGES', 0.0)
     shown.scene.hold('thing')

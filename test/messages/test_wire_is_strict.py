@@ -18,7 +18,7 @@ from rosslt.messages.codec.varint import Reader, packed, zigzag
 from rosslt.values import OPERATIONS
 from support.filling import serialized
 from support.header_fuzz import fuzz, fuzz_stream
-from support.slow_provenance import cases, cost
+from support.slow_provenance import cases, cost, steps
 
 
 @pytest.fixture(autouse=True)
@@ -279,6 +279,20 @@ def test_what_is_made_to_be_slow_takes_at_most_20_megabytes_until_it_is_received
         assert tracemalloc.get_traced_memory()[1] < 20e6
     finally:
         tracemalloc.stop()
+
+
+@pytest.mark.parametrize('case', cases(size=0.25), ids=lambda case: case[0])
+def test_what_is_made_to_be_slow_takes_few_steps_until_it_is_received(case, caplog):
+    """A quarter of the limits of the format: a hundred steps take about a microsecond."""
+    caplog.set_level('CRITICAL', logger='rosout')
+    _, message_class, elements, data = case
+
+    def receive():
+        with contextlib.suppress(BadHeader):
+            attach(message_class(data=list(elements)), data)
+
+    receive()  # what is compiled once for a class of messages is
+    assert steps(receive) < 1300000
 
 
 def test_more_fields_than_the_limit_are_refused():

@@ -313,7 +313,7 @@ class Failures(unittest.TestCase):
 
 
 class Crowd(unittest.TestCase):
-    CLIENTS, TIMES = 20, 50
+    CLIENTS, TIMES = 8, 60
     CLIENT = """
         offset = rosslt.track(1.0, rosslt.Source('/crowded', {location_id}))
         print('ready', flush=True)

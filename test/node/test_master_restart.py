@@ -1,5 +1,6 @@
 """What holds when the ROS master is killed and started again: it has forgotten everything."""
 
+import json
 import os
 import signal
 
@@ -66,3 +67,59 @@ def test_a_node_without_a_master_keeps_its_values_and_ends_when_told_to(master):
         assert 'Change(old=1.0, new=3.0)' in line
         assert line.endswith('0.0')
         assert node.process.wait(60) == 0
+
+
+READER = """
+    rosslt.get_param('~unset', 0.5)
+    rosslt.force_value([rosslt.get_param('~speed', 1.0), rosslt.get_param('/fleet')['limit']], [5.0, 3.0])
+    print('changed', flush=True)
+    while sys.stdin.readline():
+        print(json.dumps([rosslt.get_param('~speed', 1.0), rosslt.get_param('/fleet')]), flush=True)
+    """
+
+
+@pytest.mark.rostest
+def test_a_new_master_is_told_the_parameters_that_a_node_has_read_and_the_node_what_it_says_otherwise(master):
+    told = rosgraph.Master('/test')
+    told.setParam('/fleet', {'limit': 2.0, 'size': 4})
+    with Node('reader', READER) as reader:
+        assert reader.read_line() == 'changed'
+        master.kill()
+        master.start()
+        told.setParam('/fleet/size', 6)
+        wait_until(
+            lambda: told.hasParam('/reader/speed') and told.hasParam('/fleet/limit'), 'the parameters are there again'
+        )
+        assert (told.getParam('/reader/speed'), told.getParam('/fleet')) == (5.0, {'limit': 3.0, 'size': 6})
+        assert not told.hasParam('/reader/unset')
+        wait_until(lambda: asked(reader) == [5.0, {'limit': 3.0, 'size': 6}], 'the node says the same')
+        told.setParam('/fleet/limit', 2.5)
+        wait_until(lambda: asked(reader)[1]['limit'] == 2.5, 'it is told of changes')
+
+
+def asked(reader):
+    """What the node reads now."""
+    reader.process.stdin.write('\n')
+    reader.process.stdin.flush()
+    return json.loads(reader.read_line())
+
+
+RELAY = """
+    rospy.init_node('relay')
+    publisher = rosslt.Publisher('out', Float64, queue_size=1)
+    rosslt.Subscriber('in', Float64, publisher.publish)
+    rospy.spin()
+    """
+
+
+@pytest.mark.rostest
+def test_a_node_of_rospy_with_tracked_topics_is_registered_again_too(master):
+    def is_registered():
+        publishers, subscribers, _ = rosgraph.Master('/test').getSystemState()
+        return ['/out', ['/relay']] in publishers and ['/in', ['/relay']] in subscribers
+
+    with Node('relay', RELAY, wait_for=None, calls_init_node=True):
+        wait_until(is_registered, 'it is registered')
+        master.kill()
+        master.start()
+        wait_until(is_registered, 'it is registered again')

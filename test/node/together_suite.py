@@ -8,7 +8,15 @@ import unittest
 
 import rospy
 from rosslt.msg import AppliedChange
-from rosslt.srv import ChangeSources, DecideChanges, GetHistory, ListLocations, ReserveChanges
+from rosslt.srv import (
+    ChangeSources,
+    DecideChanges,
+    GetHistory,
+    ListLocations,
+    LockLocations,
+    RequestChanges,
+    ReserveChanges,
+)
 
 import rosslt
 from rosslt import node as rosslt_node
@@ -231,6 +239,39 @@ class Together(unittest.TestCase):
         wait_until(lambda: self.offsets() == [3.0, 4.0], 'the other node follows')
         undone = rosslt_node.undo_request('half', ['/left', '/right'], '/hand', 5.0)
         self.assertEqual((undone.reasons, self.offsets()), ({}, [1.0, 1.0]))
+
+    def test_what_a_requester_that_dies_has_begun_is_not_finished_where_it_was_taken_back_meanwhile(self):
+        request = Both('gone', ('/left', 'offset', 3.0), ('/right', 'offset', 4.0), lease=0.3)
+        self.assertEqual(request.decide('/left', 'apply').state, 'applied')
+        undone = rosslt_node.undo_request('gone', ['/left'], '/hand', 5.0)
+        self.assertEqual(undone.reasons, {})
+        wait_until(lambda: request.decide('/right', '').state != 'reserved', 'the other node has asked')
+        self.assertEqual(request.decide('/right', '').state, 'ended')
+        self.assertEqual(self.offsets(), [1.0, 1.0])
+
+    def test_what_waits_for_a_reserved_location_is_refused_where_it_is_locked_meanwhile(self):
+        """Whoever locks is told that nothing changes any more."""
+        lock = rospy.ServiceProxy('/left/rosslt/lock_locations', LockLocations)
+        ids = [location_id('/left', 'offset'), location_id('/left', 'gain')]
+        change = rospy.ServiceProxy('/left/rosslt/request_changes', RequestChanges)
+        reserve = rospy.ServiceProxy('/left/rosslt/reserve_changes', ReserveChanges)
+        calls = {
+            'applied': lambda: change('', '/hand', ids, ['7.0', '7.0']),
+            'reserved': lambda: reserve('waiting', 'waiting', '/hand', ['/left'], 5.0, ids, ['7.0', '7.0']),
+        }
+        self.addCleanup(lock, 'unlock', ids[:1], 'ada', '')
+        for is_done, call in calls.items():
+            request = Both('before ' + is_done, ('/left', 'gain', 3.0))
+            answers = []
+            waiting = threading.Thread(target=lambda call=call, answers=answers: answers.append(call()))
+            waiting.start()
+            waiting.join(0.1)  # it waits by then, or is refused at once when it comes
+            lock('lock', ids[:1], 'ada', 'the robot is running')
+            request.decide('/left', 'take back')
+            waiting.join()
+            self.assertFalse(getattr(answers[0], is_done), answers[0])
+            self.assertEqual(present('/left', 'offset'), 1.0)
+            lock('unlock', ids[:1], 'ada', '')
 
     def test_a_word_that_comes_too_late_changes_nothing(self):
         request = Both('late', ('/left', 'offset', 3.0), lease=1e-6)

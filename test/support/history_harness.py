@@ -9,8 +9,6 @@ import math
 import os
 import random
 import signal
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -18,11 +16,14 @@ from typing import Any, Dict, List, NamedTuple, Optional
 
 import rosgraph
 
+from support import command_server
 from support.history_checker import Fault, Operation, check
 from support.processes import Master, Node, wait_until
 
 OWNER_KILLED, OWNER_STOPPED = 'owner killed', 'owner stopped'
 CLIENT_KILLED, MASTER_KILLED = 'client killed', 'master killed'
+
+ASKER = str(Path(__file__).with_name('ask_node.py'))
 
 #: How many kinds of failures there are: a run lasts until each has happened.
 FAILURES = 4
@@ -210,7 +211,9 @@ class _Run:
             self.owners = [self._owner(f'owner{number}') for number in range(self.number_of_owners)]
             for owner in self.owners:
                 self._wait_for(owner)
-            self.sources = {f'{owner.name}/{one}': self._id(owner, one) for owner in self.owners for one in self._names}
+            self.sources = {
+                f'{owner.name}/{name}': one for owner in self.owners for name, one in self._ids(owner).items()
+            }
             each = self.count // self.number_of_clients
             self.clients = [self._client(each) for _ in range(self.number_of_clients)]
             while any(client.process.poll() is None for client in self.clients):
@@ -251,30 +254,19 @@ class _Run:
         wait_until(lambda: owner.offers('read') and self._values(owner), f'{owner.name} answers', STARTING)
 
     def _values(self, owner: Node) -> Optional[Dict[str, float]]:
-        """The values in force of an owner, asked in a process of its own: this one is no node."""
-        code = (
-            'import sys, rospy; from std_srvs.srv import Trigger; '
-            'rospy.init_node("reader", anonymous=True, disable_signals=True); '
-            f'print(rospy.ServiceProxy("{owner.name}/read", Trigger)().message)'
-        )
-        return _printed(code)
+        """The values in force of an owner."""
+        return _asked(owner, 'read')
 
-    def _id(self, owner: Node, name: str) -> Any:
-        """The location's id, which is derived from its name and so the same in every owner."""
+    def _ids(self, owner: Node) -> Dict[str, int]:
+        """{name: id} of what an owner has."""
         if self.kind != 'rosslt':
-            return 0
-        answers = wait_until(lambda: self._listed(owner), f'{owner.name} lists its locations', STARTING)
-        return answers[name]
+            return dict.fromkeys(self._names, 0)
+        listed = wait_until(lambda: self._listed(owner), f'{owner.name} lists its locations', STARTING)
+        return {name: listed[name] for name in self._names}
 
     def _listed(self, owner: Node) -> Optional[Dict[str, int]]:
         """{name: id} of the locations of an owner, once all are there."""
-        code = (
-            'import json, rospy; from rosslt.srv import ListLocations; '
-            'rospy.init_node("lister", anonymous=True, disable_signals=True); '
-            f'found = rospy.ServiceProxy("{owner.name}/rosslt/list_locations", ListLocations)().locations; '
-            'print(json.dumps({one.name: one.id for one in found}))'
-        )
-        listed = _printed(code)
+        listed = _asked(owner, 'rosslt/list_locations')
         return listed if listed is not None and set(self._names) <= listed.keys() else None
 
     def _read(self, owner: Node) -> List[Operation]:
@@ -380,9 +372,9 @@ class _Run:
         return Result(counts, check(operations), _check_twins(twins, ends), self.injected, list(odd))
 
 
-def _printed(code: str) -> Any:
-    """What code prints in a process of its own, as JSON; None where it fails."""
-    result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=STARTING, check=False)
+def _asked(owner: Node, service: str) -> Any:
+    """What an owner says, asked in a process of its own: this one is no node. None where it does not answer."""
+    result = command_server.call(ASKER, [owner.name, service], STARTING)
     try:
         return json.loads(result.stdout.strip().splitlines()[-1])
     except (ValueError, IndexError):

@@ -18,6 +18,7 @@ from rosslt.node.api import (
     keep_source,
     limits,
     location,
+    on_new_master,
     original_source,
     read_at,
     read_parameter,
@@ -37,11 +38,12 @@ from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, take_fractions, when_parameter_changes
 from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.saving import Unsaved, changes_to_save
-from rosslt.node.service_calls import ask_all
+from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.sights import Look, Motion, Sight, sight_of
 from rosslt.node.tf import counterparts as tf_counterparts
@@ -51,6 +53,8 @@ from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 from rosslt.node.undoing import histories, last_change
 
 __all__ = [
+    'NO_ANSWER',
+    'NO_MASTER',
     'CallSite',
     'Change',
     'ChangeRejected',
@@ -97,6 +101,7 @@ __all__ = [
     'limits',
     'location',
     'new_request_id',
+    'on_new_master',
     'original_source',
     'read_at',
     'read_parameter',

@@ -18,6 +18,7 @@ from rosslt.node.composed import readable
 from rosslt.node.directory import Directory
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, Readable, checked_limits
+from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 from rosslt.node.server import SETTINGS, Owner
 from rosslt.node.source_files import SOURCE_FILES
@@ -53,6 +54,11 @@ def start() -> None:
                 raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
             _owner.serve()
             shut_down_without_deadlock()
+
+
+def on_new_master(function: Callable[[], None]) -> None:
+    """Have a function called when the master has been restarted, which has forgotten all parameters."""
+    MASTER_WATCH.renewals.append(function)
 
 
 def is_started() -> bool:

@@ -1,8 +1,9 @@
 """What has changed in this node: who changed what, when, and from what; and how it is taken back."""
 
+import time
 import uuid
 from collections import deque
-from typing import Any, Deque, Dict, Iterable, Iterator, List, Sequence, Tuple
+from typing import Any, Deque, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 from rosslt import msg
 from rosslt.node.json_scalars import Refused, to_json
@@ -15,8 +16,9 @@ NOTHING_TO_UNDO = 'there is no change to take back'
 
 
 def new_request_id() -> str:
-    """An id for a request, which no other one in the ROS graph has."""
-    return uuid.uuid4().hex
+    """An id for a request, which no other one in the ROS graph has. Later ones are greater, by the machine's clock: the
+    time of ROS stands still in a simulation that is paused."""
+    return f'{time.time_ns():016x}{uuid.uuid4().hex[16:]}'
 
 
 class Request:
@@ -63,6 +65,10 @@ class History:
             first, _ = last.changes.get(location, (old, None))
             last.changes[location] = first, new
 
+    def latest(self, request_id: str) -> Optional[Request]:
+        """The latest part of a request that has not been taken back; None where there is none."""
+        return next((one for one in self._left() if one.id == request_id), None)
+
     def withdraw(self, request_id: str, values: Dict[Location, Any]) -> None:
         """Note that the last part of a request was taken back, because other nodes have not done theirs.
 
@@ -70,13 +76,12 @@ class History:
             request_id: that of the request.
             values: {Location: the value that it has again}.
         """
-        for request in self._left():
-            if request.id == request_id:
-                for location, value in values.items():
-                    first, _ = request.changes.get(location, (value, value))
-                    request.changes[location] = first, value
-                request.undone = all(old == new for old, new in request.changes.values())
-                return
+        request = self.latest(request_id)
+        if request is not None:
+            for location, value in values.items():
+                first, _ = request.changes.get(location, (value, value))
+                request.changes[location] = first, value
+            request.undone = all(old == new for old, new in request.changes.values())
 
     def to_undo(self, request_id: str, present: Dict[int, Location]) -> Tuple[List[Request], Dict[Location, Any]]:
         """What has to be done to take a request back.

@@ -1,11 +1,13 @@
 """Surviving a restart of the ROS master, which forgets every node, and which rospy does not notice.
 
 A new master knows neither this node's topics nor its services nor its parameters, and a running rospy node
-tells it nothing of them. A tracked node does, as changes could not reach it otherwise.
+tells it nothing of them. A tracked node does, as changes could not reach it otherwise; and so does one that was started
+with rospy and has a tracked publisher or subscriber, as it stands between an owner and what is dragged.
 """
 
+import contextlib
 import threading
-from typing import Callable
+from typing import Callable, List, Optional
 
 import rosgraph
 import rospy
@@ -16,6 +18,7 @@ from rosslt.node.rospy_internals import (
     get_registration_listeners,
     get_service_manager,
     get_topic_manager,
+    is_initialized,
 )
 
 #: How often to ask whether the master is still the same, in seconds.
@@ -25,16 +28,25 @@ PERIOD = 1.0
 class MasterWatch:
     """Registers at a new master what this node publishes, subscribes to and serves.
 
-    Args:
-        node: the full name of this node.
-        renewed: called when that has been told to a new master.
+    Attributes:
+        renewals: functions that are called when that has been told to a new master.
     """
 
-    def __init__(self, node: str, renewed: Callable[[], None]) -> None:
-        self._node = node
-        self._renewed = renewed
-        self._master = rosgraph.Master(node)
-        self._known = self._identity()
+    def __init__(self) -> None:
+        self.renewals: List[Callable[[], None]] = []
+        self._starting = threading.Lock()
+        self._is_started = False
+        self._master: Optional[rosgraph.Master] = None
+        self._known: Optional[int] = None
+
+    def start(self) -> None:
+        """Begin, if it has not begun: the master of now knows this node."""
+        with self._starting:
+            if self._is_started:
+                return
+            self._is_started = True
+        with contextlib.suppress(*NO_MASTER):
+            self._known = self._identity()
         threading.Thread(target=self._watch, name='rosslt master', daemon=True).start()
 
     def _watch(self) -> None:
@@ -42,15 +54,21 @@ class MasterWatch:
             rospy.rostime.wallsleep(PERIOD)
             try:
                 current = self._identity()
-                if current != self._known:
+                if self._known is not None and current != self._known:
                     self._register()
-                    self._renewed()
-                    self._known = current
-                    rospy.logwarn('the ROS master has been restarted: %s is registered again', self._node)
+                    for renew in self.renewals:
+                        renew()
+                    rospy.logwarn('the ROS master has been restarted: %s is registered again', rospy.get_name())
+                self._known = current
             except NO_MASTER:
                 continue  # no master now: the next turn asks again
 
-    def _identity(self) -> int:
+    def _identity(self) -> Optional[int]:
+        """Which master there is; None before this process is a node."""
+        if self._master is None:
+            if not is_initialized():
+                return None
+            self._master = rosgraph.Master(rospy.get_name())
         return self._master.getPid()
 
     def _register(self) -> None:
@@ -62,3 +80,7 @@ class MasterWatch:
         ):
             for name, data_type_or_uri in entries:
                 get_registration_listeners().notify_added(name, data_type_or_uri, kind)
+
+
+#: That of this process, which is one node.
+MASTER_WATCH = MasterWatch()

@@ -160,6 +160,8 @@ class Branch(Parameter):
 class Leaf(Parameter):
     """A parameter that is no dict: a scalar, or a list of anything. Its scalars are locations."""
 
+    is_kept = True
+
     def __init__(self, _trees: ParameterTrees, owner: Owner, key: str, site: CallSite, value: Any) -> None:
         super().__init__(key)
         self.as_float = False

@@ -44,7 +44,10 @@ class Parameter:
     Attributes:
         key: its full name.
         is_set: whether it is known to be on the parameter server; what is not was read as a default in the code.
+        is_kept: whether it is set again at a new master that does not have it.
     """
+
+    is_kept = False
 
     def __init__(self, key: str) -> None:
         self.key = key
@@ -245,11 +248,17 @@ class ParameterMirror:
             return self._wake.wait_for(lambda: self._done >= written, timeout)
 
     def renew(self) -> None:
-        """Set all parameters again at a new master."""
+        """Set all parameters again at a new master; of those that are not this node's own, what it lacks."""
         for key in self._heard:
             self._updates.subscribe(self._master, key)
         shown = list(self._recorded)
         self._recorded.clear()
+        for parameter in list(self._by_key.values()):
+            if parameter.is_kept and parameter.is_set:
+                if self.read(parameter.key, None) is None:
+                    shown.append(parameter)
+                else:
+                    self.read_again(parameter.key)
         self.write(*shown)
 
     def leave_nothing(self) -> None:

@@ -10,7 +10,7 @@ import math
 import threading
 import time
 from collections import OrderedDict
-from typing import Any, ContextManager, Dict, Iterable, List, Optional, Protocol, Sequence, Tuple
+from typing import Any, Callable, ContextManager, Dict, Iterable, List, Optional, Protocol, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -50,6 +50,10 @@ REMEMBERED = 1000
 Change = Tuple[Location, Any, Any]
 
 
+#: The requests that are taken back, and what is to be changed: locations with their new values.
+Planned = Tuple[List[Request], List[Tuple[Location, Any]]]
+
+
 class Owner(Protocol):
     """What is used of this node as the owner of locations; `server.Owner` is it."""
 
@@ -63,7 +67,7 @@ class Owner(Protocol):
 
     def changeable(self, location: Location, requester: str) -> Location: ...
 
-    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]: ...
+    def to_undo(self, request_id: str, requester: str) -> Planned: ...
 
     def apply(
         self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
@@ -89,6 +93,7 @@ class _Reserved:
         self.undoes: List[Request] = []
         self.is_undo = not request.location_ids
         self.changes: List[Change] = []
+        self.made: Optional[Request] = None  # in the history, once it is applied
         self.turns: Dict[Location, int] = {}
 
     @property
@@ -116,13 +121,16 @@ class Reservations:
         rospy.Service('~rosslt/reserve_changes', srv.ReserveChanges, self.reserve_changes)
         rospy.Service('~rosslt/decide_changes', srv.DecideChanges, self.decide_changes)
 
-    def wait_for(self, locations: Iterable[Location], timeout: float = PATIENCE) -> None:
+    def wait_for(self, locations: Iterable[Location], timeout: float = PATIENCE) -> bool:
         """Wait until locations are free; the lock is held, and given up while this waits.
+
+        Returns:
+            Whether it had to wait: meanwhile, others may have changed, locked or removed them.
 
         Raises:
             Refused: they are still reserved after `timeout` seconds.
         """
-        wanted, holder = list(locations), None
+        wanted, holder, has_waited = list(locations), None, False
         end = time.monotonic() + timeout
         while True:
             for location in wanted:
@@ -130,12 +138,26 @@ class Reservations:
                 if holder is not None:
                     break
             else:
-                return
+                return has_waited
+            has_waited = True
             if not self._free.wait(max(0.0, end - time.monotonic())) and time.monotonic() >= end:
                 raise Refused(
                     f'{location.name} is just being changed by {holder.requester or "somebody"}, together with '
                     f'{holder.names}: try again'
                 )
+
+    def once_free(self, plan: Callable[[], Planned]) -> Planned:
+        """What `plan` finds to change, once none of it is reserved. The lock is held, and given up while this waits:
+        then it is planned anew, as others may have changed, locked or removed something.
+
+        Raises:
+            Refused: of `plan`, or a location stays reserved.
+        """
+        planned = plan()
+        end = time.monotonic() + PATIENCE
+        while self.wait_for([location for location, _ in planned[1]], end - time.monotonic()):
+            planned = plan()
+        return planned
 
     def reserve_changes(self, request: srv.ReserveChangesRequest) -> srv.ReserveChangesResponse:
         """Keep changes ready, all or none; serves `~rosslt/reserve_changes`."""
@@ -144,14 +166,7 @@ class Reservations:
         with self._owner.lock:
             if request.transaction_id in self._by_id:
                 raise rospy.ServiceException(f'{request.transaction_id} was reserved or decided before')
-            reasons = self._plan_undo(reserved) if reserved.is_undo else self._plan(reserved, request)
-            if not any(reasons):
-                try:
-                    self.wait_for([location for location, _ in reserved.wanted], reserved.end - time.monotonic())
-                except Refused as refused:
-                    reasons = [str(refused)]
-                if reserved.is_undo and not any(reasons):
-                    reasons = self._plan_undo(reserved)  # what has been waited for may have changed them
+            reasons = self._plan_once_free(reserved, request)
             if any(reasons):
                 return srv.ReserveChangesResponse(False, reasons)
             self._by_id[reserved.transaction_id] = reserved
@@ -169,6 +184,8 @@ class Reservations:
             reserved = self._by_id.get(request.transaction_id)
             if reserved is None:
                 return srv.DecideChangesResponse('', 'this node does not know the change: it was restarted since', [])
+            if reserved.state == APPLIED and reserved.made is not None and reserved.made.undone:
+                reserved.state = TAKEN_BACK  # the others, which ask what to do, must not follow
             reason, changes = '', reserved.changes
             if request.decision == APPLY:
                 if reserved.state == RESERVED and time.monotonic() > reserved.end:
@@ -186,9 +203,22 @@ class Reservations:
             self._owner.wait_for_parameters(written)
         return answer
 
+    def _plan_once_free(self, reserved: _Reserved, request: srv.ReserveChangesRequest) -> List[str]:
+        """Find out what to change, and wait until none of it is reserved; returns the reasons against it."""
+        while True:
+            reasons = self._plan_undo(reserved) if reserved.is_undo else self._plan(reserved, request)
+            if any(reasons):
+                return reasons
+            try:
+                if not self.wait_for([location for location, _ in reserved.wanted], reserved.end - time.monotonic()):
+                    return reasons
+            except Refused as refused:
+                return [str(refused)]
+
     def _plan(self, reserved: _Reserved, request: srv.ReserveChangesRequest) -> List[str]:
         """Check what is wanted; returns the reasons against it, one a location."""
         reasons = []
+        reserved.wanted = []
         for location_id, text in zip(request.location_ids, request.values):
             try:
                 location = self._owner.changeable(self._owner.known(location_id), reserved.requester)
@@ -224,6 +254,8 @@ class Reservations:
             reserved.reason = '; '.join(filter(None, reasons))
             return
         reserved.changes = changes
+        if not reserved.is_undo:
+            reserved.made = self._owner.history.latest(reserved.request_id)
         reserved.turns = {location: location.turn for location, _, _ in changes}
         for request in reserved.undoes:
             request.undone = True

@@ -24,7 +24,7 @@ from rosslt.node.json_scalars import Refused, from_json, to_json
 from rosslt.node.location_topic import LocationTopic
 from rosslt.node.locations import LiteralLocation, Location, Locations
 from rosslt.node.locking import Locking
-from rosslt.node.master_watch import MasterWatch
+from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.parameter_trees import Branch, Default, Leaf, ParameterTrees, unless_deleted, warn_of_int
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
 from rosslt.node.reservations import Reservations
@@ -106,7 +106,8 @@ class Owner:
         rospy.Service('~rosslt/undo', Trigger, self._undo)
         rospy.Subscriber('/rosslt/source_change', msg.SourceChange, self._source_change)
         Locking(self).serve()
-        MasterWatch(self.name, self._renew)
+        MASTER_WATCH.renewals.append(self._renew)
+        MASTER_WATCH.start()
 
     def told_otherwise(self) -> None:
         """What is told of the locations is other than before: there are others, or others may change them."""
@@ -192,22 +193,13 @@ class Owner:
         if len(ids) != len(texts):
             raise rospy.ServiceException(f'{len(ids)} location ids with {len(texts)} values')
         with self.lock:
-            wanted, reasons, old = [], [], []
-            for location_id, text in zip(ids, texts):
-                before = ''
-                try:
-                    location = self.known(location_id)
-                    before = to_json(location.value)
-                    wanted.append((location, self.changeable(location, request.requester).checked(from_json(text))))
-                    reasons.append('')
-                except Refused as refused:
-                    reasons.append(str(refused))
-                old.append(before)
+            wanted, reasons, old = self._planned(ids, texts, request.requester)
+            try:
+                if not any(reasons) and self.wait_for_reserved(location for location, _ in wanted):
+                    wanted, reasons, old = self._planned(ids, texts, request.requester)
+            except Refused as refused:
+                reasons = [str(refused)] * len(wanted)
             if not any(reasons):
-                reasons = self._wait_for_reserved(wanted)
-            if not any(reasons):
-                # what has been waited for may have changed them
-                old = [to_json(location.value) for location, _ in wanted]
                 reasons, _ = self.apply(wanted, request.requester, request.request_id)
             if any(reasons):
                 return srv.RequestChangesResponse(False, reasons, old, old)
@@ -221,13 +213,23 @@ class Owner:
         if not self.mirror.wait(written, FOLLOW_TIMEOUT):
             rospy.logwarn('the change is in force, but its parameter could not be set yet')
 
-    def _wait_for_reserved(self, wanted: Sequence[Tuple[Location, Any]]) -> List[str]:
-        """Wait for changes that other nodes make together with this one; the reasons of refusals, one a location."""
-        try:
-            self.wait_for_reserved(location for location, _ in wanted)
-        except Refused as refused:
-            return [str(refused)] * len(wanted)
-        return [''] * len(wanted)
+    def _planned(
+        self, ids: Sequence[int], texts: Sequence[str], requester: str
+    ) -> Tuple[List[Tuple[Location, Any]], List[str], List[str]]:
+        """What a request would change: (locations with checked values, reasons against it and present values, one a
+        location of the request)."""
+        wanted, reasons, old = [], [], []
+        for location_id, text in zip(ids, texts):
+            before = reason = ''
+            try:
+                location = self.known(location_id)
+                before = to_json(location.value)
+                wanted.append((location, self.changeable(location, requester).checked(from_json(text))))
+            except Refused as refused:
+                reason = str(refused)
+            reasons.append(reason)
+            old.append(before)
+        return wanted, reasons, old
 
     def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
         """The current values of several locations; serves `~rosslt/get_values`."""
@@ -255,12 +257,7 @@ class Owner:
             Refused: no change is taken now, a setter refuses the old value, or the location was changed since.
         """
         with self.lock:
-            requests, wanted = self.to_undo(request_id, requester)
-            waited = [location for location, _ in wanted]
-            self.wait_for_reserved(waited)
-            requests, wanted = self.to_undo(request_id, requester)
-            if any(location not in waited for location, _ in wanted):
-                raise Refused('it was changed in this moment: try again')
+            requests, wanted = self._reservations.once_free(lambda: self.to_undo(request_id, requester))
             reasons, undone = self.apply(wanted, requester, record=False)
             if any(reasons):
                 raise Refused('; '.join(filter(None, reasons)))
@@ -287,14 +284,7 @@ class Owner:
         """
         with self.lock:
             try:
-                found = [self.known(one) for one in ids] if ids else list(self.locations.by_id.values())
-                wanted = []
-                for location in found:
-                    if location.literal is not None and location.value != location.literal:
-                        wanted.append((self.changeable(location, requester), location.literal))
-                    elif location.literal is None and ids:
-                        raise Refused(f'{location.name} is no literal: there is no value in the code to restore')
-                self.wait_for_reserved(location for location, _ in wanted)
+                _, wanted = self._reservations.once_free(lambda: ([], self._to_reset(ids, requester)))
             except Refused as refused:
                 return [str(refused)], []
             reasons, changed = self.apply(wanted, requester)
@@ -303,6 +293,16 @@ class Owner:
             written = self.follow(location for location, _ in wanted)
         self.wait_for_parameters(written)
         return [], changed
+
+    def _to_reset(self, ids: Sequence[int], requester: str) -> List[Tuple[Location, Any]]:
+        """What restores the values in the code; raises Refused."""
+        wanted = []
+        for location in [self.known(one) for one in ids] or list(self.locations.by_id.values()):
+            if location.literal is not None and location.value != location.literal:
+                wanted.append((self.changeable(location, requester), location.literal))
+            elif location.literal is None and ids:
+                raise Refused(f'{location.name} is no literal: there is no value in the code to restore')
+        return wanted
 
     def applied(self, changes: Sequence[Change], requester: str, request_id: str = '', record: bool = True) -> None:
         """Publish changes that have been applied, and add them to the history."""

@@ -9,6 +9,9 @@ import rospy
 #: How often a call that waits looks whether this node is being shut down, in seconds.
 SHUTDOWN_CHECK_PERIOD = 0.1
 
+#: Why there is no response of a node that hangs, or is too slow.
+NO_ANSWER = 'no answer within the timeout'
+
 
 def ask_all(
     service: str, service_class: Any, requests: Dict[str, Any], timeout: float
@@ -72,7 +75,7 @@ class _Call(threading.Thread):
                 raise rospy.ROSInterruptException('shut down while waiting for ' + self.node)
             if time.monotonic() >= deadline:
                 self._proxy.close()
-                raise rospy.ServiceException('no answer within the timeout')
+                raise rospy.ServiceException(NO_ANSWER)
         if self._error is not None:
             raise rospy.ServiceException(str(self._error))
         return self._response

@@ -15,6 +15,7 @@ import rospy
 
 from rosslt import messages, values
 from rosslt.node.latched import Latched, latch
+from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.refresh import READINGS, Refresher
 from rosslt.node.rospy_internals import args_kwds_to_message, get_topic_manager, is_initialized
 from rosslt.node.serialization import (
@@ -69,12 +70,14 @@ class Publisher(rospy.Publisher):
             )
         if kwargs.get('queue_size') is not None or len(args) > _PLACE_OF_QUEUE_SIZE:
             super().__init__(name, data_class, subscriber_listener, *args, **kwargs)
+            MASTER_WATCH.start()
             return
         # rospy would say so of the line below, rather than of the one that makes this publisher.
         warnings.warn(_NO_QUEUE_SIZE, SyntaxWarning, stacklevel=2)
         present = {impl: impl.queue_size for impl in get_topic_manager().pubs.values()}
         super().__init__(name, data_class, subscriber_listener, *args, **{**kwargs, 'queue_size': 0})
         self.impl.set_queue_size(present.get(self.impl))
+        MASTER_WATCH.start()
 
     def _provenance(self) -> Provenance:
         """What gives the provenance of each message."""
@@ -209,6 +212,7 @@ class Subscriber(rospy.Subscriber):
         )
         if data_class is not rospy.AnyMsg:
             _read_in_band(self.impl, data_class)
+        MASTER_WATCH.start()
 
     def _unwrapping(self, callback: Callable[..., Any]) -> Callable[..., None]:
         @functools.wraps(callback)

@@ -25,6 +25,11 @@ def histories(
 
 
 def last_change(found: Dict[str, List[msg.RecordedChange]]) -> Optional[msg.RecordedChange]:
-    """The last change in histories that has not been taken back; None where there is none."""
-    left = [recorded for changes in found.values() for recorded in changes if not recorded.undone]
-    return max(left, key=lambda recorded: recorded.change.stamp) if left else None
+    """The last change in histories that has not been taken back; None where there is none.
+
+    A node says in which order its own changes came. Those of several nodes are compared by the time of ROS and, where
+    that has stood still, by their ids (`history.new_request_id`).
+    """
+    left = [[recorded for recorded in changes if not recorded.undone] for changes in found.values()]
+    last = [changes[-1] for changes in left if changes]
+    return max(last, key=lambda recorded: (recorded.change.stamp, recorded.request_id)) if last else None

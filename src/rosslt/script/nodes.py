@@ -111,14 +111,16 @@ def _positive(name: str, default: float) -> float:
 class _Memory:
     """The names of the locations of a script, kept in a parameter: they outlive this node, and so do the ids.
 
-    A thread of its own writes them: a change of the script waits for no master.
+    A thread of its own writes them: a change of the script waits for no master. A new master is told them again.
     """
 
     PARAMETER = '~rosslt_script'
 
     def __init__(self) -> None:
-        self._news: Optional[Dict[str, Any]] = None
+        self._latest: Optional[Dict[str, Any]] = None
+        self._is_new = False
         self._wake = threading.Condition()
+        node.on_new_master(self._tell)
         threading.Thread(target=self._work, name='memory', daemon=True).start()
 
     def recall(self, text: str) -> List[str]:
@@ -129,18 +131,22 @@ class _Memory:
 
     def keep(self, text: str, names: Sequence[str]) -> None:
         """Remember them."""
+        self._latest = {'text': _digest(text), 'names': names}
+        self._tell()
+
+    def _tell(self) -> None:
         with self._wake:
-            self._news = {'text': _digest(text), 'names': names}
+            self._is_new = True
             self._wake.notify()
 
     def _work(self) -> None:
         while True:
             with self._wake:
-                self._wake.wait_for(lambda: self._news)
-                news, self._news = self._news, None
+                self._wake.wait_for(lambda: self._is_new and self._latest)
+                latest, self._is_new = self._latest, False
             try:
-                rospy.set_param(self.PARAMETER, news)
-            except OSError as error:
+                rospy.set_param(self.PARAMETER, latest)
+            except node.NO_MASTER as error:
                 rospy.logwarn(
                     'the master does not answer; the ids of numbers may change with the next start: %s', error
                 )

@@ -127,6 +127,8 @@ class Scene:
             if changed and hold is not None:
                 hold.drop(changed)
                 self._holds[name] = hold
+                if name in self._handles:
+                    hold.see(self._handles[name])  # the last message may show it already, and be the last one
             for view in self._views:
                 view.let_go(name)
 

@@ -6,10 +6,10 @@ decoded when somebody first asks for that field's provenance.
 
 import functools
 import itertools
-from typing import Any, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
+import operator
+from typing import Any, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.bounded_cache import BoundedCache
-from rosslt.messages.codec.encoder import fits
 from rosslt.messages.codec.expressions import ReceivedInstructions, read_instructions
 from rosslt.messages.codec.received_expressions import ReceivedExpressions
 from rosslt.messages.codec.table_reader import FloatBlocks, ReceivedTables, read_tables
@@ -29,13 +29,16 @@ from rosslt.messages.codec.wire_format import (
 from rosslt.messages.codegen.leaf_access import LeafWriter, Load, leaf_writer
 from rosslt.messages.codegen.walkers import END, PLAIN, walkers
 from rosslt.messages.errors import BadHeader
-from rosslt.values import Source, lazy, untracked
+from rosslt.values import Source, lazy_of, untracked
 
 MAX_REMEMBERED_SIZE = 1024
 """The longest provenance that is remembered for the next message."""
 
 MAX_TEMPLATES = 4
 """The most templates of one length that are remembered for a message class."""
+
+SCALAR_TYPES = frozenset((float, int, bool, str))
+"""What a leaf holds, apart from its provenance."""
 
 Located = Tuple[Any, Any, Any, str]
 """Where a leaf is, its owner and the key in that; its value and its kind, as the walkers locate them."""
@@ -214,39 +217,43 @@ class ReceivedHeader:
         """
         values = [value for _, _, value, _ in found]
         kinds = [kind for _, _, _, kind in found]
-        if not self._fields.is_numeric or set(map(type, values)) != {float} or not {'d', 'f'}.issuperset(kinds):
-            values = self._checked(found)
-        return lazy(values, self.loads(kinds))
+        if not SCALAR_TYPES.issuperset(map(type, values)):
+            values = self._plain(values)
+        if not (self._fields.is_numeric and {'d', 'f'}.issuperset(kinds)):
+            self._check_sums(values, kinds)
+        return lazy_of(values, _Loads(self, kinds).load)
 
-    def _checked(self, found: Sequence[Located]) -> List[Any]:
-        values = []
-        right: Set[Tuple[int, int, str]] = set()
-        fields = self._fields
-        for origin, slope, index, (_, _, value, kind) in zip(fields.origins, fields.slopes, fields.wanted, found):
-            if type(value) in PLAIN:
-                value = untracked(value)
-            if type(value) not in (float, int, bool, str):
+    def _plain(self, found: Sequence[Any]) -> List[Any]:
+        """The scalars that leaves hold, without the provenance that they have already."""
+        values = [untracked(value) if type(value) in PLAIN else value for value in found]
+        for index, value in zip(self._fields.wanted, values):
+            if type(value) not in SCALAR_TYPES:
                 raise BadHeader(
                     'bad provenance: found one of leaf %d, which holds a %s' % (index, type(value).__name__)
                 )
-            if slope != IDENTITY:
-                # Many fields may be sums of the same sources, of which there may be many.
-                sum_ = origin, slope, kind
-                if sum_ not in right:
-                    self._check_sum(index, value, *sum_)
-                    right.add(sum_)
-            values.append(value)
         return values
 
-    def _check_sum(self, index: int, value: Any, origin: int, slope: int, kind: str) -> None:
-        tables = self._tables
-        numbers, slopes = tables.numbers(origin, slope)
-        terms = [(None, tables.values[number], tables.coefficients[each]) for number, each in zip(numbers, slopes)]
-        if not (all(type(at) in (float, int) for _, at, _ in terms) and fits(kind, terms)):
-            raise BadHeader(
-                'bad provenance: found leaf %d, which holds %.60r, as a sum that begins with %r times %.60r'
-                % (index, value, terms[0][2], terms[0][1])
-            )
+    def _check_sums(self, values: Sequence[Any], kinds: Sequence[str]) -> None:
+        """Check that fields which are sums are sums of numbers, and those of integers, of integers with integers.
+
+        Many fields may be sums of the same sources, of which there may be many: each list is looked at once.
+        """
+        fields, tables = self._fields, self._tables
+        numbers, whole = tables.origins_of({float, int}), tables.origins_of({int})
+        whole_slopes = tables.whole_slopes()
+        for origin, slope, index, value, kind in zip(fields.origins, fields.slopes, fields.wanted, values, kinds):
+            if slope == IDENTITY or (kind in 'df' and numbers[origin]):
+                continue
+            if not (kind == 'i' and whole[origin] and whole_slopes[slope]):
+                (first, *_), (first_slope, *_) = tables.numbers(origin, slope)
+                raise BadHeader(
+                    'bad provenance: found leaf %d, which holds %.60r, as a sum that begins with %r times %.60r'
+                    % (index, value, tables.coefficients[first_slope], tables.values[first])
+                )
+
+    def load_field(self, number: int, kind: str, value: Any) -> Any:
+        """The provenance of the field of that number, when it is first asked for."""
+        return self._load(self._fields.origins[number], self._fields.slopes[number], kind, value)
 
     def _terms(self, origin: int, slope: int) -> List[Tuple[Source, Any, Any]]:
         tables = self._tables
@@ -266,6 +273,24 @@ class ReceivedHeader:
         return self._terms(origin, slope)
 
 
+class _Loads:
+    """What makes the provenance of the fields of one message.
+
+    Args:
+        header: of the message.
+        kinds: of its fields.
+    """
+
+    __slots__ = ('_header', '_kinds')
+
+    def __init__(self, header: ReceivedHeader, kinds: Sequence[str]) -> None:
+        self._header, self._kinds = header, kinds
+
+    def load(self, value: Any, number: int) -> Any:
+        """The provenance of the field of that number, as `lazy_of` asks for it."""
+        return self._header.load_field(number, self._kinds[number], value)
+
+
 def read_header(data: bytes) -> ReceivedHeader:
     """Check a provenance that came from outside.
 
@@ -273,8 +298,9 @@ def read_header(data: bytes) -> ReceivedHeader:
         BadHeader: its form is not right.
     """
     fields, tables, instructions = read_parts(data)
-    expressions = None if instructions is None else ReceivedExpressions(instructions.resolved(tables))
-    return ReceivedHeader(fields, tables, expressions)
+    if instructions is None:
+        return ReceivedHeader(fields, tables, None)
+    return ReceivedHeader(fields, tables, ReceivedExpressions(functools.partial(instructions.resolved, tables)))
 
 
 class ReceivedParts(NamedTuple):
@@ -302,8 +328,8 @@ def read_parts(data: bytes) -> ReceivedParts:
     instructions = read_instructions(reader, tables) if flags & HAS_INSTRUCTIONS else None
     count = reader.number('the number of fields', FIELD_LIMIT)
     gaps = reader.column(count, 'leaves')
-    # The sum of a gap and 1 for each, so that no leaf comes twice.
-    wanted = [index - 1 for index in itertools.accumulate(map((1).__add__, gaps))]
+    # Each gap counts one more, so that no leaf comes twice.
+    wanted = list(map(operator.add, itertools.accumulate(gaps), itertools.count()))
     origins = reader.column(count, 'the sources of fields')
     slopes = reader.column(count, 'the coefficients of fields') if flags & HAS_COEFFICIENTS else bytes(count)
     if reader.at != len(data):
@@ -326,16 +352,14 @@ def _check_numbers(
     singles = len(tables.coefficients)
     lists_from = tables.sources.size
     expressions_from = lists_from + len(tables.source_lists)
-    if (
-        len(set(map(len, itertools.chain(tables.source_lists, tables.slope_lists)))) == 1
-        and min(origins) >= lists_from
-        and max(origins) < expressions_from
-        and min(slopes) >= singles
-        and max(slopes) < singles + len(tables.slope_lists)
-    ):
-        # All are lists, and these of one length.
-        _check_summed(reader, len(origins) * len(tables.source_lists[0]))
-        return
+    if max(origins) < expressions_from and max(slopes) < singles + len(tables.slope_lists):
+        # No field is an expression: each has as many sources as coefficients.
+        sizes = [1] * lists_from + list(map(len, tables.source_lists))
+        slope_sizes = [1] * singles + list(map(len, tables.slope_lists))
+        found = list(map(sizes.__getitem__, origins))
+        if found == list(map(slope_sizes.__getitem__, slopes)):
+            _check_summed(reader, sum(found) - found.count(1))
+            return
     summed = 0
     for index, origin, slope in zip(wanted, origins, slopes):
         if origin < lists_from:
@@ -361,6 +385,8 @@ def _check_summed(reader: Reader, summed: int) -> None:
 
 def _has_numbers_only(tables: ReceivedTables, origins: Sequence[int], slopes: Sequence[int]) -> bool:
     """Whether every source that stands with a coefficient has a number as its value."""
+    if {float, int}.issuperset(map(type, tables.values)):
+        return True
     others = {number for number, value in enumerate(tables.values) if type(value) not in (float, int)}
     return others.isdisjoint(itertools.chain.from_iterable(tables.source_lists)) and others.isdisjoint(
         origin for origin, slope in zip(origins, slopes) if slope != IDENTITY

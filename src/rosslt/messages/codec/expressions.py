@@ -141,6 +141,9 @@ def read_instructions(reader: Reader, tables: ReceivedTables) -> ReceivedInstruc
     return ReceivedInstructions(found.instructions(), found.floats_at)
 
 
+_NO_NUMBER = -1
+
+
 class _InstructionReader:
     """Reads the instructions of one provenance."""
 
@@ -148,6 +151,7 @@ class _InstructionReader:
         self._reader = reader
         self._tables = tables
         self._read: List[tuple] = []
+        self._numbers: List[int] = []  # of each instruction that of the source, where it is one with a number
         self._terms_left = TERM_LIMIT
         self.floats_at: List[int] = []
 
@@ -155,14 +159,18 @@ class _InstructionReader:
         reader = self._reader
         for _ in range(reader.number('the number of instructions', INSTRUCTION_LIMIT)):
             code = reader.number('the code of an instruction', 1 << 16)
+            number = _NO_NUMBER
             if code == FROM_SOURCE:
                 self._read.append(self._source())
+                if type(self._tables.values[self._read[-1][1]]) in (float, int):
+                    number = self._read[-1][1]
             elif code in (FLOAT, INT, STRING, FALSE, TRUE):
                 self._read.append((CONSTANT, self._constant(code)))
             elif code in (EXACT, EXACT + 1, LINEAR, LINEAR + 1):
                 self._read.append(self._affine(code))
             else:
                 self._read.append(self._operation(code - OPERATION))
+            self._numbers.append(number)
         return self._read
 
     def _source(self) -> tuple:
@@ -188,31 +196,31 @@ class _InstructionReader:
     def _affine(self, code: int) -> tuple:
         reader, tables, at = self._reader, self._tables, len(self._read)
         value = self._constant(FLOAT if code in (EXACT, LINEAR) else INT)
-        terms = []
-        sources = set()
         size = reader.number('the number of terms', min(at, self._terms_left))
         self._terms_left -= size
-        for _ in range(size):
-            index = at - reader.number('the distance of an operand', at)
-            # An index of `at` itself, a distance of 0, is no earlier instruction.
-            kind, *rest = self._read[index] if index < at else (None,)
-            if kind != SOURCE or type(tables.values[rest[0]]) not in (float, int):
-                raise reader.fail('found an affine part over instruction %d, which is no number of a source', index)
-            slope = reader.number('the number of a coefficient', len(tables.coefficients) - 1)
-            if not slope:
-                raise reader.fail('found an affine part without a coefficient')
-            terms.append((index, slope))
-            sources.add(tables.sources.source(rest[0]))
-        if len(sources) < len(terms):
+        numbers = reader.column(2 * size, 'the terms of an affine part')
+        indices, slopes = [at - distance for distance in numbers[::2]], numbers[1::2]
+        for index in (min(indices), max(indices)) if size else ():
+            if not 0 <= index < at:
+                raise reader.fail('found the distance of an operand %d, the limit is %d', at - index, at)
+        found = list(map(self._numbers.__getitem__, indices))
+        if _NO_NUMBER in found:
+            index = indices[found.index(_NO_NUMBER)]
+            raise reader.fail('found an affine part over instruction %d, which is no number of a source', index)
+        for slope in (min(slopes), max(slopes)) if size else ():
+            if not 0 < slope < len(tables.coefficients):
+                raise reader.fail('found an affine part with coefficient %d of %d', slope, len(tables.coefficients) - 1)
+        if len(set(map(tables.sources.alike().__getitem__, found))) < size:
             raise reader.fail('found an affine part with two terms of one source')
-        return AFFINE, value, tuple(terms), code < LINEAR
+        return AFFINE, value, tuple(zip(indices, slopes)), code < LINEAR
 
     def _operation(self, code: int) -> tuple:
         reader, at = self._reader, len(self._read)
         operation = OPERATIONS.get(code)
         if operation is None:
             raise reader.fail('found the unknown operation %d', code)
-        distances = [reader.number('the distance of an operand', at) for _ in range(operation.arity)]
-        if not all(distances):
+        first = reader.number('the distance of an operand', at)
+        second = reader.number('the distance of an operand', at) if operation.arity == 2 else None
+        if not first or second == 0:
             raise reader.fail('found an operation on itself')
-        return (operation, *[at - distance for distance in distances])
+        return (operation, at - first) if second is None else (operation, at - first, at - second)

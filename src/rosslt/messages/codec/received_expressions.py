@@ -25,14 +25,13 @@ class ReceivedExpressions:
     """The expressions of one provenance that came from outside.
 
     Args:
-        instructions: as `expressions.ReceivedInstructions.resolved` gives them.
+        instructions: gives them as `expressions.ReceivedInstructions.resolved` does; called when they are needed.
     """
 
-    def __init__(self, instructions: Sequence[tuple]) -> None:
+    def __init__(self, instructions: Callable[[], Sequence[tuple]]) -> None:
         self._instructions = instructions
         self._made: Optional[List[Any]] = None
         self._faults: Dict[int, Exception] = {}
-        self.count = len(instructions)
 
     def value(self, index: int, expected: Any, kind: str) -> Any:
         """The tracked value that an instruction makes; `()`, no provenance, where it does not make the field's.
@@ -43,7 +42,7 @@ class ReceivedExpressions:
             kind: the field's, as `fields.kind_of` gives it.
         """
         if self._made is None:
-            self._made = computed(self._instructions, self._faults)
+            self._made = computed(self._instructions(), self._faults)
         made, error = self._made[index], self._faults.get(index)
         if error is not None:
             # Raised here, it would reach the code that reads the value, which did not send the message.

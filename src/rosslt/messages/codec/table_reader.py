@@ -1,10 +1,12 @@
 """The tables in front of a provenance as they are read, each number in them checked."""
 
 import itertools
-from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Container, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy
 
 from rosslt.messages.codec.templates import Template
-from rosslt.messages.codec.varint import Reader, unzigzag
+from rosslt.messages.codec.varint import Reader, unzigzagged
 from rosslt.messages.codec.wire_format import (
     FALSE,
     FLOAT,
@@ -22,14 +24,33 @@ from rosslt.messages.codec.wire_format import (
 from rosslt.values import Source
 
 
-class SourceTable(NamedTuple):
-    """The sources of a provenance."""
+class SourceTable:
+    """The sources of a provenance.
 
-    nodes: Sequence[str]
-    source_nodes: Sequence[int]
-    """For each source the number of its node."""
-    ids: bytes
-    """The location ids, 6 bytes each."""
+    Attributes:
+        nodes: the names of nodes.
+        source_nodes: for each source the number of its node.
+        ids: the location ids, 6 bytes each.
+    """
+
+    __slots__ = ('_alike', 'ids', 'nodes', 'source_nodes')
+
+    def __init__(self, nodes: Sequence[str], source_nodes: Sequence[int], ids: bytes) -> None:
+        self.nodes, self.source_nodes, self.ids = nodes, source_nodes, ids
+        self._alike: Optional[Sequence[int]] = None
+
+    def alike(self) -> Sequence[int]:
+        """For each source a number that equal ones have in common: a table may name one twice."""
+        if self._alike is None:
+            named: Dict[str, int] = {}
+            names = [named.setdefault(node, number) for number, node in enumerate(self.nodes)]
+            parts = numpy.zeros((self.size, 8), numpy.uint8)
+            parts[:, :6] = numpy.frombuffer(self.ids, numpy.uint8).reshape(-1, 6)
+            keys = parts.view('<u8')[:, 0].astype(numpy.uint64)
+            keys |= numpy.array(names, numpy.uint64)[list(self.source_nodes)] << numpy.uint64(48)
+            unlike, numbers = numpy.unique(keys, return_inverse=True)
+            self._alike = range(self.size) if len(unlike) == self.size else numbers.tolist()
+        return self._alike
 
     @property
     def size(self) -> int:
@@ -74,6 +95,17 @@ class ReceivedTables(NamedTuple):
         if origin < self.sources.size:
             return (origin,), (slope,)
         return self.source_lists[origin - self.sources.size], self.slope_lists[slope - len(self.coefficients)]
+
+    def origins_of(self, kinds: Container[type]) -> List[bool]:
+        """Whether the value of each source, and those of all in each list of sources, are of some types: by the numbers
+        that fields give, sources first."""
+        singles = [type(value) in kinds for value in self.values]
+        return singles + [all(map(singles.__getitem__, each)) for each in self.source_lists]
+
+    def whole_slopes(self) -> List[bool]:
+        """The same of coefficients and lists of coefficients: whether they are integers."""
+        singles = [type(slope) is int for slope in self.coefficients]
+        return singles + [all(map(singles.__getitem__, each)) for each in self.slope_lists]
 
     def template(self, data: bytes) -> Template:
         """The template of the provenance that these tables were read from."""
@@ -120,8 +152,8 @@ def read_tables(reader: Reader, flags: int) -> ReceivedTables:
         counts = [reader.number('the number of coefficients', TABLE_LIMIT) for _ in range(3)]
         slopes_at, slope_count = reader.at, counts[0]
         coefficients += reader.floats(counts[0], 'a coefficient')
-        coefficients += map(float, map(unzigzag, reader.column(counts[1], 'coefficients')))
-        coefficients += map(unzigzag, reader.column(counts[2], 'coefficients'))
+        coefficients += map(float, unzigzagged(reader.column(counts[1], 'coefficients')))
+        coefficients += unzigzagged(reader.column(counts[2], 'coefficients'))
         if counts[1] or counts[2]:
             _check_integers(reader, coefficients[1 + counts[0] :])
     source_lists: List[Tuple[int, ...]] = []
@@ -145,7 +177,7 @@ def _read_sources(reader: Reader) -> SourceTable:
 
 
 def _check_integers(reader: Reader, numbers: Sequence[Any]) -> None:
-    for number in numbers:
+    for number in (min(numbers), max(numbers)) if numbers else ():
         if not -INT_LIMIT < number < INT_LIMIT:
             raise reader.fail('found the integer %d, of more than 64 bits', number)
 
@@ -156,7 +188,7 @@ def _read_values(reader: Reader, kinds: Sequence[int]) -> List[Any]:
     if unknown:
         raise reader.fail('found a value of the unknown kind %d', unknown[0])
     floats = iter(reader.floats(counts.get(FLOAT, 0), "a source's value"))
-    ints = [unzigzag(number) for number in reader.column(counts.get(INT, 0), 'values')]
+    ints = unzigzagged(reader.column(counts.get(INT, 0), 'values'))
     _check_integers(reader, ints)
     strings = iter(reader.strings(counts.get(STRING, 0), 'values'))
     following: Dict[int, Iterator[Any]] = {
@@ -167,6 +199,8 @@ def _read_values(reader: Reader, kinds: Sequence[int]) -> List[Any]:
         FALSE: itertools.repeat(False),
         TRUE: itertools.repeat(True),
     }
+    if len(counts) == 1:
+        return list(itertools.islice(following[kinds[0]], len(kinds)))
     return [next(following[kind]) for kind in kinds]
 
 
@@ -187,13 +221,9 @@ def _check_sources_differ(reader: Reader, lists: Sequence[Tuple[int, ...]], sour
     """Check that no list names a source twice: a sum has one slope for each of its sources."""
     if not lists:
         return
-    named: Dict[str, int] = {}
-    names = [named.setdefault(node, number) for number, node in enumerate(sources.nodes)]
-    first: Dict[int, int] = {}
-    firsts = [
-        first.setdefault(names[node] << 48 | sources.location_id(number), number)
-        for number, node in enumerate(sources.source_nodes)
-    ]
+    alike = sources.alike()
+    if not isinstance(alike, range):
+        lists = [tuple(map(alike.__getitem__, each)) for each in lists]
     for each in lists:
-        if len({firsts[number] for number in each}) < len(each):
+        if len(set(each)) < len(each):
             raise reader.fail('found a list of sources with the same source twice')

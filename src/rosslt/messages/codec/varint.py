@@ -32,6 +32,11 @@ def unzigzag(number: int) -> int:
     return number >> 1 if not number & 1 else -(number >> 1) - 1
 
 
+def unzigzagged(numbers: Sequence[int]) -> List[int]:
+    """The inverse of `zigzag` of each."""
+    return [number >> 1 ^ -(number & 1) for number in numbers]
+
+
 def is_whole(number: float) -> bool:
     """Whether a float is sent as an integer. Negative zero is not: it would lose its sign."""
     return number.is_integer() and -SMALL < number < SMALL and (number != 0 or math.copysign(1, number) > 0)
@@ -75,9 +80,12 @@ class Reader:
     def number(self, what: str, limit: int) -> int:
         """The next varint, at most `limit`."""
         data, at = self.data, self.at
-        if at < len(data) and data[at] < 128:
-            self.at += 1
+        if at + 1 < len(data) and (data[at] < 128 or data[at + 1] < 128):  # of one byte or two, as most are
             found = data[at]
+            self.at += 1
+            if found > 127:
+                found += (data[at + 1] << 7) - 128
+                self.at += 1
         else:
             found = self.column(1, what)[0]
         if found > limit:
@@ -135,8 +143,9 @@ class Reader:
             longer = sizes > place
             low[longer] |= (part[starts[longer] + place] & 127).astype(numpy.uint64) << numpy.uint64(7 * place)
         numbers: List[int] = low.tolist()
-        for index in numpy.flatnonzero(sizes == VARINT_LIMIT).tolist():  # of up to 70 bits
-            numbers[index] |= int(part[ends[index]]) << 7 * (VARINT_LIMIT - 1)
+        longest = numpy.flatnonzero(sizes == VARINT_LIMIT)  # of up to 70 bits
+        for index, highest in zip(longest.tolist(), part[ends[longest]].tolist()):
+            numbers[index] |= highest << 7 * (VARINT_LIMIT - 1)
         self.at += int(ends[-1]) + 1
         return numbers
 

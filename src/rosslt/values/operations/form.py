@@ -254,4 +254,4 @@ AFFINE = AffineForm(affine=True)
 """`(AFFINE, ((leaf, slope), ...), is_exact)`: the value plus each slope times its leaf's change."""
 
 LAZY = Form()
-"""`(LAZY, load, None)`: `load(value)` makes the record."""
+"""`(LAZY, load, None)`: `load(value)` makes the record; `(LAZY, load, number)`: `load(value, number)` does."""
