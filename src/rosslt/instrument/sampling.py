@@ -68,7 +68,7 @@ class Sampling:
         self._lock = threading.Lock()
         self._has_changed = False
         self._phase = 0
-        self._since = self._cpu = self._heavy = self._next = self._not_before = 0.0
+        self._since = self._cpu = self._heavy = self._next = self._not_before = self._settled = 0.0
         self._recording, self._pausing = _Phase(), _Phase()
         self._leader: Optional[Any] = None
         self._rounds = self._wanted = 0
@@ -113,10 +113,14 @@ class Sampling:
         return spent
 
     def _watch(self, publisher: Any, now: float) -> None:
-        is_first = not self._since  # what a process does before its first message, it does once
+        is_first = not self._since
+        if is_first:
+            self._settled = now + 2 * WATCHED
         seconds, cpu = self._spent(now)
         self._next = now + WATCHED
-        self._heavy = self._heavy + seconds if cpu > HEAVY * seconds and not is_first else 0.0
+        # What a process does before its first message and just after that, it does once.
+        is_once = is_first or (now <= self._settled and seconds < LONG_HEAVY)
+        self._heavy = self._heavy + seconds if cpu > HEAVY * seconds and not is_once else 0.0
         if self._heavy < LONG_HEAVY or now < self._not_before:
             return
         self.is_on = True
