@@ -189,6 +189,15 @@ def test_a_node_of_which_a_round_takes_long_is_recorded_in_few_of_them(clock):
     assert clock.cpu - before < 200 * 0.5 * (0.008 + 0.05)
 
 
+def test_a_node_that_publishes_rarely_is_recorded_as_a_whole_for_one_round_only(clock):
+    decides, publishers = sampling.Sampling(), [_Publisher()]
+    # What it takes before its first message says nothing.
+    assert clock.run(decides, publishers, 1, 0.5, 0.5, seconds=1.0) == 1
+    assert clock.run(decides, publishers, 1, 0.01, 0.3, seconds=1.0) == 1
+    assert decides.is_on
+    assert clock.run(decides, publishers, 12, 0.01, 0.3, seconds=1.0) == 1
+
+
 def test_pauses_stay_short_where_a_publisher_sends_several_things_in_turn(clock):
     decides, publishers = sampling.Sampling(), [_Publisher()]
     decides.takes_turns = True

@@ -11,7 +11,7 @@ import random
 import sys
 
 from rosslt import Error, Source, evaluate, explain, is_tracked, solve, sources, track
-from rosslt.values import MATH, affine, disassemble, lazy, reapply
+from rosslt.values import MATH, affine, disassemble, lazy, reapply, to_float, to_int
 from rosslt.values.recording import make
 
 SOURCES = [Source('/node', number) for number in range(3)]
@@ -41,8 +41,14 @@ BINARY = [
     operator.and_,
     operator.pow,
     MATH['atan2'],
+    MATH['hypot'],
+    MATH['log'],
+    MATH['ldexp'],
 ]
-UNARY = [operator.neg, operator.neg, operator.pos, abs, round, math.floor, int, float, bool, MATH['sin'], MATH['sqrt']]
+UNARY = [
+    *[operator.neg, operator.pos, abs, abs, round, math.floor, int, float, bool],
+    *[MATH['sin'], MATH['sqrt'], MATH['log'], MATH['hypot'], MATH['floor'], to_int, to_float],
+]
 
 
 def number(choose):

@@ -15,11 +15,22 @@ from pathlib import Path
 
 import pytest
 
-from rosslt import Source, evaluate, explain, math, solve, track
-from rosslt.values import lazy, reading
+from rosslt import Source, evaluate, explain, math, operation, solve, track, untracked
+from rosslt.values import (
+    UnnamedSource,
+    affine,
+    are_made_alike,
+    from_affine,
+    keeping,
+    lazy,
+    made_alike,
+    reading,
+    to_float,
+    to_int,
+)
 from rosslt.values.accelerator import CORE
 from rosslt.values.operations.table import ADD, CONCATENATE, SUBTRACT, TO_FLOAT
-from rosslt.values.tracked import TRACKED, new, resolve
+from rosslt.values.tracked import TRACKED, is_made_alike, new, resolve
 
 ROOT = Path(__file__).resolve().parents[2]
 REPORT = ROOT / 'test' / 'support' / 'arithmetic_report.py'
@@ -102,6 +113,103 @@ def test_the_core_sweeps_as_python_does_to_the_last_bit():
         assert swept[1] == expected[1]
         compared += 1
     assert compared > 1000 or CORE is None
+
+
+def test_the_core_finds_the_terms_that_python_finds_to_the_last_bit():
+    python_alone, chance, are_affine = importlib.import_module('rosslt.values.affine'), random.Random(11), 0
+    for seed in range(3000):
+        found = []
+        for find in (affine, python_alone.affine_of_python):  # each of a value that nothing is known of yet
+            chance.seed(seed)
+            value = _value_of_many_operations(chance)
+            found.append([repr(find(value)), repr(find(value))])
+        assert found[0] == found[1]
+        are_affine += found[0][0] != 'None'
+    assert are_affine > 100
+
+
+def _rows(chance):
+    """Values that are made alike, and others that hardly are: sums, functions, folds, bools, calls and what is lazy."""
+    sources = A, B, UnnamedSource(1), UnnamedSource(1)
+    leaves = [track(chance.choice([1.5, 2.5, 3, True]), chance.choice(sources)) for _ in range(3)]
+    received = chance.choice(sources)
+    leaves += lazy([0.5], [lambda value: track(value, received)])
+    leaves.append(from_affine(2.0, ((A, 1.0, 2.0), (chance.choice(sources), 1.0, 3.0))))
+    values = list(leaves)
+    for _ in range(6):
+        a, b = chance.choice(values[-4:]), chance.choice(values[-4:])
+        values.append(chance.choice([a + b, a * 2.0, math.sin(a), a - b, a * b, half(a, b)]))
+    return values
+
+
+half = operation(lambda a, b: (a + b) / 2)
+
+
+def test_the_core_tells_what_is_made_alike_as_python_does():
+    chance, are_alike = random.Random(5), 0
+    for _ in range(300):
+        seed = chance.random()
+        rows = [_rows(random.Random(one)) for one in (seed, seed, chance.random())]
+        for others in rows[1:]:
+            expected = list(map(is_made_alike, rows[0], others))
+            assert made_alike(rows[0], others) == expected
+            assert are_made_alike(rows[0], others) == all(expected)
+            are_alike += sum(expected)
+    assert are_alike > 300
+
+
+def test_values_that_share_much_are_compared_in_no_time():
+    doubled, also, other = track(1.0, A), track(2.0, A), track(2.0, B)
+    for _ in range(2000):
+        doubled, also, other = (0.5 * value + 0.5 * value for value in (doubled, also, other))
+    assert are_made_alike([doubled], [also])
+    assert not are_made_alike([doubled], [other])
+
+
+def test_functions_of_plain_numbers_are_called_with_them_and_others_with_what_may_be_tracked():
+    calls = []
+    kept = keeping(*[lambda *args, name=name: calls.append((name, args)) for name in ('plain', 'tracked', 'others')])
+    x, flag, text = track(1.0, A), track(True, A), track('a', A)
+    for arguments in (
+        (),
+        (1.0, 2),
+        ('a', 1),
+        (text,),
+        (x,),
+        (1.0, x),
+        (flag,),
+        ([1.0],),
+        ((),),
+        (None,),
+        (x, True),
+        (True, x),
+    ):
+        kept(*arguments)
+    assert [name for name, _ in calls] == ['plain'] * 4 + ['tracked'] * 5 + ['others'] * 3
+
+
+def test_a_function_of_numbers_records_what_its_row_of_the_table_does():
+    x, n = track(0.25, A), track(3, B)
+    made = {
+        'sin': math.sin(x),
+        'atan2': math.atan2(x, 2.0),
+        'hypot': math.hypot(3, x),
+        'pow': math.pow(x, n),
+        'log': math.log(x),
+        'int': to_int(x * 10.0),
+        'float': to_float(n),
+        '**': x**2,
+        'abs': abs(-x),
+    }
+    for name, value in made.items():
+        assert name in explain(value), name
+    assert [type(untracked(made[name])) for name in ('int', 'float')] == [int, float]
+    assert [evaluate(made['hypot'], {A: 4.0}), evaluate(made['**'], {A: 3.0})] == [5.0, 9.0]
+    for call in (lambda: math.sqrt(-x), lambda: math.log(x - 0.25), lambda: math.sin(), lambda: math.sin('a')):
+        with pytest.raises((ValueError, TypeError)):
+            call()
+    assert [pow(n, 2, 5), pow(2, n, 5), type(pow(n, 2, 5))] == [4, 3, int]
+    assert isinstance((-x) ** 0.5, complex)
 
 
 def test_what_the_core_does_not_know_is_swept_in_python():

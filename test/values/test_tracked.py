@@ -17,7 +17,7 @@ import pytest
 
 import rosslt
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
-from rosslt.values import MATH, affine, are_made_alike, reapply, select_tracked
+from rosslt.values import MATH, affine, are_made_alike, reapply, replaced_fields, select_tracked
 
 A, B, C = Source('/node', 1), Source('/node', 2), Source('/other', 1)
 
@@ -430,6 +430,22 @@ def test_values_are_made_alike_by_the_same_operations_from_the_same_sources():
     for _ in range(60):
         doubled, also = doubled * doubled / 2, also * also / 2
     assert are_made_alike([doubled], [also])
+
+
+def test_fields_are_known_again_and_those_with_other_values_are_found():
+    x, y = track(1.0, A), track(300.0, B)
+    before, found = [], []
+    select_tracked((x, 2.0, y), 700, ('d', 'd', 'f'), before)
+    select_tracked((x, 2.0, y), 700, ('d', 'd', 'f'), found, before)
+    assert found == before == [(700, x, 'd'), (702, y, 'f')]
+    assert all(one is other for one, other in zip(found, before))
+    assert replaced_fields(found, before) == []
+    moved = []
+    select_tracked((x, 2.0, x + 1), 700, ('d', 'd', 'f'), moved, before)
+    assert moved[0] is before[0]
+    assert replaced_fields(moved, before) == [1]
+    for others in (moved[:1], [(700, x, 'd'), (701, y, 'f')], [(700, x, 'd'), (702, y, 'd')]):
+        assert replaced_fields(others, before) is None
 
 
 def test_the_tracked_ones_among_values_are_selected_with_their_indices_and_kinds():

@@ -52,6 +52,7 @@ LONG = 256
 MOST_IN_STATE = 256
 
 
+@values.stripper
 def plain(value: Any) -> Any:
     """A value without its provenance, to carry a state on.
 
@@ -130,6 +131,7 @@ class Cells(list):
     Attributes:
         path, literals, digest: the same.
         locations: {number of the cell: its CellLocation}, of those that are known.
+        steps: the plain numbers in cells, to carry states on.
     """
 
     def __init__(self, path: str, literals: List[Literal], digest: str) -> None:
@@ -138,6 +140,7 @@ class Cells(list):
         self.literals = literals
         self.digest = digest
         self.locations: Dict[int, CellLocation] = {}
+        self.steps = _Steps(self)
         self._too_early = False
         self.extend(self._reading(number) for number in range(len(literals)))
 
@@ -214,11 +217,23 @@ def decide_shapes(leaves: Iterable[Any]) -> None:
             shape.decide(shape in _kept)
 
 
-def read_step(cells: Cells, number: int) -> Any:
-    """The plain number in a cell that carries a state on; it is known by name from now on, where there is a node."""
-    if number not in cells.locations and node.is_started():
-        cells.location(number)
-    return plain(cells[number])
+class _Steps(Dict[int, Any]):
+    """The plain numbers in cells that carry a state on, by the numbers of the cells. One that is read is known by name
+    from then on, where there is a node.
+
+    Args:
+        cells: of the file.
+    """
+
+    def __init__(self, cells: Cells) -> None:
+        super().__init__()
+        self._cells = cells
+
+    def __missing__(self, number: int) -> Any:
+        if node.is_started():
+            self._cells.location(number)
+            self[number] = plain(self._cells[number])
+        return plain(self._cells[number])
 
 
 class CellLocation(node.LiteralLocation):
@@ -269,6 +284,8 @@ class CellLocation(node.LiteralLocation):
             return
         super().put(value)
         self.cells[self.number] = self.value if self.keeps is False else self.tracked
+        if self.number in self.cells.steps:
+            self.cells.steps[self.number] = plain(self.value)
 
     def decide(self, keeps: bool) -> None:
         """Be read with its provenance from now on, or without it."""

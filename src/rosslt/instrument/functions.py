@@ -11,40 +11,8 @@ _TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind 
 _READ_AS_FLOAT: Dict[type, Callable[[Any], Any]] = {}
 
 
-def keeping(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callable[..., Any]:
-    """The function that gives plain arguments to one function, and others to another one."""
-
-    def function(*arguments: Any, **options: Any) -> Any:
-        for argument in arguments:
-            if type(argument) in _TRACKED or isinstance(argument, (list, tuple)):
-                return tracked(*map(_as_float, arguments), **options)
-            if type(argument) in _READ_AS_FLOAT:
-                return function(*map(_as_float, arguments), **options)
-        return original(*arguments, **options)
-
-    return _named_as(original, function)
-
-
-def _keeping_one(original: Callable[[Any], Any], tracked: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    def function(x: Any, *others: Any) -> Any:
-        if type(x) in _TRACKED:
-            return tracked(x, *others)
-        if type(x) in _READ_AS_FLOAT:
-            return tracked(_as_float(x), *others)
-        return original(x, *others)
-
-    return _named_as(original, function)
-
-
-def _named_as(original: Any, function: Any) -> Any:
-    function.__name__ = function.__qualname__ = original.__name__
-    function.__doc__ = original.__doc__
-    function.__module__ = original.__module__
-    return function
-
-
-def _keeping_rounded(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callable[..., Any]:
-    """`keeping` of a function that rounds otherwise than the one that keeps provenance, or fails with another text."""
+def _to_the_bit(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callable[..., Any]:
+    """What gives the numbers of one function, and fails as that does, with the provenance that another one gives."""
 
     def to_the_bit(*arguments: Any, **options: Any) -> Any:
         number = original(*map(_plain, arguments), **{name: _plain(option) for name, option in options.items()})
@@ -52,7 +20,7 @@ def _keeping_rounded(original: Callable[..., Any], tracked: Callable[..., Any]) 
             return number
         return _with_provenance_of(tracked(*arguments, **options), number)
 
-    return keeping(original, to_the_bit)
+    return to_the_bit
 
 
 def _plain(argument: Any) -> Any:
@@ -74,24 +42,37 @@ def _with_provenance_of(made: Any, number: Any) -> Any:
     return rounded
 
 
+#: Functions that those which keep provenance compute otherwise.
 _ROUNDED = {'cbrt', 'dist', 'exp2', 'fsum', 'hypot', 'modf', 'prod'}
-_SEVERAL = {'atan2', 'copysign', 'fmod', 'log', 'pow', 'remainder', 'ldexp', 'isclose'}
+_ROWS = {row.name: row for row in values.OPERATIONS.values()}
+
+
+def _keeping(name: str, tracked: Callable[..., Any]) -> Callable[..., Any]:
+    original = getattr(math, name)
+    if name in _ROUNDED:
+        tracked = _to_the_bit(original, tracked)
+        if name in _ROWS and _ROWS[name].forward is original:  # so both compute it of two numbers
+            tracked = values.recorder(_ROWS[name])(tracked)
+    return _keeping_beside(original, tracked)
+
+
+def _keeping_beside(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callable[..., Any]:
+    """`values.keeping`, also of numbers of other classes that know their provenance."""
+
+    def of_others(*arguments: Any, **options: Any) -> Any:
+        read = list(map(_as_float, arguments))
+        may_be_tracked = any(type(one) in _TRACKED or isinstance(one, (list, tuple)) for one in read)
+        return (tracked if may_be_tracked else original)(*read, **options)
+
+    return values.keeping(original, tracked, of_others)
+
 
 #: The functions of `math` that keep provenance, by name.
 MATH: Dict[str, Any] = {
-    name: (_keeping_rounded if name in _ROUNDED else keeping if name in _SEVERAL else _keeping_one)(
-        getattr(math, name), function
-    )
+    name: _keeping(name, function)
     for name, function in values.MATH.items()
     if hasattr(math, name) and function is not getattr(math, name)
 }
-
-
-def to_float(x: Any) -> Any:
-    """`float(x)`, keeping provenance."""
-    if type(x) in _TRACKED:
-        return values.to_float(x)
-    return _as_float(x) if type(x) in _READ_AS_FLOAT else float(x)
 
 
 def _as_float(x: Any) -> Any:
@@ -127,9 +108,8 @@ def convert_by(original: type, tracked: Callable[[Any], Any]) -> None:
     _CONVERSIONS[id(original)] = tracked
 
 
-def to_int(x: Any) -> Any:
-    """`int(x)`, keeping provenance."""
-    return values.to_int(x) if type(x) in _TRACKED else int(x)
+to_float = _keeping_beside(float, values.to_float)
+to_int = _keeping_beside(int, values.to_int)
 
 
 def sum_of(numbers: Any, *start: Any) -> Any:

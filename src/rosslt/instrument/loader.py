@@ -102,9 +102,9 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     """Give a module what its rewritten code asks for."""
     from rosslt.instrument import routing
 
-    names[CELLS] = cells.cells_of(os.path.realpath(path), made.literals, made.digest)
+    own = cells.cells_of(os.path.realpath(path), made.literals, made.digest)
+    names[CELLS], names[STEP] = own, own.steps
     reloading.watch(os.path.realpath(path))
-    names[STEP] = cells.read_step
     names[PLAIN] = cells.plain
     names[OBJECT] = cells.plain_object
     names[ROUTE] = routing.route

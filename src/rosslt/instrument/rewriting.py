@@ -206,15 +206,10 @@ class _Rewriter(ast.NodeTransformer):
         return super().visit(node)
 
     def _reading(self, node: Any, number: int, literal: Literal) -> ast.AST:
-        where = ast.Constant(value=number)
-        if literal.rule == 'step':
-            reading: ast.expr = ast.Call(func=_name(STEP, node), args=[where], keywords=[])
-            where = ast.Constant(value=number)
-            reading.args = [ast.copy_location(_name(CELLS, node), node), ast.copy_location(where, node)]  # type: ignore
-        else:
-            ast.copy_location(where, node)
-            index: Any = where if _HAS_PLAIN_INDEX else ast.copy_location(ast.Index(value=where), node)
-            reading = ast.Subscript(value=_name(CELLS, node), slice=index, ctx=ast.Load())
+        where = ast.copy_location(ast.Constant(value=number), node)
+        index: Any = where if _HAS_PLAIN_INDEX else ast.copy_location(ast.Index(value=where), node)
+        cells = STEP if literal.rule == 'step' else CELLS
+        reading = ast.Subscript(value=_name(cells, node), slice=index, ctx=ast.Load())
         return ast.copy_location(reading, node)
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> Any:
@@ -304,6 +299,7 @@ class _Rewriter(ast.NodeTransformer):
         is_step = node in self._steps
         operator = OPERATORS.get(type(node.op))
         is_needed = operator is not None and dotted(node.target) is not None and self._may_be_hidden(node.value)
+        is_plain = id(node.value) in self._cells and self._cells[id(node.value)][1].rule == 'step'
         self.generic_visit(node)
         if not is_step and is_needed:
             read = _loaded(node.target)
@@ -311,7 +307,8 @@ class _Rewriter(ast.NodeTransformer):
             return ast.copy_location(ast.Assign(targets=[node.target], value=value), node)
         if not is_step:
             return node
-        node.value = _call(PLAIN, [node.value], node.value)
+        if not is_plain:
+            node.value = _call(PLAIN, [node.value], node.value)
         if not isinstance(node.target, ast.Name):
             return node
         read = ast.copy_location(ast.Name(id=node.target.id, ctx=ast.Load()), node.target)

@@ -19,15 +19,20 @@ HEAVY, WORTH, RATIO = 0.05, 0.03, 1.5
 #: Which share of a core recording may take where it takes too much.
 ALLOWED = 0.02
 
-#: How long a process is watched at a time, in seconds; and how long it is left alone where recording costs little.
-WATCHED, LEFT_ALONE = 0.5, 20.0
+#: How long a process is watched at a time, in seconds; for how long it must take much; and how long it is left alone
+#: where recording costs little.
+WATCHED, LONG_HEAVY, LEFT_ALONE = 0.5, 0.9, 20.0
 
 #: The longest time without recording: in seconds, or in rounds where these take longer, but no more than so many
 #: seconds.
 LONGEST_PAUSE, ROUNDS_OF_PAUSE, LONGEST_OF_SLOW = 1.5, 10, 10.0
 
-#: How many rounds of the publisher that is the turn of are recorded in a row.
-ROUNDS = 2
+#: How many rounds of the publisher that is the turn of are recorded in a row; and how many where they take long and
+#: recording begins with one.
+ROUNDS, ROUNDS_OF_LONG = 2, 1
+
+#: For how long at least it is recorded for the first time, which shows what that takes.
+FIRST_RECORDED = 0.1
 
 
 class _Phase:
@@ -50,7 +55,8 @@ class Sampling:
 
     Attributes:
         is_on: whether it records in some rounds only.
-        sending: the CPU time spent on writing what was recorded, which is limited elsewhere.
+        sending: the CPU time spent on writing what was recorded and on looking for its literals, which is limited
+            elsewhere.
         takes_turns: whether a publisher sends several things in turn: only what is recorded of those has provenance, so
             that pauses are short, however long a round takes.
     """
@@ -62,15 +68,13 @@ class Sampling:
         self._lock = threading.Lock()
         self._has_changed = False
         self._phase = 0
-        self._since, self._cpu = time.monotonic(), time.process_time()
-        self._next = self._since + 2 * WATCHED
-        self._not_before = 0.0
-        self._heavy_windows = 0
+        self._since = self._cpu = self._heavy = self._next = self._not_before = self._settled = 0.0
         self._recording, self._pausing = _Phase(), _Phase()
         self._leader: Optional[Any] = None
-        self._rounds = 0
+        self._rounds = self._wanted = 0
         self._began = self._first_round = 0.0
         self._sampled: Dict[Any, float] = {}  # of each publisher, when a whole round was recorded last
+        self._sent: Dict[Any, float] = {}  # of each, when it has sent its last message
 
     def is_recorded(self, publisher: Any) -> bool:
         """Whether all operations since the last message of a publisher were recorded."""
@@ -96,6 +100,7 @@ class Sampling:
         if self.is_on:
             with self._lock:
                 self._round_is_over(publisher, now)
+                self._sent[publisher] = now
             publisher.recorded_since = -1 if values.RECORDING.is_paused else self._phase
         elif now >= self._next and not self._has_changed:
             with self._lock:
@@ -108,16 +113,22 @@ class Sampling:
         return spent
 
     def _watch(self, publisher: Any, now: float) -> None:
+        is_first = not self._since
+        if is_first:
+            self._settled = now + 2 * WATCHED
         seconds, cpu = self._spent(now)
         self._next = now + WATCHED
-        self._heavy_windows = self._heavy_windows + 1 if cpu > HEAVY * seconds else 0
-        if self._heavy_windows < 2 or now < self._not_before:
+        # What a process does before its first message and just after that, it does once.
+        is_once = is_first or (now <= self._settled and seconds < LONG_HEAVY)
+        self._heavy = self._heavy + seconds if cpu > HEAVY * seconds and not is_once else 0.0
+        if self._heavy < LONG_HEAVY or now < self._not_before:
             return
         self.is_on = True
         self._recording, self._pausing = _Phase(), _Phase()
-        self._sampled = {publisher: 0.0}
+        self._sampled, self._sent = {publisher: 0.0}, {publisher: now}
         self._began = now
-        self._record(now)
+        # What it takes without shows whether it is worth while; all that was sent so far was recorded.
+        values.pause_recording()
 
     def _round_is_over(self, publisher: Any, now: float) -> None:
         if self.is_recorded(publisher):
@@ -127,33 +138,34 @@ class Sampling:
         if not values.RECORDING.is_paused:
             if publisher is self._leader:
                 self._rounds -= 1
-            if now >= self._next and (self._rounds <= 0 or now > self._next + LONGEST_PAUSE):
+            is_enough = self._rounds <= 0 and (self._recording.time or now - self._since >= FIRST_RECORDED)
+            if now >= self._next and (is_enough or now > self._next + LONGEST_PAUSE):
                 self._pause(now)
         elif now >= self._next:
             self._pausing.add(*self._spent(now))
-            self._record(now)
+            self._record(publisher, now)
 
-    def _record(self, now: float) -> None:
-        if values.RECORDING.is_paused:
-            self._phase += 1
-            self._began = now
-            values.resume_recording()
+    def _record(self, publisher: Any, now: float) -> None:
+        self._phase += 1
+        self._began = now
+        values.resume_recording()
         self._leader = min(self._sampled, key=lambda one: self._sampled[one], default=None)
-        # The first round has begun already, and other publishers send theirs in turn.
-        self._rounds = ROUNDS
+        # The round of another one has begun already, and others send theirs in turn.
+        is_long = publisher is self._leader and now - self._sent.get(publisher, now) > WATCHED
+        self._rounds = self._wanted = ROUNDS_OF_LONG if is_long else ROUNDS
         self._next = self._first_round = now
 
     def _pause(self, now: float) -> None:
         self._recording.add(*self._spent(now))
         cost = self._recording.share - self._pausing.share
         if self._pausing.time > WATCHED and (cost < WORTH or self._recording.share < RATIO * self._pausing.share):
-            self.is_on, self._not_before, self._heavy_windows = False, now + LEFT_ALONE, 0
+            self.is_on, self._not_before, self._heavy = False, now + LEFT_ALONE, 0.0
             self._next = now + WATCHED
             return
         values.pause_recording()
         length = self._recording.time * max(cost, WORTH) / ALLOWED
         rounds = 0 if self.takes_turns else ROUNDS_OF_PAUSE
-        slow = min(rounds * (now - self._first_round) / ROUNDS, LONGEST_OF_SLOW)
+        slow = min(rounds * (now - self._first_round) / self._wanted, LONGEST_OF_SLOW)
         self._next = now + min(max(length, 0.05), max(slow, LONGEST_PAUSE))
 
 

@@ -9,13 +9,13 @@ import importlib
 from typing import Any, Callable, Dict
 
 from .accelerator import reading
-from .affine import SHORTENING, affine
+from .affine import SHORTENING, affine, affine_shape
 from .calls import operation
 from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
 from .fit import Fit, fit
-from .functions import MATH, to_bool, to_float, to_int
+from .functions import MATH, keeping, recorder, stripper, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .linearization import linearized
@@ -36,6 +36,7 @@ from .tracked import (
     made_alike,
     origins,
     plain_scalar,
+    replaced_fields,
     select_tracked,
     source_of_functions,
     track,
@@ -59,6 +60,7 @@ __all__ = [
     'Source',
     'UnnamedSource',
     'affine',
+    'affine_shape',
     'are_made_alike',
     'assemble',
     'compute_ufuncs_with',
@@ -73,6 +75,7 @@ __all__ = [
     'from_affine',
     'is_same',
     'is_tracked',
+    'keeping',
     'lazy',
     'lazy_of',
     'leaves',
@@ -86,6 +89,8 @@ __all__ = [
     'plain_scalar',
     'reading',
     'reapply',
+    'recorder',
+    'replaced_fields',
     'resume_recording',
     'select_tracked',
     'slopes',
@@ -93,6 +98,7 @@ __all__ = [
     'source_of_functions',
     'source_values',
     'sources',
+    'stripper',
     'to_bool',
     'to_float',
     'to_int',

@@ -9,7 +9,7 @@ import inspect
 import os
 from typing import Any, Callable, Dict, Tuple, TypeVar
 
-INTERFACE = 6
+INTERFACE = 7
 """What `core/module.c` must have been when it was built: a workspace may hold one that is older than the Python."""
 
 
@@ -43,11 +43,15 @@ def reading(known: Dict[Tuple[int, int, Any, Any], Any]) -> Callable[[Function],
     def decorated(function: Function) -> Function:
         if CORE is None:
             return function
-        names = inspect.signature(function)
-        bare = [one.replace(annotation=inspect.Parameter.empty) for one in names.parameters.values()]
-        shown = names.replace(parameters=bare, return_annotation=inspect.Signature.empty)
-        doc = '%s%s\n--\n\n%s' % (function.__name__, shown, inspect.getdoc(function))
-        short: Function = CORE.reading(function, known, function.__name__, doc)
+        short: Function = CORE.reading(function, known, function.__name__, documented(function))
         return short
 
     return decorated
+
+
+def documented(function: Callable[..., Any]) -> str:
+    """The docstring of a function behind its signature, which is how a compiled function has both."""
+    names = inspect.signature(function)
+    bare = [one.replace(annotation=inspect.Parameter.empty) for one in names.parameters.values()]
+    shown = names.replace(parameters=bare, return_annotation=inspect.Signature.empty)
+    return '%s%s\n--\n\n%s' % (function.__name__, shown, inspect.getdoc(function) or '')

@@ -7,11 +7,14 @@ import functools
 import math
 from typing import Any, Callable, Dict, Iterable, Tuple
 
+from .accelerator import CORE, Function, documented
 from .numpy_ufuncs import is_array
 from .operations import BY_CODE, Operation
 from .operations import table as ops
 from .recording import apply
-from .tracked import TRACKED
+from .tracked import TRACKED, TrackedStr
+
+TRACKED_NUMBERS = TRACKED - {TrackedStr}
 
 
 def function(operation: Operation) -> Callable[..., Any]:
@@ -28,14 +31,78 @@ def function(operation: Operation) -> Callable[..., Any]:
 
     applied.__name__ = applied.__qualname__ = operation.name
     applied.__doc__ = 'math.%s, keeping provenance.' % operation.name
-    return applied
+    return recorder(operation)(applied)
 
 
+def recorder(operation: Operation) -> Callable[[Function], Function]:
+    """A decorator for a function that keeps provenance: the compiled core, where there is one, does it for tracked
+    numbers; the function itself is called with anything else.
+
+    Args:
+        operation: a row of the table, which is what the function does with as many numbers as that takes.
+    """
+
+    def decorated(function: Function) -> Function:
+        if CORE is None:
+            return function
+        forms = operation.left, operation.right, operation.both
+        name, doc = function.__name__, documented(function)
+        made: Function = CORE.recorder(operation.forward, forms, operation.arity, function, name, doc)
+        return made
+
+    return decorated
+
+
+def keeping(
+    of_plain: Callable[..., Any], of_tracked: Callable[..., Any], of_others: Callable[..., Any]
+) -> Callable[..., Any]:
+    """A function that calls one with numbers and texts, and another one where an argument may have provenance.
+
+    Args:
+        of_plain: is called with floats, ints and texts; the function is called as it is.
+        of_tracked: is called where an argument is tracked, or a list or tuple.
+        of_others: is called where one is of any other class, also beside those.
+    """
+
+    if CORE is not None:
+        signature = getattr(of_plain, '__text_signature__', None)
+        doc = '%s%s\n--\n\n' % (of_plain.__name__, signature) if signature else ''
+        made: Callable[..., Any] = CORE.keeping(
+            of_plain, of_tracked, of_others, of_plain.__name__, doc + (of_plain.__doc__ or '')
+        )
+        return made
+
+    def function(*arguments: Any, **options: Any) -> Any:
+        called = of_plain
+        for argument in arguments:
+            if type(argument) in TRACKED_NUMBERS or isinstance(argument, (list, tuple)):
+                called = of_tracked
+            elif type(argument) not in (float, int) and not isinstance(argument, str):
+                return of_others(*arguments, **options)
+        return called(*arguments, **options)
+
+    function.__name__ = function.__qualname__ = of_plain.__name__
+    function.__doc__ = of_plain.__doc__
+    function.__module__ = of_plain.__module__
+    return function
+
+
+def stripper(function: Function) -> Function:
+    """A decorator for a function that gives a value without provenance, and plain numbers and texts as they are: the
+    compiled core, where there is one, does it for floats and ints."""
+    if CORE is None:
+        return function
+    made: Function = CORE.stripper(function, function.__name__, documented(function))
+    return made
+
+
+@recorder(ops.LOG)
 def log(x: Any, base: Any = None) -> Any:
     """math.log, keeping provenance: the natural logarithm, or the one to a base."""
     return apply(ops.LOG, x) if base is None else apply(ops.LOG_TO, x, base)
 
 
+@recorder(ops.HYPOT)
 def hypot(*coordinates: Any) -> Any:
     """math.hypot, keeping provenance: the Euclidean length of any number of coordinates."""
     if not _any_tracked(coordinates):
@@ -76,11 +143,13 @@ def modf(x: Any) -> Tuple[Any, Any]:
     return rest, x - rest
 
 
+@recorder(ops.TRUNCATE)
 def to_int(x: Any) -> Any:
     """int(x), keeping provenance: a number towards zero to a whole one."""
     return apply(ops.TRUNCATE, x) if type(x) in TRACKED or is_array(x) else int(x)
 
 
+@recorder(ops.TO_FLOAT)
 def to_float(x: Any) -> Any:
     """float(x), keeping provenance."""
     return apply(ops.TO_FLOAT, x) if type(x) in TRACKED or is_array(x) else float(x)

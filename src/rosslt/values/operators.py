@@ -3,7 +3,7 @@
 from typing import Any, Dict, Optional, Tuple
 
 from .accelerator import CORE
-from .affine import LIMIT, shorten
+from .affine import LIMIT, affine_of_python, shorten
 from .graph import slopes_or_zeros
 from .instructions import assemble, disassemble
 from .numpy_ufuncs import array_ufunc
@@ -18,6 +18,7 @@ from .tracked import (
     TrackedFloat,
     TrackedInt,
     TrackedStr,
+    is_made_alike,
     new_of_python,
     plain,
     resolve,
@@ -194,10 +195,10 @@ def complete_core() -> None:
     def times_whole(a: Any, b: Any) -> Any:
         return product(b, a) if type(b) is TrackedInt and type(a) is not TrackedFloat else apply(ops.MULTIPLY, a, b)
 
-    rows = list(FAST.values())
+    rows = [*FAST.values(), ops.POWER]
     CORE.complete(
         tuple([form for row in rows for form in (row.left, row.right, row.both)]),
-        tuple([fallback(row) for row in rows]),
+        (*map(fallback, FAST.values()), power),
         ops.NEGATE.left,
         SOURCE,
         LAZY,
@@ -208,6 +209,9 @@ def complete_core() -> None:
         TRACKED,
         AFFINE,
         slopes_or_zeros,
+        ops.ABSOLUTE.left,
+        is_made_alike,
+        affine_of_python,
         LIMIT,
         MAX_SHARED_SIZE,
     )
@@ -230,21 +234,21 @@ def give_all() -> None:
         if CORE is None or cls is TrackedBool:
             cls.__mul__ = cls.__rmul__ = product
     for cls in NUMBERS:
-        give_operator(cls, 'pow', ops.POWER)
-        cls.__pow__ = power
+        if CORE is None or cls is TrackedBool:
+            give_operator(cls, 'pow', ops.POWER)
+            cls.__pow__ = power
+            give_method(cls, '__abs__', ops.ABSOLUTE)
+            give_method(cls, '__neg__', ops.NEGATE)
         cls.__divmod__, cls.__rdivmod__ = floor_and_rest, reflected_floor_and_rest
         cls.__round__ = rounded
         cls.__pos__ = cls.conjugate = itself
         cls.real = property(itself)
         for name, row in (
-            ('__abs__', ops.ABSOLUTE),
             ('__trunc__', ops.TRUNCATE),
             ('__floor__', ops.FLOOR),
             ('__ceil__', ops.CEIL),
         ):
             give_method(cls, name, row)
-        if CORE is None or cls is TrackedBool:
-            give_method(cls, '__neg__', ops.NEGATE)
         for row in BY_CODE.values():
             for name in row.numpy if row.precedence == FUNCTION else ():
                 give_method(cls, name, row)
@@ -278,7 +282,7 @@ def pause_recording() -> None:
     What is tracked already stays so. It holds for all threads.
     """
     if not RECORDING.is_paused:
-        RECORDING.is_paused = True
+        _tell_whether_paused(True)
         for cls, methods in _RECORDING_METHODS.items():
             for name in methods:
                 delattr(cls, name)
@@ -290,4 +294,10 @@ def resume_recording() -> None:
         for cls, methods in _RECORDING_METHODS.items():
             for name, method in methods.items():
                 setattr(cls, name, method)
-        RECORDING.is_paused = False
+        _tell_whether_paused(False)
+
+
+def _tell_whether_paused(is_paused: bool) -> None:
+    RECORDING.is_paused = is_paused
+    if CORE is not None:
+        CORE.pause_recording(is_paused)

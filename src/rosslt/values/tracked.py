@@ -5,7 +5,7 @@ tuple `(form, first, second)` that `operations.Form` describes. The record is re
 means the same, so readers take it once and need no lock. Recording an operation is O(1) and copies nothing.
 """
 
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from .accelerator import CORE
 from .operations import AFFINE, LAZY, SOURCE
@@ -166,21 +166,22 @@ def are_made_alike(values: Sequence[Any], others: Sequence[Any]) -> bool:
         values: any values.
         others: as many.
     """
-    return all(made_alike(values, others))
+    return all(map(is_made_alike, values, others))
 
 
-def made_alike(values: Sequence[Any], others: Sequence[Any]) -> Iterator[bool]:
+def made_alike(values: Sequence[Any], others: Sequence[Any]) -> List[bool]:
     """Of each of some values, whether it was made as another one was, as of `is_made_alike`.
 
     Args:
         values: any values.
         others: as many.
     """
-    if CORE is None:
-        return map(is_made_alike, values, others)
-    # Most are, and the core sees that in a twentieth of the time of the walk below.
-    seen = map(CORE.made_alike, values, others)
-    return (is_seen or is_made_alike(value, other) for is_seen, value, other in zip(seen, values, others))
+    return list(map(is_made_alike, values, others))
+
+
+if CORE is not None:
+    are_made_alike = CORE.are_made_alike
+    made_alike = CORE.made_alike
 
 
 def is_made_alike(value: Any, other: Any) -> bool:
@@ -212,8 +213,12 @@ def is_made_alike(value: Any, other: Any) -> bool:
     return True
 
 
+Field = Tuple[int, Any, str]
+"""The index of a field, its value and its kind."""
+
+
 def select_tracked(
-    values: Tuple[Any, ...], index: int, kinds: Tuple[str, ...], found: List[Tuple[int, Any, str]]
+    values: Tuple[Any, ...], index: int, kinds: Tuple[str, ...], found: List[Field], before: Sequence[Field] = ()
 ) -> None:
     """Append `(its index, the value, its kind)` for each tracked one among values.
 
@@ -222,14 +227,31 @@ def select_tracked(
         index: of the first one.
         kinds: as many.
         found: is extended.
+        before: what was found in an earlier message; what is the same in its place there is appended as it is.
     """
     for place, value in enumerate(values):
         if type(value) in TRACKED:
-            found.append((index + place, value, kinds[place]))
+            at = len(found)
+            is_known = at < len(before) and before[at][1] is value and before[at][0] == index + place
+            found.append(before[at] if is_known else (index + place, value, kinds[place]))
+
+
+def replaced_fields(found: Sequence[Field], before: Sequence[Field]) -> Optional[List[int]]:
+    """The places of those among some fields whose values are others than before; None where they are other fields.
+
+    Args:
+        found, before: as `select_tracked` finds them.
+    """
+    if len(found) != len(before):
+        return None
+    if any(field[0] != earlier[0] or field[2] != earlier[2] for field, earlier in zip(found, before)):
+        return None
+    return [place for place, field in enumerate(found) if field[1] is not before[place][1]]
 
 
 if CORE is not None:
     select_tracked = CORE.select_tracked
+    replaced_fields = CORE.replaced_fields
 
 
 def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:

@@ -12,7 +12,7 @@ from rosslt.messages.codec.bounded_cache import BoundedCache
 from rosslt.messages.codec.expressions import packed_instructions, register, without_sources
 from rosslt.messages.codec.table_writer import TableWriter, Unencodable
 from rosslt.messages.codec.templates import AffineField, Parts, Shape, Template, Terms, shape_of
-from rosslt.messages.codec.varint import packed
+from rosslt.messages.codec.varint import SMALL, packed
 from rosslt.messages.codec.wire_format import (
     BYTES_LIMIT,
     FIELD_LIMIT,
@@ -26,7 +26,18 @@ from rosslt.messages.codegen.leaf_access import leaf_readers
 from rosslt.messages.codegen.walkers import PLAIN, TRACKED, walkers
 from rosslt.messages.fault_log import warn_once
 from rosslt.messages.fields import TYPE_OF_KIND
-from rosslt.values import AFFINE, SOURCE, Source, affine, disassemble, each_leaf, linearized, origins, untracked
+from rosslt.values import (
+    AFFINE,
+    SOURCE,
+    Source,
+    affine,
+    affine_shape,
+    disassemble,
+    each_leaf,
+    linearized,
+    origins,
+    untracked,
+)
 
 Leaf = Tuple[int, Any, str]
 """The index of a tracked leaf, its value and its kind, as the walkers collect them."""
@@ -79,13 +90,17 @@ def encode(message: Any, full_history: bool = False) -> bytes:
     return data
 
 
-def sent_fields(message: Any) -> Tuple[List[Leaf], int]:
+def sent_fields(message: Any, before: Sequence[Leaf] = ()) -> Tuple[List[Leaf], int]:
     """The tracked leaves of a message whose provenance can be sent, and how many leaves it has in all.
 
     A message may be larger with each time that it is sent: what is beyond the limit is not looked at.
+
+    Args:
+        message: the message.
+        before: the leaves of an earlier one; what is the same in its place is given as it is.
     """
     found: List[Leaf] = []
-    size = walkers(message.__class__).collect(message, 0, found, FIELD_LIMIT)
+    size = walkers(message.__class__).collect(message, 0, found, FIELD_LIMIT, before)
     if len(found) > FIELD_LIMIT:
         warn_once(
             (message._type, FIELD_LIMIT),
@@ -118,7 +133,7 @@ _last: Dict[Tuple[str, bool], Tuple[Sequence[Leaf], bytes]] = {}
 """What was encoded last of a message type: its leaves, and the result."""
 
 
-def _like_the_last(message_type: str, leaves: Sequence[Leaf], full_history: bool) -> bytes:
+def _like_the_last(message_type: str, leaves: List[Leaf], full_history: bool) -> bytes:
     """`_encoded`, remembered for the next message: what stands still is the same values again and again."""
     key = message_type, full_history
     before, data = _last.get(key, ((), b''))
@@ -168,8 +183,12 @@ def _is_same(value: Any, leaf: Any) -> bool:
     return value == leaf or (value != value and leaf != leaf)
 
 
-def _encoded(message_type: str, leaves: Sequence[Leaf], full_history: bool) -> bytes:
+def _encoded(message_type: str, leaves: List[Leaf], full_history: bool) -> bytes:
     """The provenance of tracked leaves, whatever its size."""
+    if len(leaves) <= MAX_TEMPLATE_FIELDS and not full_history:
+        data = _encoded_shape(message_type, leaves)
+        if data is not None:
+            return data
     fields: List[AffineField] = []
     expressions: List[Leaf] = []
     for leaf in leaves:
@@ -297,6 +316,20 @@ def _encoded_affine(message_type: str, fields: List[AffineField]) -> bytes:
     return _Encoder(message_type).encoded(fields, (), False)
 
 
+def _encoded_shape(message_type: str, leaves: List[Leaf]) -> Optional[bytes]:
+    """`_encoded_affine`, straight from the leaves; None where that has to do it."""
+    found = affine_shape(leaves, SMALL)
+    if found is None:
+        return None
+    shape = Shape(*found)
+    key = message_type, shape.key
+    known = _known_templates.get(key)
+    if known is None:
+        known = _template_for(message_type, [_field(leaf, affine(leaf[1]) or ()) for leaf in leaves])
+        _known_templates.put(key, known)
+    return None if known.template is None else known.fill(shape)
+
+
 def _template_for(message_type: str, fields: List[AffineField]) -> _KnownTemplate:
     """The template of the provenance of these fields."""
     encoder = _Encoder(message_type)
@@ -330,7 +363,7 @@ class _Encoder:
             instructions, roots = disassemble(leaf for _, leaf, _ in expressions)
             if len(instructions) > INSTRUCTION_LIMIT:
                 if full_history:
-                    return _encoded(self._message_type, expressions, False)
+                    return _encoded(self._message_type, list(expressions), False)
                 expressions, instructions, roots = self._linearized(expressions)
             self._add_expressions(expressions, instructions, roots)
         return self.parts().joined() if self.fields or self._roots else b''

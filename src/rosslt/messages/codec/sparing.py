@@ -6,21 +6,22 @@ its expression; one that moves, the slopes that it had then, and its present val
 than what was written says has none until then; where that are many, they are written earlier, at a larger share.
 """
 
-import operator
 import time
-from itertools import compress
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, TypeVar
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Set, Tuple, TypeVar
 
 from rosslt.messages.codec.encoder import Leaf, Written, encoded_with_slopes, provenance_to_send, sent_fields
 from rosslt.messages.codec.wire_format import BYTES_LIMIT
 from rosslt.messages.leaves import located
-from rosslt.values import are_made_alike, is_same, made_alike, origins, untracked
+from rosslt.values import are_made_alike, is_same, made_alike, origins, replaced_fields, untracked
 
 SHARE, MOST_SHARE = 0.01, 0.015
 """The share of a core that is spent on provenance; and where messages are made in other ways again and again."""
 
 FIRST_WRITINGS = 5
 """How many messages of a publisher are written whatever that costs: by then it shows what moves."""
+
+COSTLY = 0.02
+"""The CPU time of a writing, in seconds, from which on the first two show enough."""
 
 LONGEST, LONGEST_OF_LARGE = 2.0, 10.0
 """After how many seconds a publisher has its next whole message written, whatever others spend; and at most, where that
@@ -43,10 +44,10 @@ is recalled: a message that was not recorded may be about either."""
 class _Known(NamedTuple):
     """What was written for a message."""
 
-    indices: Tuple[int, ...]
-    values: Tuple[Any, ...]
-    kinds: Tuple[str, ...]
+    found: List[Leaf]
+    """Its leaves in their order,"""
     leaves: Dict[int, Leaf]
+    """and by their indices."""
     moving: Set[int]
     """The indices of the leaves of which the slopes were written."""
     size: int
@@ -110,7 +111,7 @@ class SparingProvenance:
         debt = self._allowance.free_at - now
         if full_history or (debt <= 0 and not self._known):
             return self._allowance.charge(now, lambda: provenance_to_send(message, full_history))
-        leaves, size = sent_fields(message)
+        leaves, size = self._collected(message)
         if not leaves:
             return b''
         if debt > 0:
@@ -128,20 +129,20 @@ class SparingProvenance:
         """The provenance of a message, written anew, which is sent with later ones that are not recorded."""
         if self.takes_turns:
             return self.to_send(message)  # nothing is recalled
-        leaves, size = sent_fields(message)
+        leaves, size = self._collected(message)
         return self._write(time.monotonic(), message, leaves, size)
 
     def recalled(self, message: Any) -> bytes:
         """The provenance of a message of which not all that it was computed by was recorded: that of an earlier one,
         or, where the publisher sends several things in turn, of what was recorded."""
-        leaves, size = sent_fields(message)
+        leaves, size = self._collected(message)
         present = _Present(leaves)
         if self.takes_turns:
             now = time.monotonic()
             held = self._held(present, now, self._allowance.free_at - now) if self._allowance.free_at > now else None
             return self._allowance.charge(now, lambda: provenance_to_send(message)) if held is None else held
         for known in sorted(self._known, key=lambda one: -len(one.leaves)):
-            if known.size == size and known.leaves.keys() >= set(present.indices):
+            if known.size == size and known.leaves.keys() >= present.by_index.keys():
                 doubtful = _changed(known, message, present)
                 if doubtful is None:
                     continue
@@ -154,10 +155,14 @@ class SparingProvenance:
                     return known.written.data
         return self.to_send(message)
 
+    def _collected(self, message: Any) -> Tuple[List[Leaf], int]:
+        """The tracked leaves of a message, and the number of all of its leaves."""
+        return sent_fields(message, self._known[0].found if self._known else ())
+
     def _moved_since(self, known: _Known, message: Any, present: '_Present') -> Optional[Set[int]]:
         """The leaves that are others by now, though made in the same way; None where some were made in another way."""
         moved = present.moved(known)
-        if moved is None or known.indices == present.indices:
+        if moved is None or present.has_fields_of(known):
             return moved
         changed = _changed(known, message, present)
         return None if changed is None else moved | changed
@@ -166,8 +171,7 @@ class SparingProvenance:
         """What is known of a message, without what was computed and stood still, and does so no more: it may be made of
         other sources by now, which nobody recorded."""
         leaves = {index: leaf for index, leaf in known.leaves.items() if index not in doubtful}
-        indices, values, kinds = _columns(list(leaves.values()))
-        made = known._replace(indices=indices, values=values, kinds=kinds, leaves=leaves)
+        made = known._replace(found=list(leaves.values()), leaves=leaves)
         self._known = [made if one is known else one for one in self._known]
         return self._with_slopes(made, message, made.moving)
 
@@ -180,17 +184,17 @@ class SparingProvenance:
 
     def _holding(self, message: Any, present: '_Present', size: int, debt: float) -> Optional[_Known]:
         """What was written that holds for a message, None where nothing does."""
-        count = len(present.indices)
+        count = len(present.leaves)
         most_new = _most_new(debt)
         for place, known in enumerate(self._known):
-            if known.indices != present.indices:
+            if not present.has_fields_of(known):
                 missing = len(known.leaves.keys() - present.by_index.keys())
                 new = count - len(known.leaves) + missing
                 if new > most_new * count or (missing and (known.size != size or missing > MOST_NEW * size)):
                     continue
             moved = self._moved_since(known, message, present)
             if not moved and moved is not None:
-                if any(one.indices == known.indices for one in self._known[:place]):
+                if any(one.leaves.keys() == known.leaves.keys() for one in self._known[:place]):
                     self._turned_at = time.monotonic()
                     self._known.insert(0, self._known.pop(place))
                 return known
@@ -202,23 +206,25 @@ class SparingProvenance:
         is_urgent = now >= self._allowance.urgent_at
         if not self._known:
             return None if is_urgent else b''
-        known = next((one for one in self._known if one.indices == present.indices), self._known[0])
+        known = next((one for one in self._known if present.has_fields_of(one)), self._known[0])
         held = present.held(known)
-        is_urgent = is_urgent and len(held) < (1 - _most_new(debt)) * len(present.indices)
+        is_urgent = is_urgent and len(held) < (1 - _most_new(debt)) * len(present.leaves)
         return None if is_urgent else known.written.only(held)
 
     def _write(self, now: float, message: Any, leaves: List[Leaf], size: int) -> bytes:
         data = self._allowance.charge(now, lambda: self._written(message, leaves, size))
-        self._first = max(0, self._first - 1)
+        is_enough = self._allowance.took >= COSTLY and self._first < FIRST_WRITINGS
+        self._first = 0 if is_enough else max(0, self._first - 1)
         self._due = now + min(max(LONGEST, self._allowance.took / MOST_SHARE), LONGEST_OF_LARGE)
         return data
 
     def _written(self, message: Any, leaves: List[Leaf], size: int) -> bytes:
-        indices, values, kinds = _columns(leaves)
+        by_index = {leaf[0]: leaf for leaf in leaves}
+        values = [value for _, value, _ in leaves]
         # What became doubtful since is not among those that were written before.
-        alike = [known for known in self._known if known.size == size and known.leaves.keys() <= set(indices)]
-        same = [known for known in alike if known.indices == indices]
-        replaced = [known for known in same if are_made_alike(values, known.values)]
+        alike = [known for known in self._known if known.size == size and known.leaves.keys() <= by_index.keys()]
+        same = [known for known in alike if len(known.leaves) == len(by_index)]
+        replaced = [known for known in same if are_made_alike(values, [value for _, value, _ in known.found])]
         before = next((known.leaves for known in (*replaced, *same, *alike)), {})
         pairs = [(index, value, before[index][1]) for index, value, _ in leaves if index in before]
         if replaced:
@@ -234,7 +240,7 @@ class SparingProvenance:
         written = encoded_with_slopes(message._type, leaves, moving)
         if len(written.data) > BYTES_LIMIT:
             return provenance_to_send(message)
-        known = _Known(indices, values, kinds, {leaf[0]: leaf for leaf in leaves}, moving, size, written)
+        known = _Known(leaves, by_index, moving, size, written)
         others = [one for one in self._known if not any(one is another for another in replaced)]
         self._known = [known, *others[: MOST_KNOWN - 1]]
         return written.data
@@ -249,7 +255,7 @@ def _changed(known: _Known, message: Any, present: '_Present') -> Optional[Set[i
 
     None where one of them was a source itself, which has not changed.
     """
-    plain = [index for index in known.indices if index not in present.by_index and index not in known.moving]
+    plain = [index for index in known.leaves if index not in present.by_index and index not in known.moving]
     changed = set()
     for index, (_, _, value, _) in zip(plain, located(message, plain)):
         leaf = known.leaves[index][1]
@@ -260,30 +266,38 @@ def _changed(known: _Known, message: Any, present: '_Present') -> Optional[Set[i
     return changed
 
 
-def _columns(leaves: Sequence[Leaf]) -> Tuple[Tuple[int, ...], Tuple[Any, ...], Tuple[str, ...]]:
-    """The indices, the values and the kinds of leaves."""
-    indices, values, kinds = zip(*leaves) if leaves else ((), (), ())
-    return indices, values, kinds
-
-
 class _Present:
-    """The tracked leaves of a message that is to be sent."""
+    """The tracked leaves of a message that is to be sent.
 
-    def __init__(self, leaves: Sequence[Leaf]) -> None:
-        self._leaves = leaves
-        self.indices, self._values, self._kinds = _columns(leaves)
+    Attributes:
+        leaves: in their order.
+    """
+
+    def __init__(self, leaves: List[Leaf]) -> None:
+        self.leaves = leaves
         self._by_index: Optional[Dict[int, Leaf]] = None
+        self._replaced: Dict[int, Tuple[_Known, Optional[List[int]]]] = {}  # by the ids of what was written
 
     @property
     def by_index(self) -> Dict[int, Leaf]:
         """The leaves by their indices."""
         if self._by_index is None:
-            self._by_index = dict(zip(self.indices, self._leaves))
+            self._by_index = {leaf[0]: leaf for leaf in self.leaves}
         return self._by_index
+
+    def has_fields_of(self, known: _Known) -> bool:
+        """Whether the same fields were tracked when something was written."""
+        return self._replaced_since(known) is not None
+
+    def _replaced_since(self, known: _Known) -> Optional[List[int]]:
+        # Thousands of leaves may stand still, so this is asked once.
+        if id(known) not in self._replaced:
+            self._replaced[id(known)] = known, replaced_fields(self.leaves, known.found)
+        return self._replaced[id(known)][1]
 
     def held(self, known: _Known) -> Set[int]:
         """Those of these leaves of which holds what was written."""
-        common = [leaf for leaf in self._leaves if leaf[0] in known.leaves]
+        common = [leaf for leaf in self.leaves if leaf[0] in known.leaves]
         befores = [known.leaves[index] for index, _, _ in common]
         alike = made_alike([value for _, value, _ in common], [value for _, value, _ in befores])
         return {
@@ -295,21 +309,19 @@ class _Present:
     def moved(self, known: _Known) -> Optional[Set[int]]:
         """Which of these leaves are others than they were, though made in the same way; None where some were made in
         another way. What moved when it was written may have moved again."""
-        # Thousands of leaves may stand still: what follows takes no step of Python for each of those.
-        if known.indices == self.indices:
-            present, before = (self.indices, self._values, self._kinds), (known.values, known.kinds)
-        else:
-            common = [leaf for index, leaf in self.by_index.items() if index in known.leaves]
-            present, before = _columns(common), _columns([known.leaves[index] for index, _, _ in common])[1:]
-        others = list(map(operator.is_not, present[1], before[0]))
-        indices, values, kinds, befores, kinds_before = (tuple(compress(column, others)) for column in present + before)
-        if kinds != kinds_before or not are_made_alike(values, befores):
+        leaves, befores, places = self.leaves, known.found, self._replaced_since(known)
+        if places is None:
+            leaves = [leaf for leaf in leaves if leaf[0] in known.leaves]
+            befores = [known.leaves[index] for index, _, _ in leaves]
+            places = replaced_fields(leaves, befores)
+            if places is None:
+                return None  # a field of another kind
+        values, earlier = [leaves[place][1] for place in places], [befores[place][1] for place in places]
+        if not are_made_alike(values, earlier):
             return None
-        still = set(indices) - known.moving
-        if not still:
-            return still
+        indices = [leaves[place][0] for place in places]
         return {
             index
-            for index, value, before in zip(indices, values, befores)
-            if index in still and not is_same(value, before)
+            for index, value, before in zip(indices, values, earlier)
+            if index not in known.moving and not is_same(value, before)
         }

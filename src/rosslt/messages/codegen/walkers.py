@@ -30,8 +30,9 @@ class Walkers(NamedTuple):
 
     layout: Layout
     collect: Callable[..., Any]
-    """`collect(message, 0, found)` appends `(index, value, kind)` for each tracked leaf, and returns how many leaves
-    there are in all; `collect(message, 0, found, limit)` appends little more than so many."""
+    """`collect(message, 0, found, limit=END, before=())` appends `(index, value, kind)` for each tracked leaf, little
+    more than so many, and returns how many leaves there are in all; what was found before in an earlier message, and is
+    the same, is appended as it is."""
     locate: Callable[..., Any]
     """`locate(message, 0, first, next, found.append, arrays.append)` appends `(owner, key, value, kind)` for each
     wanted leaf; `next()` gives the wanted indices in rising order, END at last. An owner that is a list is a copy of an
@@ -138,7 +139,7 @@ class _WalkerCompiler:
     # behind its last.
 
     def _write_collect(self, number: int, type_: str) -> None:
-        self._write(0, 'def collect_%d(m, b, found, limit=END):', number)
+        self._write(0, 'def collect_%d(m, b, found, limit=END, before=()):', number)
         for run in self._runs(type_):
             if isinstance(run, list):
                 self._write_collect_leaves(1, 'm', run)
@@ -157,7 +158,7 @@ class _WalkerCompiler:
             read.append('%s.%s' % (owners[above], last))
         kinds = 'KINDS_%d' % len(self._constants)
         self._constants[kinds] = tuple([kind_of(scalar) for _, scalar in leaves])
-        self._write(depth, 'select((%s,), b, %s, found)', ', '.join(read), kinds)
+        self._write(depth, 'select((%s,), b, %s, found, before)', ', '.join(read), kinds)
         self._write(depth, 'b += %d', len(leaves))
 
     def _write_collect_array(self, path: str, field: Field) -> None:
@@ -175,7 +176,7 @@ class _WalkerCompiler:
             self._write(5, 'if len(found) > limit: break')
             self._write(1, 'b += %s', count)
         elif leaves is None:
-            self._write(1, 'for e in a: b = collect_%d(e, b, found, limit)', self._number(field.type))
+            self._write(1, 'for e in a: b = collect_%d(e, b, found, limit, before)', self._number(field.type))
         elif leaves:
             self._write(1, 'n = b + len(a) * %d', len(leaves))
             self._write(1, 'for e in a:')

@@ -33,7 +33,7 @@ static inline PyObject *Py_NewRef(PyObject *x)
 
 /* --- what a form is ------------------------------------------------------------------------------------------ */
 
-enum { ADD, SUBTRACT, MULTIPLY, DIVIDE, FLOOR_DIVIDE, REMAINDER, OPERATORS };
+enum { ADD, SUBTRACT, MULTIPLY, DIVIDE, FLOOR_DIVIDE, REMAINDER, POWER, OPERATORS };
 enum { LEFT, RIGHT, BOTH };
 
 /* Found out once: the forms of the operators above have numbers of their own, from OPERATOR on. */
@@ -46,7 +46,7 @@ enum { OTHER, ANY_SINGLE, ANY_BOTH, OPERATOR };
 /* --- what `complete` is told (module.c) ---------------------------------------------------------------------- */
 
 extern PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
-    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros;
+    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *alike_of_python, *affine_of_python;
 extern int limit, max_shared_size;
 
 /* Names of attributes and arguments. */
@@ -111,8 +111,17 @@ PyObject *plain_of(PyObject *x);
 /* Whether an attribute is true; -1 with an error. */
 int truth_of(PyObject *thing, int name);
 
+/* The kind of a form; -1 with an error. */
+int kind_of(PyObject *form);
+
+/* What an operation gives, a float or an int, of a tracked operand and a constant or another one. */
+PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject *second, int kind);
+
 /* A tracked value's record (a new reference), made first where it is lazy, and its kind; NULL with an error. */
 PyObject *resolved(PyObject *value, int *kind);
+
+/* Keep the fold of a value of the core. */
+void keep_fold(PyObject *value, PyObject *fold);
 
 PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count);
 
@@ -159,14 +168,76 @@ static inline int as_double(PyObject *x, double *number)
     return 1;
 }
 
+/* --- slopes ---------------------------------------------------------------------------------------------------- */
+
+/* A slope, and whether it is an int in Python. */
+typedef struct {
+    double value;
+    int is_whole;
+} Slope;
+
+#define MOST_EXACT 9007199254740992.0 /* all whole numbers up to here are floats */
+
+/* A number as a slope; 0 where it is none of which this knows all digits. */
+static inline int as_slope(PyObject *x, Slope *slope)
+{
+    slope->is_whole = PyLong_CheckExact(x);
+    return as_double(x, &slope->value) && (!slope->is_whole || fabs(slope->value) <= MOST_EXACT);
+}
+
+/* --- sources --------------------------------------------------------------------------------------------------- */
+
+#define UNKNOWN_SOURCE 2
+
+/* Whether two sources are the same place; UNKNOWN_SOURCE where Python alone knows, -1 with an error. No Python runs. */
+static inline int is_same_source(PyObject *one, PyObject *other)
+{
+    if (one == other) return 1;
+    PyObject *named = PyTuple_GET_ITEM(source_classes, 0);
+    if ((PyObject *)Py_TYPE(one) != named || (PyObject *)Py_TYPE(other) != named) return UNKNOWN_SOURCE;
+    return PyObject_RichCompareBool(one, other, Py_EQ); /* a text and an int each */
+}
+
+/* --- the terms of an affine value (terms.c) -------------------------------------------------------------------- */
+
+enum { TERMS_FAILED = -1, NO_TERMS, TERMS_FOUND, TERMS_OF_PYTHON };
+enum { MOST_NODES = 64, MOST_TERMS = 32 };
+
+typedef struct {
+    PyObject *leaf; /* a source's value; nothing here holds it */
+    Slope slope;
+} Term;
+
+typedef struct {
+    PyObject *node;
+    Slope rise;
+} Branch;
+
+typedef struct {
+    Term terms[MOST_TERMS];
+    Branch others[MOST_NODES]; /* to be walked yet */
+    int term_count, other_count;
+} Terms;
+
+/* The terms of a value, by its operations from the first one on, left before right. */
+int find_terms(Terms *terms, PyObject *node);
+
 /* --- the functions of the other files, as module.c documents them --------------------------------------------- */
 
 PyObject *along_chain(PyObject *module, PyObject *const *args, Py_ssize_t count); /* chains.c */
 PyObject *solve_chain(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *add_nodes(PyObject *module, PyObject *args); /* nodes.c */
 PyObject *swept(PyObject *module, PyObject *value);    /* folds.c */
-PyObject *made_alike(PyObject *module, PyObject *const *args, Py_ssize_t count); /* fields.c */
-PyObject *select_tracked(PyObject *module, PyObject *args);
+PyObject *affine_terms(PyObject *module, PyObject *value); /* terms.c */
+PyObject *affine_shape(PyObject *module, PyObject *const *args, Py_ssize_t count); /* shapes.c */
+PyObject *select_tracked(PyObject *module, PyObject *const *args, Py_ssize_t count); /* fields.c */
+PyObject *replaced_fields(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *are_made_alike(PyObject *module, PyObject *const *args, Py_ssize_t count); /* likeness.c */
+PyObject *made_alike(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
+PyObject *make_keeper(PyObject *module, PyObject *args);
+PyObject *make_stripper(PyObject *module, PyObject *args);
+PyObject *pause_recording(PyObject *module, PyObject *flag);
 PyObject *reading(PyObject *module, PyObject *args); /* readings.c */
 
 #pragma GCC visibility pop

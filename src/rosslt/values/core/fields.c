@@ -1,54 +1,96 @@
-/* Which fields of a message are tracked, and are they made as those of the last one? A node that sends what moves asks
-   it of each message. `select_tracked` and `is_made_alike` of `tracked.py`. */
+/* Which fields of a message are tracked, and which of them are others than before? `select_tracked` and
+   `replaced_fields` of `tracked.py`. */
 
 #include "core.h"
 
-/* Whether it shows, without any Python, that values are made alike; 0 where it does not, or not in so many pairs. */
-static int show_alike(PyObject *one, PyObject *other, int *pairs)
+enum { INDEX, FIELD_VALUE, KIND_OF_FIELD, PARTS };
+
+#define IS_FIELD(x) (PyTuple_CheckExact(x) && PyTuple_GET_SIZE(x) == PARTS)
+#define PART(field, part) PyTuple_GET_ITEM(field, part)
+
+/* Whether a field of an earlier message is that of a value at an index: -1 with an error. */
+static int is_field_of(PyObject *field, PyObject *value, Py_ssize_t index)
 {
-    while (one != other) {
-        if (Py_TYPE(one) != Py_TYPE(other) || !IS_OURS(one) || --*pairs < 0) return 0;
-        Record *record = record_of(one), *other_record = record_of(other);
-        if (record->form != other_record->form) return 0;
-        if (record->form == source_form) return record->first == other_record->first;
-        if (record->kind == OTHER) return 0;
-        if (!IS_SINGLE(record->kind) && !show_alike(record->second, other_record->second, pairs)) return 0;
-        one = record->first;
-        other = other_record->first;
-    }
-    return 1;
+    if (!IS_FIELD(field) || PART(field, FIELD_VALUE) != value || !PyLong_CheckExact(PART(field, INDEX))) return 0;
+    Py_ssize_t known = PyLong_AsSsize_t(PART(field, INDEX));
+    return known == -1 && PyErr_Occurred() ? -1 : known == index;
 }
 
-/* As `is_made_alike` in tracked.py where it is True; False where that has to do it. */
-PyObject *made_alike(PyObject *module, PyObject *const *args, Py_ssize_t count)
+/* Append a tracked value to the fields found: 0 with an error. */
+static int append_field(PyObject *found, PyObject *before, Py_ssize_t index, PyObject *value, PyObject *kind)
 {
-    if (count != 2) return PyErr_Format(PyExc_TypeError, "made_alike(value, other)");
-    int pairs = 256;
-    return PyBool_FromLong(show_alike(args[0], args[1], &pairs));
+    Py_ssize_t at = PyList_GET_SIZE(found);
+    Py_ssize_t known = before == NULL ? 0 : PySequence_Fast_GET_SIZE(before);
+    PyObject *earlier = at < known ? PySequence_Fast_GET_ITEM(before, at) : NULL;
+    int is_known = earlier == NULL ? 0 : is_field_of(earlier, value, index);
+    if (is_known != 0) return is_known > 0 && PyList_Append(found, earlier) == 0;
+    PyObject *number = PyLong_FromSsize_t(index);
+    PyObject *field = number == NULL ? NULL : PyTuple_Pack(PARTS, number, value, kind);
+    int is_done = field != NULL && PyList_Append(found, field) == 0;
+    Py_XDECREF(number);
+    Py_XDECREF(field);
+    return is_done;
 }
 
 /* As `select_tracked` in tracked.py. */
-PyObject *select_tracked(PyObject *module, PyObject *args)
+PyObject *select_tracked(PyObject *module, PyObject *const *args, Py_ssize_t count)
 {
-    PyObject *values, *kinds, *found;
-    Py_ssize_t index;
-    if (!PyArg_ParseTuple(args, "O!nO!O!:select_tracked", &PyTuple_Type, &values, &index, &PyTuple_Type, &kinds,
-                          &PyList_Type, &found)) {
-        return NULL;
+    PyObject *values = count > 0 ? args[0] : Py_None, *kinds = count > 2 ? args[2] : Py_None;
+    PyObject *found = count > 3 ? args[3] : Py_None, *before = count > 4 ? args[4] : NULL;
+    Py_ssize_t index = count > 1 ? PyLong_AsSsize_t(args[1]) : 0;
+    int is_right = count >= 4 && count <= 5 && PyTuple_CheckExact(values) && PyTuple_CheckExact(kinds) &&
+                   PyTuple_GET_SIZE(kinds) == PyTuple_GET_SIZE(values) && PyList_CheckExact(found) &&
+                   (before == NULL || PyTuple_CheckExact(before) || PyList_CheckExact(before));
+    if (PyErr_Occurred()) return NULL;
+    if (!is_right) {
+        return PyErr_Format(PyExc_TypeError, "select_tracked(tuple of values, index, as many kinds, list, fields)");
     }
-    Py_ssize_t count = PyTuple_GET_SIZE(values);
-    if (PyTuple_GET_SIZE(kinds) != count) return PyErr_Format(PyExc_ValueError, "a kind for each value");
-    for (Py_ssize_t at = 0; at < count; at++) {
+    for (Py_ssize_t at = 0; at < PyTuple_GET_SIZE(values); at++) {
         PyObject *value = PyTuple_GET_ITEM(values, at);
         if (PyFloat_CheckExact(value) || PyLong_CheckExact(value) || PyUnicode_CheckExact(value)) continue;
         int is_tracked = IS_OURS(value) ? 1 : PySet_Contains(tracked_classes, (PyObject *)Py_TYPE(value));
         if (is_tracked == 0) continue;
-        PyObject *number = is_tracked < 0 ? NULL : PyLong_FromSsize_t(index + at);
-        PyObject *leaf = number == NULL ? NULL : PyTuple_Pack(3, number, value, PyTuple_GET_ITEM(kinds, at));
-        int failed = leaf == NULL || PyList_Append(found, leaf) < 0;
-        Py_XDECREF(number);
-        Py_XDECREF(leaf);
-        if (failed) return NULL;
+        if (is_tracked < 0 || !append_field(found, before, index + at, value, PyTuple_GET_ITEM(kinds, at))) return NULL;
     }
     Py_RETURN_NONE;
+}
+
+/* Whether two texts or ints are the same: -1 with an error. */
+static inline int is_same(PyObject *one, PyObject *other)
+{
+    return one == other ? 1 : PyObject_RichCompareBool(one, other, Py_EQ);
+}
+
+/* Whether two fields are the same one, whatever their values are: -1 with an error. */
+static int is_same_field(PyObject *one, PyObject *other)
+{
+    if (!IS_FIELD(one) || !IS_FIELD(other)) {
+        PyErr_SetString(PyExc_TypeError, "a field is a tuple (index, value, kind)");
+        return -1;
+    }
+    int status = is_same(PART(one, INDEX), PART(other, INDEX));
+    return status == 1 ? is_same(PART(one, KIND_OF_FIELD), PART(other, KIND_OF_FIELD)) : status;
+}
+
+/* As `replaced_fields` in tracked.py. */
+PyObject *replaced_fields(PyObject *module, PyObject *const *args, Py_ssize_t count)
+{
+    if (count != 2 || !PyList_CheckExact(args[0]) || !PyList_CheckExact(args[1])) {
+        return PyErr_Format(PyExc_TypeError, "replaced_fields(list found, list before)");
+    }
+    if (PyList_GET_SIZE(args[0]) != PyList_GET_SIZE(args[1])) Py_RETURN_NONE;
+    PyObject *places = PyList_New(0);
+    int status = 1;
+    for (Py_ssize_t at = 0; places != NULL && status == 1 && at < PyList_GET_SIZE(args[0]); at++) {
+        PyObject *field = PyList_GET_ITEM(args[0], at), *earlier = PyList_GET_ITEM(args[1], at);
+        if (field == earlier) continue;
+        status = is_same_field(field, earlier);
+        if (status != 1 || PART(field, FIELD_VALUE) == PART(earlier, FIELD_VALUE)) continue;
+        PyObject *place = PyLong_FromSsize_t(at);
+        if (place == NULL || PyList_Append(places, place) < 0) status = -1;
+        Py_XDECREF(place);
+    }
+    if (status == 0) Py_XSETREF(places, Py_NewRef(Py_None));
+    if (status < 0) Py_CLEAR(places);
+    return places;
 }

@@ -2,12 +2,6 @@
 
 #include "core.h"
 
-/* A slope, and whether it is an int in Python. */
-typedef struct {
-    double value;
-    int is_whole;
-} Slope;
-
 /* A node below a value that is folded. What is referred to is held. */
 typedef struct {
     PyObject *node, *form, *first, *second;
@@ -25,8 +19,6 @@ typedef struct {
 
 /* What Python has to do is not here: no error, but no answer. */
 enum { FAILED = -1, DONE, NOT_HERE };
-
-#define MOST_EXACT 9007199254740992.0 /* all whole numbers up to here are floats */
 
 /* --- the nodes below a value ---------------------------------------------------------------------------------- */
 
@@ -138,13 +130,6 @@ static int find_all(Sweep *sweep, PyObject *value)
 }
 
 /* --- their slopes, added up ------------------------------------------------------------------------------------ */
-
-/* A number as a slope; 0 where it is none of which this knows all digits. */
-static int as_slope(PyObject *x, Slope *slope)
-{
-    slope->is_whole = PyLong_CheckExact(x);
-    return as_double(x, &slope->value) && (!slope->is_whole || fabs(slope->value) <= MOST_EXACT);
-}
 
 /* Add a slope for an operand to its weight; the sum is whole where both are. */
 static int add_weight(Sweep *sweep, PyObject *operand, const Below *user, Slope slope)

@@ -26,8 +26,7 @@ int truth_of(PyObject *thing, int name)
     return truth;
 }
 
-/* The kind of a form; -1 with an error. */
-static int kind_of(PyObject *form)
+int kind_of(PyObject *form)
 {
     if (form == source_form || form == lazy_form) return OTHER;
     for (int number = 0; number < 3 * OPERATORS; number++) if (form == forms[number]) return OPERATOR + number;
@@ -214,6 +213,19 @@ static inline PyObject *result_of(int operator, PyObject *v, PyObject *w, PyObje
     return finished(new_float(value, form, first, second, kind, size), collected);
 }
 
+PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject *second, int kind)
+{
+    const Record *record = record_of(first);
+    Py_ssize_t size = record->size + 1;
+    int collected = record->collected;
+    if (!IS_SINGLE(kind)) {
+        size = joint_size(record->size, record_of(second)->size);
+        collected = collected || record_of(second)->collected;
+    }
+    if (PyLong_CheckExact(value)) return finished(new_int(value, form, first, second, kind, size), collected);
+    return finished(new_float(PyFloat_AS_DOUBLE(value), form, first, second, kind, size), collected);
+}
+
 /* What an operator gives that has something else than floats to do. */
 static PyObject *recorded(int operator, PyObject *v, PyObject *w)
 {
@@ -253,20 +265,54 @@ static PyObject *divide(PyObject *v, PyObject *w) { return operate(DIVIDE, v, w)
 static PyObject *floor_divide(PyObject *v, PyObject *w) { return operate(FLOOR_DIVIDE, v, w); }
 static PyObject *remainder_of(PyObject *v, PyObject *w) { return operate(REMAINDER, v, w); }
 
+/* `v ** w`, whose results may be complex; whole numbers and a modulus are left to Python. */
+static PyObject *power(PyObject *v, PyObject *w, PyObject *modulus)
+{
+    PyObject *a = NULL, *b = NULL, *value = NULL, *result = NULL;
+    if (modulus != Py_None && !IS_OURS(v)) Py_RETURN_NOTIMPLEMENTED; /* as of a class of Python */
+    if (modulus == Py_None && (HOLDS_FLOAT(v) || HOLDS_FLOAT(w))) {
+        a = plain_of(v);
+        b = plain_of(w);
+    }
+    if (a != NULL && b != NULL) {
+        value = PyNumber_Power(a, b, Py_None);
+    } else if (!PyErr_Occurred()) {
+        result = PyObject_CallFunctionObjArgs(fallbacks[POWER], v, w, modulus, NULL);
+    }
+    Py_XDECREF(a);
+    Py_XDECREF(b);
+    if (value == NULL || !PyFloat_CheckExact(value)) return value == NULL ? result : value;
+    result = result_of(POWER, v, w, NULL, PyFloat_AS_DOUBLE(value));
+    Py_DECREF(value);
+    return result;
+}
+
+/* What a function of a whole number gives, with the form that records it. */
+static PyObject *single(PyObject *self, unaryfunc compute, PyObject *form)
+{
+    PyObject *plain = plain_of(self), *value = plain == NULL ? NULL : compute(plain), *result = NULL;
+    Py_XDECREF(plain);
+    if (value != NULL) result = new_number(value, form, self, Py_None, ANY_SINGLE);
+    Py_XDECREF(value);
+    return result;
+}
+
+static PyObject *single_float(PyObject *self, double value, PyObject *form)
+{
+    const Record *record = record_of(self);
+    return finished(new_float(value, form, self, Py_None, ANY_SINGLE, record->size + 1), record->collected);
+}
+
 static PyObject *negate(PyObject *self)
 {
-    Record *record = record_of(self);
-    PyObject *result;
-    if (IS_FLOAT(self)) {
-        double value = -PyFloat_AS_DOUBLE(self);
-        result = new_float(value, negation, self, Py_None, ANY_SINGLE, record->size + 1);
-    } else {
-        PyObject *value = PyNumber_Negative(int_part(self)->plain);
-        if (value == NULL) return NULL;
-        result = new_int(value, negation, self, Py_None, ANY_SINGLE, record->size + 1);
-        Py_DECREF(value);
-    }
-    return finished(result, record->collected);
+    if (IS_FLOAT(self)) return single_float(self, -PyFloat_AS_DOUBLE(self), negation);
+    return single(self, PyNumber_Negative, negation);
+}
+
+static PyObject *absolute(PyObject *self)
+{
+    if (IS_FLOAT(self)) return single_float(self, fabs(PyFloat_AS_DOUBLE(self)), absolute_form);
+    return single(self, PyNumber_Absolute, absolute_form);
 }
 
 /* --- attributes ---------------------------------------------------------------------------------------------- */
@@ -293,12 +339,17 @@ static PyObject *get_fold(PyObject *self, void *unused)
     return Py_NewRef(fold == NULL ? Py_None : fold);
 }
 
+void keep_fold(PyObject *value, PyObject *fold)
+{
+    Record *record = record_of(value);
+    Py_XINCREF(fold);
+    collect(value, record);
+    Py_XSETREF(record->fold, fold);
+}
+
 static int put_fold(PyObject *self, PyObject *value, void *unused)
 {
-    Record *record = record_of(self);
-    Py_XINCREF(value);
-    collect(self, record);
-    Py_XSETREF(record->fold, value);
+    keep_fold(self, value);
     return 0;
 }
 
@@ -388,7 +439,9 @@ static PyTypeObject *add_class(PyObject *module, PyTypeObject *base, const char 
         {Py_nb_true_divide, divide},
         {Py_nb_floor_divide, floor_divide},
         {Py_nb_remainder, remainder_of},
+        {Py_nb_power, power},
         {Py_nb_negative, negate},
+        {Py_nb_absolute, absolute},
         {Py_tp_doc, (void *)doc},
         {0, NULL},
     };

@@ -1,0 +1,167 @@
+/* What do functions of numbers record? Those of `math`, conversions, and what rewritten programs call in their inner loops
+   (`functions.py`). Each is a function of the core that calls another one with whatever is not frequent. What they are
+   made of is there as long as the process. */
+
+#include "core.h"
+
+#if PY_VERSION_HEX < 0x03090000
+#define PyObject_Vectorcall _PyObject_Vectorcall
+#endif
+
+int recording_is_paused;
+
+/* As `RECORDING.is_paused` in recording.py. */
+PyObject *pause_recording(PyObject *module, PyObject *flag)
+{
+    int truth = PyObject_IsTrue(flag);
+    if (truth < 0) return NULL;
+    recording_is_paused = truth;
+    Py_RETURN_NONE;
+}
+
+typedef PyObject *Call(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words);
+
+/* A function that calls another one in the end, which gives it its module; `what` is kept for ever. */
+static PyObject *made_function(Call *call, void *what, PyObject *otherwise, const char *name, const char *doc)
+{
+    PyObject *made = NULL, *self = PyCapsule_New(what, NULL, NULL);
+    PyMethodDef *definition = PyMem_Malloc(sizeof *definition);
+    PyObject *home = self ? PyObject_GetAttrString(otherwise, "__module__") : NULL;
+    if (definition == NULL) PyErr_NoMemory();
+    if (definition != NULL && home != NULL) {
+        *definition = (PyMethodDef){name, (PyCFunction)(void (*)(void))call, METH_FASTCALL | METH_KEYWORDS, doc};
+        made = PyCFunction_NewEx(definition, self, home);
+    }
+    if (made == NULL) PyMem_Free(definition);
+    Py_XDECREF(self);
+    Py_XDECREF(home);
+    return made;
+}
+
+/* --- operations on one or two numbers -------------------------------------------------------------------------- */
+
+typedef struct {
+    PyObject *forward, *otherwise, *of_sides[3]; /* the forms with the left, the right or both operands tracked */
+    int kinds[3], arity;
+} Recorder;
+
+/* What an operation gives for numbers of which one is tracked; NULL without an error where Python has to do it. */
+static PyObject *recorded(const Recorder *recorder, PyObject *const *args)
+{
+    int arity = recorder->arity, side = LEFT;
+    PyObject *plains[2] = {plain_of(args[0]), arity == 2 ? plain_of(args[1]) : NULL}, *value = NULL, *result = NULL;
+    if (plains[0] != NULL && (arity == 1 || plains[1] != NULL)) {
+        value = PyObject_Vectorcall(recorder->forward, plains, (size_t)arity, NULL);
+    }
+    Py_XDECREF(plains[0]);
+    Py_XDECREF(plains[1]);
+    if (value == NULL || recording_is_paused) return value;
+    if (PyFloat_CheckExact(value) || PyLong_CheckExact(value)) {
+        if (arity == 2) side = IS_OURS(args[0]) ? IS_OURS(args[1]) ? BOTH : LEFT : RIGHT;
+        PyObject *first = args[side == RIGHT], *second = arity == 1 ? Py_None : args[side != RIGHT];
+        result = new_number(value, recorder->of_sides[side], first, second, recorder->kinds[side]);
+    }
+    Py_DECREF(value);
+    return result;
+}
+
+static PyObject *call_recorder(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words)
+{
+    const Recorder *recorder = PyCapsule_GetPointer(self, NULL);
+    if (words == NULL && count == recorder->arity && (IS_OURS(args[0]) || (count == 2 && IS_OURS(args[1])))) {
+        PyObject *result = recorded(recorder, args);
+        if (result != NULL || PyErr_Occurred()) return result;
+    }
+    return PyObject_Vectorcall(recorder->otherwise, args, (size_t)count, words);
+}
+
+/* As `recorder` in functions.py. */
+PyObject *make_recorder(PyObject *module, PyObject *args)
+{
+    PyObject *forward, *otherwise, *of_sides;
+    const char *name, *doc;
+    int arity;
+    if (!PyArg_ParseTuple(args, "OO!iOss:recorder", &forward, &PyTuple_Type, &of_sides, &arity, &otherwise, &name,
+                          &doc)) {
+        return NULL;
+    }
+    if (arity < 1 || arity > 2 || PyTuple_GET_SIZE(of_sides) != 3) {
+        return PyErr_Format(PyExc_ValueError, "one or two operands, and three forms");
+    }
+    Recorder *recorder = PyMem_Calloc(1, sizeof *recorder);
+    if (recorder == NULL) return PyErr_NoMemory();
+    recorder->arity = arity;
+    for (int side = 0; side < (arity == 1 ? 1 : 3); side++) {
+        recorder->of_sides[side] = PyTuple_GET_ITEM(of_sides, side);
+        recorder->kinds[side] = kind_of(recorder->of_sides[side]);
+        if (recorder->kinds[side] < 0) {
+            PyMem_Free(recorder);
+            return NULL;
+        }
+    }
+    Py_INCREF(args); /* and all that it holds */
+    recorder->forward = forward;
+    recorder->otherwise = otherwise;
+    return made_function(call_recorder, recorder, otherwise, name, doc);
+}
+
+/* --- plain numbers and others ---------------------------------------------------------------------------------- */
+
+typedef struct {
+    PyObject *of_plain, *of_tracked, *of_others;
+} Keeper;
+
+/* What calls a keeper has for an argument: NULL with an error. */
+static inline PyObject *called_for(const Keeper *keeper, PyObject *x)
+{
+    if (PyFloat_CheckExact(x) || PyLong_CheckExact(x) || PyUnicode_Check(x)) return keeper->of_plain;
+    if (IS_OURS(x) || PyList_Check(x) || PyTuple_Check(x)) return keeper->of_tracked;
+    int is_tracked = PySet_Contains(tracked_classes, (PyObject *)Py_TYPE(x));
+    return is_tracked < 0 ? NULL : is_tracked ? keeper->of_tracked : keeper->of_others;
+}
+
+static PyObject *call_keeper(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words)
+{
+    const Keeper *keeper = PyCapsule_GetPointer(self, NULL);
+    PyObject *called = keeper->of_plain;
+    for (Py_ssize_t at = 0; called != keeper->of_others && at < count; at++) {
+        PyObject *one = called_for(keeper, args[at]);
+        if (one == NULL) return NULL;
+        if (one != keeper->of_plain) called = one;
+    }
+    return PyObject_Vectorcall(called, args, (size_t)count, words);
+}
+
+/* As `keeping` in functions.py. */
+PyObject *make_keeper(PyObject *module, PyObject *args)
+{
+    PyObject *of_plain, *of_tracked, *of_others;
+    const char *name, *doc;
+    if (!PyArg_ParseTuple(args, "OOOss:keeping", &of_plain, &of_tracked, &of_others, &name, &doc)) return NULL;
+    Keeper *keeper = PyMem_Malloc(sizeof *keeper);
+    if (keeper == NULL) return PyErr_NoMemory();
+    Py_INCREF(args);
+    *keeper = (Keeper){of_plain, of_tracked, of_others};
+    return made_function(call_keeper, keeper, of_plain, name, doc);
+}
+
+/* --- without provenance ---------------------------------------------------------------------------------------- */
+
+static PyObject *call_stripper(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words)
+{
+    if (words == NULL && count == 1) {
+        PyObject *x = args[0], *plain = PyUnicode_CheckExact(x) ? Py_NewRef(x) : plain_of(x);
+        if (plain != NULL || PyErr_Occurred()) return plain;
+    }
+    return PyObject_Vectorcall(PyCapsule_GetPointer(self, NULL), args, (size_t)count, words);
+}
+
+/* As `stripper` in functions.py. */
+PyObject *make_stripper(PyObject *module, PyObject *args)
+{
+    PyObject *otherwise;
+    const char *name, *doc;
+    if (!PyArg_ParseTuple(args, "Oss:stripper", &otherwise, &name, &doc)) return NULL;
+    Py_INCREF(args);
+    return made_function(call_stripper, otherwise, otherwise, name, doc);
+}
