@@ -76,6 +76,7 @@ static int add_field(Shape *shape, PyObject *field)
     Terms terms;
     int status = is_of_floats && IS_FLOAT(value) ? find_terms(&terms, value) : TERMS_OF_PYTHON;
     if (status != TERMS_FOUND) return status;
+    if (terms.term_count == 0) return TERMS_OF_PYTHON; /* what was found to have no provenance is not sent */
     status = add(shape, Py_NewRef(PyTuple_GET_ITEM(field, 0)));
     if (status == TERMS_FOUND && terms.term_count == 1 && terms.terms[0].slope.value == 1.0 &&
         IS_FLOAT(terms.terms[0].leaf)) {
