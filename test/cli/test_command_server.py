@@ -55,6 +55,7 @@ def started(script, *arguments):
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
+        env=dict(os.environ),  # without what readline has put into the process's own: LINES and COLUMNS
         timeout=TIME_LIMIT,
         check=False,
     )
@@ -69,6 +70,7 @@ def test_its_surroundings_are_those_of_a_program_that_was_started(program, tmp_p
     (said, last), (expected, also_last) = fork.stdout.splitlines(), process.stdout.splitlines()
     assert last == also_last == 'ended'
     said, expected = json.loads(said), json.loads(expected)
+    assert {name for name, _ in said['environment'].items() ^ expected['environment'].items()} == set()
     assert said == expected
     assert said['argv'] == [script, 'a b', 'ä']
     assert said['environment'] == dict(os.environ)
