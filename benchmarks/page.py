@@ -61,6 +61,9 @@ return [window.__viserTestpoints.rendererInfo.render.frame, canvas.width, canvas
 #: So many frames are drawn before any is counted: as many as it takes to find out how many pixels there is time for.
 FIRST_FRAMES = 20
 
+#: Notes when a key was pressed last, in ms since 1970.
+WATCH_KEYS = "window.addEventListener('keydown', () => { window.pressed = Date.now(); }, true)"
+
 #: Notes when what stands in a field changes, in ms since 1970.
 WATCH_FIELD = """
 const field = arguments[0];
@@ -170,6 +173,7 @@ class Views:
         rospy.Subscriber('/slt_visualization/update', InteractiveMarkerUpdate, self._see)
         for browser in self.browsers:
             browser.driver.execute_script(WATCH_FIELD, browser.field('along'))
+            browser.driver.execute_script(WATCH_KEYS)
 
     def _see(self, update: Any) -> None:
         if any(pose.name == BOX_NAME for pose in update.poses):
@@ -197,26 +201,29 @@ class Views:
             browser.close()
 
 
-def drag_in_rviz(views: Views, trial: int) -> None:
-    """A hand in RViz moves the box at once."""
+def drag_in_rviz(views: Views, trial: int) -> float:
+    """A hand in RViz moves the box at once; when that was, in seconds since 1970."""
+    begun = time.time()
     views.hand.drag(BOX_NAME, dx=0.5 if trial % 2 else -0.5, steps=1)
+    return begun
 
 
-def move_slider(views: Views, trial: int) -> None:
-    """A hand moves the slider in the first browser by a step."""
-    thumb = views.browsers[0].row('along').find_element('css selector', '[role=slider]')
+def move_slider(views: Views, trial: int) -> float:
+    """A hand moves the slider in the first browser by a step; when the browser had the key, in seconds since 1970."""
+    first = views.browsers[0]
+    thumb = first.row('along').find_element('css selector', '[role=slider]')
     thumb.send_keys(Keys.ARROW_RIGHT if trial % 2 else Keys.ARROW_LEFT)
+    return float(first.driver.execute_script('return window.pressed')) / 1000.0
 
 
 def latency(
-    views: Views, change: Callable[[Views, int], None], others: List[str], trials: int
+    views: Views, change: Callable[[Views, int], float], others: List[str], trials: int
 ) -> Dict[str, List[float]]:
-    """{view: seconds until it shows a change, for each trial}, from when the change was asked for."""
+    """{view: seconds until it shows a change, for each trial}, from when a hand made it."""
     found: Dict[str, List[float]] = {name: [] for name in others}
     for trial in range(trials):
         views.forget()
-        begun = time.time()
-        change(views, trial)
+        begun = change(views, trial)
         times = wait_until(
             lambda: (lambda seen: seen if all(name in seen for name in others) else None)(views.seen()), 'all see it'
         )

@@ -11,7 +11,7 @@
   'use strict';
 
   // The shares of the pixels that may be drawn, in each direction.
-  const SHARES = [1, 0.75, 0.5];
+  const SHARES = [1, 0.75, 0.5, 0.35];
   // What takes longer than SLOW is drawn with fewer pixels; with more again what would take less than FAST then; in ms.
   const SLOW = 45;
   const FAST = 40;

@@ -129,7 +129,7 @@ def _furnish(scene: Any) -> None:
     scene.configure_default_lights(cast_shadow=False)
     scene.configure_environment_map(hdri=None)
     scene.add_light_hemisphere('/sky', ground_color=GROUND_COLOR, intensity=SKY_LIGHT)
-    scene.add_grid('/grid', plane='xy', cell_size=1.0, section_size=10.0, infinite_grid=True, shadow_opacity=0.0)
+    scene.add_grid('/grid', 10.0, 10.0, plane='xy', cell_size=1.0, section_size=10.0, shadow_opacity=0.0)
 
 
 def run(
