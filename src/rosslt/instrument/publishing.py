@@ -75,9 +75,7 @@ class Publisher(node.Publisher):
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, rospy.ROSException):
                 reach(node.args_kwds_to_message(self.data_class, args, kwds))
-            took = time.thread_time() - start
-            self._look_again = now + max(PERIOD, took / SHARE)
-            SAMPLING.sending += took
+            self._look_again = now + max(PERIOD, (time.thread_time() - start) / SHARE)
         super().publish(*args, **kwds)
         SAMPLING.published(self)
 

@@ -55,8 +55,7 @@ class Sampling:
 
     Attributes:
         is_on: whether it records in some rounds only.
-        sending: the CPU time spent on writing what was recorded and on looking for its literals, which is limited
-            elsewhere.
+        sending: the CPU time spent on writing what was recorded, which is limited elsewhere.
         takes_turns: whether a publisher sends several things in turn: only what is recorded of those has provenance, so
             that pauses are short, however long a round takes.
     """
