@@ -66,9 +66,12 @@ class Unmodified:
         return self
 
     def __exit__(self, *_):
-        if self.process.poll() is None:
+        lives = self.process.poll() is None
+        if lives:
             self.process.kill()
-        self.process.communicate()
+        output, errors = self.process.communicate()
+        # shown where the test fails
+        print(f'{self.name} {"lived" if lives else "had ended"}, and said:', output, errors, sep='\n')
 
 
 class Listener:
