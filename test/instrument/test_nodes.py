@@ -1,7 +1,6 @@
 """Nodes in the manner of those that people have written: what they publish knows where it comes from, and follows."""
 
 import contextlib
-import os
 import subprocess
 
 import pytest
@@ -16,6 +15,7 @@ from visualization_msgs.msg import InteractiveMarkerInit, MarkerArray
 
 import rosslt
 from rosslt import node, values
+from support.packages import package_of_node
 from support.processes import wait_until
 from support.shell import rosslt as command
 from support.unmodified import Listener, Unmodified
@@ -411,14 +411,8 @@ def test_a_thread_publishes_by_keywords(run):
 @pytest.fixture
 def launched_nodes(tmp_path):
     """A package with a node; the environment in which it is found."""
-    script = tmp_path / 'talker.py'
-    script.write_text('#!/usr/bin/env python3' + LATCHED.replace("'latched', Float64", "'launched', Float64"))
-    script.chmod(0o755)
-    (tmp_path / 'package.xml').write_text(
-        '<package><name>launched_nodes</name><version>0.0.0</version><description>x</description>'
-        '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
-    )
-    return dict(os.environ, ROS_PACKAGE_PATH=f'{tmp_path}:{os.environ.get("ROS_PACKAGE_PATH", "")}')
+    code = LATCHED.replace("'latched', Float64", "'launched', Float64")
+    return package_of_node(tmp_path, 'launched_nodes', 'talker.py', code)
 
 
 @contextlib.contextmanager

@@ -10,6 +10,7 @@ import rospy
 from geometry_msgs.msg import PointStamped
 
 from rosslt import node
+from support.packages import package_of_node
 from support.processes import node_pid, wait_until
 from support.shell import rosslt as command
 from support.unmodified import Listener, Unmodified
@@ -118,20 +119,12 @@ while not rospy.is_shutdown():
 @pytest.fixture
 def launched(master, tmp_path):
     """The folder of a package whose node is started again whenever it ends."""
-    package = tmp_path / 'returning_package'
-    package.mkdir()
-    (package / 'package.xml').write_text(
-        '<package><name>returning_package</name><version>1.0.0</version><description>d</description>'
-        '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
-    )
-    script = package / 'launched.py'
-    script.write_text('#!/usr/bin/env python3\n' + LAUNCHED)
-    script.chmod(0o755)
+    environment = package_of_node(tmp_path, 'returning_package', 'launched.py', LAUNCHED)
     (tmp_path / 'all.launch').write_text(LAUNCH_FILE.format(folder=tmp_path))
     (tmp_path / 'tool.yaml').write_text('tool: {far: [1.0, 7.5]}  # 7.5\n')
     process = subprocess.Popen(
         ['rosslt', 'launch', '--no-markers', str(tmp_path / 'all.launch')],
-        env=dict(os.environ, ROS_PACKAGE_PATH=f'{tmp_path}:{os.environ["ROS_PACKAGE_PATH"]}'),
+        env=environment,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )

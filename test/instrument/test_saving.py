@@ -1,7 +1,6 @@
 """Changed values are written back into the files that they were read from, and edits of these files are taken in."""
 
 import math
-import os
 import random
 import re
 import signal
@@ -17,6 +16,7 @@ import rosslt
 from rosslt import files, node, srv
 from rosslt.instrument.parameter_origins import NotingLoader
 from rosslt.node import changes_to_save
+from support.packages import package_of_node
 from support.processes import wait_until
 from support.shell import rosslt as command
 from support.unmodified import Unmodified
@@ -379,22 +379,14 @@ LAUNCH_FILE = """<launch>
 
 
 def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_from(master, hearing, tmp_path):
-    package = tmp_path / 'launched_package'
-    package.mkdir()
-    (package / 'package.xml').write_text(
-        '<package><name>launched_package</name><version>1.0.0</version><description>d</description>'
-        '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
-    )
-    script = package / 'launched.py'
-    script.write_text('#!/usr/bin/env python3\n' + LAUNCHED)
-    script.chmod(0o755)
+    environment = package_of_node(tmp_path, 'launched_package', 'launched.py', LAUNCHED)
+    script = tmp_path / 'launched_package' / 'launched.py'
     launch, tall, turn = tmp_path / 'all.launch', tmp_path / 'tall.yaml', tmp_path / 'turn.yaml'
     launch.write_text(LAUNCH_FILE.format(folder=tmp_path, package='launched_package'), encoding='utf-8')
     tall.write_text('# ä\nheights: [1.0, 2.50,  3]  # 2.50\nother: .5\nside: "left"  # left\n', encoding='utf-8')
     turn.write_text('turn: rad(pi/4)\n')
     before = [file.read_bytes() for file in (launch, tall, turn)]
     heard = hearing('launched', PointStamped)
-    environment = dict(os.environ, ROS_PACKAGE_PATH=f'{tmp_path}:{os.environ["ROS_PACKAGE_PATH"]}')
     start = ['rosslt', 'launch', '--no-markers', str(launch)]
     process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:

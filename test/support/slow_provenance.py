@@ -2,7 +2,6 @@
 
 import contextlib
 import struct
-import sys
 import time
 import tracemalloc
 from typing import NamedTuple
@@ -167,27 +166,6 @@ def _affine_parts(name, steps):
     origins = [count + root for root in roots]
     head = _head(COEFFICIENTS | INSTRUCTIONS, FLOAT, count)
     return _case(name, FLOAT, 4, head + half + body + _fields(origins, [0] * 4))
-
-
-def steps(function):
-    """How many of Python's instructions a call takes: what it costs, whatever else the machine does.
-
-    What is done in one go in C, such as packing numbers, counts as one.
-    """
-    count, before = 0, sys.gettrace()
-
-    def trace(frame, event, _argument):
-        nonlocal count
-        frame.f_trace_opcodes, frame.f_trace_lines = True, False
-        count += event == 'opcode'
-        return trace
-
-    sys.settrace(trace)
-    try:
-        function()
-    finally:
-        sys.settrace(before)
-    return count
 
 
 def cost(message_class, elements, data):

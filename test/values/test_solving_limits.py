@@ -3,13 +3,13 @@
 import gc
 import math as plain_math
 import random
-import sys
 
 import pytest
 
 from rosslt import NotInvertible, Source, evaluate, math, operation, solve, track
 from rosslt.values import affine
 from rosslt.values.graph import Graph
+from support.counting import instructions_run
 
 A, B, C = Source('/node', 1), Source('/node', 2), Source('/other', 1)
 TURN = 2 * plain_math.pi
@@ -350,24 +350,6 @@ def poses(count):
     return points, [float(point) + chance.uniform(-0.1, 0.1) for point in points]
 
 
-def lines_run(function):
-    """How many lines of Python a call runs: what it costs, the same on every machine."""
-    count = 0
-
-    def trace(frame, event, argument):
-        nonlocal count
-        count += event == 'line'
-        return trace
-
-    before = sys.gettrace()
-    sys.settrace(trace)
-    try:
-        function()
-    finally:
-        sys.settrace(before)
-    return count
-
-
 def test_many_poses_with_a_common_offset_are_solved_together():
     points, targets = poses(200)
     answer = solve(points, targets)
@@ -378,7 +360,7 @@ def test_many_poses_with_a_common_offset_are_solved_together():
 def test_the_cost_of_many_poses_grows_with_their_number_not_its_square():
     few, many = (poses(count) for count in (100, 800))
     solve(*few)  # what is imported and made once is not counted
-    assert lines_run(lambda: solve(*many)) < 10 * lines_run(lambda: solve(*few))
+    assert instructions_run(lambda: solve(*many)) < 10 * instructions_run(lambda: solve(*few))
 
 
 @pytest.mark.parametrize('size', [100, 300])

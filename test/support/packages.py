@@ -1,0 +1,26 @@
+"""Packages of one node each, for launch files."""
+
+import os
+
+_MANIFEST = (
+    '<package><name>{}</name><version>1.0.0</version><description>d</description>'
+    '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
+)
+
+
+def package_of_node(folder, name, file, code):
+    """Write a package; returns the environment in which it is found.
+
+    Args:
+        folder: what it lies in.
+        name: of the package, and of its folder.
+        file: the name of the node's script.
+        code: all of it but the first line, which says that Python runs it.
+    """
+    package = folder / name
+    package.mkdir()
+    (package / 'package.xml').write_text(_MANIFEST.format(name))
+    script = package / file
+    script.write_text('#!/usr/bin/env python3\n' + code, encoding='utf-8')
+    script.chmod(0o755)
+    return dict(os.environ, ROS_PACKAGE_PATH=f'{folder}:{os.environ["ROS_PACKAGE_PATH"]}')
