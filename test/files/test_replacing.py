@@ -1,8 +1,10 @@
 """A script's file: replaced atomically, never over a text that somebody else has just saved, and watched."""
 
+import itertools
 import os
 import stat
 import threading
+import time
 
 import pytest
 
@@ -154,3 +156,23 @@ def test_a_file_that_is_being_written_is_read_when_it_is_done(path):
         assert files.read_settled(str(path)) in ('', 'a = 5\n')
         timer.join()
         assert files.read_settled(str(path)) == 'a = 5\n'
+
+
+def test_a_file_that_is_written_once_while_the_machine_is_busy_is_read(path, monkeypatch):
+    """A busy machine is played: whoever waits comes back a second late, and the file was written meanwhile."""
+    wait = time.sleep
+
+    def come_back_late(seconds):
+        wait(seconds + 1.0)
+        path.write_text('a = 2\n')
+
+    monkeypatch.setattr(replacing.time, 'sleep', come_back_late)
+    assert files.read_settled(str(path)) == 'a = 2\n'
+
+
+def test_a_file_that_is_written_all_the_time_is_said_to_be(path, monkeypatch):
+    """Another program that writes in each moment is played by the waiting itself."""
+    numbers = itertools.count()
+    monkeypatch.setattr(replacing.time, 'sleep', lambda _: path.write_text(f'a = {next(numbers)}\n'))
+    with pytest.raises(files.Unsettled, match='other programs keep writing it'):
+        files.read_settled(str(path))

@@ -18,8 +18,8 @@ from rosslt.files.errors import FileError
 #: For how long a file has to stay the same to count as saved, in seconds.
 SETTLING_TIME = 0.03
 
-#: How long to wait for that.
-PATIENCE = 0.5
+#: How often to look whether it has: looks are counted, not seconds, as a busy machine may let none come for a second.
+LOOKS = 17
 
 EXCHANGE = 2  # RENAME_EXCHANGE, for renameat2
 CURRENT_DIRECTORY = -100  # AT_FDCWD
@@ -72,16 +72,14 @@ def read_settled(path: str) -> str:
 
 def read_settled_bytes(path: str) -> bytes:
     """`read_settled`, of a file in any encoding."""
-    deadline = time.monotonic() + PATIENCE
     before = _attempt(path)
-    while True:
+    for _ in range(LOOKS):
         time.sleep(SETTLING_TIME)
         outcome = _attempt(path)
         if outcome == before:
             return read_bytes(path) if outcome is None else outcome
-        if time.monotonic() > deadline:
-            raise Unsettled(path, None, None, 'other programs keep writing it')
         before = outcome
+    raise Unsettled(path, None, None, 'other programs keep writing it')
 
 
 def _attempt(path: str) -> Optional[bytes]:
