@@ -7,10 +7,12 @@ names and says which one is gone, so that a change of rospy is seen before a rob
 import os
 import signal
 import threading
+import weakref
 from types import FrameType
-from typing import Optional, Set
+from typing import Any, Optional, Set
 
 import rospy.core
+import rospy.impl.masterslave
 import rospy.impl.registration
 import rospy.impl.tcpros_pubsub
 import rospy.impl.tcpros_service
@@ -45,6 +47,13 @@ shut_down_at_signal = rospy.core._ros_signal
 #: After how many seconds a signal that came while such a lock was held is sent again.
 _SIGNALLED_AGAIN = 0.02
 
+#: What connects the subscriber of a topic to one publisher, unless it is connected already.
+connect_to_publisher = rospy.impl.masterslave.ROSHandler._connect_topic
+
+#: {(topic, address of a publisher): held by who connects to it}.
+_TURNS: Any = weakref.WeakValueDictionary()
+_TURNS_LOCK = threading.Lock()
+
 #: What `topics` uses of the objects behind a publisher and a subscriber. A publisher publishes, under their lock, a
 #: message that is carried in the place of another one, clears what it has written of a message that cannot be
 #: serialized, and sends the last message of a latched topic anew. A subscriber of a topic that is already subscribed
@@ -64,6 +73,24 @@ def connected_publishers(subscriber: rospy.Subscriber) -> Set[str]:
     A node that crashed stays in the master's list, and rospy counts connections without saying to whom.
     """
     return {connection.callerid_pub for connection in subscriber.impl.connections if not connection.done}
+
+
+def connect_once() -> None:
+    """Have this process connect each subscriber to each publisher once.
+
+    A subscriber that is made in the moment in which its publisher is made hears of it twice, from the master's answer
+    and from the master's update, and rospy connects twice at the same time. Of two connections of one node, the
+    subscriber closes the one that it made first, and the publisher the one whose header it read first: where these
+    differ, none is left, and the subscriber hears nothing for as long as it lives.
+    """
+    rospy.impl.masterslave.ROSHandler._connect_topic = _connect_in_turn
+
+
+def _connect_in_turn(handler: Any, topic: str, uri: str) -> Any:
+    with _TURNS_LOCK:
+        turn = _TURNS.setdefault((topic, uri), threading.Lock())
+    with turn:
+        return connect_to_publisher(handler, topic, uri)
 
 
 def shut_down_without_deadlock() -> None:

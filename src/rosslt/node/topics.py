@@ -17,7 +17,7 @@ from rosslt import messages, values
 from rosslt.node.latched import Latched, latch
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.refresh import READINGS, Refresher
-from rosslt.node.rospy_internals import args_kwds_to_message, get_topic_manager, is_initialized
+from rosslt.node.rospy_internals import args_kwds_to_message, connect_once, get_topic_manager, is_initialized
 from rosslt.node.serialization import (
     Provenance,
     Sending,
@@ -207,6 +207,7 @@ class Subscriber(rospy.Subscriber):
         args, kwargs = _plain_options(args, kwargs)
         if callback is not None and messages.is_tracked_type(data_class):
             callback = self._unwrapping(callback)
+        connect_once()
         super().__init__(
             name, received_class(data_class, rospy.resolve_name(name)), callback, callback_args, *args, **kwargs
         )
