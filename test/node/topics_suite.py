@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Messages and services that carry provenance, also with plain publishers, subscribers and services."""
 
+import collections
 import io
 import os
 import queue
@@ -18,8 +19,10 @@ from geometry_msgs.msg import Point, PointStamped, Pose
 from rosslt.msg import Float64Tracked, PoseTracked
 from std_msgs.msg import Float64, Header, String
 from std_srvs.srv import SetBool, SetBoolResponse
+from visualization_msgs.msg import MarkerArray
 
 import rosslt
+from rosslt.node import SharingSubscriber
 from support.processes import Node, wait_until
 
 TALKER = """
@@ -29,6 +32,20 @@ TALKER = """
         x = rosslt.location(0.3, name='x')
         pose = Pose(position=Point(2 * x, x + 1, 5.0))
         publisher.publish(pose)
+        rate.sleep()
+    """
+
+
+MARKERS = """
+    from visualization_msgs.msg import Marker, MarkerArray
+    publisher = rosslt.Publisher('markers', MarkerArray, queue_size=10)
+    still, moving = Marker(id=0), Marker(id=1)
+    still.pose.position.x = rosslt.location(1.0, name='x')
+    rate = rospy.Rate(50)
+    while not rospy.is_shutdown():
+        moving.pose.position.x = 2 * rosslt.location(2.0, name='y')
+        moving.pose.position.y += 1.0
+        publisher.publish([still, moving])
         rate.sleep()
     """
 
@@ -48,6 +65,32 @@ class Inbox(queue.Queue):
 
 
 class Topics(unittest.TestCase):
+    def test_messages_of_each_publisher_share_what_is_the_same_where_all_subscribers_only_read(self):
+        with Node('first', MARKERS), Node('second', MARKERS):
+            sharing = Inbox(SharingSubscriber, '/markers', MarkerArray)
+            self.addCleanup(sharing.close)
+            before = {}
+            while len(before) < 2:
+                message = sharing.next()
+                before[message._connection_header['callerid']] = message
+            for _ in range(20):
+                message = sharing.next()
+                publisher = message._connection_header['callerid']
+                still, moving = message.markers
+                self.assertIs(still, before[publisher].markers[0])
+                self.assertIsNot(moving, before[publisher].markers[1])
+                self.assertGreater(moving.pose.position.y, before[publisher].markers[1].pose.position.y)
+                for marker, name, value in ((still, '/x', 1.0), (moving, '/y', 4.0)):
+                    (source,) = rosslt.sources(marker.pose.position.x)
+                    self.assertEqual((source.node, marker.pose.position.x), (publisher, value), name)
+                before[publisher] = message
+            for subscriber_class in (rosslt.Subscriber, SharingSubscriber):
+                inbox = Inbox(subscriber_class, '/markers', MarkerArray)
+                self.addCleanup(inbox.close)
+                latest = collections.deque(maxlen=10)  # some were shared just before the ordinary subscriber came
+                while len({id(message.markers[0]) for message in latest}) < 10:
+                    latest.append(inbox.next())
+
     def received(self, publisher, kind, subscriber_class, subscribed):
         with Node('talker', TALKER.format(publisher=publisher, kind=kind)):
             inbox = Inbox(subscriber_class, '/pose', subscribed)

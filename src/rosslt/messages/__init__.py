@@ -5,11 +5,13 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 - `fields`: what the fields of a message class are; `codegen`: code compiled for the class that walks them.
 - `field_path`: parts of messages by the paths that people write.
 - `codec`: provenance as bytes (docs/wire_format.md); `inband` and `tracked_types`: how these travel with a message.
+- `sharing`: decoding what differs from the message before.
 - `patching`: messages with other source values, by changing their bytes; `byte_places`: where leaves are in these.
 - `msg_files`: the generator of tracked message types; `location_header`: the header of the paper's C++ library.
 """
 
 from rosslt.messages.codec import Allowance, Announcer, SparingProvenance, attach, encode, provenance_to_send
+from rosslt.messages.codegen.blanks import blank
 from rosslt.messages.errors import BadHeader, UnknownOutline, UnknownType
 from rosslt.messages.field_path import NoSuchPart, distance, is_reached, is_sent_as, part_at, path_steps
 from rosslt.messages.inband import (
@@ -28,6 +30,7 @@ from rosslt.messages.location_header import LocationHeader, PaperIds, from_paper
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
 from rosslt.messages.patching import Patched, Patcher
+from rosslt.messages.sharing import SharingDecoder
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 
 __all__ = [
@@ -37,6 +40,7 @@ __all__ = [
     'Decoded',
     'LocationHeader',
     'MessagePath',
+    'SharingDecoder',
     'SparingProvenance',
     'NoSuchPart',
     'PaperIds',
@@ -46,6 +50,7 @@ __all__ = [
     'UnknownType',
     'append_provenance',
     'attach',
+    'blank',
     'decode',
     'decoder',
     'distance',

@@ -190,6 +190,24 @@ def in_full(data: bytes, message_class: Any) -> bytes:
     return data[: len(data) - len(footer) - len(found)] + provenance + _FOOTER.pack(len(provenance), MAGIC)
 
 
+def fields_and_provenance(data: bytes, message_class: type) -> Tuple[int, bytes]:
+    """Where the fields of a serialized message end, and the provenance behind it, b'' if there is none.
+
+    Only the last bytes are looked at: whoever reads the fields has to see that they end there. If they do not, there is
+    no provenance.
+
+    Raises:
+        UnknownOutline, BadHeader: as of `split_provenance`.
+    """
+    if not data.endswith(_BOTH):
+        return len(data), b''
+    footer = len(data) - _FOOTER.size
+    start = footer - _LENGTH.unpack_from(data, footer)[0]
+    if start < 0:
+        raise BadHeader('found a provenance longer than its message')
+    return start, _in_full(message_class, data, data[start:footer])
+
+
 def _found_behind(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
     """What is behind a message, and its footer; both are b'' where there is nothing."""
     found = finder(message_class)(data) if data.endswith(_BOTH) else None

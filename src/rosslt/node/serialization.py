@@ -2,6 +2,7 @@
 
 import functools
 import io
+import threading
 from typing import Any, BinaryIO, Callable, ClassVar, Dict, Optional, Set, Tuple
 
 import genpy
@@ -107,8 +108,18 @@ def _class_with_provenance(message_class: Any) -> Any:
     return WithProvenance
 
 
+class _Sharing(threading.local):
+    """A SharingDecoder for each publisher: rospy reads what comes from each in a thread of its own."""
+
+    def __init__(self, message_class: Any) -> None:
+        self._decode_into = messages.SharingDecoder(message_class).decode_into
+
+    def decode_into(self, message: Any, data: bytes) -> Optional[messages.BadHeader]:
+        return self._decode_into(message, data)
+
+
 @functools.lru_cache(maxsize=None)
-def received_class(message_class: Any, channel: str) -> Any:
+def received_class(message_class: Any, channel: str, shares: bool = False) -> Any:
     """A class that rospy deserializes in place of a message's.
 
     What comes out is an ordinary message, whose fields are tracked where provenance follows it. A tracked
@@ -117,6 +128,7 @@ def received_class(message_class: Any, channel: str) -> Any:
     Args:
         message_class: of the message.
         channel: the resolved name of the topic or service.
+        shares: whether messages have in them what is the same as in the one before, as of `messages.SharingDecoder`.
     """
     if message_class is rospy.AnyMsg or messages.is_tracked_type(message_class):
         return message_class
@@ -135,7 +147,7 @@ def received_class(message_class: Any, channel: str) -> Any:
         message._connection_header = connection_header
         report_bad_header(channel, connection_header, error)
 
-    decode_into = messages.decoder(message_class)
+    decode_into = _Sharing(message_class).decode_into if shares else messages.decoder(message_class)
     # Of a message with a bad header, until rospy says from whom it came, the next it does. Only then it can be told.
     untold = type(
         message_class.__name__,

@@ -195,6 +195,8 @@ class Subscriber(rospy.Subscriber):
             type.
     """
 
+    _shares = False
+
     def __init__(
         self,
         name: str,
@@ -208,11 +210,10 @@ class Subscriber(rospy.Subscriber):
         if callback is not None and messages.is_tracked_type(data_class):
             callback = self._unwrapping(callback)
         connect_once()
-        super().__init__(
-            name, received_class(data_class, rospy.resolve_name(name)), callback, callback_args, *args, **kwargs
-        )
+        reading = received_class(data_class, rospy.resolve_name(name), self._shares)
+        super().__init__(name, reading, callback, callback_args, *args, **kwargs)
         if data_class is not rospy.AnyMsg:
-            _read_in_band(self.impl, data_class)
+            _read_in_band(self.impl, data_class, reading)
         MASTER_WATCH.start()
 
     def _unwrapping(self, callback: Callable[..., Any]) -> Callable[..., None]:
@@ -225,6 +226,16 @@ class Subscriber(rospy.Subscriber):
             callback(message, *callback_args)
 
         return unwrapped
+
+
+class SharingSubscriber(Subscriber):
+    """A subscriber whose callback only reads what it gets.
+
+    A message has in it the very objects of the message before, as far as they are the same, and as long as all
+    subscribers of the topic in this process are such ones: see `messages.SharingDecoder`.
+    """
+
+    _shares = True
 
 
 def wait_for_message(topic: str, topic_type: Any, timeout: Optional[float] = None) -> Any:
@@ -258,14 +269,15 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Optional[float] = Non
     return box[0]
 
 
-def _read_in_band(impl: Any, data_class: Any) -> None:
+def _read_in_band(impl: Any, data_class: Any, reading: Any) -> None:
     """Have a topic that is already subscribed to in this process, by plain rospy perhaps, be read with
     provenance.
 
     rospy has one reader for all subscribers of a topic in a process. Tracked values are plain values to those
-    who do not know of them.
+    who do not know of them. But those who may change what they get must not get what others have.
     """
-    reading = received_class(data_class, impl.resolved_name)
+    if impl.data_class is not reading:
+        reading = received_class(data_class, impl.resolved_name, False)
     impl.data_class = reading
     with impl.c_lock:
         for connection in impl.connections:

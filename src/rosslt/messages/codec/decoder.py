@@ -43,6 +43,9 @@ SCALAR_TYPES = frozenset((float, int, bool, str))
 Located = Tuple[Any, Any, Any, str]
 """Where a leaf is, its owner and the key in that; its value and its kind, as the walkers locate them."""
 
+LocatedArray = Tuple[Any, str, Any, List[Any]]
+"""Where an array of scalars is, its owner and the name in that; the array, and the copy that leaves are located in."""
+
 
 def attach(message: Any, data: bytes) -> None:
     """Put the provenance in `data` onto the fields of a message.
@@ -69,14 +72,18 @@ def attach(message: Any, data: bytes) -> None:
         header = read_header(data)
     wanted = header.wanted
     found: List[Located] = []
-    arrays: List[Tuple[Any, str, Any, List[Any]]] = []
+    arrays: List[LocatedArray] = []
     more = iter(wanted).__next__
     walkers(message.__class__).locate(message, 0, more(), more, found.append, arrays.append)
     if wanted[len(found)] != END:
         raise BadHeader(
             'bad provenance: found one of leaf %d, which the %s does not have' % (wanted[len(found)], message._type)
         )
-    tracked = header.tracked(found)
+    put_located(found, header.tracked(found), arrays)
+
+
+def put_located(found: Sequence[Located], tracked: Sequence[Any], arrays: Sequence[LocatedArray]) -> None:
+    """Put tracked values in the places of the leaves that a walker has located, in arrays that it has copied too."""
     for (owner, key, _, _), value in zip(found, tracked):
         if type(owner) is list:
             owner[key] = value
@@ -192,6 +199,16 @@ class ReceivedHeader:
     def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReceivedHeader':
         """The same header with other floats, which are finite, as values and coefficients."""
         return ReceivedHeader(self._fields, self._tables.with_floats(values, slopes), self._expressions)
+
+    def part(self, numbers: Sequence[int]) -> 'ReceivedHeader':
+        """The same header with some of its fields, by their rising numbers."""
+        fields = self._fields
+        if len(numbers) == len(fields.origins):
+            return self
+        wanted, origins, slopes = ([each[number] for number in numbers] for each in fields[:3])
+        return ReceivedHeader(
+            ReceivedFields((*wanted, END), origins, slopes, fields.is_numeric), self._tables, self._expressions
+        )
 
     def writer(self, message_class: type) -> Optional[LeafWriter]:
         """What writes the fields to the leaves before the first array; None where that is not possible."""

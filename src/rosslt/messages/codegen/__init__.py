@@ -1,1 +1,4 @@
-"""Code that is written and compiled once for each message class: `walkers` for any, `leaf_access` for simple ones."""
+"""Code that is written and compiled once for each message class.
+
+`walkers` are for any class, `leaf_access` is for simple ones; `blanks` makes empty messages.
+"""
