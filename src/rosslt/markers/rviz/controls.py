@@ -6,9 +6,10 @@ marker's frame however the marker itself is turned.
 
 from typing import Any, List, Sequence
 
-from geometry_msgs.msg import Point, Pose, Quaternion
+from geometry_msgs.msg import Pose, Quaternion
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl
 
+from rosslt import messages
 from rosslt.markers.geometry import IDENTITY, ONTO_AXIS, PoseTuple, Rotation, Vector, inverse, onto, product
 from rosslt.markers.scene.handle import CanChange, Handle
 
@@ -16,6 +17,8 @@ AXIS_NAMES = 'xyz'
 
 #: How large the controls are against the thing: RViz has arrows begin at half of that, outside the thing.
 ARROW_SCALE = 1.5
+
+_blank_pose = messages.blank(Pose)
 
 
 def handle_marker(handle: Handle, can_change: CanChange, is_free: bool) -> Any:
@@ -47,7 +50,10 @@ def interactive_marker(name: str, frame: str, pose: PoseTuple, size: float, cont
 
 def pose_message(pose: PoseTuple) -> Any:
     """A Pose of (x, y, z, qx, qy, qz, qw)."""
-    return Pose(Point(*pose[:3]), Quaternion(*pose[3:]))
+    message = _blank_pose()
+    position, orientation = message.position, message.orientation
+    position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w = pose
+    return message
 
 
 def arrow(axis: int) -> Any:

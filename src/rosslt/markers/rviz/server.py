@@ -1,23 +1,80 @@
-"""The interactive marker server, with two differences that drags need, and one for a clean end."""
+"""The interactive marker server, with differences that drags and hundreds of moving markers need, and a clean end."""
 
+import threading
 import time
-from typing import Any
+from typing import Any, Dict
 
 import rospy
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
+from visualization_msgs.msg import InteractiveMarkerInit, InteractiveMarkerPose, InteractiveMarkerUpdate
+
+from rosslt import messages
 
 #: For how long after its last feedback a hand keeps other hands off a marker, in seconds.
 OTHER_HAND_TIMEOUT = 1.0
 
+_blank_update = messages.blank(InteractiveMarkerPose)
+
 
 class Server(InteractiveMarkerServer):
-    """The server, but for three things.
+    """The server, but for four things.
 
     A pose that RViz reports is not sent back to it: it would arrive late, and RViz would jump to it at the
     end of the drag. And two hands are kept apart only where there are two: the original refuses any feedback
-    in the first second of a marker. And the timer that says that the server is alive may find its topic closed when the
-    node ends, which is no error.
+    in the first second of a marker. A pose that is set costs a pose: the original makes a whole marker for it, and logs
+    it. And the node may end at any moment: its last changes are made even if the signal has come in the middle of
+    earlier ones, and topics that are closed already are no error.
+
+    Args:
+        name: of its topics.
     """
+
+    def __init__(self, name: str) -> None:
+        self._poses: Dict[str, Any] = {}
+        super().__init__(name)
+        self.mutex = threading.RLock()
+
+    def setPose(self, name: str, pose: Any) -> None:  # noqa: N802  (the name is the base class's)
+        """Have a marker stand there, from the next `applyChanges` on."""
+        self._poses[name] = pose
+
+    def applyChanges(self) -> None:  # noqa: N802  (the name is the base class's)
+        """Send what has changed."""
+        with self.mutex:
+            poses = {name: pose for name, pose in self._poses.items() if name not in self.pending_updates}
+            self._poses = {}
+        super().applyChanges()
+        moved = []
+        with self.mutex:
+            for name, pose in poses.items():
+                context = self.marker_contexts.get(name)
+                if context is not None:
+                    context.int_marker.pose = pose
+                    update = _blank_update()
+                    update.header, update.pose, update.name = context.int_marker.header, pose, name
+                    moved.append(update)
+        if moved:
+            self.seq_num += 1
+            self.publish(InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.UPDATE, poses=moved))
+            self.publishInit()
+
+    def publish(self, update: Any) -> None:
+        """Send an update, as long as the node runs."""
+        try:
+            super().publish(update)
+        except Exception:  # rospy closes topics, and what is in them, while others publish
+            if not rospy.is_shutdown():
+                raise
+
+    def publishInit(self) -> None:  # noqa: N802  (the name is the base class's)
+        """Keep what is there for those who come."""
+        with self.mutex:
+            markers = [context.int_marker for context in self.marker_contexts.values()]
+        try:
+            self.init_pub.publish(InteractiveMarkerInit(self.server_id, self.seq_num, markers))
+        except Exception:
+            if not rospy.is_shutdown():
+                raise
 
     def processFeedback(self, feedback: Any) -> None:  # noqa: N802  (the name is the base class's)
         """Hand on what RViz reports."""
@@ -34,11 +91,3 @@ class Server(InteractiveMarkerServer):
             context.last_feedback, context.last_client_id = now, feedback.client_id
         callback = context.feedback_cbs.get(feedback.event_type, context.default_feedback_cb)
         callback(feedback)
-
-    def keepAlive(self, event: Any) -> None:  # noqa: N802  (the name is the base class's)
-        """Tell RViz that the server is alive, as long as the node is."""
-        try:
-            super().keepAlive(event)
-        except Exception:  # rospy closes topics, and what is in them, while others publish
-            if not rospy.is_shutdown():
-                raise
