@@ -9,12 +9,12 @@ from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import Path
 from sensor_msgs.msg import JointState, Range
 from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import Marker
+from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import values
 from rosslt.markers.geometry import normalized, product, rotate_vector
 from rosslt.markers.rviz.controls import handle_marker
-from rosslt.markers.scene import by_type, joints
+from rosslt.markers.scene import by_type, hold, joints
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
@@ -41,9 +41,10 @@ class Seen:
     """A view that notes what it is told."""
 
     def __init__(self):
-        self.handles, self.said = {}, []
+        self.handles, self.said, self.puts = {}, [], []
 
     def put(self, handle):
+        self.puts.append(handle.name)
         self.handles[handle.name] = handle
 
     def drop(self, name):
@@ -137,6 +138,55 @@ def test_the_goal_of_an_action_has_a_handle_on_its_pose(scene, seen):
     message.goal.target_pose = pose_stamped(tracked(1.5))
     take(scene, '/move_base/goal', message)
     assert seen.handles['/move_base/goal:target_pose'].pose[0] == 1.5
+
+
+def test_a_marker_that_is_the_very_object_of_the_message_before_is_left_as_it_is(scene, seen):
+    one, other = marker(tracked(1.0)), marker(tracked(2.0, 2))
+    other.id = 1
+    take(scene, '/markers', MarkerArray([one, other]))
+    del seen.puts[:]
+    other = marker(tracked(3.0, 2))
+    other.id = 1
+    take(scene, '/markers', MarkerArray([one, other]))
+    assert seen.puts == ['/markers:thing:1']
+    assert seen.handles['/markers:thing:1'].pose[0] == 3.0
+
+
+def test_who_asks_for_a_handle_sees_that_another_message_has_shown_it(scene):
+    name, one = '/markers:thing:0', marker(tracked(1.0))
+    take(scene, '/markers', MarkerArray([one]))
+    before = scene.handle(name)
+    assert scene.handle(name) is before
+    take(scene, '/markers', MarkerArray([one]))
+    after = scene.handle(name)
+    assert after is not before
+    assert (after.pose, after.draw_key, after.tracked) == (before.pose, before.draw_key, before.tracked)
+
+
+def test_such_a_marker_is_shown_again_once_it_was_deleted_or_replaced(scene, seen):
+    one = marker(tracked(1.0))
+    take(scene, '/markers', MarkerArray([one]))
+    take(scene, '/markers', MarkerArray([Marker(action=Marker.DELETEALL)]))
+    assert not seen.handles
+    take(scene, '/markers', MarkerArray([one]))
+    assert seen.handles['/markers:thing:0'].pose[0] == 1.0
+    take(scene, '/markers', MarkerArray([marker(tracked(2.0))]), '/second')
+    take(scene, '/markers', MarkerArray([one]))
+    assert seen.handles['/markers:thing:0'].pose[0] == 1.0
+    scene.keep_publishers('/markers', {'/second'})
+    assert not seen.handles, 'the first one has shown it last'
+
+
+def test_a_dropped_handle_goes_back_where_messages_keep_showing_the_same_marker(scene, monkeypatch):
+    name, one = '/markers:thing:0', marker(tracked(1.0))
+    take(scene, '/markers', MarkerArray([one]))
+    scene.hold(name)
+    scene.let_go(name, {values.Source('/owner', 1): 2.0})
+    take(scene, '/markers', MarkerArray([one]))
+    assert scene.is_held(name), 'this message may be older than the change'
+    monkeypatch.setattr(hold, 'OLDER_MESSAGES', 0.0)
+    take(scene, '/markers', MarkerArray([one]))
+    assert not scene.is_held(name)
 
 
 def test_one_thing_published_as_a_pose_and_drawn_as_a_marker_has_the_handle_of_the_marker(scene, seen):

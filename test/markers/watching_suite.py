@@ -195,6 +195,19 @@ class Watching(unittest.TestCase):
         self.assert_gone('/living:cubes:0')
         self.assertGreater(time.monotonic() - start, 0.8)
 
+    def test_a_lifetime_begins_again_with_each_message_that_shows_the_same_marker(self):
+        publisher = self.publisher('living_on', MarkerArray)
+        one, ticks = cube(lifetime=rospy.Duration(2.0)), cube(1)
+        publisher.publish([one, ticks])
+        self.assert_shown('/living_on:cubes:0')
+        start = time.monotonic()
+        while time.monotonic() - start < 3.0:
+            publisher.publish([one, ticks])
+            self.assertIn('/living_on:cubes:0', self.hand.names())
+            rospy.rostime.wallsleep(0.1)
+        self.assert_gone('/living_on:cubes:0')
+        self.assertIn('/living_on:cubes:1', self.hand.names())
+
     def test_what_is_deleted_and_added_again_in_one_message_is_not_inserted_anew(self):
         publisher = self.publisher('renewing', MarkerArray)
         publisher.publish([cube(0)])

@@ -1,5 +1,6 @@
 """`slt_visualization`: a scene of all tracked topics, shown in RViz; private parameters are its settings."""
 
+import gc
 from typing import List
 
 import rospy
@@ -52,6 +53,7 @@ def run() -> None:
     Watch(scene, topics)
     rospy.Subscriber('/rosout', Log, _show_errors, scene, queue_size=10)
     rospy.on_shutdown(display.clear)
+    gc.freeze()  # what the node has begun with stays, and need not be looked through again and again as messages come
     while not rospy.is_shutdown():
         scene.expire()
         menus.check(MENUS_CHECKED)

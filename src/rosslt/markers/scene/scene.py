@@ -4,10 +4,11 @@ Adding, deleting, deleting all, lifetimes and namespaces mean here what they mea
 publisher has shown goes when the publisher goes.
 """
 
+import copy
 import math
 import threading
 import time
-from typing import Any, Callable, Collection, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Collection, Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 from visualization_msgs.msg import Marker, MarkerArray
@@ -29,6 +30,20 @@ MARKER_TYPES = (Marker._type, MarkerArray._type)
 Key = Tuple[Any, ...]
 
 
+class Thing(NamedTuple):
+    """A thing of a topic.
+
+    Attributes:
+        names: of its handles.
+        publisher: of the last message that shows it.
+        marker: of which they were made; None where it is no marker.
+    """
+
+    names: List[str]
+    publisher: str
+    marker: Any = None
+
+
 class Scene:
     """What can be dragged, thing by thing, and who shows it.
 
@@ -45,9 +60,10 @@ class Scene:
         self._settings, self._warn_with = settings, warn
         self._views: List[View] = []
         self._handles: Dict[str, Handle] = {}
+        self._seen_again: Set[str] = set()  # names of those that messages have shown since, with nothing changed
         self._places = Places()
         self._holds: Dict[str, Hold] = {}
-        self._things: Dict[str, Dict[Key, Tuple[List[str], str]]] = {}  # topic -> {key: (its handles, publisher)}
+        self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
         self._mortal: Dict[Tuple[str, Key], Any] = {}  # (topic, key) -> when it expires, a rospy.Time
         self._warned: Dict[str, float] = {}  # what has been warned of -> when
 
@@ -61,8 +77,12 @@ class Scene:
                 view.put(self._handles[name])
 
     def handle(self, name: str) -> Optional[Handle]:
-        """The handle of that name, or None."""
-        return self._handles.get(name)
+        """The handle of that name, or None. Another message has shown it since if it is another object than before."""
+        with self.lock:
+            if name in self._seen_again:
+                self._seen_again.discard(name)
+                self._handles[name] = copy.copy(self._handles[name])
+            return self._handles.get(name)
 
     def names(self) -> List[str]:
         """The names of all handles that are shown."""
@@ -73,9 +93,9 @@ class Scene:
         """(topic, publisher) of the last message that shows a handle; ('', '') where there is none of that name."""
         with self.lock:
             for topic, things in self._things.items():
-                for names, publisher in things.values():
-                    if name in names:
-                        return topic, publisher
+                for thing in things.values():
+                    if name in thing.names:
+                        return topic, thing.publisher
             return '', ''
 
     def topics(self) -> Dict[str, str]:
@@ -83,7 +103,7 @@ class Scene:
         with self.lock:
             found = {}
             for topic, things in self._things.items():
-                names = [name for handles, _ in things.values() for name in handles]
+                names = [name for thing in things.values() for name in thing.names]
                 if names:
                     found[topic] = self._handles[names[0]].frame
             return found
@@ -155,7 +175,8 @@ class Scene:
 
         Args:
             topic: its name.
-            message: an ordinary message, with tracked values in it.
+            message: an ordinary message, with tracked values in it. A marker that is the very object of an earlier
+                message has not changed since.
             is_shown: whether RViz shows it by itself.
         """
         publisher = (message._connection_header or {}).get('callerid', '')
@@ -182,10 +203,10 @@ class Scene:
         """Drop what publishers other than these have shown on a topic."""
         with self.lock:
             things = self._things.get(topic, {})
-            for key in [key for key, (_, publisher) in things.items() if publisher not in publishers]:
+            for key in [key for key, thing in things.items() if thing.publisher not in publishers]:
                 self._delete(topic, things, key)
 
-    def _take_other(self, topic: str, things: Dict[Key, Any], message: Any, publisher: str) -> None:
+    def _take_other(self, topic: str, things: Dict[Key, Thing], message: Any, publisher: str) -> None:
         kind = kind_of(type(message))
         if kind is None:
             return
@@ -198,9 +219,12 @@ class Scene:
         else:
             self._put(topic, things, (), [handle for _, handle in named if handle is not None], publisher)
 
-    def _take_marker(self, topic: str, things: Dict[Key, Any], marker: Any, publisher: str, is_shown: bool) -> None:
+    def _take_marker(self, topic: str, things: Dict[Key, Thing], marker: Any, publisher: str, is_shown: bool) -> None:
         key = (marker.ns, marker.id)
-        if marker.action == Marker.DELETE:
+        thing = things.get(key)
+        if thing is not None and thing.marker is marker and thing.publisher == publisher:
+            self._see_again(topic, key, thing)
+        elif marker.action == Marker.DELETE:
             self._delete(topic, things, key)
         elif marker.action == Marker.DELETEALL:
             for key in list(things):
@@ -211,13 +235,21 @@ class Scene:
             if fault:
                 self._warn('{} on {}: marker {}/{} {}'.format(publisher, topic, *key, fault))
                 return
-            self._put(topic, things, key, handles, publisher)
+            self._put(topic, things, key, handles, publisher, marker)
             if key in things and (marker.lifetime.secs or marker.lifetime.nsecs):
                 self._mortal[topic, key] = rospy.Time.now() + marker.lifetime
             else:
                 self._mortal.pop((topic, key), None)
         else:
             self._warn('{} on {}: marker {}/{} has the unknown action {}'.format(publisher, topic, *key, marker.action))
+
+    def _see_again(self, topic: str, key: Key, thing: Thing) -> None:
+        """A message shows a marker as it is."""
+        if (topic, key) in self._mortal:
+            self._mortal[topic, key] = rospy.Time.now() + thing.marker.lifetime
+        self._seen_again.update(thing.names)
+        for name in self._holds.keys() & thing.names if self._holds else ():
+            self._holds[name].see(self._handles[name])
 
     def _warn(self, text: str) -> None:
         """Warn of a fault in a message, once for messages with the same fault."""
@@ -227,28 +259,38 @@ class Scene:
             self._warned[text] = now
             self._warn_with(text)
 
-    def _put(self, topic: str, things: Dict[Key, Any], key: Key, handles: Iterable[Handle], publisher: str) -> None:
+    def _put(
+        self,
+        topic: str,
+        things: Dict[Key, Thing],
+        key: Key,
+        handles: Iterable[Handle],
+        publisher: str,
+        marker: Any = None,
+    ) -> None:
         names = []
         for handle in handles:
             self._put_handle(handle)
             names.append(handle.name)
         before = things.get(key)
-        if before is not None and before[0] != names:
-            for name in set(before[0]).difference(names):
+        if before is not None and before.names != names:
+            for name in set(before.names).difference(names):
                 self._drop_handle(name)
         if names:
-            things[key] = (names, publisher)
+            things[key] = Thing(names, publisher, marker)
         else:
             things.pop(key, None)
 
-    def _delete(self, topic: str, things: Dict[Key, Any], key: Key) -> None:
-        for name in things.pop(key, ((), ''))[0]:
+    def _delete(self, topic: str, things: Dict[Key, Thing], key: Key) -> None:
+        thing = things.pop(key, None)
+        for name in thing.names if thing is not None else ():
             self._drop_handle(name)
         self._mortal.pop((topic, key), None)
 
     def _put_handle(self, handle: Handle) -> None:
         name = handle.name
         self._handles[name] = handle
+        self._seen_again.discard(name)
         if name in self._holds:
             self._holds[name].see(handle)
         self._show_or_drop(self._places.put(handle))
@@ -259,6 +301,7 @@ class Scene:
                 view.drop(name)
 
     def _drop_handle(self, name: str) -> None:
+        self._seen_again.discard(name)
         if self._handles.pop(name, None) is None:
             return
         was_shown = self._places.is_shown(name)
