@@ -12,8 +12,8 @@ from typing import Any, Dict, List, Optional
 
 from rosslt import values
 
-#: From which share of a core on a process may be too expensive; how much of it recording must be, and how often as much
-#: the process must take with it as without.
+#: From which share of a core on a process may be too expensive; how much of it recording must be, with what is written
+#: where all is recorded; and how often as much the process must take with both as without.
 HEAVY, WORTH, RATIO = 0.05, 0.03, 1.5
 
 #: Which share of a core recording may take where it takes too much.
@@ -68,7 +68,10 @@ class Sampling:
         self._has_changed = False
         self._phase = 0
         self._since = self._cpu = self._heavy = self._next = self._not_before = self._settled = 0.0
-        self._recording, self._pausing = _Phase(), _Phase()
+        self._written = 0.0  # the CPU time spent on writing until then
+        # What a process takes while it records and while it does not, without writing; and what it writes if it always
+        # records.
+        self._recording, self._pausing, self._writing = _Phase(), _Phase(), _Phase()
         self._leader: Optional[Any] = None
         self._rounds = self._wanted = 0
         self._began = self._first_round = 0.0
@@ -108,18 +111,21 @@ class Sampling:
     def _spent(self, now: float) -> List[float]:
         cpu = time.process_time() - self.sending
         spent = [now - self._since, cpu - self._cpu]
-        self._since, self._cpu = now, cpu
+        self._since, self._cpu, self._written = now, cpu, self.sending
         return spent
 
     def _watch(self, publisher: Any, now: float) -> None:
         is_first = not self._since
         if is_first:
             self._settled = now + 2 * WATCHED
+        written = self.sending - self._written
         seconds, cpu = self._spent(now)
         self._next = now + WATCHED
         # What a process does before its first message and just after that, it does once.
         is_once = is_first or (now <= self._settled and seconds < LONG_HEAVY)
-        self._heavy = self._heavy + seconds if cpu > HEAVY * seconds and not is_once else 0.0
+        if not is_once:
+            self._writing.add(seconds, written)
+        self._heavy = self._heavy + seconds if cpu + written > HEAVY * seconds and not is_once else 0.0
         if self._heavy < LONG_HEAVY or now < self._not_before:
             return
         self.is_on = True
@@ -157,7 +163,8 @@ class Sampling:
     def _pause(self, now: float) -> None:
         self._recording.add(*self._spent(now))
         cost = self._recording.share - self._pausing.share
-        if self._pausing.time > WATCHED and (cost < WORTH or self._recording.share < RATIO * self._pausing.share):
+        always = self._recording.share + self._writing.share
+        if self._pausing.time > WATCHED and always < max(self._pausing.share + WORTH, RATIO * self._pausing.share):
             self.is_on, self._not_before, self._heavy = False, now + LEFT_ALONE, 0.0
             self._next = now + WATCHED
             return

@@ -12,7 +12,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Set, Tuple, 
 from rosslt.messages.codec.encoder import Leaf, Written, encoded_with_slopes, provenance_to_send, sent_fields
 from rosslt.messages.codec.wire_format import BYTES_LIMIT
 from rosslt.messages.leaves import located
-from rosslt.values import are_made_alike, is_same, made_alike, origins, replaced_fields, untracked
+from rosslt.values import are_made_alike, is_same, made_alike, origins, replaced_fields
 
 SHARE, MOST_SHARE = 0.01, 0.015
 """The share of a core that is spent on provenance; and where messages are made in other ways again and again."""
@@ -47,7 +47,9 @@ class _Known(NamedTuple):
     found: List[Leaf]
     """Its leaves in their order,"""
     leaves: Dict[int, Leaf]
-    """and by their indices."""
+    """and by their indices;"""
+    plain: Dict[int, Any]
+    """what they are without provenance."""
     moving: Set[int]
     """The indices of the leaves of which the slopes were written."""
     size: int
@@ -240,7 +242,8 @@ class SparingProvenance:
         written = encoded_with_slopes(message._type, leaves, moving)
         if len(written.data) > BYTES_LIMIT:
             return provenance_to_send(message)
-        known = _Known(leaves, by_index, moving, size, written)
+        plain = {index: value._plain for index, value, _ in leaves}
+        known = _Known(leaves, by_index, plain, moving, size, written)
         others = [one for one in self._known if not any(one is another for another in replaced)]
         self._known = [known, *others[: MOST_KNOWN - 1]]
         return written.data
@@ -255,12 +258,16 @@ def _changed(known: _Known, message: Any, present: '_Present') -> Optional[Set[i
 
     None where one of them was a source itself, which has not changed.
     """
-    plain = [index for index in known.leaves if index not in present.by_index and index not in known.moving]
-    changed = set()
-    for index, (_, _, value, _) in zip(plain, located(message, plain)):
-        leaf = known.leaves[index][1]
-        if not is_same(value, untracked(leaf)):
-            if origins([leaf]):
+    tracked, moving = present.by_index, known.moving
+    plain = [index for index in known.leaves if index not in tracked and index not in moving]
+    values = [value for _, _, value, _ in located(message, plain)]
+    befores = [known.plain[index] for index in plain]
+    changed: Set[int] = set()
+    if values == befores:  # which takes a fraction of what follows
+        return changed
+    for index, value, before in zip(plain, values, befores):
+        if not is_same(value, before):
+            if origins([known.leaves[index][1]]):
                 return None
             changed.add(index)
     return changed
