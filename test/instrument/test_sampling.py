@@ -127,6 +127,18 @@ def test_a_node_that_computes_much_stays_tracked_and_follows(master, tmp_path):
             assert next_path().poses[3].pose.position.z == pytest.approx(wanted)
 
 
+def test_who_subscribes_to_a_node_that_nobody_listened_to_gets_sources_with_the_first_message(master, tmp_path):
+    paused, paths = [], []
+    rospy.Subscriber('lonely_paused', Bool, lambda message: paused.append(message.data))
+    with Unmodified(tmp_path, 'lonely', HEAVY.replace('heavy', 'lonely')):
+        wait_until(lambda: True in paused, 'not all is recorded', 60)
+        rosslt.Subscriber('lonely_path', Path, paths.append)
+        wait_until(lambda: paths, 'a path', 60)
+        position = paths[0].poses[7].pose.position
+        assert values.is_tracked(position.y)
+        assert values.is_tracked(position.x)
+
+
 class _Publisher:
     recorded_since = 0
 

@@ -40,7 +40,7 @@ class Publisher(node.Publisher):
     _look_again = 0.0
 
     def _provenance(self) -> Callable[[Any, bool], bytes]:
-        sparing = messages.SparingProvenance(_ALLOWANCE)
+        sparing = self._sparing = messages.SparingProvenance(_ALLOWANCE)
         seen = 0
 
         def provenance(message: Any, full_history: bool) -> bytes:
@@ -77,7 +77,17 @@ class Publisher(node.Publisher):
                 reach(node.args_kwds_to_message(self.data_class, args, kwds))
             self._look_again = now + max(PERIOD, (time.thread_time() - start) / SHARE)
         super().publish(*args, **kwds)
-        SAMPLING.published(self)
+        impl = self.impl
+        if SAMPLING.published(self) and impl is not None and not impl.has_connections():
+            self._remember(*args, **kwds)
+
+    def _remember(self, *args: Any, **kwds: Any) -> None:
+        """Write the provenance of a message that went to nobody: who subscribes while nothing is recorded gets it."""
+        message = node.args_kwds_to_message(self._plain_class, args, kwds)
+        if not _is_sent_as_it_is(message):
+            start = time.thread_time()
+            self._sparing.remembered(message)
+            SAMPLING.sending += time.thread_time() - start
 
 
 def convert_by(convert: Callable[[Any], Any]) -> None:
@@ -95,7 +105,7 @@ def reach(message: Any) -> None:
     Args:
         message: any ROS message.
     """
-    if isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message)):
+    if _is_sent_as_it_is(message):
         return
     fields = messages.tracked_fields(message)
     leaves = list({id(value): value for _, value, _ in fields}.values())
@@ -107,6 +117,10 @@ def reach(message: Any) -> None:
             location.keep_whole()
     if any(map(node.is_whole_parameter, sources)):
         _take_fractions([value for _, value, kind in fields if kind in 'df'])
+
+
+def _is_sent_as_it_is(message: Any) -> bool:
+    return isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message))
 
 
 def _take_fractions(leaves: List[Any]) -> None:

@@ -75,7 +75,8 @@ class Sampling:
         self._leader: Optional[Any] = None
         self._rounds = self._wanted = 0
         self._began = self._first_round = 0.0
-        self._sampled: Dict[Any, float] = {}  # of each publisher, when a whole round was recorded last
+        # Of each publisher, when a whole round was recorded last; before pauses begin, when it was last needed.
+        self._sampled: Dict[Any, float] = {}
         self._sent: Dict[Any, float] = {}  # of each, when it has sent its last message
 
     def is_recorded(self, publisher: Any) -> bool:
@@ -96,17 +97,29 @@ class Sampling:
                 self._phase += 1
                 values.resume_recording()
 
-    def published(self, publisher: Any) -> None:
-        """A publisher has sent a message, a round of it is over."""
+    def published(self, publisher: Any) -> bool:
+        """A publisher has sent a message, a round of it is over.
+
+        Returns:
+            Whether what was recorded of that message is needed for later ones, of which less may be recorded.
+        """
         now = time.monotonic()
         if self.is_on:
             with self._lock:
+                is_first = self.is_recorded(publisher) and not self.was_sampled(publisher)
                 self._round_is_over(publisher, now)
                 self._sent[publisher] = now
             publisher.recorded_since = -1 if values.RECORDING.is_paused else self._phase
-        elif now >= self._next and not self._has_changed:
+            return is_first
+        if now >= self._next and not self._has_changed:
             with self._lock:
                 self._watch(publisher, now)
+                if self.is_on:
+                    return True
+        if self._heavy and now >= self._not_before and publisher not in self._sampled:
+            self._sampled[publisher] = now
+            return True
+        return False
 
     def _spent(self, now: float) -> List[float]:
         cpu = time.process_time() - self.sending
@@ -126,6 +139,8 @@ class Sampling:
         if not is_once:
             self._writing.add(seconds, written)
         self._heavy = self._heavy + seconds if cpu + written > HEAVY * seconds and not is_once else 0.0
+        if not self._heavy:
+            self._sampled = {}
         if self._heavy < LONG_HEAVY or now < self._not_before:
             return
         self.is_on = True

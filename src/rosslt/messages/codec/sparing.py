@@ -132,6 +132,8 @@ class SparingProvenance:
         if self.takes_turns:
             return self.to_send(message)  # nothing is recalled
         leaves, size = self._collected(message)
+        if not self._known:  # whatever was computed may move
+            self._moved |= {index for index, value, _ in leaves if origins([value]) is None}
         return self._write(time.monotonic(), message, leaves, size)
 
     def recalled(self, message: Any) -> bytes:
