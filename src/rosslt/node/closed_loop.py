@@ -24,6 +24,9 @@ PATIENCE = 2
 #: Fields that say what a message is about, where a node sends several things on one topic.
 NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 
+#: How the path ends of what names a goal of an action: each has another one, also where it is sent again.
+OF_GOALS = 'goal_id.id'
+
 #: How many other branches are described.
 MOST_BRANCHES = 3
 
@@ -123,7 +126,10 @@ def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
     return tuple(
         leaf
         for where, leaf in values.leaves(message)
-        if where.rpartition('.')[2].partition('[')[0] in NAMES and where != own and not values.is_tracked(leaf)
+        if where.rpartition('.')[2].partition('[')[0] in NAMES
+        and not where.endswith(OF_GOALS)
+        and where != own
+        and not values.is_tracked(leaf)
     )
 
 
