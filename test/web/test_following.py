@@ -84,13 +84,13 @@ from rosslt.web.things import Things
 scene = Scene(Settings(draws_all=True))
 things = Things(mock.MagicMock(), scene, mock.Mock(), lambda value: True, mock.Mock())
 scene.add_view(things)
-marker = Marker(type=Marker.CUBE)
-marker._connection_header = {}
-marker.header.frame_id = 'world'
-marker.pose.orientation.w = marker.scale.x = marker.scale.y = marker.scale.z = 1.0
 for x in (0.0, 0.0, 0.5):
     things.changed = mock.Mock()
+    marker = Marker(type=Marker.CUBE)
+    marker._connection_header = {}
+    marker.header.frame_id = 'world'
     marker.pose.position.x = x
+    marker.pose.orientation.w = marker.scale.x = marker.scale.y = marker.scale.z = 1.0
     scene.take('/box', marker, True)
     print(things.changed.called)
     things.follow()
