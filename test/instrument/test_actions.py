@@ -1,7 +1,6 @@
 """A node that sends goals of an action again and again: what is in them is forced, as of any other topic."""
 
-import actionlib
-from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal
+from move_base_msgs.msg import MoveBaseActionGoal
 
 from rosslt import node
 from support.unmodified import Listener, Unmodified
@@ -28,11 +27,22 @@ while not rospy.is_shutdown():
         rate.sleep()
 """
 
+SERVER = """
+import actionlib
+import rospy
+from move_base_msgs.msg import MoveBaseAction
+
+rospy.init_node('patrolled_server')
+server = actionlib.SimpleActionServer('patrolled', MoveBaseAction, lambda _: server.set_succeeded(), False)
+server.start()
+rospy.spin()
+"""
+
 
 def test_a_goal_that_is_sent_again_is_forced_although_its_id_is_another_one(master, tmp_path):
-    server = actionlib.SimpleActionServer('patrolled', MoveBaseAction, lambda _: server.set_succeeded(), False)
-    server.start()
-    with Unmodified(tmp_path, 'patroller', PATROL), Listener('patrolled/goal', MoveBaseActionGoal) as goals:
+    with Unmodified(tmp_path, 'patrolled_server', SERVER, tracked=False), Unmodified(
+        tmp_path, 'patroller', PATROL
+    ), Listener('patrolled/goal', MoveBaseActionGoal) as goals:
         outcome = node.force_field('/patrolled/goal', 'goal.target_pose.pose.position.y', 2.75, timeout=30)
         assert outcome.is_reached
         (change,) = outcome.changes.values()

@@ -182,15 +182,6 @@ def test_a_node_of_which_recording_is_a_small_part_is_left_alone(clock):
     assert not decides.is_on
 
 
-def test_what_writing_takes_where_all_is_recorded_counts_as_well(clock):
-    decides, publishers, recorded = sampling.Sampling(), [_Publisher()], 0
-    for _ in range(400):
-        decides.sending += 0.0005 if values.RECORDING.is_paused else 0.0015
-        recorded += clock.run(decides, publishers, 1, 0.0015 + 0.0005, 0.0027 + 0.0015)
-    assert decides.is_on
-    assert recorded < 200
-
-
 def test_a_node_that_recording_makes_expensive_is_recorded_in_some_rounds(clock):
     decides, publishers = sampling.Sampling(), [_Publisher(), _Publisher()]
     clock.run(decides, publishers, 100, 0.001, 0.010)

@@ -76,3 +76,12 @@ def test_pausing_twice_is_pausing_once(paused):
     assert values.is_tracked(values.track(1, SOURCE) + 1)
     values.resume_recording()
     assert values.is_tracked(1.5 - values.track(1.0, SOURCE))
+
+
+def test_what_was_recorded_elsewhere_is_made_again_with_its_provenance(paused):
+    values.resume_recording()
+    x = values.track(2.75, SOURCE)
+    instructions, (index,) = values.disassemble([values.MATH['sin'](x * 3.0) + 1.0])
+    values.pause_recording()
+    made = values.assemble(instructions)[index]
+    assert values.explain(made) == 'sin(2.75 [/node#1] * 3.0) + 1.0'

@@ -77,8 +77,7 @@ class Publisher(node.Publisher):
                 reach(node.args_kwds_to_message(self.data_class, args, kwds))
             self._look_again = now + max(PERIOD, (time.thread_time() - start) / SHARE)
         super().publish(*args, **kwds)
-        impl = self.impl
-        if SAMPLING.published(self) and impl is not None and not impl.has_connections():
+        if SAMPLING.published(self) and not self.get_num_connections():
             self._remember(*args, **kwds)
 
     def _remember(self, *args: Any, **kwds: Any) -> None:

@@ -8,12 +8,13 @@ of a source on, all is recorded.
 
 import threading
 import time
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, Optional, Tuple
 
 from rosslt import values
 
-#: From which share of a core on a process may be too expensive; how much of it recording must be, with what is written
-#: where all is recorded; and how often as much the process must take with both as without.
+#: From which share of a core on a process may be too expensive; how much of it recording must be; and how often as much
+#: the process must take with it as without. Writing is not counted there: it is limited elsewhere, and where nothing is
+#: recorded it may take as much.
 HEAVY, WORTH, RATIO = 0.05, 0.03, 1.5
 
 #: Which share of a core recording may take where it takes too much.
@@ -22,6 +23,10 @@ ALLOWED = 0.02
 #: How long a process is watched at a time, in seconds; for how long it must take much; and how long it is left alone
 #: where recording costs little.
 WATCHED, LONG_HEAVY, LEFT_ALONE = 0.5, 0.9, 20.0
+
+#: After how many seconds without recording, of which later ones count more, it shows what recording costs; and which
+#: share of a core is so little that the first rounds show it.
+LONG_ENOUGH, NEXT_TO_NOTHING = 1.0, 0.01
 
 #: The longest time without recording: in seconds, or in rounds where these take longer, but no more than so many
 #: seconds.
@@ -69,9 +74,7 @@ class Sampling:
         self._phase = 0
         self._since = self._cpu = self._heavy = self._next = self._not_before = self._settled = 0.0
         self._written = 0.0  # the CPU time spent on writing until then
-        # What a process takes while it records and while it does not, without writing; and what it writes if it always
-        # records.
-        self._recording, self._pausing, self._writing = _Phase(), _Phase(), _Phase()
+        self._recording, self._pausing = _Phase(), _Phase()
         self._leader: Optional[Any] = None
         self._rounds = self._wanted = 0
         self._began = self._first_round = 0.0
@@ -121,23 +124,22 @@ class Sampling:
             return True
         return False
 
-    def _spent(self, now: float) -> List[float]:
-        cpu = time.process_time() - self.sending
-        spent = [now - self._since, cpu - self._cpu]
-        self._since, self._cpu, self._written = now, cpu, self.sending
+    def _spent(self, now: float) -> Tuple[float, float, float]:
+        """The seconds since the last time that this was asked, and the CPU time in them: without writing, and of it."""
+        written = self.sending
+        cpu = time.process_time() - written
+        spent = now - self._since, cpu - self._cpu, written - self._written
+        self._since, self._cpu, self._written = now, cpu, written
         return spent
 
     def _watch(self, publisher: Any, now: float) -> None:
         is_first = not self._since
         if is_first:
             self._settled = now + 2 * WATCHED
-        written = self.sending - self._written
-        seconds, cpu = self._spent(now)
+        seconds, cpu, written = self._spent(now)
         self._next = now + WATCHED
         # What a process does before its first message and just after that, it does once.
         is_once = is_first or (now <= self._settled and seconds < LONG_HEAVY)
-        if not is_once:
-            self._writing.add(seconds, written)
         self._heavy = self._heavy + seconds if cpu + written > HEAVY * seconds and not is_once else 0.0
         if not self._heavy:
             self._sampled = {}
@@ -162,7 +164,7 @@ class Sampling:
             if now >= self._next and (is_enough or now > self._next + LONGEST_PAUSE):
                 self._pause(now)
         elif now >= self._next:
-            self._pausing.add(*self._spent(now))
+            self._pausing.add(*self._spent(now)[:2])
             self._record(publisher, now)
 
     def _record(self, publisher: Any, now: float) -> None:
@@ -176,10 +178,10 @@ class Sampling:
         self._next = self._first_round = now
 
     def _pause(self, now: float) -> None:
-        self._recording.add(*self._spent(now))
+        self._recording.add(*self._spent(now)[:2])
         cost = self._recording.share - self._pausing.share
-        always = self._recording.share + self._writing.share
-        if self._pausing.time > WATCHED and always < max(self._pausing.share + WORTH, RATIO * self._pausing.share):
+        is_little = cost < WORTH or self._recording.share < RATIO * self._pausing.share
+        if is_little and self._pausing.time > (WATCHED if cost < NEXT_TO_NOTHING else LONG_ENOUGH):
             self.is_on, self._not_before, self._heavy = False, now + LEFT_ALONE, 0.0
             self._next = now + WATCHED
             return

@@ -17,7 +17,7 @@ from .operations import SOURCE as RECORD_SOURCE
 from .operations import SOURCE_INSTRUCTION as SOURCE
 from .operations import Operation
 from .operations.table import MOST_BITS
-from .recording import apply, make
+from .recording import apply_and_record, make
 from .tracked import TRACKED
 
 
@@ -133,7 +133,7 @@ def _made(instruction: tuple, made: List[Any], check: Optional[Callable[[Operati
         operands = [made[index] for index in instruction[1:]]
         if check is not None:
             check(kind, operands)
-        value = apply(kind, *operands)
+        value = apply_and_record(kind, *operands)
         if value is NotImplemented:
             raise TypeError('%s of such operands' % kind.name)
         _check_size(value)

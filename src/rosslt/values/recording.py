@@ -60,11 +60,18 @@ def size_of(operands: Sequence[Any]) -> int:
 def apply(operation: Operation, first: Any, second: Any = None) -> Any:
     """The result of an operation: tracked if an operand is, an array if one is, NotImplemented for other types.
 
+    Plain while recording is paused.
+
     Raises:
         ArithmeticError, ValueError, TypeError: as the operation itself does.
     """
     if RECORDING.is_paused:
         first, second = plain(first), plain(second)
+    return apply_and_record(operation, first, second)
+
+
+def apply_and_record(operation: Operation, first: Any, second: Any = None) -> Any:
+    """As `apply`, also while recording is paused: for what has been recorded elsewhere and is made again."""
     if operation.arity == 1:
         if is_array(first):
             return broadcast(apply, operation, first)
