@@ -5,7 +5,7 @@ nothing else needs: without it, this module cannot be imported. Its door is `run
 is shut down.
 """
 
-from rosslt.web.door import NotServed
+from rosslt.web.access import NotServed
 from rosslt.web.page import Page, run
 
 __all__ = ['NotServed', 'Page', 'run']

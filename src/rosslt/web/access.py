@@ -27,14 +27,14 @@ from websockets.http11 import Response
 COOKIE = 'rosslt'
 
 #: How long a wrong password is answered with silence, in seconds.
-PENANCE = 1.0
+WRONG_PASSWORD_DELAY = 1.0
 
 
 class NotServed(Exception):
     """The page cannot be served; says why, and what to do."""
 
 
-class Door:
+class AccessCheck:
     """The check of requests.
 
     Args:
@@ -89,12 +89,13 @@ class Door:
 
 
 @contextlib.contextmanager
-def guarded(door: Door, prepare: Callable[[Response], None]) -> Iterator[None]:
-    """Have the server that viser starts in this context ask a door about every request.
+def guarded(access: AccessCheck, prepare: Callable[[Response], None]) -> Iterator[None]:
+    """Have the server that viser starts in this context check every request.
 
     viser 1.1 has no way to say it: its call of `websockets.asyncio.server.serve` is given one more step.
 
     Args:
+        access: the check.
         prepare: called with each answer that goes out to those who are let in, which it may change.
 
     Raises:
@@ -105,16 +106,16 @@ def guarded(door: Door, prepare: Callable[[Response], None]) -> Iterator[None]:
 
     def guarded_serve(*arguments: Any, process_request: Any, **options: Any) -> Any:
         async def checked(connection: Any, request: Any) -> Any:
-            refused = door.refusal(request.headers)
+            refused = access.refusal(request.headers)
             if refused is not None:
                 if 'Authorization' in request.headers:
-                    await asyncio.sleep(PENANCE)
+                    await asyncio.sleep(WRONG_PASSWORD_DELAY)
                 return refused
             response = process_request(connection, request)
             if response is not None:
                 prepare(response)
-                if door.has_password(request.headers):
-                    response.headers['Set-Cookie'] = door.cookie()
+                if access.has_password(request.headers):
+                    response.headers['Set-Cookie'] = access.cookie()
             return response
 
         started.append(True)
