@@ -1,4 +1,5 @@
-"""A subscriber that hears of its publisher several times in one moment connects to it once, and hears it."""
+"""A subscriber that hears of its publisher several times in one moment connects to it once, and hears it, with its
+provenance."""
 
 import json
 
@@ -57,3 +58,42 @@ def test_each_subscriber_connects_once_and_hears(master):
         speaker.process.stdin.write('\n')
         speaker.process.stdin.flush()
         assert json.loads(speaker.read_line()) == [1] * TOPICS
+
+
+#: Publishes what it was asked for, with a source.
+TRACKED_SPEAKER = """
+    publisher = rosslt.Publisher('topic', Float64, queue_size=1)
+    while not rospy.is_shutdown():
+        publisher.publish(rosslt.location(1.5, name='x'))
+        time.sleep(0.05)
+    """
+
+#: Subscribes as rospy does, and with provenance while that is connecting: the connection is made, but not known yet.
+LATE_LISTENER = """
+    import threading
+    from rospy.impl.tcpros_base import TCPROSTransport
+    plain, tracked, heard = threading.Event(), threading.Event(), threading.Event()
+    set_endpoint_id = TCPROSTransport.set_endpoint_id
+    def set_endpoint_id_late(transport, endpoint_id):
+        set_endpoint_id(transport, endpoint_id)
+        if transport.name == '/topic':
+            plain.set()
+            tracked.wait(60)
+    TCPROSTransport.set_endpoint_id = set_endpoint_id_late
+    found = []
+    def hear(message):
+        found.append(message.data)
+        heard.set()
+    rospy.Subscriber('topic', Float64, lambda _: None)
+    plain.wait(60)
+    rosslt.Subscriber('topic', Float64, hear)
+    tracked.set()
+    heard.wait(60)
+    print(json.dumps([source.node for source in rosslt.sources(found[0])]), flush=True)
+    rospy.spin()
+    """
+
+
+def test_a_connection_that_was_being_made_by_plain_rospy_is_read_with_provenance(master):
+    with Node('speaker', TRACKED_SPEAKER), Node('listener', LATE_LISTENER) as listener:
+        assert json.loads(listener.read_line()) == ['/speaker']

@@ -57,6 +57,7 @@ def test_what_is_used_of_a_connection_is_there():
     protocol = rospy.impl.tcpros_pubsub.TCPROSSub('/topic', String)
     made = rospy.impl.tcpros_base.TCPROSTransport(protocol, '/topic')
     gone = [name for name in rospy_internals.USED_OF_CONNECTIONS if not hasattr(made, name)]
+    gone += [name for name in rospy_internals.USED_OF_PROTOCOLS if not hasattr(protocol, name)]
     assert not gone, f'a connection of rospy has no {gone} any more; rosslt/node/rospy_internals.py needs it'
 
 

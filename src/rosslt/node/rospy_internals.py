@@ -17,6 +17,7 @@ import rospy.impl.registration
 import rospy.impl.tcpros_pubsub
 import rospy.impl.tcpros_service
 import rospy.msg
+import rospy.topics
 
 #: Publisher and service handlers take messages as rospy takes them: as one, as fields in order, or by name.
 args_kwds_to_message = rospy.msg.args_kwds_to_message
@@ -50,6 +51,9 @@ _SIGNALLED_AGAIN = 0.02
 #: What connects the subscriber of a topic to one publisher, unless it is connected already.
 connect_to_publisher = rospy.impl.masterslave.ROSHandler._connect_topic
 
+#: What gives a topic that this process subscribes to a connection to a publisher, which was made before.
+add_connection = rospy.topics._SubscriberImpl.add_connection
+
 #: {(topic, address of a publisher): held by who connects to it}.
 _TURNS: Any = weakref.WeakValueDictionary()
 _TURNS_LOCK = threading.Lock()
@@ -66,6 +70,9 @@ USED_OF_IMPLEMENTATIONS = {
 #: What `connected_publishers` uses of a connection.
 USED_OF_CONNECTIONS = ('callerid_pub', 'done')
 
+#: What is used of what reads the messages of a connection.
+USED_OF_PROTOCOLS = ('recv_data_class',)
+
 
 def connected_publishers(subscriber: rospy.Subscriber) -> Set[str]:
     """The names of the nodes that a subscriber is connected to.
@@ -75,15 +82,40 @@ def connected_publishers(subscriber: rospy.Subscriber) -> Set[str]:
     return {connection.callerid_pub for connection in subscriber.impl.connections if not connection.done}
 
 
-def connect_once() -> None:
-    """Have this process connect each subscriber to each publisher once.
+def mend_connecting() -> None:
+    """Have this process connect each subscriber to each publisher once, and read all of a topic in one way.
 
     A subscriber that is made in the moment in which its publisher is made hears of it twice, from the master's answer
     and from the master's update, and rospy connects twice at the same time. Of two connections of one node, the
     subscriber closes the one that it made first, and the publisher the one whose header it read first: where these
     differ, none is left, and the subscriber hears nothing for as long as it lives.
+
+    A connection that is being made while the topic's reader is replaced would go on with the reader from before.
     """
     rospy.impl.masterslave.ROSHandler._connect_topic = _connect_in_turn
+    rospy.topics._SubscriberImpl.add_connection = _add_connection
+
+
+def read_all_with(subscriber: Any, reader: Any) -> None:
+    """Replace the reader of a topic that is subscribed to.
+
+    Args:
+        subscriber: the implementation of its subscribers.
+        reader: the class that deserializes its messages.
+    """
+    with subscriber.c_lock:
+        subscriber.data_class = reader
+        for connection in subscriber.connections:
+            connection.protocol.recv_data_class = reader
+
+
+def _add_connection(subscriber: Any, connection: Any) -> Any:
+    lock = subscriber.c_lock
+    if lock is None:  # closed meanwhile
+        return add_connection(subscriber, connection)
+    with lock:
+        connection.protocol.recv_data_class = subscriber.data_class
+        return add_connection(subscriber, connection)
 
 
 def _connect_in_turn(handler: Any, topic: str, uri: str) -> Any:

@@ -17,7 +17,13 @@ from rosslt import messages, values
 from rosslt.node.latched import Latched, latch
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.refresh import READINGS, Refresher
-from rosslt.node.rospy_internals import args_kwds_to_message, connect_once, get_topic_manager, is_initialized
+from rosslt.node.rospy_internals import (
+    args_kwds_to_message,
+    get_topic_manager,
+    is_initialized,
+    mend_connecting,
+    read_all_with,
+)
 from rosslt.node.serialization import (
     Provenance,
     Sending,
@@ -209,7 +215,7 @@ class Subscriber(rospy.Subscriber):
         args, kwargs = _plain_options(args, kwargs)
         if callback is not None and messages.is_tracked_type(data_class):
             callback = self._unwrapping(callback)
-        connect_once()
+        mend_connecting()
         reading = received_class(data_class, rospy.resolve_name(name), self._shares)
         super().__init__(name, reading, callback, callback_args, *args, **kwargs)
         if data_class is not rospy.AnyMsg:
@@ -278,7 +284,4 @@ def _read_in_band(impl: Any, data_class: Any, reading: Any) -> None:
     """
     if impl.data_class is not reading:
         reading = received_class(data_class, impl.resolved_name, False)
-    impl.data_class = reading
-    with impl.c_lock:
-        for connection in impl.connections:
-            connection.protocol.recv_data_class = reading
+    read_all_with(impl, reading)
