@@ -79,3 +79,15 @@ def test_what_a_reconfigure_callback_gets_is_tracked_and_changed_either_way(mast
         wait_until(lambda: reconfigure()['radius'] == 1.25, 'the server knows of it')
         levels = started.stop()[1].splitlines()
         assert (levels[0], levels.count('reconfigured -1')) == ('reconfigured -1', 1)  # once at the start
+
+
+def test_a_parameter_that_was_read_before_there_is_a_server_of_it_is_the_source_of_both(master, tmp_path):
+    reads_first = "self.first = rospy.get_param('~radius', 1.5)\n        self.server ="
+    code = RECONFIGURED.lstrip().replace('self.server =', reads_first).replace('self.config.count * 1.0', 'self.first')
+    if rospy.has_param('/reconfigured'):  # what another test has set
+        rospy.delete_param('/reconfigured')
+    with Unmodified(tmp_path, 'reconfigured', code), Listener('reconfigured', PointStamped) as heard:
+        message = heard.comes(lambda message: values.is_tracked(message.point.z))
+        assert (message.point.x, message.point.z) == (1.5, 1.5)
+        node.force_value(message.point.x, 4.0)
+        heard.comes(lambda message: (message.point.x, message.point.z) == (4.0, 4.0))

@@ -36,6 +36,7 @@ def tracked_server(original: Any, extract_params: Callable[[Any], Any]) -> Any:
                     key = self._keys[name] = rospy.resolve_name(self.ns + name)
                     if not rospy.has_param(key):
                         rospy.set_param(key, self.config[name])
+                    node.parameter_was_set(key)  # the node may have read it before, while it was not set
                     node.read_parameter(frame, key)
                     node.when_parameter_changes(key, lambda name=name: self._follow(name))  # type: ignore[misc]
 
