@@ -251,7 +251,9 @@ class _Rewriter(ast.NodeTransformer):
         if isinstance(node, ast.UnaryOp):
             return self._may_be_hidden(node.operand)
         if isinstance(node, ast.Call):
-            return _last_name(node.func) in ('int', 'round', 'len', 'abs')
+            # What is computed of numbers with provenance by a function has it, in floats too where there is NumPy.
+            is_of_hidden = float in self._kinds and any(map(self._may_be_hidden, node.args))
+            return is_of_hidden or _last_name(node.func) in ('int', 'round', 'len', 'abs')
         name = _last_name(node)
         # Constants of other modules are called so.
         return name in self._hidden or (float in self._kinds and name.isupper())
