@@ -1,6 +1,7 @@
 """What a node asks of the ROS around it, parameters and frames, is what it is without provenance."""
 
 import pytest
+import rospy
 from geometry_msgs.msg import PointStamped
 from std_msgs.msg import Float64
 
@@ -44,6 +45,21 @@ first, second = rospy.Publisher('first', Float64, queue_size=1), rospy.Publisher
 while not rospy.is_shutdown():
     first.publish(rospy.get_param('~height', 1.5))
     second.publish(rospy.get_param('~height', 4.0))
+    rospy.sleep(0.02)
+"""
+
+EARLY = """
+import rospy
+from geometry_msgs.msg import PointStamped
+speed, places = rospy.get_param('/early/speed'), rospy.get_param('/early/places')
+print(speed, places, type(speed) is float, rospy.get_param('/early/never', 'unset'))
+rospy.init_node('early')
+pub = rospy.Publisher('early', PointStamped, queue_size=1)
+p = PointStamped()
+p.header.frame_id = rospy.get_param('/early/frame')
+while not rospy.is_shutdown():
+    p.point.x, p.point.y, p.point.z = speed * 2, places['b'][1], places['a']
+    pub.publish(p)
     rospy.sleep(0.02)
 """
 
@@ -128,3 +144,16 @@ def test_the_listener_of_tf_keeps_provenance(master, tmp_path):
         node.force_value(looked.comes(lambda message: values.is_tracked(message.point.x)).point.x, 3.5)
         looked.comes(lambda message: message.point.x == pytest.approx(3.5))
         moved.comes(lambda message: message.point.x == pytest.approx(3.75))
+
+
+def test_parameters_that_are_read_before_there_is_a_node_are_sources_of_it(master, tmp_path):
+    rospy.set_param('/early', {'speed': 0.5, 'places': {'a': 3, 'b': [1.0, 2.5]}, 'frame': 'map'})
+    with Unmodified(tmp_path, 'early', EARLY) as started, Listener('early', PointStamped) as heard:
+        point = heard.comes(lambda message: values.is_tracked(message.point.x)).point
+        assert (point.x, point.y, point.z) == (1.0, 2.5, 3.0)
+        for path, value in (('x', 2.0), ('y', -1.25), ('z', 4.5)):
+            node.force_value(getattr(heard.last.point, path), value)
+            heard.comes(lambda message: getattr(message.point, path) == value)  # noqa: B023
+        assert rospy.get_param('/early/speed') == 1.0
+        assert rospy.get_param('/early/places') == {'a': 4.5, 'b': [1.0, -1.25]}
+        assert started.stop()[1].split('\n')[0] == "0.5 {'a': 3, 'b': [1.0, 2.5]} True unset"

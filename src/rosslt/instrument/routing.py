@@ -38,6 +38,9 @@ _LATE: Dict[str, Callable[[types.ModuleType], Any]] = {}
 _counterparts: Dict[int, Any] = {}
 _kept = []  # what is known by its id must not go away
 _told = set()
+#: The readings of parameters that stand for what was read of them before there was a node: as long as these are known to
+#: be in use, messages that hold such values follow the parameters.
+_read_early = []
 
 
 class Counterpart(types.ModuleType):
@@ -135,14 +138,50 @@ _UNSET = object()
 def get_param(param_name: str, default: Any = _UNSET) -> Any:
     """`rospy.get_param`, with the parameter itself as the source of numbers and texts.
 
-    Truth values stay plain, as a node may ask for them by `is`; so does all, before there is a node.
+    Truth values stay plain, as a node may ask for them by `is`. Before there is a node, texts do as well, which may
+    become its name, and private parameters, which are others by then.
     """
     defaults = () if default is _UNSET else (default,)
-    if not node.is_started() or not isinstance(param_name, str):
+    if not isinstance(param_name, str) or (not node.is_started() and param_name.startswith('~')):
         return rospy.get_param(param_name, *defaults)
+    if not node.is_started():
+        value = rospy.get_param(param_name, _UNSET)
+        if value is _UNSET:
+            return rospy.get_param(param_name, *defaults)
+        place = node.call_site(sys._getframe(1))
+        name = rospy.resolve_name(param_name)
+        return _with_later_sources(value, lambda: node.read_parameter(place, name))
     with contextlib.suppress(KeyError):
         return _with_plain_truths(node.read_parameter(sys._getframe(1), param_name, *defaults))
     return rospy.get_param(param_name, *defaults)  # which says what is missing
+
+
+def _with_later_sources(value: Any, read: Callable[[], Any]) -> Any:
+    """What a parameter says, of which the sources of numbers are looked up when they are first needed.
+
+    Args:
+        value: what it says.
+        read: reads it, once there is a node.
+    """
+    if isinstance(value, dict):
+        return {key: _with_later_sources(part, lambda key=key: read()[key]) for key, part in value.items()}  # type: ignore
+    if isinstance(value, list):
+        return [_with_later_sources(part, lambda at=at: read()[at]) for at, part in enumerate(value)]  # type: ignore
+    if type(value) not in (float, int):
+        return value
+
+    def origin(number: Any) -> Any:
+        reading = None
+        with contextlib.suppress(LookupError, TypeError):  # it may be of another kind by now
+            reading = read() if node.is_started() else None
+        plain = values.untracked(reading)
+        if type(plain) is not type(number) or plain != number:
+            return ()
+        _read_early.append(reading)
+        return reading
+
+    (later,) = values.lazy([value], [origin])
+    return later
 
 
 def set_param(param_name: str, param_value: Any) -> None:

@@ -29,7 +29,7 @@ from rosslt.node.api import (
     undo,
 )
 from rosslt.node.branches import Expression
-from rosslt.node.call_sites import CallSite
+from rosslt.node.call_sites import CallSite, call_site
 from rosslt.node.client import Change, ChangeRejected, SourceUnreachable, Undone, undo_request
 from rosslt.node.client import force_value as force_value_as
 from rosslt.node.closed_loop import NotReached, Outcome, close_loop
@@ -80,6 +80,7 @@ __all__ = [
     'add_location',
     'args_kwds_to_message',
     'ask_all',
+    'call_site',
     'change_count',
     'close_loop',
     'changes_to_save',

@@ -7,7 +7,7 @@ import re
 import sys
 import threading
 from types import FrameType
-from typing import Any, Callable, Collection, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Collection, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import rospy
 
@@ -297,10 +297,12 @@ def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
     return read_parameter(sys._getframe(1), name, *default, as_float=as_float)
 
 
-def read_parameter(frame: FrameType, name: str, *default: Any, as_float: bool = False) -> Any:
-    """`get_param` for the call that a frame is making."""
+def read_parameter(
+    where: Union[FrameType, CallSite], name: str, *default: Any, as_float: bool = False
+) -> Any:
+    """`get_param` for the call that a frame is making, or for one that has been made at a place."""
     key = rospy.resolve_name(name).rstrip('/') or '/'  # '~' is '/node/'
-    return _owner.parameter(key, frame, *default, as_float=as_float).read()
+    return _owner.parameter(key, where, *default, as_float=as_float).read()
 
 
 def undo() -> Dict[values.Source, client.Change]:

@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from rosslt import msg, srv, values
 from rosslt.node import access, reconfigure
 from rosslt.node.access import Access
-from rosslt.node.call_sites import call_site
+from rosslt.node.call_sites import CallSite, call_site
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.description import described
 from rosslt.node.directory import Directory
@@ -151,9 +151,10 @@ class Owner:
         location.parameter.take_over(self.mirror.left_behind, self.mirror.literals, self.mirror.ids)
 
     def parameter(
-        self, key: str, frame: FrameType, *default: Any, as_float: bool = False
+        self, key: str, where: Union[FrameType, CallSite], *default: Any, as_float: bool = False
     ) -> Union[Branch, Leaf, Default]:
-        """What reads the ROS parameter of that full name as a source; arguments as of `get_param`.
+        """What reads the ROS parameter of that full name as a source; `where` as of `read_parameter`, all else as of
+        `get_param`.
 
         Raises:
             KeyError: the parameter is not set, and there is no default.
@@ -167,7 +168,7 @@ class Owner:
                     if not default:
                         raise
                     value, is_default = default[0], True
-                site = call_site(frame)
+                site = where if isinstance(where, CallSite) else call_site(where)
                 known = self._trees.at(key, site, value)
                 if is_default or (default and self.mirror.was_default(key, value)):
                     SOURCE_FILES.keep(site.file)
