@@ -63,6 +63,20 @@ while not rospy.is_shutdown():
     rospy.sleep(0.02)
 """
 
+FAILING = """
+import math, rospy, threading
+from std_msgs.msg import Float64
+rospy.init_node('failing')
+speed = 1.5
+def work():
+    math.sqrt(speed - 2)
+worker = threading.Thread(target=work, name='worker')
+worker.start()
+worker.join()
+rospy.Publisher('nobody', Float64, queue_size=1).publish(Float64)  # rospy looks at what it sends to somebody
+print('sent', flush=True)
+"""
+
 OPTIONS = """
 import actionlib, os, rospy, sys, threading
 from move_base_msgs.msg import MoveBaseAction, MoveBaseResult
@@ -157,3 +171,12 @@ def test_parameters_that_are_read_before_there_is_a_node_are_sources_of_it(maste
         assert rospy.get_param('/early/speed') == 1.0
         assert rospy.get_param('/early/places') == {'a': 4.5, 'b': [1.0, -1.25]}
         assert started.stop()[1].split('\n')[0] == "0.5 {'a': 3, 'b': [1.0, 2.5]} True unset"
+
+
+def test_what_fails_in_a_thread_and_what_is_no_message_are_told_as_without_it(master, tmp_path):
+    said = {tracked: Unmodified(tmp_path, 'failing', FAILING, tracked=tracked).end() for tracked in (False, True)}
+    assert said[True] == said[False]
+    code, output, errors = said[True]
+    assert (code, output) == (0, 'sent\n')
+    assert 'Exception in thread worker' in errors
+    assert 'math.sqrt(speed - 2)' in errors

@@ -119,7 +119,7 @@ def reach(message: Any) -> None:
 
 
 def _is_sent_as_it_is(message: Any) -> bool:
-    return isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message))
+    return isinstance(message, (rospy.AnyMsg, type)) or messages.is_tracked_type(type(message))
 
 
 def _take_fractions(leaves: List[Any]) -> None:

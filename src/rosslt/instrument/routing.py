@@ -38,8 +38,8 @@ _LATE: Dict[str, Callable[[types.ModuleType], Any]] = {}
 _counterparts: Dict[int, Any] = {}
 _kept = []  # what is known by its id must not go away
 _told = set()
-#: The readings of parameters that stand for what was read of them before there was a node: as long as these are known to
-#: be in use, messages that hold such values follow the parameters.
+#: The readings of parameters that stand for what was read of them before there was a node. Here they are in use for as
+#: long as this process runs, so that messages with such values follow the parameters.
 _read_early = []
 
 

@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+import threading
 import types
 from typing import Any, Collection, List, NoReturn, Optional, Tuple
 
@@ -82,6 +83,7 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
     sys.path[0] = os.path.dirname(os.path.realpath(script))
     sys.modules['__main__'] = main
     sys.excepthook = _without_ours
+    threading.excepthook = _without_ours_in_thread
     if made is None:
         code = compile(content, script, 'exec', dont_inherit=True)
     else:
@@ -174,6 +176,24 @@ def _say(line: str) -> None:
 
 def _without_ours(kind: Any, error: BaseException, traceback: Any) -> None:
     """Report what a node raised as Python does, without the frames of what runs it."""
+    _trim(error)
+    sys.__excepthook__(kind, error, error.__traceback__)
+
+
+_in_thread = threading.excepthook
+
+
+def _without_ours_in_thread(raised: Any) -> None:
+    """The same of what a thread of the node raised, such as a `rospy.Timer`."""
+    if raised.exc_value is not None:
+        _trim(raised.exc_value)
+        traceback = raised.exc_value.__traceback__
+        raised = threading.ExceptHookArgs((raised.exc_type, raised.exc_value, traceback, raised.thread))
+    _in_thread(raised)
+
+
+def _trim(error: BaseException) -> None:
+    """Take the frames of what runs a node out of the tracebacks of an exception, and of those that led to it."""
     seen = set()
     waiting: List[Any] = [error]
     while waiting:
@@ -182,7 +202,6 @@ def _without_ours(kind: Any, error: BaseException, traceback: Any) -> None:
             seen.add(id(one))
             one.__traceback__ = _trimmed(one.__traceback__)
             waiting += [one.__cause__, one.__context__]
-    sys.__excepthook__(kind, error, error.__traceback__)
 
 
 def _trimmed(traceback: Any) -> Any:

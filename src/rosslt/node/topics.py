@@ -168,8 +168,9 @@ def _plain_options(args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> Tuple[Tuple
 
 
 def _has_its_provenance(message: Any) -> bool:
-    """Whether a message is to be sent as it is: of a tracked type, or bytes that were received."""
-    return isinstance(message, rospy.AnyMsg) or messages.is_tracked_type(type(message))
+    """Whether a message is to be sent as it is: of a tracked type, bytes that were received, or a class in place of a
+    message, of which rospy says what is wrong."""
+    return isinstance(message, (rospy.AnyMsg, type)) or messages.is_tracked_type(type(message))
 
 
 class _Listener(rospy.SubscribeListener):
