@@ -1,7 +1,9 @@
 """Provenance that is written less often than it is sent still says what holds for each message."""
 
 import io
+import itertools
 import math
+import types
 
 import pytest
 from geometry_msgs.msg import Point, Pose, PoseArray
@@ -219,3 +221,18 @@ def test_what_was_not_recorded_is_not_taken_for_another_thing_sent_in_turn(in_de
     assert error is None
     assert not values.is_tracked(received.x)
     assert values.sources(received.y) == [TURN]
+
+
+def test_what_is_sent_together_once_in_a_while_is_written_together(monkeypatch):
+    seconds, milliseconds = [100.0], itertools.count()
+    clock = types.SimpleNamespace(monotonic=lambda: seconds[0], thread_time=lambda: next(milliseconds) * 1e-3)
+    monkeypatch.setattr(sparing, 'time', clock)
+    provenance = messages.SparingProvenance(messages.Allowance())
+    growing = []
+    for _ in range(20):
+        seconds[0] += 1.0
+        growing += _circle(0.5).poses
+        for source in (RADIUS, OTHER):
+            message, _ = _sent(provenance, PoseArray(poses=[*_circle(0.5, source=source).poses, *growing]))
+            assert values.sources(message.poses[0].position.z) == [source]
+            assert values.sources(message.poses[-2].position.z) == [RADIUS]

@@ -17,6 +17,9 @@ from rosslt.values import are_made_alike, is_same, made_alike, origins, replaced
 SHARE, MOST_SHARE = 0.01, 0.015
 """The share of a core that is spent on provenance; and where messages are made in other ways again and again."""
 
+SAVED = 1.0
+"""Of how many seconds what was not spent may be spent at once: what is sent together is written together."""
+
 FIRST_WRITINGS = 5
 """How many messages of a publisher are written whatever that costs: by then it shows what moves."""
 
@@ -77,8 +80,8 @@ class Allowance:
         start = time.thread_time()
         result = write()
         self.took = time.thread_time() - start
-        self.free_at = max(now, self.free_at) + self.took / SHARE
-        self.urgent_at = max(now, self.urgent_at) + self.took / MOST_SHARE
+        self.free_at = max(now - SAVED, self.free_at) + self.took / SHARE
+        self.urgent_at = max(now - SAVED, self.urgent_at) + self.took / MOST_SHARE
         return result
 
 
