@@ -36,7 +36,8 @@ class MouseDrags(MouseCase):
 
     @classmethod
     def take_curve(cls, markers):
-        cls.curve = markers.markers[0].points or cls.curve
+        # The spots that pixels are measured by come on the same topic, and may come later.
+        cls.curve = next((marker.points for marker in markers.markers if marker.ns == 'curve'), cls.curve)
 
     def fly(self, text, x, y):
         SCRIPT.write_text(text)
