@@ -3,6 +3,7 @@
 import io
 import itertools
 import math
+import random
 import types
 
 import pytest
@@ -236,3 +237,38 @@ def test_what_is_sent_together_once_in_a_while_is_written_together(monkeypatch):
             message, _ = _sent(provenance, PoseArray(poses=[*_circle(0.5, source=source).poses, *growing]))
             assert values.sources(message.poses[0].position.z) == [source]
             assert values.sources(message.poses[-2].position.z) == [RADIUS]
+
+
+def _robot(chance, poses):
+    """Poses as a robot that goes on sends them: some go, some come, some move, some are made in another way."""
+    if len(poses) > 8 or (poses and chance.random() < 0.3):
+        poses.pop(chance.choice([0, -1]))
+    while len(poses) < 4 or chance.random() < 0.4:
+        source = chance.choice([RADIUS, TURN, OTHER])
+        value = values.track(round(chance.uniform(1, 5), 3), source)
+        made = chance.choice([value * 2, value + 1.5, value * 3 - 1, 4 - value])
+        beside = chance.choice([made - values.track(1.0, TURN), 0.25, made])
+        poses.append(Pose(position=Point(made, beside, chance.choice([1.0, values.track(4.0, OTHER)]))))
+    return PoseArray(poses=list(poses))
+
+
+@pytest.mark.parametrize('seed', range(12))
+def test_whatever_is_sent_each_provenance_is_that_of_its_field(in_debt, monkeypatch, seed):
+    """Of values that are affine in their sources, what was written is exact whatever they are later."""
+    chance = random.Random(seed)
+    provenance, poses = messages.SparingProvenance(messages.Allowance()), []
+    monkeypatch.setattr(sparing, 'LOOKING_SHARE', chance.choice([1e-9, 1e9]))
+    tracked = count = 0
+    for step in range(150):
+        message = _robot(chance, poses) if chance.random() < 0.7 else PoseArray(poses=list(poses))
+        received, error = _sent(provenance, message)
+        assert error is None
+        if step in (40, 80, 120):
+            provenance._due = 0.0  # now and then all is written
+        for (path, value), (_, there) in zip(values.leaves(message.poses), values.leaves(received.poses)):
+            assert values.untracked(there) == values.untracked(value)
+            count += values.is_tracked(value)
+            if values.is_tracked(there):
+                tracked += 1
+                assert values.slopes([there]) == pytest.approx(values.slopes([value])), path
+    assert tracked > 0.05 * count

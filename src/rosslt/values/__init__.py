@@ -14,6 +14,7 @@ from .calls import operation
 from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
+from .fields import WrittenFields, compare_fields, field_walk, replaced_fields, select_tracked, written_fields
 from .fit import Fit, fit
 from .functions import MATH, keeping, recorder, stripper, to_bool, to_float, to_int
 from .graph import evaluate, sources
@@ -36,8 +37,6 @@ from .tracked import (
     made_alike,
     origins,
     plain_scalar,
-    replaced_fields,
-    select_tracked,
     source_of_functions,
     track,
 )
@@ -59,10 +58,12 @@ __all__ = [
     'Operation',
     'Source',
     'UnnamedSource',
+    'WrittenFields',
     'affine',
     'affine_shape',
     'are_made_alike',
     'assemble',
+    'compare_fields',
     'compute_ufuncs_with',
     'continued',
     'describe_source',
@@ -71,6 +72,7 @@ __all__ = [
     'each_leaf',
     'evaluate',
     'explain',
+    'field_walk',
     'fit',
     'from_affine',
     'is_same',
@@ -104,6 +106,7 @@ __all__ = [
     'to_int',
     'track',
     'untracked',
+    'written_fields',
 ]
 
 

@@ -213,47 +213,6 @@ def is_made_alike(value: Any, other: Any) -> bool:
     return True
 
 
-Field = Tuple[int, Any, str]
-"""The index of a field, its value and its kind."""
-
-
-def select_tracked(
-    values: Tuple[Any, ...], index: int, kinds: Tuple[str, ...], found: List[Field], before: Sequence[Field] = ()
-) -> None:
-    """Append `(its index, the value, its kind)` for each tracked one among values.
-
-    Args:
-        values: of any classes.
-        index: of the first one.
-        kinds: as many.
-        found: is extended.
-        before: what was found in an earlier message; what is the same in its place there is appended as it is.
-    """
-    for place, value in enumerate(values):
-        if type(value) in TRACKED:
-            at = len(found)
-            is_known = at < len(before) and before[at][1] is value and before[at][0] == index + place
-            found.append(before[at] if is_known else (index + place, value, kinds[place]))
-
-
-def replaced_fields(found: Sequence[Field], before: Sequence[Field]) -> Optional[List[int]]:
-    """The places of those among some fields whose values are others than before; None where they are other fields.
-
-    Args:
-        found, before: as `select_tracked` finds them.
-    """
-    if len(found) != len(before):
-        return None
-    if any(field[0] != earlier[0] or field[2] != earlier[2] for field, earlier in zip(found, before)):
-        return None
-    return [place for place, field in enumerate(found) if field[1] is not before[place][1]]
-
-
-if CORE is not None:
-    select_tracked = CORE.select_tracked
-    replaced_fields = CORE.replaced_fields
-
-
 def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:
     """The tracked value that terms describe: `value` plus the sum of each slope times its source's change.
 

@@ -6,13 +6,24 @@ its expression; one that moves, the slopes that it had then, and its present val
 than what was written says has none until then; where that are many, they are written earlier, at a larger share.
 """
 
+import dataclasses
+import functools
 import time
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Set, Tuple, TypeVar
+from typing import Any, Callable, Dict, List, Optional, Set, Tuple, TypeVar
 
 from rosslt.messages.codec.encoder import Leaf, Written, encoded_with_slopes, provenance_to_send, sent_fields
 from rosslt.messages.codec.wire_format import BYTES_LIMIT
+from rosslt.messages.codegen.walkers import walkers
 from rosslt.messages.leaves import located
-from rosslt.values import are_made_alike, is_same, made_alike, origins, replaced_fields
+from rosslt.values import (
+    WrittenFields,
+    are_made_alike,
+    is_same,
+    made_alike,
+    origins,
+    replaced_fields,
+    written_fields,
+)
 
 SHARE, MOST_SHARE = 0.01, 0.015
 """The share of a core that is spent on provenance; and where messages are made in other ways again and again."""
@@ -36,6 +47,9 @@ MOST_KNOWN = 4
 MOST_NEW, MOST_NEW_IN_DEBT = 0.05, 0.3
 """The share of tracked leaves that may be new since a provenance was written; and where very much was spent on it."""
 
+LOOKING_SHARE = 0.02
+"""The share of a core that is spent on finding out what else could hold, where what was written last does not."""
+
 DEEP_DEBT = 0.5
 """How many seconds there are to wait where very much was spent."""
 
@@ -44,7 +58,8 @@ TURN_REMEMBERED = 60.0
 is recalled: a message that was not recorded may be about either."""
 
 
-class _Known(NamedTuple):
+@dataclasses.dataclass(eq=False)
+class _Known:
     """What was written for a message."""
 
     found: List[Leaf]
@@ -58,6 +73,14 @@ class _Known(NamedTuple):
     size: int
     """The number of all leaves of the message."""
     written: Written
+    part: Tuple[bytes, bytes] = dataclasses.field(init=False, default=(b'', b''))
+    """What was sent of it last, where it did not hold as a whole: for which leaves it held, as of `compare_fields`, and
+    their provenance."""
+
+    @functools.cached_property
+    def fields(self) -> WrittenFields:
+        """The leaves, to be compared with those of later messages."""
+        return written_fields(self.found, self.moving)
 
 
 Result = TypeVar('Result')
@@ -99,6 +122,8 @@ class SparingProvenance:
         self._turned_at = -TURN_REMEMBERED
         self._first = FIRST_WRITINGS
         self._due = 0.0
+        self._nearest: Optional[_Known] = None  # of which something holds, when nothing held as a whole
+        self._look_again = 0.0
 
     @property
     def takes_turns(self) -> bool:
@@ -116,6 +141,11 @@ class SparingProvenance:
         debt = self._allowance.free_at - now
         if full_history or (debt <= 0 and not self._known):
             return self._allowance.charge(now, lambda: provenance_to_send(message, full_history))
+        if debt > 0 and self._known:
+            data = self._compared(message, now, debt)
+            if data is not None:
+                return data
+        start = time.thread_time()
         leaves, size = self._collected(message)
         if not leaves:
             return b''
@@ -127,6 +157,7 @@ class SparingProvenance:
             if not self._first and now < self._due:
                 held = self._held(present, now, debt)
                 if held is not None:
+                    self._look_again = now + (time.thread_time() - start) / LOOKING_SHARE
                     return held
         return self._write(now, message, leaves, size)
 
@@ -166,6 +197,28 @@ class SparingProvenance:
         """The tracked leaves of a message, and the number of all of its leaves."""
         return sent_fields(message, self._known[0].found if self._known else ())
 
+    def _compared(self, message: Any, now: float, debt: float) -> Optional[bytes]:
+        """What was written that holds for a message, as a comparison field by field tells it; None where it has to be
+        looked into."""
+        compare = walkers(message.__class__).compare
+        last = self._known[0]
+        held, count = compare(message, last.fields)
+        if count == len(held) and b'\0' not in held:
+            return last.written.data
+        if self._first or now >= min(self._due, self._look_again):
+            return None
+        nearest = self._nearest
+        if nearest is None or not any(nearest is one for one in self._known):
+            return None
+        if nearest is not last:
+            held, count = compare(message, nearest.fields)
+        if self._is_to_be_written(held.count(1), count, now, debt):
+            return None
+        if nearest.part[0] != held:
+            holding = {leaf[0] for leaf, holds in zip(nearest.found, held) if holds}
+            nearest.part = held, nearest.written.only(holding)
+        return nearest.part[1]
+
     def _moved_since(self, known: _Known, message: Any, present: '_Present') -> Optional[Set[int]]:
         """The leaves that are others by now, though made in the same way; None where some were made in another way."""
         moved = present.moved(known)
@@ -178,14 +231,14 @@ class SparingProvenance:
         """What is known of a message, without what was computed and stood still, and does so no more: it may be made of
         other sources by now, which nobody recorded."""
         leaves = {index: leaf for index, leaf in known.leaves.items() if index not in doubtful}
-        made = known._replace(found=list(leaves.values()), leaves=leaves)
+        made = dataclasses.replace(known, found=list(leaves.values()), leaves=leaves)
         self._known = [made if one is known else one for one in self._known]
         return self._with_slopes(made, message, made.moving)
 
     def _with_slopes(self, known: _Known, message: Any, moving: Set[int]) -> _Known:
         leaves = list(known.leaves.values())
         written = self._allowance.charge(time.monotonic(), lambda: encoded_with_slopes(message._type, leaves, moving))
-        made = known._replace(moving=moving, written=written)
+        made = dataclasses.replace(known, moving=moving, written=written)
         self._known = [made if one is known else one for one in self._known]
         return made
 
@@ -210,13 +263,18 @@ class SparingProvenance:
 
     def _held(self, present: '_Present', now: float, debt: float) -> Optional[bytes]:
         """What was written of those leaves of a message for which it holds; None where it is time to write it."""
-        is_urgent = now >= self._allowance.urgent_at
         if not self._known:
-            return None if is_urgent else b''
+            return None if now >= self._allowance.urgent_at else b''
         known = next((one for one in self._known if present.has_fields_of(one)), self._known[0])
         held = present.held(known)
-        is_urgent = is_urgent and len(held) < (1 - _most_new(debt)) * len(present.leaves)
-        return None if is_urgent else known.written.only(held)
+        if self._is_to_be_written(len(held), len(present.leaves), now, debt):
+            return None
+        self._nearest = known
+        return known.written.only(held)
+
+    def _is_to_be_written(self, held: int, count: int, now: float, debt: float) -> bool:
+        """Whether what was written holds for so few leaves of a message that it is written anew."""
+        return now >= self._allowance.urgent_at and held < (1 - _most_new(debt)) * count
 
     def _write(self, now: float, message: Any, leaves: List[Leaf], size: int) -> bytes:
         data = self._allowance.charge(now, lambda: self._written(message, leaves, size))

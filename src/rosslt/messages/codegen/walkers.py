@@ -2,16 +2,17 @@
 
 Looking at each field by its name costs more than serializing the message does, so the walks are written out as straight
 code: attribute by attribute where a type is fixed, one loop for each array. An array whose elements have arrays
-themselves is left to a function for its elements.
+themselves is left to a function for its elements. Where there is a compiled core, it collects the tracked leaves.
 """
 
 import functools
 import operator
 import struct
+import sys
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from rosslt.messages.fields import BYTES, SCALARS, VARIABLE, Field, Layout, kind_of
-from rosslt.values import Source, select_tracked, track
+from rosslt.values import Source, WrittenFields, compare_fields, field_walk, select_tracked, track
 
 #: The classes of tracked values, and what each is without its provenance.
 PLAIN = {type(track(value, Source('', 0))): type(value) for value in (0.0, 0, False, '')}
@@ -20,6 +21,9 @@ TRACKED = frozenset(PLAIN)
 BYTES_LIMIT = 1 << 18
 """Arrays of bytes longer than that are taken for data, of which no single byte is tracked: to be tracked, they would
 have to be received as lists, eight times their size."""
+
+SINGLE = -2
+"""Stands for the length of a field that is no array."""
 
 END = 1 << 62
 """Stands behind the last wanted index; no message has so many leaves."""
@@ -33,6 +37,8 @@ class Walkers(NamedTuple):
     """`collect(message, 0, found, limit=END, before=())` appends `(index, value, kind)` for each tracked leaf, little
     more than so many, and returns how many leaves there are in all; what was found before in an earlier message, and is
     the same, is appended as it is."""
+    compare: Callable[[Any, WrittenFields], Tuple[bytes, int]]
+    """`compare(message, written)`: as `values.compare_fields` for the tracked leaves of a message."""
     locate: Callable[..., Any]
     """`locate(message, 0, first, next, found.append, arrays.append)` appends `(owner, key, value, kind)` for each
     wanted leaf; `next()` gives the wanted indices in rising order, END at last. An owner that is a list is a copy of an
@@ -49,7 +55,28 @@ class Walkers(NamedTuple):
 def walkers(message_class: Any) -> Walkers:
     """The walks of a message class, compiled when first asked for."""
     layout = Layout(message_class)
-    return Walkers(layout, *_WalkerCompiler(layout).compiled())
+    collect, *others = _WalkerCompiler(layout).compiled()
+    walk = _field_walk(layout, layout.name)
+    if walk is not None:
+        return Walkers(layout, walk, walk.compare, *others)
+
+    def compare(message: Any, written: WrittenFields) -> Tuple[bytes, int]:
+        found: List[Tuple[int, Any, str]] = []
+        collect(message, 0, found)
+        return compare_fields(found, written)
+
+    return Walkers(layout, collect, compare, *others)
+
+
+def _field_walk(layout: Layout, type_: str) -> Any:
+    """The core's walk of a message type; None without the core."""
+    members = []
+    for field in layout.members(type_) or ():
+        what = kind_of(field.type) if field.type in SCALARS else _field_walk(layout, field.type)
+        length = SINGLE if field.length is None else field.length
+        most = BYTES_LIMIT if field.type in BYTES else sys.maxsize
+        members.append((field.name, what, length, most))
+    return field_walk(tuple(members), items_of)
 
 
 def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:

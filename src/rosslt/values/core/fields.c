@@ -1,5 +1,4 @@
-/* Which fields of a message are tracked, and which of them are others than before? `select_tracked` and
-   `replaced_fields` of `tracked.py`. */
+/* Which of the tracked fields of a message are others than before? `replaced_fields` of `fields.py`. */
 
 #include "core.h"
 
@@ -16,8 +15,7 @@ static int is_field_of(PyObject *field, PyObject *value, Py_ssize_t index)
     return known == -1 && PyErr_Occurred() ? -1 : known == index;
 }
 
-/* Append a tracked value to the fields found: 0 with an error. */
-static int append_field(PyObject *found, PyObject *before, Py_ssize_t index, PyObject *value, PyObject *kind)
+int append_field(PyObject *found, PyObject *before, Py_ssize_t index, PyObject *value, PyObject *kind)
 {
     Py_ssize_t at = PyList_GET_SIZE(found);
     Py_ssize_t known = before == NULL ? 0 : PySequence_Fast_GET_SIZE(before);
@@ -30,29 +28,6 @@ static int append_field(PyObject *found, PyObject *before, Py_ssize_t index, PyO
     Py_XDECREF(number);
     Py_XDECREF(field);
     return is_done;
-}
-
-/* As `select_tracked` in tracked.py. */
-PyObject *select_tracked(PyObject *module, PyObject *const *args, Py_ssize_t count)
-{
-    PyObject *values = count > 0 ? args[0] : Py_None, *kinds = count > 2 ? args[2] : Py_None;
-    PyObject *found = count > 3 ? args[3] : Py_None, *before = count > 4 ? args[4] : NULL;
-    Py_ssize_t index = count > 1 ? PyLong_AsSsize_t(args[1]) : 0;
-    int is_right = count >= 4 && count <= 5 && PyTuple_CheckExact(values) && PyTuple_CheckExact(kinds) &&
-                   PyTuple_GET_SIZE(kinds) == PyTuple_GET_SIZE(values) && PyList_CheckExact(found) &&
-                   (before == NULL || PyTuple_CheckExact(before) || PyList_CheckExact(before));
-    if (PyErr_Occurred()) return NULL;
-    if (!is_right) {
-        return PyErr_Format(PyExc_TypeError, "select_tracked(tuple of values, index, as many kinds, list, fields)");
-    }
-    for (Py_ssize_t at = 0; at < PyTuple_GET_SIZE(values); at++) {
-        PyObject *value = PyTuple_GET_ITEM(values, at);
-        if (PyFloat_CheckExact(value) || PyLong_CheckExact(value) || PyUnicode_CheckExact(value)) continue;
-        int is_tracked = IS_OURS(value) ? 1 : PySet_Contains(tracked_classes, (PyObject *)Py_TYPE(value));
-        if (is_tracked == 0) continue;
-        if (is_tracked < 0 || !append_field(found, before, index + at, value, PyTuple_GET_ITEM(kinds, at))) return NULL;
-    }
-    Py_RETURN_NONE;
 }
 
 /* Whether two texts or ints are the same: -1 with an error. */
@@ -72,7 +47,7 @@ static int is_same_field(PyObject *one, PyObject *other)
     return status == 1 ? is_same(PART(one, KIND_OF_FIELD), PART(other, KIND_OF_FIELD)) : status;
 }
 
-/* As `replaced_fields` in tracked.py. */
+/* As in fields.py. */
 PyObject *replaced_fields(PyObject *module, PyObject *const *args, Py_ssize_t count)
 {
     if (count != 2 || !PyList_CheckExact(args[0]) || !PyList_CheckExact(args[1])) {

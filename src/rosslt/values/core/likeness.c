@@ -126,8 +126,7 @@ static int walk_both(PyObject *one, PyObject *other)
     return status == YES ? known : status;
 }
 
-/* As `is_made_alike` in tracked.py, which is asked where the core does not know. */
-static int is_made_alike(PyObject *one, PyObject *other)
+int is_made_alike(PyObject *one, PyObject *other)
 {
     if (one == other) return YES;
     int status = walk_both(one, other);

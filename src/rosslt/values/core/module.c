@@ -2,7 +2,7 @@
 
 #include "core.h"
 
-#define INTERFACE 7 /* what `accelerator.py` asks for */
+#define INTERFACE 8 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *alike_of_python, *affine_of_python;
@@ -49,10 +49,8 @@ static PyMethodDef functions[] = {
     {"solve_chain", (PyCFunction)(void (*)(void))solve_chain, METH_FASTCALL,
      "solve_chain(value, target, relative): {Source: value}, None without an answer, or NotImplemented."},
     {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
-    {"select_tracked", (PyCFunction)(void (*)(void))select_tracked, METH_FASTCALL,
-     "select_tracked(values, index, kinds, found, before): as in tracked.py."},
     {"replaced_fields", (PyCFunction)(void (*)(void))replaced_fields, METH_FASTCALL,
-     "replaced_fields(found, before): as in tracked.py."},
+     "replaced_fields(found, before): as in fields.py."},
     {"swept", swept, METH_O, "swept(value): as in affine.py, or NotImplemented."},
     {"affine_shape", (PyCFunction)(void (*)(void))affine_shape, METH_FASTCALL,
      "affine_shape(fields, small): as in affine.py."},
@@ -86,6 +84,6 @@ PyMODINIT_FUNC PyInit__core(void)
     }
     PyObject *module = PyModule_Create(&definition);
     if (module == NULL) return NULL;
-    if (add_classes(module) < 0 || PyModule_AddIntConstant(module, "INTERFACE", INTERFACE) < 0) Py_CLEAR(module);
+    if (add_classes(module) < 0 || add_walks(module) < 0 || PyModule_AddIntConstant(module, "INTERFACE", INTERFACE) < 0) Py_CLEAR(module);
     return module;
 }
