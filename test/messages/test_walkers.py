@@ -11,7 +11,7 @@ import genpy.dynamic
 import numpy
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Point, Pose, PoseArray, PoseWithCovariance
+from geometry_msgs.msg import Point, Pose, PoseArray, PoseWithCovariance, Quaternion
 from rosgraph_msgs.msg import TopicStatistics
 from rosslt.srv import GetValuesRequest, GetValuesResponse, ListLocationsResponse
 from sensor_msgs.msg import Image, JointState, LaserScan, PointCloud2
@@ -158,6 +158,17 @@ def test_what_is_no_message_is_told_by_its_attribute():
         for collect in (walkers(Pose).collect, of_python(Pose)):
             with pytest.raises(AttributeError, match=r"'[xy]'"):
                 collect(pose, 0, [])
+
+
+def test_the_slot_of_another_class_is_no_field():
+    class Borrowing:
+        x, y, z = Quaternion.x, Quaternion.y, Quaternion.z
+
+    pose = Pose()
+    pose.position = Borrowing()
+    for collect in (walkers(Pose).collect, of_python(Pose)):
+        with pytest.raises(TypeError, match='Quaternion'):
+            collect(pose, 0, [])
 
 
 def test_an_array_may_become_shorter_while_it_is_walked():

@@ -115,6 +115,7 @@ static void meet(Walk *walk, PyTypeObject *type)
         PyObject *descriptor = is_usual ? _PyType_Lookup(type, member->name) : NULL;
         member->offset = 0;
         if (descriptor == NULL || Py_TYPE(descriptor) != &PyMemberDescr_Type) continue;
+        if (!PyType_IsSubtype(type, PyDescr_TYPE(descriptor))) continue; /* that of another class, which gives an error */
         const PyMemberDef *definition = ((PyMemberDescrObject *)descriptor)->d_member;
         if (definition->type == T_OBJECT_EX) member->offset = definition->offset;
     }
