@@ -125,6 +125,48 @@ def test_a_new_stamp_alone_makes_no_new_element(received):
     assert [one.header.stamp for one in after] == [genpy.Time(2, 2)] * 2
 
 
+def test_of_a_marker_that_moves_the_pose_alone_is_another_object(received):
+    one = marker(tracked(1.0), stamp=1, text='above')
+    one.scale.x, one.ns = tracked(3.0, 4), 'names'
+    (before,) = received.markers(one)
+    one.header.stamp, one.pose.position.z = genpy.Time(2, 2), 7.0
+    (after,) = received.markers(one)
+    assert after.pose is not before.pose
+    assert [getattr(after, name) is getattr(before, name) for name in ('scale', 'color', 'lifetime', 'points')] == [
+        True
+    ] * 4
+    assert after.pose.position.x is before.pose.position.x
+    assert sources(after.scale.x) == [Source('/n', 4)]
+    assert (before.header.stamp, after.header.stamp) == (genpy.Time(1, 1), genpy.Time(2, 2))
+    one.pose.position.z, one.color.r = 8.0, 0.5
+    (last,) = received.markers(one)
+    assert last.scale is not after.scale  # more than a part has changed
+    assert (last.pose.position.z, after.pose.position.z, before.pose.position.z) == (8.0, 7.0, 0.0)
+
+
+@pytest.mark.parametrize('message_class', [MarkerArray, TFMessage])
+@pytest.mark.parametrize('seed', range(4))
+def test_parts_stamps_and_texts_change_in_any_order(message_class, seed):
+    chance, received = random.Random(seed), Received(message_class)
+    ((name, element),) = ARRAYS[message_class]
+    elements = [element() for _ in range(4)]
+    texts = ['header.frame_id', 'ns'] if element is Marker else ['header.frame_id', 'child_frame_id']
+    numbers = [path for path, leaf in values.leaves(elements[0]) if type(leaf) is float]
+    owned = {}
+    for _ in range(200):
+        for index, one in enumerate(elements):
+            one.header.stamp = genpy.Time(chance.randrange(3), 0)
+            for _ in range(chance.choice((0, 1, 1, 2))):
+                path = chance.choice(numbers)
+                value = chance.choice((0.0, -0.0, 1.0, -2.5))
+                if owned.setdefault((index, path), chance.random() < 0.3):
+                    value = tracked(value, index) * 2
+                put(one, path, value)
+            if chance.random() < 0.05:
+                put(one, chance.choice(texts), chance.choice(('', 'a', 'b', 'abc', tracked('ab'))))
+        received.bytes(in_band(message_class(**{name: elements})))
+
+
 def test_a_stamp_that_is_tracked_is_decoded_anew(received):
     for stamp in (1, 2):
         one = marker(tracked(1.0), stamp=stamp)

@@ -2,21 +2,22 @@
 
 A `MarkerArray` of 500 markers is sent again and again, and few of them change, or none. Those whose bytes, and whose
 provenance, are the same as before are not decoded again: the new message has the very objects of the earlier one, so
-that who follows the messages sees by `is` what has not changed.
+that who follows the messages sees by `is` what has not changed. Where all that changed of an element lies in one part,
+such as the pose of a marker that moves, this part alone is decoded; the others are those of the earlier element.
 """
 
 import bisect
 import itertools
 import struct
-from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy.message
 
 from rosslt.messages.codec import ReceivedHeader, header_like, put_located
-from rosslt.messages.codegen.blanks import blank
-from rosslt.messages.codegen.walkers import END, walkers
+from rosslt.messages.codegen.blanks import blank, copier
+from rosslt.messages.codegen.walkers import END, Walkers, walkers
 from rosslt.messages.errors import BadHeader
-from rosslt.messages.fields import VARIABLE
+from rosslt.messages.fields import INSTANTS, SCALARS, VARIABLE, Layout
 from rosslt.messages.inband import decoder, fields_and_provenance
 
 _LENGTH = struct.Struct('<I')
@@ -50,7 +51,37 @@ class _Element:
     ) -> None:
         self.message, self.data, self.skipped = message, data, skipped
         self.lengths, self.leaf, self.fields = lengths, leaf, fields
-        self.values: Sequence[Tuple[Any, Any]] = [_NOTHING] * (fields[1] - fields[0])
+        self.values: List[Tuple[Any, Any]] = [_NOTHING] * (fields[1] - fields[0])
+
+
+class _Part(NamedTuple):
+    """A part of an element that is a message of constant size, before the first array."""
+
+    name: str
+    start: int
+    """Where its bytes begin in an element with empty texts,"""
+    end: int
+    """and end."""
+    texts: int
+    """The number of texts before it."""
+    leaf: int
+    """The index of its first leaf in the element,"""
+    behind: int
+    """and of the one behind its last."""
+    blank: Callable[[], Any]
+    walks: Walkers
+
+
+class _Changed(NamedTuple):
+    """What has been decoded of an element that has changed: all of it, or a part."""
+
+    element: _Element
+    message: Any
+    walks: Walkers
+    leaf: int
+    """The index of its first leaf."""
+    fields: Tuple[int, int]
+    """The numbers of its first tracked field, and of the one behind its last."""
 
 
 class _Before(NamedTuple):
@@ -86,7 +117,8 @@ class SharingDecoder:
         if element_class is None or element_class._full_text not in message_class._full_text:
             return  # of a message in a bag, for example
         self._array = array.name
-        self._blank, self._walks = blank(element_class), walkers(element_class)
+        self._blank, self._walks, self._copied = blank(element_class), walkers(element_class), copier(element_class)
+        self._parts = _parts(layout, array.type)
         first = layout.definitions[array.type][:1]
         self._has_header = bool(first) and first[0].type == 'std_msgs/Header' and first[0].length is None
 
@@ -115,17 +147,24 @@ class SharingDecoder:
         header = before.header if before is not None else header_like(self._class, provenance) if provenance else None
         wanted = header.wanted if header is not None else (END,)
         elements: List[_Element] = []
-        changed: List[_Element] = []
+        changed: List[_Changed] = []
         leaf = field = 0
         for number in range(count):
             known = None if before is None else before.elements[number]
-            if known is not None and data.startswith(known.data, at + known.skipped):
-                if known.skipped:
-                    stamped = known.message.header
-                    stamped.seq, stamped.stamp.secs, stamped.stamp.nsecs = _STAMP.unpack_from(data, at)
-                elements.append(known)
-                at += known.skipped + len(known.data)
-                continue
+            if known is not None:
+                part = None
+                is_same = data.startswith(known.data, at + known.skipped)
+                if not is_same:
+                    part = self._decode_part(known, data[at + known.skipped : at + known.skipped + len(known.data)])
+                if is_same or part is not None:
+                    if known.skipped:
+                        stamped = known.message.header
+                        stamped.seq, stamped.stamp.secs, stamped.stamp.nsecs = _STAMP.unpack_from(data, at)
+                    if part is not None:
+                        changed.append(self._changed_part(known, part, wanted))
+                    elements.append(known)
+                    at += known.skipped + len(known.data)
+                    continue
             lengths: List[int] = []
             to = self._walks.measure(data, at, end, lengths.append)
             if known is not None and known.lengths != lengths:
@@ -141,7 +180,7 @@ class SharingDecoder:
                 skipped = _STAMP.size if self._has_header and wanted[field] >= leaf + _STAMP_LEAVES else 0
                 element = _Element(message, data[at + skipped : to], skipped, lengths, leaf, own)
                 leaf, field = behind, own[1]
-            changed.append(element)
+            changed.append(_Changed(element, message, self._walks, element.leaf, element.fields))
             elements.append(element)
             at = to
         if at != end or (before is None and wanted[field] != END):
@@ -150,7 +189,41 @@ class SharingDecoder:
             self._put_provenance(header, changed)
         return _Before(elements, provenance, header)
 
-    def _put_provenance(self, header: ReceivedHeader, changed: Sequence[_Element]) -> None:
+    def _decode_part(self, element: _Element, data: bytes) -> Optional[_Part]:
+        """Decode what has changed of an element, if all of it lies in one part.
+
+        Args:
+            element: gets another message, which has all other parts of its earlier one.
+            data: its bytes, as many as before.
+
+        Returns:
+            the part; None, and the element is as it was, where more has changed.
+        """
+        if len(data) != len(element.data):
+            return None
+        others = int.from_bytes(data, 'little') ^ int.from_bytes(element.data, 'little')
+        first, last = ((others & -others).bit_length() - 1) // 8, (others.bit_length() - 1) // 8
+        for part in self._parts:
+            before = sum(element.lengths[: part.texts]) - element.skipped
+            start, end = part.start + before, part.end + before
+            if start <= first and last < end:
+                message = part.blank()
+                message.deserialize(data[start:end])
+                earlier, element.data = element.message, data
+                element.message = self._copied(earlier)
+                setattr(element.message, part.name, message)
+                if self._has_header:  # it gets stamps of its own
+                    element.message.header = _copied_header(earlier.header)
+                return part
+        return None
+
+    def _changed_part(self, element: _Element, part: _Part, wanted: Sequence[int]) -> _Changed:
+        leaf = element.leaf + part.leaf
+        first = bisect.bisect_left(wanted, leaf, *element.fields)
+        behind = bisect.bisect_left(wanted, element.leaf + part.behind, first, element.fields[1])
+        return _Changed(element, getattr(element.message, part.name), part.walks, leaf, (first, behind))
+
+    def _put_provenance(self, header: ReceivedHeader, changed: Sequence[_Changed]) -> None:
         """Put the provenance of a message onto those of its elements that have changed.
 
         A field that holds what it held in the message before, as the same provenance has it, keeps its tracked value.
@@ -162,13 +235,12 @@ class SharingDecoder:
         arrays: List[Any] = []
         numbers: List[int] = []
         before: List[Tuple[Any, Any]] = []
-        for element in changed:
-            first, behind = element.fields
+        for element, message, walks, leaf, (first, behind) in changed:
             if first < behind:
                 more = iter((*header.wanted[first:behind], END)).__next__
-                self._walks.locate(element.message, element.leaf, more(), more, found.append, arrays.append)
+                walks.locate(message, leaf, more(), more, found.append, arrays.append)
                 numbers.extend(range(first, behind))
-                before.extend(element.values)
+                before.extend(element.values[first - element.fields[0] : behind - element.fields[0]])
         plain = [value for _, _, value, _ in found]
         others = [at for at, (value, (earlier, _)) in enumerate(zip(plain, before)) if not _are_one(value, earlier)]
         tracked = [value for _, value in before]
@@ -177,8 +249,37 @@ class SharingDecoder:
             tracked[at] = value
         put_located(found, tracked, arrays)
         values = zip(plain, tracked)
-        for element in changed:
-            element.values = list(itertools.islice(values, len(element.values)))
+        for element, _, _, _, (first, behind) in changed:
+            start, end = first - element.fields[0], behind - element.fields[0]
+            element.values[start:end] = itertools.islice(values, behind - first)
+
+
+def _parts(layout: Layout, type_: str) -> List[_Part]:
+    """Those parts of an element of which each may be decoded alone."""
+    parts: List[_Part] = []
+    at = texts = leaf = 0
+    for field in layout.definitions[type_]:
+        leaves = layout.flat(field.type)
+        if field.length is not None or leaves is None:
+            break
+        size = layout.size(field.type)
+        if size is not None and field.type not in SCALARS and field.type not in INSTANTS:
+            class_ = genpy.message.get_message_class(field.type)
+            if class_ is not None:
+                place = (at, at + size, texts, leaf, leaf + len(leaves))
+                parts.append(_Part(field.name, *place, blank(class_), walkers(class_)))
+        sizes = [layout.size(scalar) for _, scalar in leaves]
+        texts += sizes.count(None)
+        at += sum(_LENGTH.size if one is None else one for one in sizes)
+        leaf += len(leaves)
+    return parts
+
+
+def _copied_header(header: Any) -> Any:
+    make: Callable[[Any], Any] = copier(header.__class__)
+    made = make(header)
+    made.stamp = type(header.stamp)(header.stamp.secs, header.stamp.nsecs)
+    return made
 
 
 def _are_one(value: Any, earlier: Any) -> bool:

@@ -24,6 +24,9 @@ FRAME_RATE = 30.0
 #: How many menus are checked for new sources each time.
 MENUS_CHECKED = 10
 
+#: How many more objects there are when Python's garbage collector looks for those that refer to each other.
+OBJECTS_BEFORE_COLLECTING = 20_000
+
 
 def run() -> None:
     """Show interactive markers until this node is shut down. Private parameters are the settings.
@@ -53,7 +56,10 @@ def run() -> None:
     Watch(scene, topics)
     rospy.Subscriber('/rosout', Log, _show_errors, scene, queue_size=10)
     rospy.on_shutdown(display.clear)
-    gc.freeze()  # what the node has begun with stays, and need not be looked through again and again as messages come
+    # What the node has begun with stays, and need not be looked through again and again as messages come; nor need the
+    # objects of a message of some hundred markers while it is read.
+    gc.freeze()
+    gc.set_threshold(OBJECTS_BEFORE_COLLECTING)
     while not rospy.is_shutdown():
         scene.expire()
         menus.check(MENUS_CHECKED)
