@@ -2,6 +2,7 @@
 
 import array
 import contextlib
+import functools
 import io
 import random
 import struct
@@ -21,7 +22,7 @@ from visualization_msgs.msg import InteractiveMarkerUpdate, Marker, MarkerArray
 
 from rosslt import Source, is_tracked, track
 from rosslt.messages.codegen.walkers import END, TRACKED, _WalkerCompiler, tracked_fields, walkers
-from rosslt.values import compare_fields, leaves, untracked, written_fields
+from rosslt.values import HOLDS, HOLDS_NOT, IS_PLAIN, compare_fields, leaves, untracked, written_fields
 from support.filling import Filling, serialized
 
 X = track(0.25, Source('/node', 1))
@@ -36,10 +37,15 @@ def collected(message):
 
 def located(message, indices):
     """The values of the leaves with these indices."""
+    return [value for value, _ in with_kinds(message, indices)]
+
+
+def with_kinds(message, indices):
+    """The values and kinds of the leaves with these indices."""
     found, arrays = [], []
     more = iter([*indices, END]).__next__
     walkers(type(message)).locate(message, 0, more(), more, found.append, arrays.append)
-    return [value for _, _, value, _ in found]
+    return [(value, kind) for _, _, value, kind in found]
 
 
 FILLED = [
@@ -84,7 +90,7 @@ def test_the_core_finds_what_the_python_finds(message):
         (index, id(value), kind) for index, value, kind in expected
     ]
     walkers(type(message)).collect(message, 3, again, END, of_core)
-    assert all(one is other for one, other in zip(again, of_core))
+    assert [(index, id(value)) for index, value, _ in again] == [(index, id(value)) for index, value, _ in of_core]
 
 
 def varied(value, chance):
@@ -115,11 +121,13 @@ def test_the_core_compares_messages_as_the_python_does(message):
         before, later = with_others(message, chance), with_others(message, chance)
         found = tracked_fields(before)
         written = written_fields(found, {index for index, _, _ in found if chance.random() < 0.5})
-        held, count = walkers(type(message)).compare(later, written)
-        assert (held, count) == compare_fields(tracked_fields(later), written)
-        assert walkers(type(message)).compare(before, written) == (b'\1' * len(found), len(found))
-        outcomes |= set(held)
-    assert outcomes == {0, 1} or not tracked_fields(message)
+        of_later = tracked_fields(later)
+        expected = compare_fields(of_later, written, functools.partial(with_kinds, later))
+        assert walkers(type(message)).compare(later, written) == (expected, len(of_later), len(leaves(later)))
+        all_hold = (bytes([HOLDS] * len(found)), len(found), len(leaves(before)))
+        assert walkers(type(message)).compare(before, written) == all_hold
+        outcomes |= set(expected)
+    assert outcomes == {HOLDS, HOLDS_NOT, IS_PLAIN} or not tracked_fields(message)
 
 
 def test_what_was_written_holds_where_values_were_made_alike():
@@ -127,11 +135,22 @@ def test_what_was_written_holds_where_values_were_made_alike():
     written = written_fields(tracked_fields(Point(x * 2, y, x + y)), [0])
     compare = walkers(Point).compare
     moved = track(3.0, Source('/node', 1))
-    assert compare(Point(x * 2, y, x + y), written) == (b'\1\1\1', 3)
-    assert compare(Point(moved * 2, y, moved + y), written) == (b'\1\1\0', 3)  # z is not said to move
-    assert compare(Point(x * 2, x, x - y), written) == (b'\1\0\0', 3)
-    assert compare(Point(2.0, y, 3.0), written) == (b'\0\1\0', 1)
-    assert walkers(Pose).compare(Pose(), written_fields([], [])) == (b'', 0)
+    for message, told, count in [
+        (Point(x * 2, y, x + y), [HOLDS, HOLDS, HOLDS], 3),
+        (Point(moved * 2, y, moved + y), [HOLDS, HOLDS, HOLDS_NOT], 3),  # z is not said to move
+        (Point(x * 2, x, x - y), [HOLDS, HOLDS_NOT, HOLDS_NOT], 3),
+        (Point(7.0, y, 3.0), [IS_PLAIN, HOLDS, IS_PLAIN], 1),
+        (Point(7, 2, 4.0), [IS_PLAIN, HOLDS_NOT, HOLDS_NOT], 0),
+    ]:
+        assert compare(message, written) == (bytes(told), count, 3)
+    assert walkers(Pose).compare(Pose(), written_fields([], [])) == (b'', 0, 7)
+
+
+def test_what_was_written_of_a_longer_message_is_compared_with_a_shorter_one():
+    x = track(1.0, Source('/node', 1))
+    written = written_fields(tracked_fields(PoseArray(poses=[Pose(position=Point(x, x, x))] * 2)), [])
+    told, count, size = walkers(PoseArray).compare(PoseArray(poses=[Pose(position=Point(x, 1.0, 2.0))]), written)
+    assert (told, count, size) == (bytes([HOLDS, IS_PLAIN, HOLDS_NOT] + [HOLDS_NOT] * 3), 1, 11)
 
 
 def test_fields_that_are_no_slots_are_read_as_attributes():

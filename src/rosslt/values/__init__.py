@@ -14,7 +14,17 @@ from .calls import operation
 from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
-from .fields import WrittenFields, compare_fields, field_walk, replaced_fields, select_tracked, written_fields
+from .fields import (
+    HOLDS,
+    HOLDS_NOT,
+    IS_PLAIN,
+    WrittenFields,
+    compare_fields,
+    field_walk,
+    replaced_fields,
+    select_tracked,
+    written_fields,
+)
 from .fit import Fit, fit
 from .functions import MATH, keeping, recorder, stripper, to_bool, to_float, to_int
 from .graph import evaluate, sources
@@ -45,6 +55,9 @@ from .tree import each_leaf, is_tracked, leaves, untracked
 __all__ = [
     'AFFINE',
     'CONSTANT',
+    'HOLDS',
+    'HOLDS_NOT',
+    'IS_PLAIN',
     'MATH',
     'OPERATIONS',
     'RECORDING',

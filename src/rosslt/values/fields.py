@@ -7,7 +7,7 @@ import struct
 from typing import Any, Callable, Container, List, NamedTuple, Optional, Sequence, Tuple
 
 from .accelerator import CORE
-from .tracked import TRACKED, is_made_alike
+from .tracked import TRACKED, is_made_alike, plain_scalar
 
 Field = Tuple[int, Any, str]
 """The index of a field, its value and its kind."""
@@ -77,29 +77,47 @@ def written_fields(fields: Sequence[Field], moving: Container[int]) -> WrittenFi
     )
 
 
-def compare_fields(found: Sequence[Field], written: WrittenFields) -> Tuple[bytes, int]:
-    """For which fields of an earlier message does hold for a later one what was written of them?
+#: What `compare_fields` tells of a field.
+HOLDS_NOT, HOLDS, IS_PLAIN = 0, 1, 2
 
-    For those whose values are the same ones, or were made alike; the latter must be equal where they do not move.
+
+def compare_fields(
+    found: Sequence[Field], written: WrittenFields, plain_at: Callable[[List[int]], List[Tuple[Any, str]]]
+) -> bytes:
+    """For which fields of an earlier message does hold for a later one what was written of them?
 
     Args:
         found: the fields of the later message, as `select_tracked` finds them.
         written: those of the earlier one.
+        plain_at: gives the values and kinds of others of its fields by their indices, which rise; as far as there are.
 
     Returns:
-        1 for each field of the earlier message for which it holds, and 0 for others; the number of fields found.
+        of each field of the earlier message HOLDS where its value is the same one, or was made alike, and is equal
+        where the field does not move; IS_PLAIN where it is not tracked, and is equal where it does not move; else
+        HOLDS_NOT.
     """
     by_index = {field[0]: field for field in found}
-    held = bytearray(len(written.values))
-    for place, (index,) in enumerate(struct.iter_unpack('i', written.indices)):
-        _, value, kind = by_index.get(index, (index, None, ''))
+    indices = [index for (index,) in struct.iter_unpack('i', written.indices)]
+    plain = [index for index in indices if index not in by_index]
+    others = dict(zip(plain, plain_at(plain)))
+    told = bytearray(len(indices))
+    for place, index in enumerate(indices):
+        value, kind = by_index[index][1:] if index in by_index else others.get(index, (None, ''))
         earlier = written.values[place]
-        if value is earlier:
-            held[place] = kind == chr(written.kinds[place])
-        elif kind == chr(written.kinds[place]):
-            may_be = written.moving[place] or value._plain == earlier._plain
-            held[place] = bool(may_be and is_made_alike(value, earlier))
-    return bytes(held), len(found)
+        if kind == chr(written.kinds[place]) and (
+            value is earlier or written.moving[place] or is_equal(value, earlier)
+        ):
+            if index in others:
+                told[place] = IS_PLAIN
+            elif is_made_alike(value, earlier):
+                told[place] = HOLDS
+    return bytes(told)
+
+
+def is_equal(one: Any, other: Any) -> bool:
+    """Whether two values are both floats, both whole numbers or both texts, and equal, whatever they were made of."""
+    kinds = [kind for kind in (float, int, str) if isinstance(one, kind) and isinstance(other, kind)]
+    return bool(kinds) and bool(plain_scalar(one) == plain_scalar(other))
 
 
 Member = Tuple[str, Any, int, int]
@@ -112,8 +130,8 @@ def field_walk(members: Tuple[Member, ...], items_of: Callable[[Any], Any]) -> A
     """The core's walk of the fields of a message class; None without the core.
 
     `walk(message, index, found, limit, before)` appends as `select_tracked` does for each field, little more than
-    `limit`, and returns how many leaves there are in all. `walk.compare(message, written)` does as `compare_fields`
-    for all tracked fields of a message.
+    `limit`, and returns how many leaves there are in all. `walk.compare(message, written)` returns what
+    `compare_fields` does, how many leaves of the message are tracked, and how many there are in all.
 
     Args:
         members: the fields of the class.

@@ -16,6 +16,9 @@ from rosslt.messages.codec.wire_format import BYTES_LIMIT
 from rosslt.messages.codegen.walkers import walkers
 from rosslt.messages.leaves import located
 from rosslt.values import (
+    HOLDS,
+    HOLDS_NOT,
+    IS_PLAIN,
     WrittenFields,
     are_made_alike,
     is_same,
@@ -74,13 +77,25 @@ class _Known:
     """The number of all leaves of the message."""
     written: Written
     part: Tuple[bytes, bytes] = dataclasses.field(init=False, default=(b'', b''))
-    """What was sent of it last, where it did not hold as a whole: for which leaves it held, as of `compare_fields`, and
-    their provenance."""
+    """What was sent of it last, where it did not hold as a whole: what `compare_fields` told, and the provenance."""
 
     @functools.cached_property
     def fields(self) -> WrittenFields:
         """The leaves, to be compared with those of later messages."""
         return written_fields(self.found, self.moving)
+
+    def is_near(self, missing: int, count: int, size: int, debt: float) -> bool:
+        """Whether the tracked leaves of a message are mostly those that were written.
+
+        Args:
+            missing: how many of those that were written are plain in the message.
+            count, size: how many leaves of the message are tracked, and how many it has in all.
+            debt: in seconds, as of `_most_new`.
+        """
+        new = count - len(self.leaves) + missing
+        if missing and (self.size != size or missing > MOST_NEW * size):
+            return False
+        return new <= _most_new(debt) * count
 
 
 Result = TypeVar('Result')
@@ -202,8 +217,8 @@ class SparingProvenance:
         looked into."""
         compare = walkers(message.__class__).compare
         last = self._known[0]
-        held, count = compare(message, last.fields)
-        if count == len(held) and b'\0' not in held:
+        told, count, size = compare(message, last.fields)
+        if HOLDS_NOT not in told and last.is_near(told.count(IS_PLAIN), count, size, debt):
             return last.written.data
         if self._first or now >= min(self._due, self._look_again):
             return None
@@ -211,12 +226,12 @@ class SparingProvenance:
         if nearest is None or not any(nearest is one for one in self._known):
             return None
         if nearest is not last:
-            held, count = compare(message, nearest.fields)
-        if self._is_to_be_written(held.count(1), count, now, debt):
+            told, count, _ = compare(message, nearest.fields)
+        if self._is_to_be_written(told.count(HOLDS), count, now, debt):
             return None
-        if nearest.part[0] != held:
-            holding = {leaf[0] for leaf, holds in zip(nearest.found, held) if holds}
-            nearest.part = held, nearest.written.only(holding)
+        if nearest.part[0] != told:
+            held = {leaf[0] for leaf, one in zip(nearest.found, told) if one == HOLDS}
+            nearest.part = told, nearest.written.only(held)
         return nearest.part[1]
 
     def _moved_since(self, known: _Known, message: Any, present: '_Present') -> Optional[Set[int]]:
@@ -245,12 +260,10 @@ class SparingProvenance:
     def _holding(self, message: Any, present: '_Present', size: int, debt: float) -> Optional[_Known]:
         """What was written that holds for a message, None where nothing does."""
         count = len(present.leaves)
-        most_new = _most_new(debt)
         for place, known in enumerate(self._known):
             if not present.has_fields_of(known):
                 missing = len(known.leaves.keys() - present.by_index.keys())
-                new = count - len(known.leaves) + missing
-                if new > most_new * count or (missing and (known.size != size or missing > MOST_NEW * size)):
+                if not known.is_near(missing, count, size, debt):
                     continue
             moved = self._moved_since(known, message, present)
             if not moved and moved is not None:

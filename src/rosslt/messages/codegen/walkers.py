@@ -37,8 +37,9 @@ class Walkers(NamedTuple):
     """`collect(message, 0, found, limit=END, before=())` appends `(index, value, kind)` for each tracked leaf, little
     more than so many, and returns how many leaves there are in all; what was found before in an earlier message, and is
     the same, is appended as it is."""
-    compare: Callable[[Any, WrittenFields], Tuple[bytes, int]]
-    """`compare(message, written)`: as `values.compare_fields` for the tracked leaves of a message."""
+    compare: Callable[[Any, WrittenFields], Tuple[bytes, int, int]]
+    """`compare(message, written)`: what `values.compare_fields` tells of the tracked leaves of a message, how many they
+    are, and how many leaves there are in all."""
     locate: Callable[..., Any]
     """`locate(message, 0, first, next, found.append, arrays.append)` appends `(owner, key, value, kind)` for each
     wanted leaf; `next()` gives the wanted indices in rising order, END at last. An owner that is a list is a copy of an
@@ -55,17 +56,24 @@ class Walkers(NamedTuple):
 def walkers(message_class: Any) -> Walkers:
     """The walks of a message class, compiled when first asked for."""
     layout = Layout(message_class)
-    collect, *others = _WalkerCompiler(layout).compiled()
+    collect, locate, *others = _WalkerCompiler(layout).compiled()
     walk = _field_walk(layout, layout.name)
     if walk is not None:
-        return Walkers(layout, walk, walk.compare, *others)
+        return Walkers(layout, walk, walk.compare, locate, *others)
 
-    def compare(message: Any, written: WrittenFields) -> Tuple[bytes, int]:
+    def compare(message: Any, written: WrittenFields) -> Tuple[bytes, int, int]:
         found: List[Tuple[int, Any, str]] = []
-        collect(message, 0, found)
-        return compare_fields(found, written)
+        size = collect(message, 0, found)
 
-    return Walkers(layout, collect, compare, *others)
+        def plain_at(indices: List[int]) -> List[Tuple[Any, str]]:
+            leaves: List[Any] = []
+            more = iter([*(index for index in indices if index < size), END]).__next__
+            locate(message, 0, more(), more, leaves.append, [].append)
+            return [(value, kind) for _, _, value, kind in leaves]
+
+        return compare_fields(found, written, plain_at), len(found), size
+
+    return Walkers(layout, collect, compare, locate, *others)
 
 
 def _field_walk(layout: Layout, type_: str) -> Any:

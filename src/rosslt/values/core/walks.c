@@ -33,7 +33,7 @@ typedef struct {
     const int32_t *indices;
     PyObject *values;
     const char *kinds, *moving;
-    char *held;                    /* 1 for each that holds */
+    char *held;                    /* of each, what comes of it */
     Py_ssize_t count, at, tracked; /* at: the leaf that comes next; tracked: how many leaves of the message are */
 } Written;
 
@@ -71,7 +71,7 @@ static int is_same_plain(PyObject *one, PyObject *other)
     return answer == NULL ? -1 : answer == Py_True;
 }
 
-/* Whether what was written of an earlier leaf holds for another one: -1 with an error. */
+/* Whether what was written of an earlier leaf holds for another tracked one: -1 with an error. */
 static int holds(const Written *written, Py_ssize_t at, PyObject *value, PyObject *kind)
 {
     PyObject *earlier = PyTuple_GET_ITEM(written->values, at);
@@ -81,19 +81,30 @@ static int holds(const Written *written, Py_ssize_t at, PyObject *value, PyObjec
     return status == 1 ? is_made_alike(value, earlier) : status;
 }
 
+enum { HOLDS_NOT, HOLDS, IS_PLAIN };
+
+/* What comes of a leaf that is plain and was tracked: -1 with an error. */
+static int compare_plain(const Written *written, Py_ssize_t at, PyObject *value, PyObject *kind)
+{
+    if ((Py_UCS4)written->kinds[at] != PyUnicode_READ_CHAR(kind, 0)) return HOLDS_NOT;
+    int status = written->moving[at] ? 1 : is_same_plain(value, PyTuple_GET_ITEM(written->values, at));
+    return status == 1 ? IS_PLAIN : status;
+}
+
 static int compare_leaf(Written *written, PyObject *value, Py_ssize_t index, PyObject *kind)
 {
     while (written->at < written->count && written->indices[written->at] < index) written->at++;
     int is_known = written->at < written->count && written->indices[written->at] == index;
     int is_same = is_known && value == PyTuple_GET_ITEM(written->values, written->at);
     int tracked = is_same ? 1 : is_tracked(value); /* what is the same one need not be looked at */
-    if (tracked <= 0) return tracked < 0 ? FAILED : DONE;
-    written->tracked++;
+    if (tracked < 0) return FAILED;
+    written->tracked += tracked;
     if (!is_known) return DONE;
     Py_ssize_t at = written->at++;
-    int status = holds(written, at, value, kind);
-    written->held[at] = status == 1;
-    return status < 0 ? FAILED : DONE;
+    int status = tracked ? holds(written, at, value, kind) : compare_plain(written, at, value, kind);
+    if (status < 0) return FAILED;
+    written->held[at] = (char)status;
+    return DONE;
 }
 
 static int take_leaf(PyObject *value, Py_ssize_t index, PyObject *kind, Task *task)
@@ -234,7 +245,7 @@ static PyObject *compare(PyObject *self, PyObject *const *args, Py_ssize_t count
         Py_DECREF(held);
         return NULL;
     }
-    return Py_BuildValue("Nn", held, task.written.tracked);
+    return Py_BuildValue("Nnn", held, task.written.tracked, index);
 }
 
 static PyTypeObject WalkType;
