@@ -6,6 +6,7 @@ import inspect
 import operator
 import os
 import random
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -481,6 +482,55 @@ def test_sanitizers_find_nothing(tmp_path):
         ROSSLT_FEW_EXAMPLES='1',
     )
     assert ' passed' in output(process)
+
+
+def pythons_with_headers():
+    """Those from 3.8 to 3.11 on this machine that a core can be built for, this one among them: `{version: path}`."""
+    ask = 'import sys, sysconfig; print(*sys.version_info[:2], sysconfig.get_path("include"))'
+    named = [shutil.which('python3.%d' % minor) for minor in range(8, 12)]
+    found = {}
+    for path in [*Path.home().glob('.pyenv/versions/3.*/bin/python3'), *filter(None, named), sys.executable]:
+        told = subprocess.run([path, '-c', ask], stdout=subprocess.PIPE, text=True, check=False).stdout
+        major, minor, headers = (told.split() or ['0', '0', ''])[:3]
+        if (3, 8) <= (int(major), int(minor)) < (3, 12) and (Path(headers) / 'Python.h').is_file():
+            found[int(minor)] = str(path)
+    return found
+
+
+IN_ANOTHER_PYTHON = """
+from rosslt import Source, evaluate, math, solve, track
+from rosslt.values import reading
+from rosslt.values.accelerator import CORE
+assert CORE is not None
+x = track(2.0, Source('/a', 1))
+y = math.sin(x * 0.1) + x // 3
+assert solve(3 * x - 1, 11.0) == {Source('/a', 1): 4.0}
+assert evaluate(y, {Source('/a', 1): 2.5}) == math.sin(2.5 * 0.1)
+calls = []
+known = {}
+def read(value=None, name=None, key=None, getter=None):
+    calls.append(value)
+    return value
+assert [reading(known)(read)(1.0) for _ in range(3)] == calls == [1.0] * 3
+"""
+
+
+@pytest.mark.slow
+def test_it_is_built_and_works_for_each_python_of_this_machine(tmp_path):
+    """ROS Noetic has Python 3.8; its headers differ from those of later ones."""
+    sources = sorted((ROOT / 'src' / 'rosslt' / 'values' / 'core').glob('*.c'))
+    pythons = pythons_with_headers()
+    assert sys.version_info[1] in pythons
+    for minor, path in pythons.items():
+        folder = tmp_path / str(minor)
+        shutil.copytree(ROOT / 'src', folder, ignore=shutil.ignore_patterns('__pycache__'))
+        ask = 'import sysconfig; print(sysconfig.get_path("include"), sysconfig.get_config_var("EXT_SUFFIX"))'
+        headers, suffix = subprocess.check_output([path, '-c', ask], universal_newlines=True).split()
+        core = folder / 'rosslt' / ('_core' + suffix)
+        options = ['-O0', '-fPIC', '-shared', '-Wall', '-Werror', '-ffp-contract=off', '-isystem', headers]
+        subprocess.run(['gcc', *options, *sources, '-o', core], check=True)
+        env = {**os.environ, 'PYTHONPATH': str(folder), 'ROSSLT_PURE': ''}
+        subprocess.run([path, '-c', IN_ANOTHER_PYTHON], env=env, check=True)
 
 
 @pytest.mark.slow

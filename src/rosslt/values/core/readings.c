@@ -1,6 +1,9 @@
 /* What does a call from this place in a program read? `rosslt.location` asks; `reading` in `accelerator.py`. */
 
 #include "core.h"
+#if PY_VERSION_HEX < 0x030B0000
+#include <frameobject.h>
+#endif
 
 #if PY_VERSION_HEX < 0x03090000
 #define PyObject_Vectorcall _PyObject_Vectorcall
