@@ -179,6 +179,14 @@ def test_what_is_no_message_is_told_by_its_attribute():
                 collect(pose, 0, [])
 
 
+def test_an_array_of_fixed_length_has_its_leaves_whatever_it_holds():
+    for wrong in (5, None, [], [X] * 2):
+        pose = PoseWithCovariance()
+        pose.covariance = wrong
+        for collect in (walkers(PoseWithCovariance).collect, of_python(PoseWithCovariance)):
+            assert collect(pose, 0, []) == 7 + 36
+
+
 def test_the_slot_of_another_class_is_no_field():
     class Borrowing:
         x, y, z = Quaternion.x, Quaternion.y, Quaternion.z

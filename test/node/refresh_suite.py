@@ -71,6 +71,14 @@ class Alive(unittest.TestCase):
             inbox.close()
             publisher.unregister()
 
+    def test_a_wrong_field_is_the_error_that_it_is_in_rospy(self):
+        x = self.location(1.0)
+        publisher, inbox = self.channel(Float64MultiArray)
+        rosslt.force_value(x, 2.0)
+        with self.assertRaisesRegex(rospy.ROSSerializationException, 'data must be a list'):
+            publisher.publish(Float64MultiArray(data=5))
+        self.assertEqual(self.sent(publisher, inbox, Float64MultiArray(data=[x])).data[0], 2.0)
+
     def test_the_message_of_the_node_stays_as_it_is(self):
         x = self.location(1.0)
         marker = Marker(points=[Point(x, 2.0, 3.0), Point(4.0, x + 1, 6.0)], scale=Point(x, 1.0, 1.0))

@@ -152,7 +152,10 @@ class Refresher:
         if outdated != self._outdated:
             self._outdated = outdated
             self._version += 1
-        fields = messages.tracked_fields(message)
+        try:
+            fields = messages.tracked_fields(message)
+        except (TypeError, AttributeError):
+            return message  # it is serializing it that says what is wrong
         known = self._known
         unknown: Dict[int, Any] = {}
         for _, value, _ in fields:

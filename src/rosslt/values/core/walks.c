@@ -143,7 +143,8 @@ static PyObject *field_of(PyObject *message, const Member *member, int has_slots
 
 static int walk_scalars(Walk *walk, const Member *member, PyObject *array, Py_ssize_t *index, Task *task)
 {
-    Py_ssize_t start = *index, size = PyObject_Size(array);
+    int has_size = member->length == VARIABLE || member->most < PY_SSIZE_T_MAX;
+    Py_ssize_t start = *index, size = has_size ? PyObject_Size(array) : 0;
     if (size < 0) return FAILED;
     *index += member->length == VARIABLE ? size : member->length;
     if (PyBytes_CheckExact(array) || size > member->most) return DONE;
