@@ -43,8 +43,7 @@ def located(message, indices):
 def with_kinds(message, indices):
     """The values and kinds of the leaves with these indices."""
     found, arrays = [], []
-    more = iter([*indices, END]).__next__
-    walkers(type(message)).locate(message, 0, more(), more, found.append, arrays.append)
+    walkers(type(message)).locate(message, 0, [*indices, END], 0, found.append, arrays.append)
     return [(value, kind) for _, _, value, kind in found]
 
 
@@ -74,6 +73,25 @@ def test_every_leaf_is_counted_once_in_the_order_of_the_fields(message):
     tracked = [index for index, leaf in enumerate(everything) if type(leaf) in TRACKED]
     assert collected(message) == (tracked, len(everything))
     assert located(message, range(len(everything))) == everything
+
+
+@pytest.mark.parametrize('message', FILLED, ids=lambda message: message._type)
+def test_any_leaves_are_located_where_they_are(message):
+    everything = [leaf for _, leaf in leaves(message)]
+    chance = random.Random(6)
+    for _ in range(200):
+        borders = sorted(chance.choices(range(len(everything) + 1), k=6))
+        wanted = [*range(*borders[:2]), *range(*borders[2:4]), *range(*borders[4:])]  # many next to each other
+        wanted = [index for index in wanted if chance.random() < 0.97]
+        found, arrays = [], []
+        _, count = walkers(type(message)).locate(message, 0, [*wanted, END], 0, found.append, arrays.append)
+        assert count == len(wanted)
+        assert [id(value) for _, _, value, _ in found] == [id(everything[index]) for index in wanted]
+        copies = [copy for _, _, _, copy in arrays]
+        for owner, key, value, _ in found:
+            is_copied = type(owner) is list
+            assert (owner[key] if is_copied else getattr(owner, key)) is value
+            assert not is_copied or any(owner is copy for copy in copies)
 
 
 def of_python(message_class):

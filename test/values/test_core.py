@@ -24,6 +24,7 @@ from rosslt.values import (
     from_affine,
     keeping,
     lazy,
+    lazy_of,
     made_alike,
     reading,
     to_float,
@@ -277,12 +278,16 @@ class Marker:
 
 
 @pytest.mark.parametrize('plain', [0.5, 7, 2**80, True, 'a'])
-def test_what_refers_to_itself_goes_with_the_garbage(plain):
+@pytest.mark.parametrize(
+    'made_by',
+    [lambda value, load: lazy([value], [load]), lambda value, load: lazy_of([value], lambda one, _: load(one))],
+)
+def test_what_refers_to_itself_goes_with_the_garbage(plain, made_by):
     marker = Marker()
     gone = weakref.ref(marker)
 
     def entangle(holder):
-        (value,) = lazy([plain], [lambda given: track(given, holder[1])])
+        (value,) = made_by(plain, lambda given: track(given, holder[1]))
         holder += [value, value + 'b' if plain == 'a' else value * 2 - value]
 
     entangle([marker])

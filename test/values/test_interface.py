@@ -13,6 +13,7 @@ from rosslt.values import (
     disassemble,
     from_affine,
     lazy,
+    lazy_of,
     leaves,
     reapply,
 )
@@ -160,6 +161,28 @@ def test_a_lazy_value_is_made_when_it_is_needed():
     number, text = lazy([0.6, 'hi'], [lambda value: ((A, value / 2, 2.0),), lambda value: track(value, B)])
     assert affine(number) == ((A, 0.3, 2.0),)
     assert sources(text) == [B]
+
+
+@pytest.mark.parametrize('sort', [list, tuple, iter])
+def test_lazy_values_of_one_function_are_made_by_their_number(sort):
+    plain = [0.6, 7, True, 'hi', 2**80, -0.0]
+    asked = []
+
+    def load(value, number):
+        asked.append((number, value))
+        return track(value, Source('/node', number))
+
+    made = lazy_of(sort(plain), load)
+    assert [untracked(value) for value in made] == plain
+    assert all(untracked(value) is one for value, one in zip(made, plain))
+    assert list(map(type, made)) == [type(track(one, A)) for one in plain]
+    assert not asked
+    assert [sources(value) for value in made] == [[Source('/node', number)] for number in range(len(plain))]
+    assert sorted(set(asked), key=lambda one: one[0]) == list(enumerate(plain))
+    assert lazy_of([], load) == []
+    for wrong in ([None], [[1.0]], None, 5):
+        with pytest.raises((KeyError, TypeError)):
+            lazy_of(wrong, load)
 
 
 def test_a_lazy_value_that_was_rounded_on_its_way_keeps_the_laws():

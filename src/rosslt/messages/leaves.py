@@ -33,9 +33,8 @@ def located(
             in one of them is the copy.
     """
     found: List[Tuple[Any, Any, Any, str]] = []
-    more = iter([*indices, END]).__next__
     arrays = [] if arrays is None else arrays
-    walkers(message.__class__).locate(message, 0, more(), more, found.append, arrays.append)
+    walkers(message.__class__).locate(message, 0, [*indices, END], 0, found.append, arrays.append)
     return found
 
 

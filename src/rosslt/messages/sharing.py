@@ -175,7 +175,7 @@ class SharingDecoder:
                 element = known
                 element.message, element.data = message, data[at + element.skipped : to]
             else:
-                behind, _ = self._walks.locate(message, leaf, END, None, None, None)
+                behind, _ = self._walks.locate(message, leaf, (END,), 0, None, None)
                 own = field, bisect.bisect_left(wanted, behind, field)
                 skipped = _STAMP.size if self._has_header and wanted[field] >= leaf + _STAMP_LEAVES else 0
                 element = _Element(message, data[at + skipped : to], skipped, lengths, leaf, own)
@@ -237,8 +237,7 @@ class SharingDecoder:
         before: List[Tuple[Any, Any]] = []
         for element, message, walks, leaf, (first, behind) in changed:
             if first < behind:
-                more = iter((*header.wanted[first:behind], END)).__next__
-                walks.locate(message, leaf, more(), more, found.append, arrays.append)
+                walks.locate(message, leaf, (*header.wanted[first:behind], END), 0, found.append, arrays.append)
                 numbers.extend(range(first, behind))
                 before.extend(element.values[first - element.fields[0] : behind - element.fields[0]])
         plain = [value for _, _, value, _ in found]

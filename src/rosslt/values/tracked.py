@@ -137,6 +137,10 @@ def lazy_of(values: Iterable[Any], load: Callable[[Any, int], Any]) -> List[Any]
     return [new(value, (LAZY, load, number), 1) for number, value in enumerate(values)]
 
 
+if CORE is not None:
+    lazy_of = CORE.lazy_of
+
+
 def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
     """The sources that tracked values are themselves, unchanged; None where one was computed."""
     found = []

@@ -4,6 +4,7 @@ Nothing in it is believed. Its form is checked as a whole before any field is to
 decoded when somebody first asks for that field's provenance.
 """
 
+import collections
 import functools
 import itertools
 import operator
@@ -43,6 +44,8 @@ SCALAR_TYPES = frozenset((float, int, bool, str))
 Located = Tuple[Any, Any, Any, str]
 """Where a leaf is, its owner and the key in that; its value and its kind, as the walkers locate them."""
 
+_OWNER, _KEY, _VALUE, _KIND = map(operator.itemgetter, range(4))
+
 LocatedArray = Tuple[Any, str, Any, List[Any]]
 """Where an array of scalars is, its owner and the name in that; the array, and the copy that leaves are located in."""
 
@@ -73,8 +76,7 @@ def attach(message: Any, data: bytes) -> None:
     wanted = header.wanted
     found: List[Located] = []
     arrays: List[LocatedArray] = []
-    more = iter(wanted).__next__
-    walkers(message.__class__).locate(message, 0, more(), more, found.append, arrays.append)
+    walkers(message.__class__).locate(message, 0, wanted, 0, found.append, arrays.append)
     if wanted[len(found)] != END:
         raise BadHeader(
             'bad provenance: found one of leaf %d, which the %s does not have' % (wanted[len(found)], message._type)
@@ -84,7 +86,11 @@ def attach(message: Any, data: bytes) -> None:
 
 def put_located(found: Sequence[Located], tracked: Sequence[Any], arrays: Sequence[LocatedArray]) -> None:
     """Put tracked values in the places of the leaves that a walker has located, in arrays that it has copied too."""
-    for (owner, key, _, _), value in zip(found, tracked):
+    owners, keys = map(_OWNER, found), map(_KEY, found)
+    if not arrays:
+        collections.deque(map(setattr, owners, keys, tracked), maxlen=0)
+        return
+    for owner, key, value in zip(owners, keys, tracked):
         if type(owner) is list:
             owner[key] = value
         else:
@@ -232,8 +238,8 @@ class ReceivedHeader:
         Raises:
             BadHeader: one has a provenance that makes no values of its type.
         """
-        values = [value for _, _, value, _ in found]
-        kinds = [kind for _, _, _, kind in found]
+        values = list(map(_VALUE, found))
+        kinds = list(map(_KIND, found))
         if not SCALAR_TYPES.issuperset(map(type, values)):
             values = self._plain(values)
         if not (self._fields.is_numeric and {'d', 'f'}.issuperset(kinds)):

@@ -7,9 +7,9 @@ a Pose with three tracked values is sent in 1.2 us and received in 2.3; with the
 """
 
 import functools
-from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from rosslt.messages.codegen.walkers import PLAIN, TRACKED, walkers
+from rosslt.messages.codegen.walkers import PLAIN, TRACKED, reached, walkers
 from rosslt.messages.fields import TYPE_OF_KIND, kind_of
 from rosslt.values import lazy
 
@@ -50,10 +50,11 @@ def leaf_readers(message_class: Any) -> Optional[LeafReaders]:
         return None
     is_plain = ['def is_plain(message):']
     gather = ['def gather(message):', ' which, values = 0, []']
-    for index, ((_, scalar), (lines, value)) in enumerate(zip(leaves, _reached(path for path, _ in leaves))):
-        is_plain += lines
+    paths = (path for path, _ in leaves)
+    for index, ((_, scalar), (lines, value)) in enumerate(zip(leaves, reached('message', paths))):
+        is_plain += [' ' + line for line in lines]
         is_plain += [' if type(%s) in TRACKED: return False' % value]
-        gather += lines
+        gather += [' ' + line for line in lines]
         gather += [
             ' value = %s' % value,
             ' if type(value) in TRACKED:',
@@ -85,8 +86,8 @@ def leaf_writer(message_class: Any, indices: Tuple[int, ...]) -> Optional[LeafWr
         return None
     values = []
     code = ['def write(message, loads):']
-    for lines, value in _reached(head[index][0] for index in indices):
-        code += lines
+    for lines, value in reached('message', (head[index][0] for index in indices)):
+        code += [' ' + line for line in lines]
         values.append(value)
     code += [
         ' values = %s,' % ', '.join(values),
@@ -96,18 +97,6 @@ def leaf_writer(message_class: Any, indices: Tuple[int, ...]) -> Optional[LeafWr
         ' return True',
     ]
     return LeafWriter(kinds, _compiled(message_class, code, lazy=lazy)['write'])
-
-
-def _reached(paths: Iterable[str]) -> Iterator[Tuple[List[str], str]]:
-    """Of each path the lines of code that lead to its owner, where they are needed, and the expression for its leaf."""
-    names = {'': 'message'}
-    for path in paths:
-        owner, _, last = path.rpartition('.')
-        lines = []
-        if owner not in names:
-            names[owner] = 'owner_%d' % len(names)
-            lines = [' %s = message.%s' % (names[owner], owner)]
-        yield lines, '%s.%s' % (names[owner], last)
 
 
 def _compiled(message_class: Any, lines: List[str], **constants: Any) -> Dict[str, Any]:

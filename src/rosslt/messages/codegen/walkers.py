@@ -9,7 +9,7 @@ import functools
 import operator
 import struct
 import sys
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from rosslt.messages.fields import BYTES, SCALARS, VARIABLE, Field, Layout, kind_of
 from rosslt.values import Source, WrittenFields, compare_fields, field_walk, select_tracked, track
@@ -41,9 +41,10 @@ class Walkers(NamedTuple):
     """`compare(message, written)`: what `values.compare_fields` tells of the tracked leaves of a message, how many they
     are, and how many leaves there are in all."""
     locate: Callable[..., Any]
-    """`locate(message, 0, first, next, found.append, arrays.append)` appends `(owner, key, value, kind)` for each
-    wanted leaf; `next()` gives the wanted indices in rising order, END at last. An owner that is a list is a copy of an
-    array of scalars, with its `(owner, name, array, copy)` in arrays."""
+    """`locate(message, 0, wanted, 0, found.append, arrays.append)` appends `(owner, key, value, kind)` for each wanted
+    leaf, and returns how many leaves there are (at least, where it stops behind the last wanted one) and how many it
+    has appended; `wanted` holds indices that rise, and END at last. An owner that is a list is a copy of an array of
+    scalars, with its `(owner, name, array, copy)` in arrays."""
     end: Callable[..., Any]
     """`end(data, 0, len(data))`: where the serialized message that data begins with ends. Beyond the data, or
     struct.error, where it is cut short."""
@@ -67,8 +68,8 @@ def walkers(message_class: Any) -> Walkers:
 
         def plain_at(indices: List[int]) -> List[Tuple[Any, str]]:
             leaves: List[Any] = []
-            more = iter([*(index for index in indices if index < size), END]).__next__
-            locate(message, 0, more(), more, leaves.append, [].append)
+            wanted = [*(index for index in indices if index < size), END]
+            locate(message, 0, wanted, 0, leaves.append, [].append)
             return [(value, kind) for _, _, value, kind in leaves]
 
         return compare_fields(found, written, plain_at), len(found), size
@@ -105,6 +106,24 @@ def items_of(array: Any) -> Any:
 def listed(array: Any) -> List[Any]:
     """The elements of an array of scalars as Python's own."""
     return array.tolist() if hasattr(array, 'tolist') else list(array)
+
+
+def reached(name: str, paths: Iterable[str]) -> Iterator[Tuple[List[str], str]]:
+    """Of each leaf below the message that code calls by that name, the lines that lead to its owner, where they are
+    needed, and the expression for its value.
+
+    Args:
+        name: of a variable.
+        paths: of the leaves, such as `pose.position.x`, those with the same owner one behind the other.
+    """
+    names = {'': name}
+    for path in paths:
+        owner, _, last = path.rpartition('.')
+        lines = []
+        if owner not in names:
+            names[owner] = 'o%d' % len(names)
+            lines = ['%s = %s.%s' % (names[owner], name, owner)]
+        yield lines, '%s.%s' % (names[owner], last)
 
 
 def _getter(path: str) -> Tuple[Optional[Callable[[Any], Any]], str]:
@@ -183,14 +202,11 @@ class _WalkerCompiler:
         self._write(1, 'return b')
 
     def _write_collect_leaves(self, depth: int, name: str, leaves: List[Tuple[str, str]]) -> None:
-        owners: Dict[str, str] = {'': name}
         read = []
-        for path, _ in leaves:
-            above, _, last = path.rpartition('.')
-            if above not in owners:
-                owners[above] = 'o%d' % len(owners)
-                self._write(depth, '%s = %s.%s', owners[above], name, above)
-            read.append('%s.%s' % (owners[above], last))
+        for lines, value in reached(name, (path for path, _ in leaves)):
+            for line in lines:
+                self._write(depth, '%s', line)
+            read.append(value)
         kinds = 'KINDS_%d' % len(self._constants)
         self._constants[kinds] = tuple([kind_of(scalar) for _, scalar in leaves])
         self._write(depth, 'select((%s,), b, %s, found, before)', ', '.join(read), kinds)
@@ -219,22 +235,25 @@ class _WalkerCompiler:
             self._write_collect_leaves(2, 'e', leaves)
             self._write(1, 'b = n')
 
-    # `i` is the wanted index that comes next; `find` and `array` append to what the caller gets.
+    # `i` is the wanted index that comes next, in `w` at `p`; `find` and `array` append to what the caller gets.
 
     def _write_locate(self, number: int, type_: str) -> None:
-        self._write(0, 'def locate_%d(m, b, i, more, find, array):', number)
+        self._write(0, 'def locate_%d(m, b, w, p, find, array):', number)
+        self._write(1, 'i = w[p]')
         for index, run in enumerate(self._runs(type_)):
             name = '%d_%d' % (number, index)
             if isinstance(run, list):
                 self._write_locate_leaves(name, 'm', run, str(len(run)))
             else:
                 self._write_locate_array(name, *run)
-        self._write(1, 'return b, i')
+        self._write(1, 'return b, p')
 
     def _write_locate_leaves(self, name: str, owner: str, leaves: List[Tuple[str, str]], count: str) -> None:
         """The leaves of the message (`m`) or of an element (`a[q]`) of an array without arrays."""
         self._constants['LEAVES_' + name] = [_getter(path) + (kind_of(scalar),) for path, scalar in leaves]
         self._write(1, 'n = b + %s', count)
+        if owner != 'm':
+            self._write_locate_all(leaves)
         self._write(1, 'while i < n:')
         if owner == 'm':
             self._write(2, 'g, k, s = LEAVES_%s[i - b]', name)
@@ -243,8 +262,23 @@ class _WalkerCompiler:
             self._write(2, 'g, k, s = LEAVES_%s[r]', name)
         self._write(2, 'o = %s if g is None else g(%s)', owner, owner)
         self._write(2, 'find((o, k, getattr(o, k), s))')
-        self._write(2, 'i = more()')
+        self._write(2, 'p += 1')
+        self._write(2, 'i = w[p]')
         self._write(1, 'b = n')
+
+    def _write_locate_all(self, leaves: List[Tuple[str, str]]) -> None:
+        """All leaves of all elements, if they are wanted: a path of many points is located in half the time."""
+        self._write(1, 'l = p + n - b - 1')
+        self._write(1, 'if i == b and l < len(w) and w[l] == n - 1:')
+        self._write(2, 'for e in a:')
+        paths = (path for path, _ in leaves)
+        for (_, scalar), (lines, value) in zip(leaves, reached('e', paths)):
+            for line in lines:
+                self._write(3, '%s', line)
+            above, _, key = value.rpartition('.')
+            self._write(3, 'find((%s, %r, %s, %r))', above, key, value, kind_of(scalar))
+        self._write(2, 'p = l + 1')
+        self._write(2, 'i = w[p]')
 
     def _write_locate_array(self, name: str, path: str, field: Field) -> None:
         self._write(1, 'a = m.%s', path)
@@ -258,12 +292,14 @@ class _WalkerCompiler:
             self._write(2, 'array((%s, %r, a, c))', 'OWNER_%s(m)' % name if getter else 'm', last)
             self._write(2, 'while i < n:')
             self._write(3, 'find((c, i - b, c[i - b], %r))', kind_of(field.type))
-            self._write(3, 'i = more()')
+            self._write(3, 'p += 1')
+            self._write(3, 'i = w[p]')
             self._write(1, 'b = n')
         elif leaves is None:
             self._write(1, 'for e in a:')
-            self._write(2, 'if i == END: return b, i')
-            self._write(2, 'b, i = locate_%d(e, b, i, more, find, array)', self._number(field.type))
+            self._write(2, 'if w[p] == END: return b, p')
+            self._write(2, 'b, p = locate_%d(e, b, w, p, find, array)', self._number(field.type))
+            self._write(1, 'i = w[p]')
         elif leaves:
             self._write_locate_leaves(name, 'a[q]', leaves, 'len(a) * %d' % len(leaves))
 

@@ -124,6 +124,7 @@ PyObject *resolved(PyObject *value, int *kind);
 void keep_fold(PyObject *value, PyObject *fold);
 
 PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count);
 
 /* Make the classes, and put them in the module: -1 with an error. */
 int add_classes(PyObject *module);

@@ -2,7 +2,7 @@
 
 #include "core.h"
 
-#define INTERFACE 9 /* what `accelerator.py` asks for */
+#define INTERFACE 10 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *alike_of_python, *affine_of_python;
@@ -44,6 +44,7 @@ static PyObject *complete(PyObject *module, PyObject *args)
 static PyMethodDef functions[] = {
     {"complete", complete, METH_VARARGS, "Tell the core what it records and what it hands over; once, before all."},
     {"new", (PyCFunction)(void (*)(void))new_value, METH_FASTCALL, "new(value, record, size): a tracked float or int."},
+    {"lazy_of", (PyCFunction)(void (*)(void))lazy_of, METH_FASTCALL, "lazy_of(values, load): as in tracked.py."},
     {"along_chain", (PyCFunction)(void (*)(void))along_chain, METH_FASTCALL,
      "along_chain(value, {Source: value}): the value of a chain on one source, or NotImplemented."},
     {"solve_chain", (PyCFunction)(void (*)(void))solve_chain, METH_FASTCALL,

@@ -168,6 +168,39 @@ PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count)
     return result;
 }
 
+/* A value whose record is made by `load` when it is first needed. */
+static PyObject *lazy_value(PyObject *value, PyObject *load, PyObject *number)
+{
+    PyObject *result;
+    if (PyFloat_CheckExact(value)) {
+        result = new_float(PyFloat_AS_DOUBLE(value), lazy_form, load, number, OTHER, 1);
+        if (result != NULL) ((Float *)result)->plain = Py_NewRef(value);
+    } else if (PyLong_CheckExact(value)) {
+        result = new_int(value, lazy_form, load, number, OTHER, 1);
+    } else {
+        return PyObject_CallFunction(new_other, "O(OOO)i", value, lazy_form, load, number, 1);
+    }
+    if (result != NULL) collect(result, record_of(result));
+    return result;
+}
+
+/* As in tracked.py. */
+PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count)
+{
+    if (count != 2) return PyErr_Format(PyExc_TypeError, "lazy_of(values, load)");
+    PyObject *values = PySequence_Tuple(args[0]);
+    PyObject *results = values == NULL ? NULL : PyList_New(PyTuple_GET_SIZE(values));
+    for (Py_ssize_t at = 0; results != NULL && at < PyTuple_GET_SIZE(values); at++) {
+        PyObject *number = PyLong_FromSsize_t(at), *result = NULL;
+        if (number != NULL) result = lazy_value(PyTuple_GET_ITEM(values, at), args[1], number);
+        Py_XDECREF(number);
+        if (result == NULL) Py_CLEAR(results);
+        else PyList_SET_ITEM(results, at, result);
+    }
+    Py_XDECREF(values);
+    return results;
+}
+
 /* --- arithmetic ---------------------------------------------------------------------------------------------- */
 
 /* As `joint_size` in recording.py. */
