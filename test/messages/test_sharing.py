@@ -2,8 +2,11 @@
 
 import io
 import random
+import sys
+import types
 
 import genpy
+import genpy.dynamic
 import pytest
 from geometry_msgs.msg import Point, Pose, PoseArray, TransformStamped
 from sensor_msgs.msg import JointState
@@ -204,6 +207,39 @@ def test_any_messages_one_after_the_other_are_what_each_is_alone(message_class):
             if chance.random() < 0.02:
                 one.points = [Point(tracked(1.0, chance.randrange(3)), 0.0, 0.0)] * chance.randrange(3)
         received.bytes(in_band(message))
+
+
+NESTED = """Robot[] robots
+================================================================================
+MSG: nested_msgs/Robot
+float64 speed
+Team[] teams
+float64 load
+================================================================================
+MSG: nested_msgs/Team
+float64[] weights
+"""
+
+
+def test_elements_may_have_arrays_of_messages_with_arrays(monkeypatch):
+    classes = genpy.dynamic.generate_dynamic('nested_msgs/Fleet', NESTED)
+    monkeypatch.setitem(sys.modules, 'nested_msgs', types.ModuleType('nested_msgs'))
+    monkeypatch.setitem(sys.modules, 'nested_msgs.msg', types.ModuleType('nested_msgs.msg'))
+    sys.modules['nested_msgs'].msg = sys.modules['nested_msgs.msg']
+    fleet, robot, team = (classes['nested_msgs/' + name] for name in ('Fleet', 'Robot', 'Team'))
+    for message_class, name in ((robot, 'Robot'), (team, 'Team')):
+        setattr(sys.modules['nested_msgs.msg'], name, message_class)
+    chance, received = random.Random(0), Received(fleet)
+
+    def number():
+        return tracked(1.0, chance.randrange(9)) if chance.random() < 0.2 else 1.0
+
+    robots = []
+    for _ in range(200):
+        if chance.random() < 0.5:
+            teams = [team([number() for _ in range(chance.randrange(4))]) for _ in range(chance.randrange(3))]
+            robots = [*robots[-2:], robot(number(), teams, number())]
+        received.bytes(in_band(fleet(robots)))
 
 
 def put(message, path, value):

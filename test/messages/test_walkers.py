@@ -84,8 +84,7 @@ def test_any_leaves_are_located_where_they_are(message):
         wanted = [*range(*borders[:2]), *range(*borders[2:4]), *range(*borders[4:])]  # many next to each other
         wanted = [index for index in wanted if chance.random() < 0.97]
         found, arrays = [], []
-        _, count = walkers(type(message)).locate(message, 0, [*wanted, END], 0, found.append, arrays.append)
-        assert count == len(wanted)
+        walkers(type(message)).locate(message, 0, [*wanted, END], 0, found.append, arrays.append)
         assert [id(value) for _, _, value, _ in found] == [id(everything[index]) for index in wanted]
         copies = [copy for _, _, _, copy in arrays]
         for owner, key, value, _ in found:

@@ -175,7 +175,7 @@ class SharingDecoder:
                 element = known
                 element.message, element.data = message, data[at + element.skipped : to]
             else:
-                behind, _ = self._walks.locate(message, leaf, (END,), 0, None, None)
+                behind = self._walks.collect(message, leaf, [])
                 own = field, bisect.bisect_left(wanted, behind, field)
                 skipped = _STAMP.size if self._has_header and wanted[field] >= leaf + _STAMP_LEAVES else 0
                 element = _Element(message, data[at + skipped : to], skipped, lengths, leaf, own)

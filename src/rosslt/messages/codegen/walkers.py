@@ -42,9 +42,8 @@ class Walkers(NamedTuple):
     are, and how many leaves there are in all."""
     locate: Callable[..., Any]
     """`locate(message, 0, wanted, 0, found.append, arrays.append)` appends `(owner, key, value, kind)` for each wanted
-    leaf, and returns how many leaves there are (at least, where it stops behind the last wanted one) and how many it
-    has appended; `wanted` holds indices that rise, and END at last. An owner that is a list is a copy of an array of
-    scalars, with its `(owner, name, array, copy)` in arrays."""
+    leaf; `wanted` holds indices that rise, and END at last. An owner that is a list is a copy of an array of scalars,
+    with its `(owner, name, array, copy)` in arrays."""
     end: Callable[..., Any]
     """`end(data, 0, len(data))`: where the serialized message that data begins with ends. Beyond the data, or
     struct.error, where it is cut short."""
