@@ -2,6 +2,7 @@
 
 import io
 
+import genpy.dynamic
 import pytest
 from geometry_msgs.msg import Point, Pose, PoseArray
 from sensor_msgs.msg import JointState
@@ -22,6 +23,7 @@ from rosslt.messages import (
     tracked_types,
     wrap,
 )
+from rosslt.messages.codegen.walkers import BYTES_LIMIT
 from rosslt.node.serialization import received_class
 from support.filling import Filling, assert_arrived, serialized
 
@@ -34,6 +36,20 @@ def in_band(message):
     message.serialize(buff)
     append_provenance(message, buff)
     return buff.getvalue()
+
+
+def test_provenance_of_a_byte_of_a_long_array_goes_to_no_other_field():
+    """Nobody tracks such bytes, but others may write so."""
+    text = 'uint8[] data\nfloat64 x\nstd_msgs/Header[] headers\n' + 80 * '=' + '\nMSG: std_msgs/Header\n'
+    long = genpy.dynamic.generate_dynamic('long_msgs/Long', text + Header._full_text)['long_msgs/Long']
+    size = BYTES_LIMIT + 10
+    for index in (1, size - 4, size - 2, size - 1):
+        numbers = [0.0] * size
+        numbers[index - 1] = X  # behind the offset in the layout
+        message = long(bytes(size), 1.0, [Header()])
+        with pytest.raises(BadHeader, match='bytes of an array of more than'):
+            attach(message, encode(Float64MultiArray(data=numbers)))
+        assert not is_tracked(message.x)
 
 
 def with_frame(text):

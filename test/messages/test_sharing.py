@@ -177,6 +177,15 @@ def test_a_stamp_that_is_tracked_is_decoded_anew(received):
         assert sources(received.markers(one)) == [Source('/n', 9), Source('/n', 1)]
 
 
+@pytest.mark.parametrize('nsecs', [0, 5])
+def test_a_tracked_stamp_keeps_its_provenance_while_the_pose_moves(received, nsecs):
+    for turn in range(4):
+        one = marker(tracked(1.0), y=float(turn))
+        one.header.stamp.secs, one.header.stamp.nsecs = tracked(7, 2), nsecs
+        (shown,) = received.markers(one)
+        assert sources(shown.header.stamp.secs) == [Source('/n', 2)]
+
+
 def test_zeros_of_either_sign_are_told_apart(received):
     for value in (0.0, -0.0, 0.0):
         received.markers(marker(tracked(value), y=value))

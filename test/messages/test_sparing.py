@@ -23,7 +23,7 @@ def in_debt(monkeypatch):
     written = []
     for share in ('SHARE', 'MOST_SHARE'):
         monkeypatch.setattr(sparing, share, 1e-9)
-    for wait in ('LONGEST', 'LONGEST_OF_LARGE'):
+    for wait in ('LONGEST', 'LONGEST_OF_LARGE', 'RENEWED_EVERY'):
         monkeypatch.setattr(sparing, wait, 3600.0)
     for name in ('provenance_to_send', 'encoded_with_slopes'):
         original = getattr(sparing, name)
@@ -112,6 +112,45 @@ def test_what_is_forgotten_is_written_anew(in_debt):
     provenance.forget()
     message, _ = _sent(provenance, _circle(0.5, radius=4.0))
     assert values.solve(message.poses[0].position.y, 15.0) == {RADIUS: 5.0}
+
+
+def test_a_source_of_another_node_that_has_changed_is_written_anew(in_debt, monkeypatch):
+    provenance = messages.SparingProvenance(messages.Allowance())
+    monkeypatch.setattr(sparing, 'RENEWED_EVERY', 0.0)
+    for share in ('RENEWING_SHARE', 'LOOKING_SHARE'):
+        monkeypatch.setattr(sparing, share, 1e9)
+    for turn in range(30):
+        present = 2.0 + turn // 3
+        radius = values.track(present, RADIUS)
+        x, y = radius * 2.0 + turn, radius * values.track(3.0, OTHER)
+        message, error = _sent(provenance, Point(x, y, 1.0))
+        assert error is None
+        assert values.solve(message.x, 5.0) == {RADIUS: pytest.approx((5.0 - turn) / 2)}
+        assert values.source_values([message.y])[RADIUS] == present
+    monkeypatch.undo()
+    monkeypatch.setattr(sparing, 'SHARE', 1e-9)
+    written = []
+    for turn in range(300):  # it changes all the time
+        data = provenance.to_send(Point(values.track(2.0 + turn, RADIUS) * 2.0, 0.0, 1.0))
+        written += [data] if data not in written else []
+    assert len(written) < 100
+
+
+def test_what_has_become_plain_has_no_provenance(in_debt):
+    """Not that of what was in its place, whether it is equal to that or not."""
+    for moves in (False, True):
+        provenance = messages.SparingProvenance(messages.Allowance())
+        for turn in range(40):
+            factor = 1.0 + turn / 10 if moves else 1.0
+            data = [values.track(2.0, rosslt.Source('/node', number)) * factor for number in range(100)]
+            plain = {turn % 100, (7 * turn) % 100} if turn > 10 else set()
+            for place in plain:
+                data[place] = values.untracked(data[place]) + (turn % 2 if moves else 0)
+            message, error = _sent(provenance, Float64MultiArray(data=data))
+            assert error is None
+            assert message.data == values.untracked(data) or list(message.data) == values.untracked(data)
+            for place, one in enumerate(message.data):
+                assert values.is_tracked(one) == (place not in plain), (moves, turn, place)
 
 
 def test_texts_that_change_and_whole_numbers_that_turn_stay_right(in_debt):

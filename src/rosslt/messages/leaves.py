@@ -1,12 +1,23 @@
 """The tracked leaves of a message: found, and replaced in a copy."""
 
+import collections
 import copy
-from typing import Any, Dict, List, Optional, Tuple
+import operator
+from typing import Any, Dict, Iterable, List, Sequence, Tuple
 
 from rosslt.messages.codegen.walkers import END, TRACKED, walkers
 
 #: The classes of what nobody can change.
 _UNCHANGED = TRACKED | {float, int, bool, str, bytes}
+
+
+Located = Tuple[Any, Any, Any, str]
+"""Where a leaf is, its owner and the key in that; its value and its kind, as the walkers locate them."""
+
+_OWNER, _KEY = operator.itemgetter(0), operator.itemgetter(1)
+
+LocatedArray = Tuple[Any, str, Any, List[Any]]
+"""Where an array of scalars is, its owner and the name in that; the array, and the copy that leaves are located in."""
 
 
 def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
@@ -21,21 +32,43 @@ def tracked_leaves(message: Any) -> List[Tuple[int, Any]]:
     return [(index, value) for index, value, _ in tracked_fields(message)]
 
 
-def located(
-    message: Any, indices: List[int], arrays: Optional[List[Tuple[Any, str, Any, List[Any]]]] = None
-) -> List[Tuple[Any, Any, Any, str]]:
-    """Where the leaves of a message with these rising indices are, as `walkers` have it: `(owner, key, value, kind)`.
+def locate(message: Any, wanted: Sequence[int], arrays: List[LocatedArray]) -> List[Located]:
+    """Where some leaves of a message are, as far as it has them.
 
     Args:
         message: any ROS message.
-        indices: of the leaves.
-        arrays: is extended by the arrays of scalars with such leaves, `(owner, name, array, copy)`; the owner of a leaf
-            in one of them is the copy.
+        wanted: their indices, which rise, and END.
+        arrays: is extended by the arrays of scalars with such leaves; the owner of a leaf in one of them is the copy.
     """
-    found: List[Tuple[Any, Any, Any, str]] = []
-    arrays = [] if arrays is None else arrays
-    walkers(message.__class__).locate(message, 0, [*indices, END], 0, found.append, arrays.append)
+    found: List[Located] = []
+    walkers(message.__class__).locate(message, 0, wanted, 0, found.append, arrays.append)
     return found
+
+
+def put_located(found: Sequence[Located], values: Iterable[Any], arrays: Sequence[LocatedArray]) -> None:
+    """Put other values in the places of located leaves, in arrays with copies of theirs, too."""
+    owners, keys = map(_OWNER, found), map(_KEY, found)
+    if not arrays:
+        collections.deque(map(setattr, owners, keys, values), maxlen=0)
+        return
+    for owner, key, value in zip(owners, keys, values):
+        if type(owner) is list:
+            owner[key] = value
+        else:
+            setattr(owner, key, value)
+    for owner, name, array, items in arrays:
+        setattr(owner, name, _like(array, items))
+
+
+def _like(array: Any, items: List[Any]) -> Any:
+    """Items as an array of the same sort, where that can hold tracked values: a list otherwise."""
+    if type(array) is tuple:
+        return tuple(items)
+    if hasattr(array, 'dtype'):
+        found = array.astype(object)
+        found[:] = items
+        return found
+    return items
 
 
 def with_leaves(message: Any, replaced: Dict[int, Any]) -> Any:
@@ -57,16 +90,10 @@ def set_leaves(message: Any, replaced: Dict[int, Any]) -> None:
         message: any ROS message; it is changed.
         replaced: `{index: value}`, with indices as of `tracked_leaves`.
     """
-    arrays: List[Tuple[Any, str, Any, List[Any]]] = []
+    arrays: List[LocatedArray] = []
     indices = sorted(replaced)
-    found = located(message, indices, arrays)
-    for index, (owner, key, _, _) in zip(indices, found):
-        if type(owner) is list:
-            owner[key] = replaced[index]
-        else:
-            setattr(owner, key, replaced[index])
-    for owner, name, _, items in arrays:
-        setattr(owner, name, items)
+    found = locate(message, [*indices, END], arrays)
+    put_located(found, map(replaced.__getitem__, indices), arrays)
 
 
 def _copied_message(message: Any) -> Any:

@@ -13,12 +13,13 @@ from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy.message
 
-from rosslt.messages.codec import ReceivedHeader, header_like, put_located
+from rosslt.messages.codec import ReceivedHeader, header_like
 from rosslt.messages.codegen.blanks import blank, copier
 from rosslt.messages.codegen.walkers import END, Walkers, walkers
 from rosslt.messages.errors import BadHeader
 from rosslt.messages.fields import INSTANTS, SCALARS, VARIABLE, Layout
 from rosslt.messages.inband import decoder, fields_and_provenance
+from rosslt.messages.leaves import put_located
 
 _LENGTH = struct.Struct('<I')
 
@@ -277,7 +278,8 @@ def _parts(layout: Layout, type_: str) -> List[_Part]:
 def _copied_header(header: Any) -> Any:
     make: Callable[[Any], Any] = copier(header.__class__)
     made = make(header)
-    made.stamp = type(header.stamp)(header.stamp.secs, header.stamp.nsecs)
+    made.stamp = type(header.stamp)()  # which would make numbers of its own of what it is given
+    made.stamp.secs, made.stamp.nsecs = header.stamp.secs, header.stamp.nsecs
     return made
 
 

@@ -7,7 +7,7 @@ is sent in full and what by a reference, which `outlines` resolves.
 """
 
 from rosslt.messages.codec.announcing import Announcer
-from rosslt.messages.codec.decoder import ReceivedHeader, attach, header_like, put_located
+from rosslt.messages.codec.decoder import ReceivedHeader, attach, header_like
 from rosslt.messages.codec.encoder import encode, provenance_to_send
 from rosslt.messages.codec.outlines import OUTLINES
 from rosslt.messages.codec.sparing import Allowance, SparingProvenance
@@ -22,5 +22,4 @@ __all__ = [
     'encode',
     'header_like',
     'provenance_to_send',
-    'put_located',
 ]

@@ -4,7 +4,6 @@ Nothing in it is believed. Its form is checked as a whole before any field is to
 decoded when somebody first asks for that field's provenance.
 """
 
-import collections
 import functools
 import itertools
 import operator
@@ -28,8 +27,10 @@ from rosslt.messages.codec.wire_format import (
     VERSION,
 )
 from rosslt.messages.codegen.leaf_access import LeafWriter, Load, leaf_writer
-from rosslt.messages.codegen.walkers import END, PLAIN, walkers
+from rosslt.messages.codegen.walkers import BYTES_LIMIT as ARRAY_BYTES_LIMIT
+from rosslt.messages.codegen.walkers import END, PLAIN
 from rosslt.messages.errors import BadHeader
+from rosslt.messages.leaves import Located, LocatedArray, locate, put_located
 from rosslt.values import Source, lazy_of, untracked
 
 MAX_REMEMBERED_SIZE = 1024
@@ -41,13 +42,7 @@ MAX_TEMPLATES = 4
 SCALAR_TYPES = frozenset((float, int, bool, str))
 """What a leaf holds, apart from its provenance."""
 
-Located = Tuple[Any, Any, Any, str]
-"""Where a leaf is, its owner and the key in that; its value and its kind, as the walkers locate them."""
-
-_OWNER, _KEY, _VALUE, _KIND = map(operator.itemgetter, range(4))
-
-LocatedArray = Tuple[Any, str, Any, List[Any]]
-"""Where an array of scalars is, its owner and the name in that; the array, and the copy that leaves are located in."""
+_VALUE, _KIND = operator.itemgetter(2), operator.itemgetter(3)
 
 
 def attach(message: Any, data: bytes) -> None:
@@ -73,41 +68,15 @@ def attach(message: Any, data: bytes) -> None:
             return
     else:
         header = read_header(data)
-    wanted = header.wanted
-    found: List[Located] = []
     arrays: List[LocatedArray] = []
-    walkers(message.__class__).locate(message, 0, wanted, 0, found.append, arrays.append)
-    if wanted[len(found)] != END:
+    found = locate(message, header.wanted, arrays)
+    missing = len(header.wanted) - 1 - len(found)
+    if missing:
         raise BadHeader(
-            'bad provenance: found one of leaf %d, which the %s does not have' % (wanted[len(found)], message._type)
+            'bad provenance: found %d of leaves up to %d which the %s does not have, or which are bytes of an array '
+            'of more than %d' % (missing, header.wanted[-2], message._type, ARRAY_BYTES_LIMIT)
         )
     put_located(found, header.tracked(found), arrays)
-
-
-def put_located(found: Sequence[Located], tracked: Sequence[Any], arrays: Sequence[LocatedArray]) -> None:
-    """Put tracked values in the places of the leaves that a walker has located, in arrays that it has copied too."""
-    owners, keys = map(_OWNER, found), map(_KEY, found)
-    if not arrays:
-        collections.deque(map(setattr, owners, keys, tracked), maxlen=0)
-        return
-    for owner, key, value in zip(owners, keys, tracked):
-        if type(owner) is list:
-            owner[key] = value
-        else:
-            setattr(owner, key, value)
-    for owner, name, array, copy in arrays:
-        setattr(owner, name, _like(array, copy))
-
-
-def _like(array: Any, items: List[Any]) -> Any:
-    """Items as an array of the same sort, where that can hold tracked values: a list otherwise."""
-    if type(array) is tuple:
-        return tuple(items)
-    if hasattr(array, 'dtype'):
-        found = array.astype(object)
-        found[:] = items
-        return found
-    return items
 
 
 @functools.lru_cache(maxsize=256)

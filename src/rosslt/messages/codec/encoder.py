@@ -6,7 +6,7 @@ of which sources, with which coefficients.
 
 import functools
 import itertools
-from typing import Any, Container, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Collection, Container, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.bounded_cache import BoundedCache
 from rosslt.messages.codec.expressions import packed_instructions, register, without_sources
@@ -211,6 +211,8 @@ class Written(NamedTuple):
     placed: Sequence[Tuple[int, int, int]]
     """What its last columns hold: of each field its leaf, what it is made of and its coefficient."""
     has_coefficients: bool
+    witnesses: Collection[int]
+    """Some of the leaves that are sums: the sources of these are those of all."""
 
     def only(self, leaves: Container[int]) -> bytes:
         """The provenance of those leaves alone. What it says of sources is not shortened."""
@@ -240,18 +242,23 @@ def encoded_with_slopes(message_type: str, leaves: Sequence[Leaf], moving: Conta
     """
     fields: List[AffineField] = []
     expressions: List[Leaf] = []
+    witnesses: Dict[Source, int] = {}
     for leaf in leaves:
         index, value, kind = leaf
         terms = _affine(value)
         if index in moving and terms is None and type(untracked(value)) in (float, int):
             terms = _present_slopes(value)
         if terms and fits(kind, terms):
-            fields.append(_field(leaf, terms))
+            field = _field(leaf, terms)
+            fields.append(field)
+            for source, _, _ in field[2]:
+                witnesses.setdefault(source, index)
         elif index not in moving or origins([value]):
             expressions.append(leaf)
     encoder = _Encoder(message_type)
     data = encoder.encoded(fields, expressions, False)
-    return Written(data, encoder.placed, bool(encoder.tables.flags() & HAS_COEFFICIENTS))
+    has_coefficients = bool(encoder.tables.flags() & HAS_COEFFICIENTS)
+    return Written(data, encoder.placed, has_coefficients, frozenset(witnesses.values()))
 
 
 def _present_slopes(value: Any) -> Terms:

@@ -13,18 +13,20 @@ from typing import Any, Callable, Dict, List, Optional, Set, Tuple, TypeVar
 
 from rosslt.messages.codec.encoder import Leaf, Written, encoded_with_slopes, provenance_to_send, sent_fields
 from rosslt.messages.codec.wire_format import BYTES_LIMIT
-from rosslt.messages.codegen.walkers import walkers
-from rosslt.messages.leaves import located
+from rosslt.messages.codegen.walkers import END, walkers
+from rosslt.messages.leaves import locate
 from rosslt.values import (
     HOLDS,
     HOLDS_NOT,
     IS_PLAIN,
+    Source,
     WrittenFields,
     are_made_alike,
     is_same,
     made_alike,
     origins,
     replaced_fields,
+    source_values,
     written_fields,
 )
 
@@ -52,6 +54,10 @@ MOST_NEW, MOST_NEW_IN_DEBT = 0.05, 0.3
 
 LOOKING_SHARE = 0.02
 """The share of a core that is spent on finding out what else could hold, where what was written last does not."""
+
+RENEWED_EVERY, RENEWING_SHARE = 0.1, 0.1
+"""After how many seconds it is looked whether a source has another value by now than what was written says, as one of
+another node may; and the share of a core that is spent on writing it anew while it goes on changing."""
 
 DEEP_DEBT = 0.5
 """How many seconds there are to wait where very much was spent."""
@@ -83,6 +89,29 @@ class _Known:
     def fields(self) -> WrittenFields:
         """The leaves, to be compared with those of later messages."""
         return written_fields(self.found, self.moving)
+
+    @functools.cached_property
+    def source_values(self) -> Dict[int, Dict[Source, Any]]:
+        """Of some leaves the values that their sources had."""
+        return {index: source_values([self.leaves[index][1]]) for index in sorted(self.written.witnesses)}
+
+    def is_outdated(self, message: Any) -> bool:
+        """Whether a source has another value in a message that is made in the same way."""
+        located = locate(message, [*self.source_values, END], [])
+        for (_, _, value, _), earlier in zip(located, self.source_values.values()):
+            present = source_values([value])
+            if present.keys() == earlier.keys() and not all(map(is_same, present.values(), earlier.values())):
+                return True
+        return False
+
+    def part_told(self, told: bytes) -> bytes:
+        """The provenance of the leaves that hold, as `compare_fields` tells it."""
+        if told.count(HOLDS) == len(told):
+            return self.written.data
+        if self.part[0] != told:
+            held = {leaf[0] for leaf, one in zip(self.found, told) if one == HOLDS}
+            self.part = told, self.written.only(held)
+        return self.part[1]
 
     def is_near(self, missing: int, count: int, size: int, debt: float) -> bool:
         """Whether the tracked leaves of a message are mostly those that were written.
@@ -138,7 +167,7 @@ class SparingProvenance:
         self._first = FIRST_WRITINGS
         self._due = 0.0
         self._nearest: Optional[_Known] = None  # of which something holds, when nothing held as a whole
-        self._look_again = 0.0
+        self._look_again = self._renew_at = 0.0
 
     @property
     def takes_turns(self) -> bool:
@@ -157,6 +186,8 @@ class SparingProvenance:
         if full_history or (debt <= 0 and not self._known):
             return self._allowance.charge(now, lambda: provenance_to_send(message, full_history))
         if debt > 0 and self._known:
+            if now >= self._renew_at and self._is_outdated(message, now):
+                return self._write(now, message, *self._collected(message))
             data = self._compared(message, now, debt)
             if data is not None:
                 return data
@@ -166,9 +197,9 @@ class SparingProvenance:
             return b''
         if debt > 0:
             present = _Present(leaves)
-            known = self._holding(message, present, size, debt)
+            known = self._holding(present, size, debt)
             if known is not None:
-                return known.written.data
+                return known.written.only(present.by_index)
             if not self._first and now < self._due:
                 held = self._held(present, now, debt)
                 if held is not None:
@@ -212,6 +243,13 @@ class SparingProvenance:
         """The tracked leaves of a message, and the number of all of its leaves."""
         return sent_fields(message, self._known[0].found if self._known else ())
 
+    def _is_outdated(self, message: Any, now: float) -> bool:
+        """Whether what was written for messages like this one says another value of a source."""
+        start = time.thread_time()
+        found = any(known.is_outdated(message) for known in self._known)
+        self._renew_at = now + max(RENEWED_EVERY, (time.thread_time() - start) / LOOKING_SHARE)
+        return found
+
     def _compared(self, message: Any, now: float, debt: float) -> Optional[bytes]:
         """What was written that holds for a message, as a comparison field by field tells it; None where it has to be
         looked into."""
@@ -219,7 +257,7 @@ class SparingProvenance:
         last = self._known[0]
         told, count, size = compare(message, last.fields)
         if HOLDS_NOT not in told and last.is_near(told.count(IS_PLAIN), count, size, debt):
-            return last.written.data
+            return last.part_told(told)
         if self._first or now >= min(self._due, self._look_again):
             return None
         nearest = self._nearest
@@ -229,18 +267,7 @@ class SparingProvenance:
             told, count, _ = compare(message, nearest.fields)
         if self._is_to_be_written(told.count(HOLDS), count, now, debt):
             return None
-        if nearest.part[0] != told:
-            held = {leaf[0] for leaf, one in zip(nearest.found, told) if one == HOLDS}
-            nearest.part = told, nearest.written.only(held)
-        return nearest.part[1]
-
-    def _moved_since(self, known: _Known, message: Any, present: '_Present') -> Optional[Set[int]]:
-        """The leaves that are others by now, though made in the same way; None where some were made in another way."""
-        moved = present.moved(known)
-        if moved is None or present.has_fields_of(known):
-            return moved
-        changed = _changed(known, message, present)
-        return None if changed is None else moved | changed
+        return nearest.part_told(told)
 
     def _without(self, known: _Known, message: Any, doubtful: Set[int]) -> _Known:
         """What is known of a message, without what was computed and stood still, and does so no more: it may be made of
@@ -257,7 +284,7 @@ class SparingProvenance:
         self._known = [made if one is known else one for one in self._known]
         return made
 
-    def _holding(self, message: Any, present: '_Present', size: int, debt: float) -> Optional[_Known]:
+    def _holding(self, present: '_Present', size: int, debt: float) -> Optional[_Known]:
         """What was written that holds for a message, None where nothing does."""
         count = len(present.leaves)
         for place, known in enumerate(self._known):
@@ -265,7 +292,7 @@ class SparingProvenance:
                 missing = len(known.leaves.keys() - present.by_index.keys())
                 if not known.is_near(missing, count, size, debt):
                     continue
-            moved = self._moved_since(known, message, present)
+            moved = present.moved(known)
             if not moved and moved is not None:
                 if any(one.leaves.keys() == known.leaves.keys() for one in self._known[:place]):
                     self._turned_at = time.monotonic()
@@ -293,6 +320,7 @@ class SparingProvenance:
         data = self._allowance.charge(now, lambda: self._written(message, leaves, size))
         is_enough = self._allowance.took >= COSTLY and self._first < FIRST_WRITINGS
         self._first = 0 if is_enough else max(0, self._first - 1)
+        self._renew_at = now + max(RENEWED_EVERY, self._allowance.took / RENEWING_SHARE)
         self._due = now + min(max(LONGEST, self._allowance.took / MOST_SHARE), LONGEST_OF_LARGE)
         return data
 
@@ -336,7 +364,7 @@ def _changed(known: _Known, message: Any, present: '_Present') -> Optional[Set[i
     """
     tracked, moving = present.by_index, known.moving
     plain = [index for index in known.leaves if index not in tracked and index not in moving]
-    values = [value for _, _, value, _ in located(message, plain)]
+    values = [value for _, _, value, _ in locate(message, [*plain, END], [])]
     befores = [known.plain[index] for index in plain]
     changed: Set[int] = set()
     if values == befores:  # which takes a fraction of what follows

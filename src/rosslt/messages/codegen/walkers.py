@@ -42,8 +42,8 @@ class Walkers(NamedTuple):
     are, and how many leaves there are in all."""
     locate: Callable[..., Any]
     """`locate(message, 0, wanted, 0, found.append, arrays.append)` appends `(owner, key, value, kind)` for each wanted
-    leaf; `wanted` holds indices that rise, and END at last. An owner that is a list is a copy of an array of scalars,
-    with its `(owner, name, array, copy)` in arrays."""
+    leaf; `wanted` holds indices that rise, and END at last. A byte in an array of more than BYTES_LIMIT is no leaf. An
+    owner that is a list is a copy of an array of scalars, with its `(owner, name, array, copy)` in arrays."""
     end: Callable[..., Any]
     """`end(data, 0, len(data))`: where the serialized message that data begins with ends. Beyond the data, or
     struct.error, where it is cut short."""
@@ -286,7 +286,11 @@ class _WalkerCompiler:
             getter, last = _getter(path)
             self._constants['OWNER_' + name] = getter
             self._write(1, 'n = b + len(a)')
-            self._write(1, 'if i < n%s:', ' and len(a) <= BYTES_LIMIT' if field.type in BYTES else '')
+            if field.type in BYTES:
+                self._write(1, 'while i < n and len(a) > BYTES_LIMIT:')
+                self._write(2, 'p += 1')
+                self._write(2, 'i = w[p]')
+            self._write(1, 'if i < n:')
             self._write(2, 'c = listed(a)')
             self._write(2, 'array((%s, %r, a, c))', 'OWNER_%s(m)' % name if getter else 'm', last)
             self._write(2, 'while i < n:')
