@@ -143,24 +143,17 @@ static PyObject *new_int(PyObject *plain, PyObject *form, PyObject *first, PyObj
     return (PyObject *)self;
 }
 
-PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count)
+/* A value of any class. What may be part of a cycle is made known to the collector. */
+static PyObject *new_of(PyObject *value, PyObject *form, PyObject *first, PyObject *second, int kind, long size)
 {
-    if (count != 3 || !is_record(args[1])) {
-        return PyErr_Format(PyExc_TypeError, "new(value, (form, first, second), size)");
-    }
-    PyObject *value = args[0], *result;
-    PyObject *form = PyTuple_GET_ITEM(args[1], 0);
-    PyObject *first = PyTuple_GET_ITEM(args[1], 1), *second = PyTuple_GET_ITEM(args[1], 2);
-    long size = PyLong_AsLong(args[2]);
-    int kind = size == -1 && PyErr_Occurred() ? -1 : kind_of(form);
-    if (kind < 0) return NULL;
+    PyObject *result;
     if (PyFloat_CheckExact(value)) {
         result = new_float(PyFloat_AS_DOUBLE(value), form, first, second, kind, size);
         if (result != NULL) ((Float *)result)->plain = Py_NewRef(value);
     } else if (PyLong_CheckExact(value)) {
         result = new_int(value, form, first, second, kind, size);
     } else {
-        return PyObject_CallFunctionObjArgs(new_other, value, args[1], args[2], NULL);
+        return PyObject_CallFunction(new_other, "O(OOO)l", value, form, first, second, size);
     }
     if (result != NULL && ((kind == OTHER && form != source_form) || may_cycle(first) || may_cycle(second))) {
         collect(result, record_of(result));
@@ -168,20 +161,16 @@ PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count)
     return result;
 }
 
-/* A value whose record is made by `load` when it is first needed. */
-static PyObject *lazy_value(PyObject *value, PyObject *load, PyObject *number)
+PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count)
 {
-    PyObject *result;
-    if (PyFloat_CheckExact(value)) {
-        result = new_float(PyFloat_AS_DOUBLE(value), lazy_form, load, number, OTHER, 1);
-        if (result != NULL) ((Float *)result)->plain = Py_NewRef(value);
-    } else if (PyLong_CheckExact(value)) {
-        result = new_int(value, lazy_form, load, number, OTHER, 1);
-    } else {
-        return PyObject_CallFunction(new_other, "O(OOO)i", value, lazy_form, load, number, 1);
+    if (count != 3 || !is_record(args[1])) {
+        return PyErr_Format(PyExc_TypeError, "new(value, (form, first, second), size)");
     }
-    if (result != NULL) collect(result, record_of(result));
-    return result;
+    PyObject *form = PyTuple_GET_ITEM(args[1], 0);
+    long size = PyLong_AsLong(args[2]);
+    int kind = size == -1 && PyErr_Occurred() ? -1 : kind_of(form);
+    if (kind < 0) return NULL;
+    return new_of(args[0], form, PyTuple_GET_ITEM(args[1], 1), PyTuple_GET_ITEM(args[1], 2), kind, size);
 }
 
 /* As in tracked.py. */
@@ -191,8 +180,8 @@ PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count)
     PyObject *values = PySequence_Tuple(args[0]);
     PyObject *results = values == NULL ? NULL : PyList_New(PyTuple_GET_SIZE(values));
     for (Py_ssize_t at = 0; results != NULL && at < PyTuple_GET_SIZE(values); at++) {
-        PyObject *number = PyLong_FromSsize_t(at), *result = NULL;
-        if (number != NULL) result = lazy_value(PyTuple_GET_ITEM(values, at), args[1], number);
+        PyObject *number = PyLong_FromSsize_t(at), *value = PyTuple_GET_ITEM(values, at);
+        PyObject *result = number == NULL ? NULL : new_of(value, lazy_form, args[1], number, OTHER, 1);
         Py_XDECREF(number);
         if (result == NULL) Py_CLEAR(results);
         else PyList_SET_ITEM(results, at, result);
