@@ -214,6 +214,15 @@ def test_errors_of_a_node_are_told_at_a_handle_of_its_numbers(scene, seen):
     assert seen.said == [('/waypoint', '/owner: line 3: goto takes three numbers')]
 
 
+def test_errors_of_a_node_are_told_after_a_drop_that_no_message_shows_but_not_during_the_drag(scene, seen):
+    take(scene, '/waypoint', pose_stamped(tracked(1.0)))
+    scene.hold('/waypoint')
+    scene.say_of_node('/owner', 'during the drag')
+    scene.let_go('/waypoint', {values.Source('/owner', 1): 2.0})
+    scene.say_of_node('/owner', 'after the drop')
+    assert seen.said == [('/waypoint', '/owner: after the drop')]
+
+
 def test_a_message_without_a_frame_is_warned_of_once(scene, seen):
     message = PoseStamped()
     message.pose.position.x = tracked(1.0)

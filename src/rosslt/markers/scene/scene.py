@@ -120,7 +120,7 @@ class Scene:
         While a hand drags, what comes of the drag itself is told at its own handle.
         """
         with self.lock:
-            if self._holds:
+            if any(hold.is_in_hand() for hold in self._holds.values()):
                 return
             for name in self.names():
                 handle = self._handles[name]
@@ -154,11 +154,16 @@ class Scene:
 
     def is_held(self, name: str) -> bool:
         """Whether a handle is to be left alone."""
-        hold = self._holds.get(name)
-        if hold is not None and hold.is_over():
-            del self._holds[name]
-            return False
-        return hold is not None
+        with self.lock:
+            hold = self._holds.get(name)
+            if hold is None:
+                return False
+            # A thing that was removed after the drop is not shown any more: no message can end the wait for it. It is
+            # looked up here, and not when it is removed, as a node may delete a thing and add it in one message.
+            if hold.is_over() or (name not in self._handles and not hold.is_in_hand()):
+                del self._holds[name]
+                return False
+            return True
 
     def say_what_is_not_shown(self) -> None:
         """Tell of handles that stay where they were dropped although no message says so."""
