@@ -20,7 +20,7 @@ from rosslt.markers.geometry import (
 )
 from rosslt.markers.rviz.controls import handle_marker
 from rosslt.markers.scene.handle import Settings
-from rosslt.markers.scene.marker import marker_handles
+from rosslt.markers.scene.marker import KINDS, marker_handles
 
 TURN = 0.6
 TURNED = (0.0, 0.0, plain_math.sin(TURN / 2), plain_math.cos(TURN / 2))
@@ -309,6 +309,17 @@ def test_the_size_of_controls_follows_the_size_of_the_marker():
         return drawn(message).scale
 
     assert size(4.0) == pytest.approx(10 * size(0.4))
+
+
+@pytest.mark.parametrize('kind', sorted(KINDS))
+@pytest.mark.parametrize('scale', [0.0, -1.0])
+def test_every_handle_has_a_size_above_0_whatever_the_scale_of_its_marker_is(kind, scale):
+    message = marker(kind, size=scale)
+    message.pose.position.x = tracked(1.0)
+    message.points = [Point(tracked(1.0), 0.0, 0.0), Point(tracked(1.0), 0.0, 0.0)]
+    found = handles(message)
+    assert found
+    assert all(handle.size > 0.0 for handle in found.values())
 
 
 @pytest.mark.parametrize('given', [(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 3.0, 4.0), (0.0, 0.0, 0.0, 1.0)])

@@ -127,30 +127,31 @@ def scale_reach(marker: Any, has_points: bool, axis: int) -> float:
 
 
 def marker_size(marker: Any, has_points: bool) -> float:
-    """How large a marker is, in metres: its longest side."""
+    """How large a marker is, in metres: its longest side; above 0 whatever its scale is."""
     scale = marker.scale
-    longest = max(float(scale.x), float(scale.y), float(scale.z))
+    size = max(float(scale.x), float(scale.y), float(scale.z))
     if marker.type == Marker.TEXT_VIEW_FACING:
-        return 2.0 * float(scale.z)
-    if has_points and marker.points:
+        size = 2.0 * float(scale.z)
+    elif has_points and marker.points:
         # To two digits, so that the handle does not change with every point that moves a little.
-        return float('%.2g' % max(0.4 * extent(marker), longest))
-    return longest or SIZE
+        size = float('%.2g' % max(0.4 * extent(marker), size))
+    return size if size > 0.0 else SIZE
 
 
 def point_size(marker: Any) -> float:
-    """The diameter of the handles of a marker's points."""
+    """The diameter of the handles of a marker's points, in metres; above 0 whatever its scale is."""
     scale = marker.scale
+    size = 3.0 * float(scale.x)
     if marker.type in BODIES_AT_POINTS:
         longest = max(float(scale.x), float(scale.y), float(scale.z))
-        return max(1.1 * longest, longest + LEAST_OVERLAP)
-    if marker.type == Marker.TRIANGLE_LIST:
-        return float('%.2g' % (0.06 * extent(marker))) or 0.1 * SIZE
-    if marker.type == Marker.ARROW:
-        return 1.2 * max(float(scale.x), float(scale.y))
-    if marker.type == Marker.POINTS:
-        return 1.5 * max(float(scale.x), float(scale.y))
-    return 3.0 * float(scale.x)
+        size = max(1.1 * longest, longest + LEAST_OVERLAP)
+    elif marker.type == Marker.TRIANGLE_LIST:
+        size = float('%.2g' % (0.06 * extent(marker)))
+    elif marker.type == Marker.ARROW:
+        size = 1.2 * max(float(scale.x), float(scale.y))
+    elif marker.type == Marker.POINTS:
+        size = 1.5 * max(float(scale.x), float(scale.y))
+    return size if size > 0.0 else 0.1 * SIZE
 
 
 def point_factors(marker: Any) -> Vector:
