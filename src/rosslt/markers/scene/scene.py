@@ -331,7 +331,7 @@ def _fault(marker: Any) -> Optional[str]:
         return 'has no frame_id'
     if marker.type not in markers.KINDS:
         return 'has the unknown type %d' % marker.type
-    pose, scale = marker.pose, marker.scale
+    pose, scale, color = marker.pose, marker.scale, marker.color
     numbers = (
         pose.position.x,
         pose.position.y,
@@ -343,9 +343,16 @@ def _fault(marker: Any) -> Optional[str]:
         scale.x,
         scale.y,
         scale.z,
+        color.r,
+        color.g,
+        color.b,
+        color.a,
     )
-    if not all(map(math.isfinite, numbers)) or not all(
-        math.isfinite(point.x) and math.isfinite(point.y) and math.isfinite(point.z) for point in marker.points
+    isfinite = math.isfinite
+    if (
+        not all(map(isfinite, numbers))
+        or not all(isfinite(point.x) and isfinite(point.y) and isfinite(point.z) for point in marker.points)
+        or not all(isfinite(c.r) and isfinite(c.g) and isfinite(c.b) and isfinite(c.a) for c in marker.colors)
     ):
         return 'has a number that is not finite'
     return None
