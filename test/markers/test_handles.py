@@ -221,6 +221,36 @@ def test_a_point_moves_in_the_coordinates_of_its_rotated_marker():
     assert targets == pytest.approx([2.5])
 
 
+@pytest.mark.parametrize('angle', [-2.5, -0.6, 0.6, 2.0, 3.0, 4.0])
+@pytest.mark.parametrize('w', [1.0, 0.5, -1.0])
+def test_a_quaternion_of_which_some_parts_are_plain_turns_to_the_angle_of_the_hand(w, angle):
+    message = marker()
+    message.pose.orientation.z, message.pose.orientation.w = tracked(0.2), w
+    (handle,) = handles(message).values()
+    goal = (0.0, 0.0, plain_math.sin(angle / 2), plain_math.cos(angle / 2))
+    (value,), (z,) = handle.wanted((0.0, 0.0, 0.0, *goal), moved=False, turned=True)
+    assert value == 0.2
+    assert are_same_rotation(normalized(0.0, 0.0, z, w), goal, 1e-12)
+
+
+def test_a_turn_that_plain_parts_rule_out_keeps_the_length_of_the_quaternion():
+    """With a plain w of 1, half a turn is out of reach."""
+    message = marker()
+    message.pose.orientation.z = tracked(0.0)
+    (handle,) = handles(message).values()
+    _, targets = handle.wanted((0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0), moved=False, turned=True)
+    assert targets == [1.0]
+
+
+def test_a_small_plain_tilt_does_not_change_the_length_of_the_quaternion():
+    message = marker()
+    message.pose.orientation = Quaternion(1e-4, 0.0, tracked(0.0, 1), tracked(1.0, 2))
+    (handle,) = handles(message).values()
+    goal = (0.0, 0.0, plain_math.sin(1.5), plain_math.cos(1.5))
+    _, targets = handle.wanted((0.0, 0.0, 0.0, *goal), moved=False, turned=True)
+    assert targets == pytest.approx(goal[2:])
+
+
 def triangle(scale, corner):
     """A triangle, turned and away from the origin, with one corner."""
     message = marker(Marker.TRIANGLE_LIST)

@@ -23,6 +23,9 @@ SMALLEST_SCALE = 1e-3
 #: The factors of points whose coordinates are metres.
 UNSCALED: Vector = (1.0, 1.0, 1.0)
 
+#: A plain part of a quaternion up to this is a small tilt, which does not say how long the quaternion is to be.
+TILT = 1e-3
+
 #: The rounding error of a computation with floats.
 ROUNDING = 1e-12
 
@@ -108,11 +111,7 @@ class PoseHandle:
         if moved:
             pairs.extend(zip(self._position, pose[: 2 if self._is_planar else 3]))
         if turned:
-            present = tuple(map(float, self._orientation))
-            # A quaternion and its negative are the same rotation: ask for the one that is nearer.
-            factor = sum(a * b for a, b in zip(present, pose[3:]))
-            length = sum(a * a for a in present) ** 0.5 or 1.0
-            factor = -length if factor < 0.0 else length
+            factor = _quaternion_factor(self._orientation, pose[3:])
             pairs.extend(zip(self._orientation, (factor * part for part in pose[3:])))
         return _tracked_targets(pairs)
 
@@ -299,6 +298,22 @@ def _body_direction(movable: Axes, rotation: Rotation) -> Optional[Vector]:
         return AXES[axis]
     x, y, z = rotate_vector(inverse(rotation), AXES[axis])
     return round(x, 9) + 0.0, round(y, 9) + 0.0, round(z, 9) + 0.0
+
+
+def _quaternion_factor(orientation: Sequence[Any], rotation: Sequence[float]) -> float:
+    """By what a rotation of length 1 is multiplied to be asked of a quaternion, any multiple of which is that rotation.
+
+    Plain parts stay as they are: where some are not 0, the multiple is the one that has them, or comes nearest.
+    """
+    plain = [(part, goal) for part, goal in zip(orientation, rotation) if not has_source(part) and abs(part) > TILT]
+    square = sum(goal * goal for _, goal in plain)
+    if square > ROUNDING:
+        return float(sum(part * goal for part, goal in plain)) / square
+    present = tuple(map(float, orientation))
+    # A quaternion and its negative are the same rotation: ask for the one that is nearer.
+    factor = sum(a * b for a, b in zip(present, rotation))
+    length = sum(a * a for a in present) ** 0.5 or 1.0
+    return -length if factor < 0.0 else length
 
 
 def _tracked_targets(pairs: Iterable[Tuple[Any, float]]) -> Tuple[List[Any], List[float]]:
