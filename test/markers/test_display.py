@@ -130,6 +130,30 @@ def test_where_the_last_message_before_the_drop_has_the_new_value_none_is_waited
     assert shown.sends() == [('pose', 'thing', 1.0)]
 
 
+def test_what_is_removed_after_the_drop_is_erased(shown):
+    shown.scene.hold('thing')
+    shown.scene.let_go('thing', {SOURCE: 2.0})
+    assert shown.drop('thing') == [('erase', 'thing')]
+    assert not shown.scene.is_held('thing')
+    assert shown.put(Thing(1.0)) == [('insert', 'thing')]
+
+
+def test_what_is_removed_during_the_drag_is_erased_after_the_drop(shown):
+    shown.scene.hold('thing')
+    assert shown.drop('thing') == [], 'the hand still has it'
+    shown.scene.let_go('thing', {SOURCE: 2.0})
+    assert shown.sends() == [('erase', 'thing')]
+
+
+def test_what_one_message_removes_and_adds_again_waits_where_it_was_dropped(shown):
+    """Many nodes begin each message with DELETEALL."""
+    shown.scene.hold('thing')
+    shown.scene.let_go('thing', {SOURCE: 2.0})
+    shown.scene._delete('/topic', shown.things, 'thing')
+    assert shown.put(Thing(1.0)) == [], 'that message was older than the drag'
+    assert shown.put(Thing(1.9, at=2.0)) == [('pose', 'thing', 1.9)]
+
+
 def test_a_message_long_after_the_drop_is_believed_whatever_it_says(shown, monkeypatch):
     monkeypatch.setattr(holds, 'OLDER_MESSAGES', 0.0)
     shown.scene.hold('thing')

@@ -3,10 +3,12 @@
 import math as plain_math
 
 import pytest
+from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
-from rosslt.markers.drags import other_views, wording
+from rosslt.markers.drags import changes, other_views, wording
+from rosslt.markers.drags.check import Check
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.guard import Guard
@@ -252,3 +254,90 @@ def test_the_first_pose_that_a_hand_reports_is_where_it_takes_hold():
     assert drags.move(name, 'world', turned_at(1.9, 0.25))
     drag = drags._held[name]
     assert (drag.start[0], drag.is_moved, drag.is_turned) == (0.9, True, False)
+
+
+def take(scene, message):
+    message._connection_header = {'callerid': '/owner'}
+    scene.take('/boxes', message, is_shown=True)
+
+
+def box_at(x, frame='world'):
+    marker = Marker(type=Marker.CUBE)
+    marker.header.frame_id = frame
+    marker.pose.position.x = x
+    return marker
+
+
+def line_through(*points):
+    """A line through points on the x axis."""
+    marker = Marker(type=Marker.LINE_STRIP, points=[Point(x, 0.0, 0.0) for x in points])
+    marker.header.frame_id = 'world'
+    marker.scale.x = 0.1
+    return marker
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """The requests to owners, who make every change: [{Source: new value}]."""
+    result = []
+
+    def request(wanted, _timeout, _request_id):
+        result.append({source: new for source, (_, new) in wanted.items()})
+        return {source: node.Change(old, new) for source, (old, new) in wanted.items()}
+
+    monkeypatch.setattr(changes, 'request', request)
+    monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
+    return result
+
+
+def drag_while(name, before, during, end):
+    """Drag a handle from x = 1 while a message comes; gives a view with what is said."""
+    scene, notes = Scene(Settings()), Notes()
+    scene.add_view(notes)
+    take(scene, before)
+    drags = Drags(scene, Rules(is_live=False), str)
+    assert drags.hold(name, frame='world', pose=at(1.0))
+    take(scene, during)
+    assert drags.release(name, 'world', at(end))
+    return notes
+
+
+A, B, C = (values.Source('/owner', number) for number in (11, 12, 13))
+
+
+def test_a_thing_that_the_next_message_shows_in_the_same_frame_follows_the_hand(asked):
+    drag_while('/boxes::0', box_at(values.track(1.0, A)), box_at(values.track(1.1, A), '/world'), 2.0)
+    wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
+
+
+def test_a_thing_that_is_in_another_frame_now_does_not_follow_the_hand(asked):
+    """Its x in the new frame is 100 less."""
+    x = values.track(1.0, A)
+    notes = drag_while('/boxes::0', box_at(x), box_at(x - 100.0, 'odom'), 2.0)
+    wait_until(lambda: notes.said == ['it is in the frame odom now instead of world'], 'the hand to be told')
+    assert asked == []
+
+
+def test_a_point_in_whose_place_there_is_another_one_now_does_not_follow_the_hand(asked):
+    before = line_through(values.track(0.0, A), values.track(1.0, B))
+    during = line_through(values.track(-1.0, C), values.track(0.0, A), values.track(1.0, B))
+    notes = drag_while('/boxes::0:points[1]', before, during, 2.0)
+    wait_until(lambda: notes.said == ['another thing has taken its place'], 'the hand to be told')
+    assert asked == []
+
+
+def test_a_thing_with_a_name_of_its_own_follows_the_hand_also_where_it_comes_from_another_source_now(asked):
+    """A limit that it has come to, say."""
+    drag_while('/boxes::0', box_at(values.track(1.0, A)), box_at(values.track(1.5, B)), 2.0)
+    wait_until(lambda: asked == [{B: 2.0}], 'the source to be asked for')
+
+
+def test_what_was_dropped_is_left_alone_where_it_is_in_another_frame_now():
+    scene = Scene(Settings())
+    take(scene, box_at(values.track(1.0, A)))
+    drag = drag_of(scene, 'world', at(1.0))
+    drag.move('world', at(2.0))
+    drag.remember({A: node.Change(1.0, 2.0)})
+    check = Check(drag, scene.handle('/boxes::0'))
+    take(scene, box_at(values.track(2.0, A) - 100.0, 'odom'))
+    assert check.is_elsewhere(scene.handle('/boxes::0')) is False

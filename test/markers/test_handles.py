@@ -20,7 +20,7 @@ from rosslt.markers.geometry import (
 )
 from rosslt.markers.rviz.controls import handle_marker
 from rosslt.markers.scene.handle import Settings
-from rosslt.markers.scene.marker import marker_handles
+from rosslt.markers.scene.marker import KINDS, marker_handles
 
 TURN = 0.6
 TURNED = (0.0, 0.0, plain_math.sin(TURN / 2), plain_math.cos(TURN / 2))
@@ -221,6 +221,77 @@ def test_a_point_moves_in_the_coordinates_of_its_rotated_marker():
     assert targets == pytest.approx([2.5])
 
 
+@pytest.mark.parametrize('angle', [-2.5, -0.6, 0.6, 2.0, 3.0, 4.0])
+@pytest.mark.parametrize('w', [1.0, 0.5, -1.0])
+def test_a_quaternion_of_which_some_parts_are_plain_turns_to_the_angle_of_the_hand(w, angle):
+    message = marker()
+    message.pose.orientation.z, message.pose.orientation.w = tracked(0.2), w
+    (handle,) = handles(message).values()
+    goal = (0.0, 0.0, plain_math.sin(angle / 2), plain_math.cos(angle / 2))
+    (value,), (z,) = handle.wanted((0.0, 0.0, 0.0, *goal), moved=False, turned=True)
+    assert value == 0.2
+    assert are_same_rotation(normalized(0.0, 0.0, z, w), goal, 1e-12)
+
+
+def test_a_turn_that_plain_parts_rule_out_keeps_the_length_of_the_quaternion():
+    """With a plain w of 1, half a turn is out of reach."""
+    message = marker()
+    message.pose.orientation.z = tracked(0.0)
+    (handle,) = handles(message).values()
+    _, targets = handle.wanted((0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0), moved=False, turned=True)
+    assert targets == [1.0]
+
+
+def test_a_small_plain_tilt_does_not_change_the_length_of_the_quaternion():
+    message = marker()
+    message.pose.orientation = Quaternion(1e-4, 0.0, tracked(0.0, 1), tracked(1.0, 2))
+    (handle,) = handles(message).values()
+    goal = (0.0, 0.0, plain_math.sin(1.5), plain_math.cos(1.5))
+    _, targets = handle.wanted((0.0, 0.0, 0.0, *goal), moved=False, turned=True)
+    assert targets == pytest.approx(goal[2:])
+
+
+def triangle(scale, corner):
+    """A triangle, turned and away from the origin, with one corner."""
+    message = marker(Marker.TRIANGLE_LIST)
+    message.scale.x, message.scale.y, message.scale.z = scale
+    message.pose.position.x, message.pose.orientation = 1.0, Quaternion(*TURNED)
+    message.points = [Point(*corner), Point(0.0, 1.0, 0.0), Point(0.0, 0.0, 1.0)]
+    return message
+
+
+def test_the_corner_of_a_triangle_stands_and_moves_where_rviz_scales_it_to():
+    corner = [tracked(part, number) for number, part in enumerate((1.0, 2.0, 3.0))]
+    (handle,) = handles(triangle((2.0, 0.5, -1.0), corner)).values()
+
+    def scaled_to(*local):
+        x, y, z = rotate_vector(TURNED, local)
+        return (1.0 + x, y, z, *TURNED)
+
+    assert handle.pose == pytest.approx(scaled_to(2.0, 1.0, -3.0))
+    wanted, targets = handle.wanted(scaled_to(4.0, 2.0, -5.0), moved=True, turned=False)
+    assert wanted == [1.0, 2.0, 3.0]
+    assert targets == pytest.approx([2.0, 4.0, 5.0])
+    assert handle.position is None, 'its coordinates are not those of the frame'
+
+
+def test_the_corner_of_a_triangle_does_not_move_along_an_axis_where_its_scale_is_0():
+    (handle,) = handles(triangle((2.0, 0.0, 1.0), (tracked(1.0, 1), tracked(2.0, 2), 0.0))).values()
+    assert handle.motions(is_free).axes == (True, False, False)
+    wanted, targets = handle.wanted(handle.pose, moved=True, turned=False)
+    assert (wanted, targets) == ([1.0], [1.0])
+
+
+def test_the_handles_of_a_scaled_triangle_are_as_large_as_those_of_one_that_is_drawn_alike():
+    def size(side, scale):
+        message = marker(Marker.TRIANGLE_LIST, size=scale)
+        message.points = [Point(tracked(side), 0.0, 0.0), Point(0.0, side, 0.0), Point(0.0, 0.0, side)]
+        (handle,) = handles(message).values()
+        return handle.size
+
+    assert size(4000.0, 0.001) == size(4.0, 1.0)
+
+
 @pytest.mark.parametrize(
     ('kind', 'names'),
     [
@@ -268,6 +339,17 @@ def test_the_size_of_controls_follows_the_size_of_the_marker():
         return drawn(message).scale
 
     assert size(4.0) == pytest.approx(10 * size(0.4))
+
+
+@pytest.mark.parametrize('kind', sorted(KINDS))
+@pytest.mark.parametrize('scale', [0.0, -1.0])
+def test_every_handle_has_a_size_above_0_whatever_the_scale_of_its_marker_is(kind, scale):
+    message = marker(kind, size=scale)
+    message.pose.position.x = tracked(1.0)
+    message.points = [Point(tracked(1.0), 0.0, 0.0), Point(tracked(1.0), 0.0, 0.0)]
+    found = handles(message)
+    assert found
+    assert all(handle.size > 0.0 for handle in found.values())
 
 
 @pytest.mark.parametrize('given', [(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 3.0, 4.0), (0.0, 0.0, 0.0, 1.0)])

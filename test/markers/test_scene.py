@@ -4,10 +4,11 @@ import math as plain_math
 
 import pytest
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import Point32, PointStamped, PolygonStamped, PoseStamped, TransformStamped
+from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, PoseStamped, TransformStamped
 from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import Path
 from sensor_msgs.msg import JointState, Range
+from std_msgs.msg import ColorRGBA
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -214,6 +215,15 @@ def test_errors_of_a_node_are_told_at_a_handle_of_its_numbers(scene, seen):
     assert seen.said == [('/waypoint', '/owner: line 3: goto takes three numbers')]
 
 
+def test_errors_of_a_node_are_told_after_a_drop_that_no_message_shows_but_not_during_the_drag(scene, seen):
+    take(scene, '/waypoint', pose_stamped(tracked(1.0)))
+    scene.hold('/waypoint')
+    scene.say_of_node('/owner', 'during the drag')
+    scene.let_go('/waypoint', {values.Source('/owner', 1): 2.0})
+    scene.say_of_node('/owner', 'after the drop')
+    assert seen.said == [('/waypoint', '/owner: after the drop')]
+
+
 def test_a_message_without_a_frame_is_warned_of_once(scene, seen):
     message = PoseStamped()
     message.pose.position.x = tracked(1.0)
@@ -221,6 +231,17 @@ def test_a_message_without_a_frame_is_warned_of_once(scene, seen):
         take(scene, '/waypoint', message)
     assert not seen.handles
     assert scene._warn_with == ['/publisher on /waypoint: the message has no frame_id']
+
+
+@pytest.mark.parametrize('colors', ['color', 'colors'])
+def test_a_marker_with_a_color_that_is_no_number_is_warned_of_and_not_shown(scene, seen, colors):
+    message = marker(tracked(1.0), Marker.SPHERE_LIST)
+    message.points = [Point(0.0, 0.0, 0.0)]
+    color = ColorRGBA(1.0, plain_math.nan, 0.0, 1.0)
+    setattr(message, colors, color if colors == 'color' else [color])
+    take(scene, '/markers', message)
+    assert not seen.handles
+    assert scene._warn_with == ['/publisher on /markers: marker thing/0 has a number that is not finite']
 
 
 def test_the_size_of_balls_is_a_setting(seen):

@@ -39,12 +39,16 @@ class Check:
         What moves by itself is not elsewhere: it was dropped where it was at its moment. One message does not tell
         whether it moves, nor do two that are equal where it is computed in another way than when it was solved.
 
+        Where the latest message has the thing in another frame, or another thing in its place, it is left alone.
+
         Args:
             handle: as the latest message has it, or None.
         """
         look, now = self._look, time.monotonic()
         if handle is not None and handle is not self._handle:
             self._handle = handle
+            if self.drag.misfit(handle) is not None:
+                return False
             sight = self._sight(handle)
             if sight is not None and look.is_over_after(sight) and self._end is None:
                 self._end = now + STILL if self._may_move(sight) else now

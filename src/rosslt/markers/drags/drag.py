@@ -81,6 +81,17 @@ class Drag:
             self._seen = handle
             self.motion.see(list(handle.tracked))
 
+    def misfit(self, handle: Handle) -> Optional[str]:
+        """Why a pose of this drag means nothing for a handle of the same name in a later message, or None."""
+        if handle.frame.lstrip('/') != self.handle.frame.lstrip('/'):
+            return 'it is in the frame {} now instead of {}'.format(handle.frame, self.handle.frame)
+        if not handle.name.endswith(']'):
+            return None
+        # An element of a list has an index for a name: where elements were added or removed, it is another one. A thing
+        # with a name of its own stays the same, also where its node computes it from other sources.
+        held, present = (set(values.sources(list(one.tracked))) for one in (self.handle, handle))
+        return 'another thing has taken its place' if held and present and held.isdisjoint(present) else None
+
     def _is_sound(self, frame: str, pose: PoseTuple) -> bool:
         """Whether what the hand reports can be used; `fault` says what is wrong with it."""
         if frame.lstrip('/') != self.handle.frame.lstrip('/'):

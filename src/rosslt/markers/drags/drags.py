@@ -309,6 +309,10 @@ class Drags:
     def _force(self, drag: Drag, pose: PoseTuple) -> Optional[Exception]:
         """Ask the owners for what a drag wants; the refusal, or None."""
         handle = self._scene.handle(drag.handle.name) or drag.handle
+        misfit = drag.misfit(handle)
+        if misfit is not None:
+            drag.fault = drag.fault or misfit
+            return None
         tracked, targets = handle.wanted(pose, drag.is_moved, drag.is_turned)
         if not tracked:
             return None

@@ -20,6 +20,12 @@ from rosslt.markers.scene.shapes import AXIS_COLORS, cube, pose_tuple, sphere
 #: The smallest size of a scaled thing that a drag can ask for, in metres: RViz draws nothing of size zero.
 SMALLEST_SCALE = 1e-3
 
+#: The factors of points whose coordinates are metres.
+UNSCALED: Vector = (1.0, 1.0, 1.0)
+
+#: A plain part of a quaternion up to this is a small tilt, which does not say how long the quaternion is to be.
+TILT = 1e-3
+
 #: The rounding error of a computation with floats.
 ROUNDING = 1e-12
 
@@ -105,11 +111,7 @@ class PoseHandle:
         if moved:
             pairs.extend(zip(self._position, pose[: 2 if self._is_planar else 3]))
         if turned:
-            present = tuple(map(float, self._orientation))
-            # A quaternion and its negative are the same rotation: ask for the one that is nearer.
-            factor = sum(a * b for a, b in zip(present, pose[3:]))
-            length = sum(a * a for a in present) ** 0.5 or 1.0
-            factor = -length if factor < 0.0 else length
+            factor = _quaternion_factor(self._orientation, pose[3:])
             pairs.extend(zip(self._orientation, (factor * part for part in pose[3:])))
         return _tracked_targets(pairs)
 
@@ -139,9 +141,22 @@ class PointHandle:
         size: the diameter of the sphere, in metres.
         color: (red, green, blue) of the sphere.
         is_planar, rank: as of a PoseHandle.
+        factors: by which RViz multiplies x, y and z of the point; what is multiplied by 0 does not follow a hand.
     """
 
-    __slots__ = ('_base', '_color', '_is_planar', '_point', 'draw_key', 'frame', 'name', 'pose', 'rank', 'size')
+    __slots__ = (
+        '_base',
+        '_color',
+        '_factors',
+        '_is_planar',
+        '_point',
+        'draw_key',
+        'frame',
+        'name',
+        'pose',
+        'rank',
+        'size',
+    )
 
     def __init__(
         self,
@@ -153,11 +168,17 @@ class PointHandle:
         color: Vector,
         is_planar: bool = False,
         rank: int = 1,
+        factors: Vector = UNSCALED,
     ) -> None:
         self.name, self.frame, self.size, self.rank = name, frame, size, rank
-        self._base, self._color, self._is_planar = pose, color, is_planar
-        self._point = (point.x, point.y, point.z)
-        x, y, z = rotate_vector(pose[3:], tuple(map(float, self._point)))
+        self._base, self._color, self._is_planar, self._factors = pose, color, is_planar, factors
+        self._point: Tuple[Any, ...] = (point.x, point.y, point.z)
+        local = tuple(map(float, self._point))
+        if factors != UNSCALED:
+            local = tuple([factor * value for factor, value in zip(factors, local)])
+            # What a factor of 0 hides does not follow a hand.
+            self._point = tuple([value if factor else 0.0 for factor, value in zip(factors, self._point)])
+        x, y, z = rotate_vector(pose[3:], local)
         self.pose: PoseTuple = (pose[0] + x, pose[1] + y, pose[2] + z, *pose[3:])
         self.draw_key: Hashable = (tuple(map(has_source, self._point)), frame, size, color)
 
@@ -169,14 +190,16 @@ class PointHandle:
     @property
     def position(self) -> Optional[Tuple[Any, ...]]:
         """The tracked or plain x, y and z where it stands, if they are coordinates of its frame."""
-        return self._point if self._base == (0.0, 0.0, 0.0, *IDENTITY) else None
+        is_in_frame = self._base == (0.0, 0.0, 0.0, *IDENTITY) and self._factors == UNSCALED
+        return self._point if is_in_frame else None
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """What a drag to a pose asks for; a point has nothing but its position."""
         del moved, turned
         offset = tuple(a - b for a, b in zip(pose[:3], self._base))
         local = rotate_vector(inverse(self._base[3:]), offset)
-        return _tracked_targets(zip(self._point, local[: 2 if self._is_planar else 3]))
+        wanted = [part / factor if factor else 0.0 for part, factor in zip(local, self._factors)]
+        return _tracked_targets(zip(self._point, wanted[: 2 if self._is_planar else 3]))
 
     def motions(self, can_change: CanChange) -> Motions:
         """The ways in which it can be moved: along the axes of the thing."""
@@ -275,6 +298,22 @@ def _body_direction(movable: Axes, rotation: Rotation) -> Optional[Vector]:
         return AXES[axis]
     x, y, z = rotate_vector(inverse(rotation), AXES[axis])
     return round(x, 9) + 0.0, round(y, 9) + 0.0, round(z, 9) + 0.0
+
+
+def _quaternion_factor(orientation: Sequence[Any], rotation: Sequence[float]) -> float:
+    """By what a rotation of length 1 is multiplied to be asked of a quaternion, any multiple of which is that rotation.
+
+    Plain parts stay as they are: where some are not 0, the multiple is the one that has them, or comes nearest.
+    """
+    plain = [(part, goal) for part, goal in zip(orientation, rotation) if not has_source(part) and abs(part) > TILT]
+    square = sum(goal * goal for _, goal in plain)
+    if square > ROUNDING:
+        return float(sum(part * goal for part, goal in plain)) / square
+    present = tuple(map(float, orientation))
+    # A quaternion and its negative are the same rotation: ask for the one that is nearer.
+    factor = sum(a * b for a, b in zip(present, rotation))
+    length = sum(a * a for a in present) ** 0.5 or 1.0
+    return -length if factor < 0.0 else length
 
 
 def _tracked_targets(pairs: Iterable[Tuple[Any, float]]) -> Tuple[List[Any], List[float]]:

@@ -38,6 +38,10 @@ class Hold:
         if self._shows_the_change(handle) or self._seen_at - self._dropped_at > OLDER_MESSAGES:
             self._is_over = True
 
+    def is_in_hand(self) -> bool:
+        """Whether the hand has not let go yet."""
+        return self._changed is None
+
     def is_over(self) -> bool:
         """Whether the handle is to be shown where messages have it."""
         return self._is_over

@@ -4,14 +4,14 @@ RViz shows ordinary messages by itself. Tracked types (`MarkerTracked`) it does 
 draw the thing as well; over what RViz shows they lay a see-through copy of the thing to grab.
 """
 
-from typing import Any, Hashable, Iterator, List, Sequence
+from typing import Any, Hashable, Iterator, List
 
 from visualization_msgs.msg import Marker
 
 from rosslt import values
 from rosslt.markers.geometry import PoseTuple, Vector, distance
 from rosslt.markers.scene.handle import Handle, Settings, has_source
-from rosslt.markers.scene.handles import PointHandle, PoseHandle, ScaleHandle
+from rosslt.markers.scene.handles import UNSCALED, PointHandle, PoseHandle, ScaleHandle
 from rosslt.markers.scene.shapes import plain_pose, pose_tuple
 
 #: How large the handles are of what has no size of its own, in metres.
@@ -74,9 +74,18 @@ def marker_handles(topic: str, marker: Any, is_shown: bool, settings: Settings) 
             )
         )
     if points:
-        color, diameter = handle_color(marker), point_size(marker)
+        color, diameter, factors = handle_color(marker), point_size(marker), point_factors(marker)
         handles.extend(
-            PointHandle('{}:points[{}]'.format(name, index), frame, place, point, diameter, color, settings.is_planar)
+            PointHandle(
+                '{}:points[{}]'.format(name, index),
+                frame,
+                place,
+                point,
+                diameter,
+                color,
+                settings.is_planar,
+                factors=factors,
+            )
             for index, point in points
         )
     if can_be_scaled:
@@ -118,35 +127,45 @@ def scale_reach(marker: Any, has_points: bool, axis: int) -> float:
 
 
 def marker_size(marker: Any, has_points: bool) -> float:
-    """How large a marker is, in metres: its longest side."""
+    """How large a marker is, in metres: its longest side; above 0 whatever its scale is."""
     scale = marker.scale
-    longest = max(float(scale.x), float(scale.y), float(scale.z))
+    size = max(float(scale.x), float(scale.y), float(scale.z))
     if marker.type == Marker.TEXT_VIEW_FACING:
-        return 2.0 * float(scale.z)
-    if has_points and marker.points:
+        size = 2.0 * float(scale.z)
+    elif has_points and marker.points:
         # To two digits, so that the handle does not change with every point that moves a little.
-        return float('%.2g' % max(0.4 * extent(marker.points), longest))
-    return longest or SIZE
+        size = float('%.2g' % max(0.4 * extent(marker), size))
+    return size if size > 0.0 else SIZE
 
 
 def point_size(marker: Any) -> float:
-    """The diameter of the handles of a marker's points."""
+    """The diameter of the handles of a marker's points, in metres; above 0 whatever its scale is."""
     scale = marker.scale
+    size = 3.0 * float(scale.x)
     if marker.type in BODIES_AT_POINTS:
         longest = max(float(scale.x), float(scale.y), float(scale.z))
-        return max(1.1 * longest, longest + LEAST_OVERLAP)
-    if marker.type == Marker.TRIANGLE_LIST:
-        return float('%.2g' % (0.06 * extent(marker.points))) or 0.1 * SIZE
-    if marker.type == Marker.ARROW:
-        return 1.2 * max(float(scale.x), float(scale.y))
-    if marker.type == Marker.POINTS:
-        return 1.5 * max(float(scale.x), float(scale.y))
-    return 3.0 * float(scale.x)
+        size = max(1.1 * longest, longest + LEAST_OVERLAP)
+    elif marker.type == Marker.TRIANGLE_LIST:
+        size = float('%.2g' % (0.06 * extent(marker)))
+    elif marker.type == Marker.ARROW:
+        size = 1.2 * max(float(scale.x), float(scale.y))
+    elif marker.type == Marker.POINTS:
+        size = 1.5 * max(float(scale.x), float(scale.y))
+    return size if size > 0.0 else 0.1 * SIZE
 
 
-def extent(points: Sequence[Any]) -> float:
-    """The diagonal of the box around points."""
-    sides = [[float(getattr(point, axis)) for point in points] for axis in 'xyz']
+def point_factors(marker: Any) -> Vector:
+    """By what RViz multiplies x, y and z of a marker's points: by its scale where that is no size."""
+    scale = marker.scale
+    return (float(scale.x), float(scale.y), float(scale.z)) if marker.type == Marker.TRIANGLE_LIST else UNSCALED
+
+
+def extent(marker: Any) -> float:
+    """The diagonal of the box around a marker's points, in metres."""
+    sides = [
+        [factor * float(getattr(point, axis)) for point in marker.points]
+        for factor, axis in zip(point_factors(marker), 'xyz')
+    ]
     return distance([min(side) for side in sides], [max(side) for side in sides])
 
 

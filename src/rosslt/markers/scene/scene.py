@@ -120,7 +120,7 @@ class Scene:
         While a hand drags, what comes of the drag itself is told at its own handle.
         """
         with self.lock:
-            if self._holds:
+            if any(hold.is_in_hand() for hold in self._holds.values()):
                 return
             for name in self.names():
                 handle = self._handles[name]
@@ -154,11 +154,16 @@ class Scene:
 
     def is_held(self, name: str) -> bool:
         """Whether a handle is to be left alone."""
-        hold = self._holds.get(name)
-        if hold is not None and hold.is_over():
-            del self._holds[name]
-            return False
-        return hold is not None
+        with self.lock:
+            hold = self._holds.get(name)
+            if hold is None:
+                return False
+            # A thing that was removed after the drop is not shown any more: no message can end the wait for it. It is
+            # looked up here, and not when it is removed, as a node may delete a thing and add it in one message.
+            if hold.is_over() or (name not in self._handles and not hold.is_in_hand()):
+                del self._holds[name]
+                return False
+            return True
 
     def say_what_is_not_shown(self) -> None:
         """Tell of handles that stay where they were dropped although no message says so."""
@@ -326,7 +331,7 @@ def _fault(marker: Any) -> Optional[str]:
         return 'has no frame_id'
     if marker.type not in markers.KINDS:
         return 'has the unknown type %d' % marker.type
-    pose, scale = marker.pose, marker.scale
+    pose, scale, color = marker.pose, marker.scale, marker.color
     numbers = (
         pose.position.x,
         pose.position.y,
@@ -338,9 +343,16 @@ def _fault(marker: Any) -> Optional[str]:
         scale.x,
         scale.y,
         scale.z,
+        color.r,
+        color.g,
+        color.b,
+        color.a,
     )
-    if not all(map(math.isfinite, numbers)) or not all(
-        math.isfinite(point.x) and math.isfinite(point.y) and math.isfinite(point.z) for point in marker.points
+    isfinite = math.isfinite
+    if (
+        not all(map(isfinite, numbers))
+        or not all(isfinite(point.x) and isfinite(point.y) and isfinite(point.z) for point in marker.points)
+        or not all(isfinite(c.r) and isfinite(c.g) and isfinite(c.b) and isfinite(c.a) for c in marker.colors)
     ):
         return 'has a number that is not finite'
     return None
