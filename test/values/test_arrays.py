@@ -163,6 +163,42 @@ def test_a_zero_that_is_tracked_counts_as_a_number_that_may_change():
     assert evaluate(inverse[0, 1], {A: 4.0}) == -2.0
 
 
+INFINITE = {
+    'interp at NaN': lambda np, v: np.interp(v[0] + np.nan, [0, 1, 2], [5.0, 6, 7], left=-1.0),
+    'interp at a point': lambda np, v: np.interp(v[0] * 0, [0, 1], [2.0, np.inf]),
+    'interp at another point': lambda np, v: np.interp(v[0] * 0 + 1, [0, 1, 2], [np.inf, 4.0, 5.0]),
+    'interp beside infinity': lambda np, v: np.interp(v[0] * 0 + 0.5, [0, 1, 2], [2.0, np.inf, 3.0]),
+    'interp from infinity': lambda np, v: np.interp(v[0] * 0 + 0.5, [0, 1, 2], [-np.inf, 1.0, 3.0]),
+    'interp period below 0': lambda np, v: np.interp(v[0] * 9, [10.0, 90, 300], [1.0, 2, 3], period=-360),
+    'median of a NaN': lambda np, v: np.median(np.array([np.nan, v[0], v[1]])),
+    'median of a NaN at the end': lambda np, v: np.median(np.array([v[0], v[1], 1.0, np.nan])),
+    'median of rows': lambda np, v: np.median(np.array([[v[0], v[1], np.nan], [1.0, 3.0, v[2]]]), axis=1),
+    'median of columns': lambda np, v: np.median(np.array([[v[0], v[1], np.nan], [1.0, 3.0, v[2]]]), axis=0),
+    'norm 3': lambda np, v: np.linalg.norm(v, 3),
+    'norm -1': lambda np, v: np.linalg.norm(v, -1),
+    'norm -1 of a zero': lambda np, v: np.linalg.norm(np.array([v[0], v[1] * 0]), -1),
+    'norm 0.5 of rows': lambda np, v: np.linalg.norm(np.array([v, v * 2]), 0.5, axis=1),
+    'norm 2 of a matrix': lambda np, v: np.linalg.norm(np.outer(v, v) + 1, 2),
+    'norm -2 of a matrix': lambda np, v: np.linalg.norm(np.array([[v[0], 1.0], [2.0, v[1]]]), -2),
+    'nuclear norm': lambda np, v: np.linalg.norm(np.outer(v, v) + 1, 'nuc', keepdims=True),
+}
+
+
+@pytest.mark.parametrize('name', INFINITE)
+def test_what_is_no_finite_number_and_all_norms_are_as_in_numpy(name):
+    call = INFINITE[name]
+    with np.errstate(divide='ignore'):
+        expected, result = call(np, VECTOR), call(tracked_np, tracked_array(VECTOR))
+    assert np.shape(result) == np.shape(expected)
+    np.testing.assert_allclose(np.array(untracked(result), dtype=float), expected, rtol=1e-9, atol=1e-12)
+
+
+def test_norms_that_are_sums_keep_provenance_and_the_norms_of_singular_values_are_plain():
+    norm = tracked_np.linalg.norm(tracked_array(VECTOR), 3)
+    assert evaluate(norm, dict.fromkeys(sources(norm), 1.0)) == pytest.approx(3 ** (1 / 3))
+    assert not is_tracked(tracked_np.linalg.norm(tracked_array(MATRIX), 2))
+
+
 def test_a_singular_matrix_is_refused_as_by_numpy():
     with pytest.raises(np.linalg.LinAlgError, match='Singular'):
         tracked_np.linalg.inv([[track(1.0, A), 2.0], [2.0, 4.0]])

@@ -98,6 +98,12 @@ def test_whole_numbers_fold_exactly():
     assert solve(n, 9 * LIMIT * (10**20 + 1) + 3 - 3 * LIMIT, B) == {B: 10**20 + 1}
 
 
+def test_a_whole_number_that_no_float_holds_folds_exactly_beside_a_zero():
+    n = track(2**53 + 2, A)
+    assert repr([affine(n * 0), affine(0 * n)]) == repr([((A, 2**53 + 2, 0),)] * 2)
+    assert repr(affine(n * 0.0)) == repr(((A, 2**53 + 2, 0.0),))
+
+
 def test_what_cannot_fold_is_linearized_and_says_so():
     *_, x = run(fed_back, LIMIT)
     assert 'linearized(' in explain(x)

@@ -233,6 +233,62 @@ def test_it_is_reapplied_and_folded_like_all_others():
     assert evaluate(value, {}) == value
 
 
+class Sample:
+    """As a message."""
+
+    __slots__, _slot_types = ['x', 'more'], ['float64', 'float64[]']
+
+    def __init__(self, x, more):
+        self.x, self.more = x, more
+
+
+def test_a_call_keeps_what_its_plain_arguments_were():
+    totals = {
+        'list': lambda numbers: sum(numbers),
+        'array': lambda numbers: float(numbers.sum()),
+        'dict': lambda numbers: sum(numbers['all']),
+        'message': lambda numbers: numbers.x + sum(numbers.more),
+        'tuple': lambda numbers: sum(numbers[0]),
+    }
+    arguments = {
+        'list': [1.0, 2.0],
+        'array': numpy.array([1.0, 2.0]),
+        'dict': {'all': [1.0, 2.0]},
+        'message': Sample(1.0, [2.0]),
+        'tuple': ([1.0, 2.0],),
+    }
+    changed = {'dict': arguments['dict']['all'], 'message': arguments['message'].more, 'tuple': arguments['tuple'][0]}
+    for kind, total in totals.items():
+        numbers = arguments[kind]
+        weighted = rosslt.operation(lambda numbers, gain, total=total: gain * total(numbers))
+        exactly_weighted = rosslt.operation(
+            lambda numbers, gain, total=total: gain * total(numbers),
+            inverse=(None, lambda wanted, numbers, gain, total=total: wanted / total(numbers)),
+            slope=(None, lambda numbers, gain, total=total: total(numbers)),
+        )
+        results = [weighted(numbers, track(2.0, A)), exactly_weighted(numbers, track(2.0, A))]
+        changed.get(kind, numbers)[-1] = 100.0
+        for result in results:
+            assert evaluate(result, {A: 3.0}) == 9.0
+            assert solve(result, 9.0) == {A: pytest.approx(3.0)}
+
+
+def test_a_call_gets_the_arguments_themselves_and_keeps_other_objects():
+    class Filter:
+        gain = 2.0
+
+        @rosslt.operation
+        def step(self, x, log):
+            log.append(self)
+            return self.gain * x
+
+    lowpass, log = Filter(), []
+    result = lowpass.step(track(1.0, A), log)
+    assert log == [lowpass]
+    lowpass.gain = 3.0
+    assert evaluate(result, {A: 2.0}) == 6.0
+
+
 def test_a_result_that_is_no_number_stays_what_it_is():
     @rosslt.operation
     def table(x):

@@ -96,6 +96,13 @@ def test_messages_and_what_may_be_anything():
     assert found.values == {A: pytest.approx(3.0)}
 
 
+def test_before_is_that_of_the_old_values_also_out_of_the_bounds():
+    a = track(9.0, A)
+    found = rosslt.fit([a * t for t in range(5)], [3.0 * t for t in range(5)], bounds={A: (0, 4)})
+    assert found.old == {A: 9.0}
+    assert found.before == pytest.approx(plain.sqrt(sum((6.0 * t) ** 2 for t in range(5)) / 5))
+
+
 def test_a_source_with_several_readings_gets_one_value():
     found = rosslt.fit([track(1.0, A) * 2, track(5.0, A) * 3], [4.0, 6.0])
     assert found.values == {A: pytest.approx(2.0)}

@@ -1,5 +1,7 @@
 """What the rooms above rely on: leaves, terms, instructions, lazy values."""
 
+import math as plain_math
+
 import pytest
 
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
@@ -139,6 +141,15 @@ def test_folded_parts_travel_as_such():
 def test_instructions_that_do_not_fit_or_fill_the_memory_are_refused(instructions):
     with pytest.raises((TypeError, ValueError, ArithmeticError, IndexError)):
         assemble(instructions)
+
+
+@pytest.mark.parametrize('value', [plain_math.inf, plain_math.nan, 0.3])
+def test_a_lazy_value_that_was_not_rounded_is_what_it_was_made_of(value):
+    x = track(value, A)
+    for made, text in ((x * 2, '%r [/node#1] * 2' % value), (x, '%r [/node#1]' % value)):
+        (later,) = lazy([untracked(made)], [lambda _, made=made: made])
+        assert explain(later) == text
+        assert evaluate(later, {A: 0.25}) == evaluate(made, {A: 0.25})
 
 
 def test_a_lazy_value_is_made_when_it_is_needed():

@@ -98,6 +98,13 @@ def test_what_cannot_come_nearer_stays():
     assert nearest([1.5], [2.0]) == ({}, 0.5)
 
 
+def test_whole_numbers_are_rounded_within_their_bounds():
+    n = track(1, A)
+    assert nearest([n * 1.0], [100.0], bounds={A: (0, 2.7)}) == ({A: 2}, 98.0)
+    assert nearest([n * 1.0], [-100.0], bounds={A: (-1.7, None)}) == ({A: -1}, 99.0)
+    assert nearest([n * 1.0], [0.0], bounds={A: (0.4, 0.6)}) == ({}, 1.0)
+
+
 def test_only_the_chosen_sources_move():
     x, y = track(1.0, A), track(1.0, B)
     assert nearest([x + y], [5.0], sources=[B]) == ({B: pytest.approx(4.0)}, pytest.approx(0.0))

@@ -256,6 +256,12 @@ def test_a_source_out_of_its_bounds_stays_where_it_need_not_move(x, y):
     assert solve([x + y, 2 * y], [2.5, 2.0], bounds=bounds) == {A: pytest.approx(1.5), B: pytest.approx(1.0)}
 
 
+def test_a_source_out_of_its_bounds_stays_where_the_result_is_right_and_no_operation_can_be_undone():
+    assert solve(track(5.0, A) * track(False, B), 0.0, bounds={A: (-1.0, 2.5)}) == {A: 5.0}
+    n = track(-7, A)
+    assert solve(n - n, 0, bounds={A: (-1, None)}) == {A: -7}
+
+
 def test_several_results_move_all_their_sources_as_little_as_possible(x, y):
     z = track(0.0, C)
     answer = solve([x + y + z, x - y], [5.3, -1.7])

@@ -222,6 +222,14 @@ def test_the_type_of_a_source_stays_at_a_bound():
     assert 'above its maximum' in refusal(track(2, A) * 3, 12, bounds={A: (0.5, 3.5)})
 
 
+def test_a_float_stays_one_at_a_bound_that_is_a_whole_number():
+    x, y = track(0.5, A), track(0.5, B)
+    found = solve([x + y, x * 1.0], [3.0, 2.0], bounds={A: (0, 2), B: (0, 1)})
+    found_by_a_search = solve(track(12.0, A) * track(0.0, B) + 1.0, 1 + 1e-13, A, bounds={A: (0, 5)})
+    assert repr([found[A], found[B], found_by_a_search[A]]) == '[2.0, 1.0, 5.0]'
+    assert solve(x + 1, 2.0, bounds={A: (-(10**400), 10**400)}) == {A: 1.0}
+
+
 # Several sources where one alone cannot
 
 

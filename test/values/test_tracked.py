@@ -17,7 +17,8 @@ import pytest
 
 import rosslt
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
-from rosslt.values import MATH, affine, are_made_alike, reapply, replaced_fields, select_tracked
+from rosslt.values import MATH, affine, are_made_alike, assemble, reapply, replaced_fields, select_tracked
+from rosslt.values.operations.row import BY_NAME
 
 A, B, C = Source('/node', 1), Source('/node', 2), Source('/other', 1)
 
@@ -242,6 +243,39 @@ def test_functions_of_many_numbers(x):
         *math.modf(x),
     ):
         assert sources(value) == [A]
+
+
+def test_roots_parts_and_products_have_the_values_signs_and_types_of_math():
+    for at in (plain_math.inf, -plain_math.inf):
+        assert math.cbrt(at) == at == math.cbrt(track(at, A))
+    for at in (0.5, -0.5, 0.0, -0.0, 3.0, -3.5, 7, plain_math.inf, -plain_math.inf, plain_math.nan):
+        assert repr(math.modf(track(at, A))) == repr(plain_math.modf(at))
+    rest, whole = math.modf(track(-0.5, A))
+    assert evaluate([rest, whole], {A: -3.25}) == [-0.25, -3.0]
+    for numbers, start in (([2, 3], 1.0), ([True], 1), ([], 1), ([0.5], 1)):
+        for some in (numbers, [track(number, A) for number in numbers]):
+            assert repr(math.prod(some, start=start)) == repr(plain_math.prod(numbers, start=start))
+    assert sources(math.prod([track(2.0, A)], start=track(1, B))) == [B, A]
+
+
+def test_what_is_too_long_to_be_solved_for_is_computed_as_python_does():
+    count, text, number = track(2_000_000, A), track('.', B), track(10**5000, C)
+    for made, expected in (
+        (lambda: '.' * count, '.' * 2_000_000),
+        (lambda: count * '.', '.' * 2_000_000),
+        (lambda: text * 2_000_000, '.' * 2_000_000),
+        (lambda: text * count, '.' * 2_000_000),
+        (lambda: 2**count, 2**2_000_000),
+        (lambda: number**100, 10**500_000),
+    ):
+        assert made() == expected
+        assert not is_tracked(made())
+    assert is_tracked('.' * track(3, A))
+    for value in ('.' * track(3, A), 2 ** track(3, A)):
+        with pytest.raises(OverflowError):
+            evaluate(value, {A: 2_000_000})
+    with pytest.raises(OverflowError):
+        assemble([('source', A, 2_000_000), ('constant', 2), (BY_NAME['power'], 1, 0)])
 
 
 def test_the_other_names_of_math_are_there():

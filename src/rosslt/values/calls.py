@@ -14,7 +14,7 @@ from .operations.row import known_at
 from .operations.row import operation as new_operation
 from .recording import RECORDING, make, size_of
 from .tracked import CLASSES, TRACKED, plain
-from .tree import SCALARS, is_object_array, is_tracked, rebuilt, untracked
+from .tree import SCALARS, copied, is_object_array, is_tracked, rebuilt, untracked
 
 STEP = 6e-6
 """The step of a central difference, relative to the number: the cube root of a float's precision."""
@@ -185,7 +185,8 @@ def operation(
     Args:
         function: takes plain numbers, or lists, tuples, dicts, messages or arrays of them, by position or keyword, and
             whatever else it likes (a method its `self`). It returns a number, or a tuple, list or array of numbers, the
-            same for the same arguments.
+            same for the same arguments. What lists, tuples, dicts, messages and arrays hold when it is called is kept;
+            other objects are kept themselves.
         inverse: for each argument the function `inverse(wanted, *arguments)` that gives what this argument must become,
             or None; a single function is that of the first argument. Without one, the argument is searched for
             numerically, and so it is where the function returns several numbers or the argument holds several.
@@ -207,12 +208,14 @@ def operation(
     def called(*args: Any, **kwargs: Any) -> Any:
         numbers, layout = _flattened([*args, *kwargs.values()], tuple(kwargs))
         operands = [number for number in numbers if type(number) in TRACKED]
-        result = layout.call(function, [plain(number) for number in numbers])
         if not operands or RECORDING.is_paused:
-            return result
-        first, size = (tuple(numbers), layout), size_of(operands)
+            return layout.call(function, [plain(number) for number in numbers])
+        # What the function gets is the program's, which may change it at any time; what is kept is not.
+        kept = numbers if SCALARS.issuperset(map(type, numbers)) else [copied(number) for number in numbers]
+        result = layout.call(function, [plain(number) for number in numbers])
+        first, size = (tuple(kept), layout), size_of(operands)
         if not isinstance(result, (tuple, list)) and not _is_array(result):
-            record = _record_of_row(made, numbers) if layout.is_plain() else None
+            record = _record_of_row(made, kept) if layout.is_plain() else None
             return _tracked(result, record or (form, first, None), size)
         parts = result.flat if _is_array(result) else result
         values = [_tracked(part, (form, first, place), size) for place, part in enumerate(parts)]

@@ -93,9 +93,9 @@ def fit(
     problem = _Problem(values, targets, sources, {*read_only, *_without_room(bounds or {})})
     start = numpy.array([problem.old[source] for source in problem.unknowns])
     low, high = _limits(problem.unknowns, bounds or {})
-    start = numpy.clip(start, low, high)
     before = problem.differences(start)
-    if not numpy.all(numpy.isfinite(before)):
+    start = numpy.clip(start, low, high)
+    if not numpy.all(numpy.isfinite(problem.differences(start))):
         raise ArithmeticError('a result has no value at the present values of its sources')
     found = least_squares(
         problem.differences,

@@ -12,7 +12,7 @@ from .numpy_ufuncs import is_array
 from .operations import BY_CODE, Operation
 from .operations import table as ops
 from .recording import apply
-from .tracked import TRACKED, TrackedStr
+from .tracked import TRACKED, TrackedStr, plain
 
 TRACKED_NUMBERS = TRACKED - {TrackedStr}
 
@@ -130,17 +130,20 @@ def fsum(numbers: Iterable[Any]) -> Any:
 
 def prod(numbers: Iterable[Any], *, start: Any = 1) -> Any:
     """math.prod, keeping provenance."""
-    numbers = list(numbers)
-    factors = numbers if numbers and start == 1 else [start] + numbers
+    factors = [start, *numbers]
+    if type(start) is int and start == 1 and len(factors) > 1 and not isinstance(plain(factors[1]), bool):
+        factors = factors[1:]  # 1 times a number is that number itself, but of a bool it is an int
     return functools.reduce(lambda a, b: a * b, factors)
 
 
 def modf(x: Any) -> Tuple[Any, Any]:
-    """math.modf, keeping provenance: the fraction and the whole part, both floats with the sign of x."""
-    if type(x) not in TRACKED:
-        return math.modf(x)
+    """math.modf, keeping provenance: the fraction and the whole part, both floats with the sign of x; of an infinite x,
+    both are plain."""
+    if type(x) not in TRACKED or math.isinf(x):
+        return math.modf(plain(x))
     rest = apply(ops.FMOD, x, 1.0)
-    return rest, x - rest
+    whole = x - rest
+    return rest, whole if whole else apply(ops.COPYSIGN, whole, x)
 
 
 @recorder(ops.TRUNCATE)

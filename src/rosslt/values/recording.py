@@ -5,6 +5,7 @@ from typing import Any, Sequence
 from .affine import LIMIT, shorten
 from .numpy_ufuncs import broadcast, is_array
 from .operations import Operation
+from .operations.table import TooLong
 from .tracked import CLASSES, TRACKED, new, plain, plain_scalar
 
 MAX_SHARED_SIZE = 16
@@ -60,14 +61,18 @@ def size_of(operands: Sequence[Any]) -> int:
 def apply(operation: Operation, first: Any, second: Any = None) -> Any:
     """The result of an operation: tracked if an operand is, an array if one is, NotImplemented for other types.
 
-    Plain while recording is paused.
+    Plain while recording is paused, and where it is too long to be solved for and sent: the program computes it as it
+    does without provenance.
 
     Raises:
         ArithmeticError, ValueError, TypeError: as the operation itself does.
     """
     if RECORDING.is_paused:
         first, second = plain(first), plain(second)
-    return apply_and_record(operation, first, second)
+    try:
+        return apply_and_record(operation, first, second)
+    except TooLong as error:
+        return error.compute()
 
 
 def apply_and_record(operation: Operation, first: Any, second: Any = None) -> Any:

@@ -239,6 +239,11 @@ def _of_terms(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> tuple:
     return AFFINE, leaves, True
 
 
+def _difference(one: Any, other: Any) -> Any:
+    """By how much two plain values of one type differ: by 0 where they are the same, also infinite or NaN."""
+    return 0 if one == other or isinstance(other, str) or (one != one and other != other) else one - other
+
+
 def resolve(value: Any) -> tuple:
     """The record of a tracked value, made first where it is lazy."""
     record = value._record
@@ -249,7 +254,7 @@ def resolve(value: Any) -> tuple:
     if type(made) in TRACKED:
         record = resolve(made)
         size = made._size
-        difference = 0 if isinstance(made, str) else value._plain - made._plain
+        difference = _difference(value._plain, made._plain)
         if difference and record[0] is not AFFINE:
             # The value was rounded on its way, for example to 32 bits; the difference is kept as a constant.
             record, size = (ops.ADD.left, made, difference), size + 1

@@ -4,6 +4,7 @@ A message is anything with `__slots__` and `_slot_types`, as genpy's messages ha
 """
 
 import copy
+import operator
 from typing import Any, Callable, Iterator, List, Tuple
 
 from .tracked import TRACKED
@@ -98,6 +99,32 @@ def rebuilt(x: Any, change: Callable[[Any], Any]) -> Any:
             result.flat[index] = rebuilt(part, change)
         return result
     return copy.deepcopy(x)
+
+
+def copied(x: Any) -> Any:
+    """A copy of a list, tuple, dict, message or array, nested as they may be, in which all other objects are the same;
+    any other object itself."""
+    if type(x) in SCALARS:
+        return x
+    if isinstance(x, tuple):
+        items = [copied(part) for part in x]
+        if all(map(operator.is_, items, x)):
+            return x
+        return type(x)(*items) if hasattr(x, '_fields') else type(x)(items)
+    result: Any
+    if isinstance(x, list):
+        result = copy.copy(x)
+        result[:] = [copied(part) for part in x]
+    elif isinstance(x, dict):
+        result = copy.copy(x)
+        result.update((key, copied(part)) for key, part in x.items())
+    elif is_message(x) or is_instant(x):
+        result = copy.copy(x)
+        for name in x.__slots__ if is_message(x) else ():
+            setattr(result, name, copied(getattr(x, name)))
+    else:
+        return x.copy() if hasattr(x, 'dtype') and hasattr(x, 'tolist') else x
+    return result
 
 
 def is_tracked(x: Any) -> bool:

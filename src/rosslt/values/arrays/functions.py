@@ -107,6 +107,7 @@ def interp(x: Any, xp: Any, fp: Any, left: Any = None, right: Any = None, period
     if len(known) != len(values):
         raise ValueError('fp and xp are not of the same length.')
     if period is not None:
+        period = abs(period)
         x, known = (
             np.mod(array(x), period) if isinstance(x, (list, np.ndarray)) else x % period,
             [a % period for a in known],
@@ -118,6 +119,8 @@ def interp(x: Any, xp: Any, fp: Any, left: Any = None, right: Any = None, period
     inner = [float(a) for a in known]
 
     def at(point: Any) -> Any:
+        if point != point:
+            return point
         place = int(np.searchsorted(inner, float(point), side='right')) - 1
         if place < 0:
             return values[0] if left is None else left
@@ -126,7 +129,11 @@ def interp(x: Any, xp: Any, fp: Any, left: Any = None, right: Any = None, period
         if place == len(inner) - 1:
             return values[-1]
         slope = (values[place + 1] - values[place]) / (known[place + 1] - known[place])
-        return values[place] + (point - known[place]) * slope
+        found = values[place] + (point - known[place]) * slope
+        if found == found:
+            return found
+        # Beside an infinite value, as NumPy: at a point its value, else what the line from the next one gives.
+        return values[place] if point == known[place] else values[place + 1] + (point - known[place + 1]) * slope
 
     if not isinstance(x, (list, tuple, np.ndarray)):
         return at(x)
@@ -191,13 +198,19 @@ def polyval(p: Any, x: Any) -> Any:
 
 @replaces(np.median)
 def median(a: Any, axis: Any = None, *args: Any, **kwargs: Any) -> Any:
-    """numpy.median, keeping provenance: that of the middle element, or of the two."""
+    """numpy.median, keeping provenance: that of the middle element, or of the two, or of a NaN, which is the median of
+    what it is among."""
     if args or kwargs or not holds_tracked(a):
         return np.median(plain_array(array(a)), axis, *args, **kwargs)
     ordered = np.sort(unwrapped(array(a)), axis=axis)
     ordered = ordered if axis is None else np.moveaxis(ordered, axis, 0)
     middle = len(ordered) // 2
-    return ordered[middle] + 0.0 if len(ordered) % 2 else (ordered[middle - 1] + ordered[middle]) / 2
+    result = ordered[middle] + 0.0 if len(ordered) % 2 else (ordered[middle - 1] + ordered[middle]) / 2
+    is_nan = np.frompyfunc(lambda x: x != x, 1, 1)(ordered).astype(bool)
+    if not is_nan.any():
+        return result
+    nans = np.take_along_axis(ordered, np.argmax(is_nan, axis=0)[None], 0)[0]
+    return np.where(is_nan.any(axis=0), nans, result) if isinstance(result, np.ndarray) else nans
 
 
 @replaces(np.round, np.around)

@@ -8,7 +8,7 @@ from typing import Any, List, Tuple
 
 import numpy as np
 
-from .tracked_array import replaces, unwrapped
+from .tracked_array import plain_array, replaces, unwrapped
 
 
 def objects(x: Any) -> Any:
@@ -129,5 +129,15 @@ def pinv(a: Any, rcond: float = 1e-15, hermitian: bool = False) -> Any:
 
 @replaces(np.linalg.norm)
 def norm(x: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> Any:  # noqa: A002, NumPy's name
-    """numpy.linalg.norm, keeping provenance; of matrices the norms that are sums."""
-    return np.linalg.norm(objects(x), ord, axis, keepdims)
+    """numpy.linalg.norm, keeping provenance; of matrices the norms that are sums, while those of singular values are
+    plain."""
+    x = objects(x)
+    is_of_vectors = x.ndim == 1 if axis is None else np.size(axis) == 1
+    if not is_of_vectors and ord in (2, -2, 'nuc'):
+        return np.linalg.norm(plain_array(x), ord, axis, keepdims)
+    if is_of_vectors and isinstance(ord, (float, int)) and ord not in (0, 1, 2, np.inf, -np.inf):
+        try:
+            return np.sum(abs(x) ** ord, axis=axis, keepdims=keepdims) ** (1 / ord)
+        except ArithmeticError:  # of a 0, for instance, to a negative power
+            return np.linalg.norm(plain_array(x), ord, axis, keepdims)
+    return np.linalg.norm(x, ord, axis, keepdims)

@@ -202,7 +202,11 @@ static int pass_on_number(Sweep *sweep, const Below *below, Py_ssize_t at, PyObj
 {
     Slope slope;
     if (!as_slope(number, &slope)) return NOT_HERE;
-    if (IS_SINGLE(below->kind) && slope.value == 0.0) sweep->is_exact = 0;
+    double constant;
+    /* a slope of 0 may stand for one that no float can hold, unless the constant is 0 */
+    if (IS_SINGLE(below->kind) && slope.value == 0.0 && !(as_double(below->second, &constant) && constant == 0.0)) {
+        sweep->is_exact = 0;
+    }
     return add_weight(sweep, operand_at(below, at), below, slope);
 }
 

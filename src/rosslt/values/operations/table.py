@@ -7,11 +7,12 @@ wanted result. An inverse returns the operand that gives `y`, the one nearest it
 there are several, and raises ValueError, ArithmeticError or OverflowError where there is none.
 """
 
+import functools
 import math
 import operator
 from fractions import Fraction
 from math import inf
-from typing import Any, NoReturn
+from typing import Any, Callable, NoReturn
 
 from ..closeness import is_near
 from .inverses import (
@@ -52,17 +53,29 @@ MOST_DIGITS = 10**4
 """Limits for exponents, counts and digits that a solver tries, so that it does not fill the memory."""
 
 
+class TooLong(OverflowError):
+    """A whole number or a text is longer than a solver may try and a message may hold.
+
+    Attributes:
+        compute: gives it nevertheless, as plain Python does.
+    """
+
+    def __init__(self, message: str, compute: Callable[[], Any]) -> None:
+        super().__init__(message)
+        self.compute = compute
+
+
 def power(a: Any, b: Any) -> Any:
-    """`a ** b`, refused for whole numbers too long to be computed."""
+    """`a ** b`, refused for whole numbers too long for a solver to try."""
     if isinstance(a, int) and isinstance(b, int) and a.bit_length() * b > MOST_BITS and a not in (1, -1):
-        raise OverflowError('%r ** %r is too large' % (a, b))
+        raise TooLong('a power of so many digits is too large', functools.partial(operator.pow, a, b))
     return a**b
 
 
 def repetition(a: str, b: int) -> str:
     """`a * b`, refused for texts that are too long for a message."""
     if len(a) * b > MOST_BITS:
-        raise OverflowError('a text of %d characters is too large' % (len(a) * b))
+        raise TooLong('a text of %d characters is too large' % (len(a) * b), functools.partial(operator.mul, a, b))
     return a * b
 
 
@@ -79,7 +92,7 @@ def half_unit(digits: int) -> Any:
 def cube_root(a: float) -> float:
     """The real cube root (`math.cbrt` came with Python 3.11)."""
     root = math.copysign(abs(a) ** (1 / 3), a)
-    return root - (root - a / (root * root)) / 3 if root else root
+    return root - (root - a / (root * root)) / 3 if root and math.isfinite(root) else root
 
 
 # A formula sheet, formatted by hand.

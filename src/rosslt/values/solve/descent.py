@@ -10,6 +10,7 @@ from ..graph import Graph
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted
 from .equations import Equation, Equations, Goal, Point
+from .freedom import in_floats
 from .least_squares import Rows, shortest_step, work_of_step
 
 ROUNDS = 50
@@ -59,7 +60,7 @@ class Descents(Equations):
         base: Optional[List[Any]] = None,
     ) -> None:
         super().__init__(graph, goals, unknowns, budget, base)
-        self._limits = [freedom.limits(source) for source in unknowns]
+        self._limits = [in_floats(freedom.limits(source)) for source in unknowns]
         self._scales = [freedom.scale(source, value) for source, value in zip(unknowns, self.start)]
         self._promised = 0.0
         """How far away the answer is, as the first step taken promises."""

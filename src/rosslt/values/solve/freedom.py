@@ -56,6 +56,19 @@ class Freedom(NamedTuple):
         return high - low if 0 < high - low < math.inf else max(1.0, abs(value) / ORDINARY)
 
 
+def in_floats(limits: Tuple[Any, Any]) -> Tuple[float, float]:
+    """A minimum and a maximum as floats, infinite where no float holds them."""
+    low, high = map(_in_float, limits)
+    return low, high
+
+
+def _in_float(limit: Any) -> float:
+    try:
+        return float(limit)
+    except OverflowError:
+        return math.inf if limit > 0 else -math.inf
+
+
 def rank_of(rank: Optional[Rank]) -> Callable[[Source], int]:
     """Ranks as a function of a Source."""
     if rank is None:

@@ -4,6 +4,7 @@
 was rounded to 32 bits on its way.
 """
 
+import math
 from typing import Any, Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from ..graph import Graph, evaluate
@@ -90,11 +91,18 @@ def nearest(
     changes: Dict[Source, Any] = {}
     for source, value in zip(unknowns, found):
         old = graph.nodes[graph.occurrences[source][0]]._plain
-        new = round(value) if isinstance(old, int) else value
+        new = _whole(value, old, *freedom.limits(source)) if isinstance(old, int) else value
         if new != old:
             changes[source] = new
     distance = _distance(xs, targets, changes)
     return (changes, distance) if distance < present else ({}, present)
+
+
+def _whole(value: float, old: int, low: Any, high: Any) -> int:
+    """The whole number nearest a value within bounds; the old one where there is none between them."""
+    least = math.ceil(low) if low > -math.inf else low
+    most = math.floor(high) if high < math.inf else high
+    return min(max(round(value), least), most) if least <= most else old
 
 
 def _is_number(graph: Graph, source: Source) -> bool:

@@ -18,6 +18,7 @@ from ..operations.inverses import NoPreimage, refuse
 from ..operations.table import DIVIDE
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted, Trial
+from .freedom import in_floats
 from .periods import Periods, turns_too_many
 from .root_finding import Search
 
@@ -70,7 +71,9 @@ class Attempt:
         leaf = graph.occurrences[source][0]
         self.present = base[leaf]
         self._kind = type(graph.nodes[leaf]._plain)
-        self._low, self._high = limits
+        self._low: Any
+        self._high: Any
+        self._low, self._high = in_floats(limits) if self._kind is float else limits
         if self._kind is int:
             self._low = math.ceil(self._low) if math.isfinite(self._low) else self._low
             self._high = math.floor(self._high) if math.isfinite(self._high) else self._high
@@ -96,6 +99,8 @@ class Attempt:
         except NoPreimage as reason:
             if self._kind is str or self._is_final(reason):
                 raise
+            if self._gives_it_now(wanted):
+                return self.present
             try:
                 found = self._elsewhere(wanted)
             except Exhausted as end:
@@ -103,6 +108,10 @@ class Attempt:
             if found is None:
                 raise
             return found
+
+    def _gives_it_now(self, wanted: Any) -> bool:
+        """Whether the result is the wanted one at the present value, which then stays, also out of its bounds."""
+        return bool(wanted == self._base[self._root] and self._result(self.present) == wanted)
 
     def _is_final(self, reason: NoPreimage) -> bool:
         """Whether an answer beyond a bound is the only one there is."""
@@ -161,7 +170,7 @@ class Attempt:
         except UNDEFINED as error:
             raise NoPreimage('it is not defined at %s (%s)' % (shown(start), error)) from None
         found = self._undone(wanted, values)
-        if wanted == self._base[self._root] and self._result(self.present) == wanted:
+        if self._gives_it_now(wanted):
             return self.present
         candidates = self._of_kind(found)
         for candidate in candidates:
