@@ -28,6 +28,7 @@ from rosslt.instrument.rewriting import (
     PLAIN,
     ROUTE,
     ROUTE_ALL,
+    SAME,
     STEP,
     Rewritten,
     in_place,
@@ -107,6 +108,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     reloading.watch(os.path.realpath(path))
     names[PLAIN] = cells.plain
     names[OBJECT] = cells.plain_object
+    names[SAME] = cells.is_same
     names[ROUTE] = routing.route
     names[ROUTE_ALL] = routing.route_all
     names[CONVERT] = functions.convert
