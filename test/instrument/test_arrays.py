@@ -390,3 +390,119 @@ def test_a_tracked_number_has_the_shape_of_a_number_of_numpy():
     x, y = np.sqrt(tracked(2.0)), numpy.sqrt(2.0)
     assert (x.shape, x.size, x.ndim, x.clip(0, 1), x.any()) == (y.shape, y.size, y.ndim, y.clip(0, 1), y.any())
     assert x.astype(numpy.float32).dtype == numpy.float32
+
+
+def test_what_a_reduction_leaves_out_or_begins_with_is_not_computed_without():
+    a = np.array(tracked([0.0, 2.0]))
+    kept = numpy.array([False, True])
+    for made in (a.sum(where=kept), np.sum(a, where=kept), a.max(initial=2.0), np.max([a[0], a[1]], initial=2.0)):
+        assert made == 2.0
+        assert not values.is_tracked(made)
+    assert values.is_tracked(a.sum())
+    assert values.is_tracked(a.sum(axis=0, keepdims=True)[0])
+
+
+WRITES = {
+    'copyto': lambda n, a, x: n.copyto(a, n.array([x, x])),
+    'copyto by name': lambda n, a, x: n.copyto(dst=a, src=n.array([x, x])),
+    'put': lambda n, a, x: n.put(a, [0, 1], [x, x]),
+    'place': lambda n, a, x: n.place(a, numpy.array([True, True]), [x]),
+    'putmask': lambda n, a, x: n.putmask(a, numpy.array([True, True]), x),
+    'put_along_axis': lambda n, a, x: n.put_along_axis(a, numpy.array([0, 1]), x, 0),
+    'the method put': lambda n, a, x: a.put([0, 1], [x, x]),
+    'the method sort': lambda n, a, x: a.sort(),
+    'the method partition': lambda n, a, x: a.partition(1),
+    'the method itemset': lambda n, a, x: [a.itemset(i, x) for i in (0, 1)],
+    'an element of flat': lambda n, a, x: [a.flat.__setitem__(i, x) for i in (0, 1)],
+    'flat': lambda n, a, x: setattr(a, 'flat', [x, x]),
+}
+
+
+@pytest.mark.parametrize('write', WRITES.values(), ids=WRITES)
+def test_what_is_written_in_other_ways_has_not_the_provenance_of_what_was_there(write):
+    a, theirs = np.array(tracked([1.0, 1.0])), numpy.array([1.0, 1.0])
+    view = a[:1]
+    write(np, a, tracked(1.0))
+    write(numpy, theirs, 1.0)
+    assert same(flat(a), flat(theirs))
+    assert not any(map(values.is_tracked, [*flat(a), *flat(view)]))
+
+
+def test_a_diagonal_that_is_filled_has_not_the_provenance_of_what_was_there():
+    a = np.array(tracked([[1.0, 2.0], [3.0, 1.0]]))
+    np.fill_diagonal(a, 1.0)
+    assert a.tolist() == [[1.0, 2.0], [3.0, 1.0]]
+    assert not values.is_tracked(a[0, 0])
+
+
+def test_what_is_read_by_flat_is_what_numpy_gives_and_takes_no_provenance_away():
+    a, theirs = np.array(tracked(MATRIX)), numpy.array(MATRIX)
+    assert list(a.flat) == list(theirs.flat)
+    assert (a.flat[4], a.flat[2:4].tolist(), len(a.flat)) == (theirs.flat[4], theirs.flat[2:4].tolist(), 9)
+    assert numpy.asarray(a.flat).tolist() == theirs.reshape(-1).tolist()
+    assert (a.flat == 2.0).tolist() == (theirs.flat == 2.0).tolist()
+    assert all(map(values.is_tracked, flat(a)))
+    a.flat[1:3] = 2.0
+    assert [values.is_tracked(one) for one in a[0]] == [True, False, False]
+
+
+def resized(n, a):
+    a.resize(5)
+    return a
+
+
+def shaped(n, a, x):
+    a.shape = (2, 2)
+    a[1, 1] = x
+    return [a[0, 1], a[1, 0], *a[1]]
+
+
+CALLS = {
+    'clip below': lambda n, x: n.zeros(3).clip(min=x),
+    'clip by place': lambda n, x: n.array([x, 0.5]).clip(1),
+    'clip by name': lambda n, x: n.array([x, 0.5]).clip(min=0, max=1),
+    'clip above': lambda n, x: n.array([x, 0.5]).clip(max=1),
+    'full': lambda n, x: n.full((3,), fill_value=x),
+    'full_like': lambda n, x: n.full_like(a=n.zeros(2), fill_value=x),
+    'arange from': lambda n, x: n.arange(start=x, stop=5),
+    'arange to': lambda n, x: n.arange(stop=4),
+    'arange in steps': lambda n, x: [n.arange(4, step=2), n.arange(1, stop=4), n.arange(0, 9, step=x)],
+    'array': lambda n, x: n.array(object=[x, 1.0]),
+    'asarray': lambda n, x: n.asarray(a=[x, 1.0], dtype=float),
+    'average': lambda n, x: n.average(n.array([x, 1.0]), weights=n.array([1.0, 3.0]), returned=True),
+    'average by axis': lambda n, x: n.average(n.array([[x, 1.0], [2.0, x]]), 1, n.array([1.0, 3.0]), True),
+    'resize': lambda n, x: resized(n, n.array([x, 1.0])),
+    'resize of zeros': lambda n, x: [n.zeros(3).resize(8), resized(n, n.zeros((2, 2)))],
+    'shape': lambda n, x: shaped(n, n.array([1.0, x, 3.0, 4.0]), x),
+    'shape of zeros': lambda n, x: shaped(n, n.zeros(4), x),
+}
+
+
+@pytest.mark.parametrize('call', CALLS.values(), ids=CALLS)
+def test_what_numpy_takes_is_taken(call):
+    ours, theirs = call(np, tracked(2.5)), call(numpy, 2.5)
+    assert same(flat(ours), flat(theirs))
+    assert repr(values.untracked(ours)) == repr(theirs)
+
+
+def test_numbers_that_are_given_by_name_keep_their_provenance():
+    x = tracked(2.5)
+    made = [np.full(2, fill_value=x), np.arange(start=x, stop=4.0), np.array(object=[x]), np.array([x, x]).clip(min=0)]
+    assert all(map(values.is_tracked, flat(made)))
+    reshaped = np.array(tracked([1.0, 2.0, 3.0, 4.0]))
+    reshaped.shape = (2, 2)
+    assert rosslt.sources(reshaped[1, 0]) == rosslt.sources(reshaped.ravel()[2])
+    assert values.is_tracked(reshaped[1, 0])
+
+
+def test_an_array_that_others_refer_to_is_not_resized():
+    a = np.array(tracked([1.0, 2.0]))
+    part = a[:1]
+    for wrong in (lambda: a.resize(4), lambda: part.resize(4)):
+        with pytest.raises(ValueError, match='cannot resize'):
+            wrong()
+    for n in (np, numpy):
+        with pytest.raises(TypeError):
+            n.array()
+        with pytest.raises(TypeError):
+            n.full((2,))

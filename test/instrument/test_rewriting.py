@@ -1,6 +1,8 @@
 """A rewritten program does what it did before, and its numbers know where they come from."""
 
+import sys
 import traceback
+import types
 
 import pytest
 
@@ -82,6 +84,87 @@ z = np.eye(3)
 z[0, 1] = 2.5
 w = np.linalg.inv(z).tolist(), np.linalg.norm(z), z.max(), z.T.tolist(), (z @ a).tolist()
 del np, a, z
+""",
+    'a sum of objects': """
+class Vector:
+    sums = 0
+    def __init__(self, x): self.x = x
+    def __add__(self, other):
+        Vector.sums += 1
+        return Vector(self.x + getattr(other, 'x', other))
+    __radd__ = __add__
+x = sum([Vector(1.5), 2.5, Vector(2.0)]).x, Vector.sums
+del Vector
+""",
+    'in place, of what the right side replaces': """
+import numpy
+class Thing: pass
+class Node:
+    gain = 2.5
+    def __init__(self):
+        self.now = self.before = Thing()
+        self.now.x = 10.0
+    def step(self):
+        self.now = Thing()
+        self.now.x = 100.0
+        return 3.0
+first, second = Node(), Node()
+def advance(node): node.now.x += node.gain * node.step()
+first.now.x += first.gain * first.step()
+advance(second)
+x = first.before.x, first.now.x, second.before.x, second.now.x
+del numpy, Thing, Node, first, second, advance
+""",
+    'in place, of what is another thing each time': """
+import numpy
+class Thing: x = 1.0
+class Things:
+    def __init__(self): self.all, self.last = [Thing(), Thing()], -1
+    @property
+    def next(self):
+        self.last += 1
+        return self.all[self.last]
+things, gain = Things(), 2.5
+things.next.x += gain
+x = [thing.x for thing in things.all]
+del numpy, Thing, Things, things
+""",
+    'in place, of a global that the right side replaces': """
+import numpy
+class Thing: x = 1.0
+first = second = Thing()
+gain = 2.5
+def step():
+    global first
+    first = Thing()
+    return gain
+first.x += gain * step()
+x = second.x, first.x
+del numpy, Thing, first, second, step
+""",
+    'comparing classes that cannot be hashed': """
+class Meta(type):
+    def __eq__(self, other): return True
+class A(metaclass=Meta): pass
+class B: pass
+x = A is B, A is not B, A() is B(), A is A is B, type(A()) is A
+del Meta, A, B
+""",
+    'comparing numbers that are computed anew': """
+class Seen:
+    last, changes = None, 0
+    def see(self, value):
+        if value is not self.last: self.changes += 1
+        self.last = value
+seen, gain = Seen(), 1.5
+for _ in range(3): seen.see(gain * 2.0)
+x = seen.changes
+for _ in range(3): seen.see(gain)
+y = seen.changes, gain * 2 > 2
+n = 3 - 1
+m = 4 - 2
+z = n is m, n * 1000 is n * 1000
+del Seen, seen
 """,
 }
 
@@ -172,6 +255,37 @@ def test_a_docstring_and_future_imports_stay_first():
 def test_names_of_the_program_go_before_conversions():
     names = run_rewritten('def float(x):\n    return "mine"\ny = float(2.0)\n')
     assert names['y'] == 'mine'
+
+
+@pytest.mark.parametrize('name', ['float', 'int', 'sum', 'type'])
+def test_names_of_a_star_import_go_before_conversions(name, monkeypatch):
+    brought = types.ModuleType('brought')
+    setattr(brought, name, lambda x: 'mine')
+    monkeypatch.setitem(sys.modules, 'brought', brought)
+    assert run_rewritten(f'from brought import *\ny = {name}([2.0])\n')['y'] == 'mine'
+
+
+def test_conversions_keep_their_provenance_beside_a_star_import():
+    text = 'from math import *\nx = 2.5\na, b, c = float(x), int(x), sum([x, 1])\nd = type(x) is float\n'
+    names = run_rewritten(text)
+    assert (names['a'], names['b'], names['c'], names['d']) == (2.5, 2, 3.5, True)
+    assert all(values.is_tracked(names[name]) for name in 'abc')
+
+
+@pytest.mark.parametrize('target', ['total', 'box.size', 'self.size'])
+def test_what_is_computed_in_place_by_a_simple_target_sees_ints_beside_plain_floats(target):
+    text = f"""
+class Box:
+    def grow(self, box):
+        total = box.size = self.size = float('0.5')
+        {target} += n * len('abc')
+        return {target}
+n = 2
+x = Box().grow(Box())
+"""
+    names = run_rewritten(text)
+    assert names['x'] == 6.5
+    assert values.is_tracked(names['x'])
 
 
 def test_other_encodings_are_read():

@@ -1,11 +1,16 @@
 """A program that `rosslt run` runs behaves as when Python runs it."""
 
 import os
+import re
 import signal
 import stat
+import sys
+from pathlib import Path
 
 import pytest
 
+from rosslt.instrument import loader
+from rosslt.instrument.loader import OwnModules
 from support.shell import rosslt
 from support.unmodified import Unmodified
 
@@ -160,6 +165,33 @@ def test_what_is_no_python_runs_untracked(folder):
     result = rosslt('run', str(program), 'a', 'b')
     assert (result.returncode, result.stdout) == (4, 'a b\n')
     assert 'runs untracked: it is no Python file' in result.stderr
+
+
+def test_a_program_is_called_as_it_is_named(folder):
+    (folder / 'program.py').write_text('import sys\nprint(sys.argv)\n')
+    name = os.path.relpath(str(folder / 'program.py'))
+    assert rosslt('run', name, 'a').stdout == f"['{name}', 'a']\n"
+
+
+def test_a_file_does_not_come_before_a_module_of_python_itself(folder, monkeypatch):
+    name = next(name for name in sys.builtin_module_names if name not in sys.modules or name == 'time')
+    (folder / f'{name}.py').write_text('VALUE = 2.5\n')
+    (folder / 'other.py').write_text('VALUE = 2.5\n')
+    monkeypatch.syspath_prepend(str(folder))
+    finder = OwnModules(str(folder))
+    assert finder.find_spec(name) is None
+    assert type(finder.find_spec('other').loader) is loader.RewritingLoader
+
+
+def test_bytecode_is_that_of_all_files_that_rewrite():
+    room = Path(loader.__file__).parent
+    needed, found = {'rewriting'}, set()
+    while needed - found:
+        name = (needed - found).pop()
+        found.add(name)
+        text = (room / f'{name}.py').read_text()
+        needed.update(re.findall(r'^from rosslt\.instrument\.(\w+) import', text, re.MULTILINE))
+    assert set(loader._REWRITING) == found
 
 
 def test_a_relay_of_a_catkin_workspace_is_followed(folder):

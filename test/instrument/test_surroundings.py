@@ -65,8 +65,10 @@ while not rospy.is_shutdown():
 
 FAILING = """
 import math, rospy, threading
+from geometry_msgs.msg import Pose
 from std_msgs.msg import Float64
 rospy.init_node('failing')
+rospy.init_node('failing')  # rospy takes it a second time
 speed = 1.5
 def work():
     math.sqrt(speed - 2)
@@ -74,6 +76,9 @@ worker = threading.Thread(target=work, name='worker')
 worker.start()
 worker.join()
 rospy.Publisher('nobody', Float64, queue_size=1).publish(Float64)  # rospy looks at what it sends to somebody
+pose = Pose()
+pose.position = (speed, 2.0, 3.0)
+rospy.Publisher('no_pose', Pose, queue_size=1).publish(pose)
 print('sent', flush=True)
 """
 

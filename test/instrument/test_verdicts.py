@@ -2,6 +2,7 @@
 
 import ast
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -91,6 +92,16 @@ def test_a_literal_is_judged_by_where_it_stands(text, verdict):
 def test_a_counter_and_its_start_are_a_state():
     text = 'n = 0\nwhile not rospy.is_shutdown():\n    n += 1\n    x = 2.0 * n\n    pub.publish(x)\n'
     assert judged(text) == [('0', 'state'), ('1', 'step'), ('2.0', 'term')]
+
+
+@pytest.mark.skipif(sys.version_info < (3, 10), reason='Python knows no match')
+def test_a_counter_in_a_case_is_a_state():
+    text = (
+        'class A:\n    def __init__(self):\n        self.n = 0.0\n'
+        '    def tick(self, event):\n        match event:\n            case 1:\n                self.n += 0.1\n'
+        '            case _:\n                pub.publish(self.n * 2.0)\n'
+    )
+    assert [one for one in judged(text) if one[0] != '1'] == [('0.0', 'state'), ('0.1', 'step'), ('2.0', 'term')]
 
 
 def test_a_clock_in_self_is_a_state():

@@ -7,7 +7,10 @@ import numpy
 
 from rosslt import values
 from rosslt.instrument import cells, functions, publishing, scalars
+from rosslt.instrument.array_arguments import WITH_PROVENANCE, plain
+from rosslt.instrument.array_makers import makers
 from rosslt.instrument.array_numbers import Float32, to_float32, with_python_numbers
+from rosslt.instrument.array_writing import written_by
 from rosslt.instrument.arrays import (
     LARGEST,
     ArrayWithProvenance,
@@ -24,25 +27,9 @@ from rosslt.instrument.losses import LOSSES
 _sqrt = values.MATH['sqrt']
 
 
-def plain(x: Any) -> Any:
-    """An argument without provenance, at any depth of lists."""
-    if isinstance(x, ArrayWithProvenance):
-        return x.view(numpy.ndarray)
-    if type(x) is Float32:
-        return x.plain
-    if isinstance(x, (list, tuple)) and not hasattr(x, '_fields') and type(x) in (list, tuple):
-        return type(x)([plain(part) for part in x])
-    if isinstance(x, dict):
-        return {key: plain(part) for key, part in x.items()}
-    return values.untracked(x) if type(x) in _TRACKED else x
-
-
-_TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int, bool, str))
-
-
 def _objects(x: Any) -> Any:
     """An argument with the tracked values in arrays of objects."""
-    if isinstance(x, numpy.ndarray) or type(x) in _TRACKED or (type(x) in (list, tuple) and any_tracked(x)):
+    if isinstance(x, numpy.ndarray) or type(x) in WITH_PROVENANCE or (type(x) in (list, tuple) and any_tracked(x)):
         return filled(plain(x), provenance_of(x))
     return x
 
@@ -170,7 +157,7 @@ def _solved(rows: List[List[Any]], right: List[List[Any]]) -> numpy.ndarray:
         table[place] = [part / head for part in table[place]]
         for row in range(size):
             factor = table[row][place]
-            if row != place and not (type(factor) not in _TRACKED and factor == 0):
+            if row != place and not (type(factor) not in WITH_PROVENANCE and factor == 0):
                 table[row] = [part - factor * other for part, other in zip(table[row], table[place])]
     made = numpy.empty((size, len(right[0])), dtype=object)
     for place, solved in enumerate(table):
@@ -324,19 +311,20 @@ def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> 
     result = function(*[plain(one) for one in arguments], **plain(options))
     rule = _RULES.get(function)
     out = options.get('out')
-    if isinstance(out, ArrayWithProvenance):
-        out.write_beside(None)
+    for written in (out, written_by(function, arguments, options)):
+        if isinstance(written, ArrayWithProvenance):
+            written.write_beside(None)
     if rule is None or values.RECORDING.is_paused or getattr(result, 'size', 1) > LARGEST:
         LOSSES.computed(result, (arguments, options))
         return result
     try:
         beside = rule(function, arguments, options)
-    except (ArithmeticError, ValueError, TypeError, IndexError, numpy.linalg.LinAlgError):
+    except (ArithmeticError, ValueError, TypeError, IndexError, AttributeError, numpy.linalg.LinAlgError):
+        return result
+    if beside is None:
         return result
     if isinstance(result, (list, tuple)):
         return type(result)([with_provenance(one, part) for one, part in zip(result, beside)])
-    if beside is None:
-        return result
     if isinstance(out, ArrayWithProvenance):
         out.write_beside(beside)
         return out
@@ -350,113 +338,17 @@ def _noticing(function: Any) -> Any:
     def noticing(*arguments: Any, **options: Any) -> Any:
         for one in arguments:
             kind = type(one)
-            if kind in _TRACKED or kind is Float32 or (kind in (list, tuple) and any_tracked(one)):
+            if kind in WITH_PROVENANCE or kind is Float32 or (kind in (list, tuple) and any_tracked(one)):
                 return call(function, arguments, options)
         return function(*arguments, **options)
 
     return noticing
 
 
-def _made_array(original: Any) -> Any:
-    """`numpy.array` and its like."""
-
-    @functools.wraps(original, updated=())
-    def array(thing: Any, *arguments: Any, **options: Any) -> Any:
-        if values.RECORDING.is_paused:
-            return original(plain(thing), *arguments, **options)
-        kind = type(thing)
-        if kind is ArrayWithProvenance:
-            beside = thing._beside
-            made = original(thing.view(numpy.ndarray), *arguments, **options)
-            if made.base is not thing and not numpy.shares_memory(made, thing) and beside is not None:
-                beside = beside.copy()
-            if beside is not None and beside.shape != made.shape:
-                beside = beside.reshape(made.shape)
-            return with_provenance(made, beside)
-        if kind in _TRACKED or (kind in (list, tuple) and any_tracked(thing)):
-            made = original(plain(thing), *arguments, **options)
-            beside = provenance_of(thing)
-            if kind in _TRACKED:
-                box = numpy.empty(made.shape, dtype=object)
-                box[...] = beside
-                beside = box
-            elif beside is not None and beside.shape != made.shape and beside.size == made.size:
-                beside = beside.reshape(made.shape)
-            return with_provenance(made, beside)
-        return original(thing, *arguments, **options)
-
-    return array
-
-
-def _made_empty(original: Any) -> Any:
-    """`numpy.zeros` and its like: what they make is there to be written to."""
-
-    @functools.wraps(original, updated=())
-    def empty(*arguments: Any, **options: Any) -> Any:
-        made = original(*[plain(one) for one in arguments], **plain(options))
-        if made.dtype.char in 'dfb' and made.size <= LARGEST and not values.RECORDING.is_paused:
-            return made.view(ArrayWithProvenance)
-        return made
-
-    return empty
-
-
-def _full(original: Any) -> Any:
-    @functools.wraps(original, updated=())
-    def full(shape: Any, value: Any, *arguments: Any, **options: Any) -> Any:
-        made = original(plain(shape), plain(value), *arguments, **options)
-        beside = None if values.RECORDING.is_paused else provenance_of(value)
-        if beside is None:
-            return made
-        box = numpy.empty(made.shape, dtype=object)
-        box[...] = beside
-        return with_provenance(made, box)
-
-    return full
-
-
-def _linspace(start: Any, stop: Any, num: Any = 50, *arguments: Any, **options: Any) -> Any:
-    made = numpy.linspace(plain(start), plain(stop), plain(num), *arguments, **options)
-    if values.RECORDING.is_paused or not (type(start) in _TRACKED or type(stop) in _TRACKED):
-        return made
-    if not isinstance(made, numpy.ndarray) or made.ndim != 1:
-        return made
-    steps = len(made) - 1 if options.get('endpoint', True) else len(made)
-    return _between(made, lambda index: start + index * (stop - start) / steps if steps else start)
-
-
-def _arange(*arguments: Any, **options: Any) -> Any:
-    made = numpy.arange(*[plain(one) for one in arguments], **plain(options))
-    start, step = (0, 1) if len(arguments) == 1 else (arguments[0], arguments[2] if len(arguments) > 2 else 1)
-    if values.RECORDING.is_paused or not (type(start) in _TRACKED or type(step) in _TRACKED):
-        return made
-    return _between(made, lambda index: start + index * step)
-
-
-def _between(made: numpy.ndarray, value_at: Callable[[int], Any]) -> Any:
-    if made.size > LARGEST:
-        return made
-    beside = numpy.empty(made.shape, dtype=object)
-    for index in range(len(made)):
-        beside[index] = value_at(index)
-    return with_provenance(made, only_tracked(beside))
-
-
 def numpy_functions() -> Dict[str, Any]:
     """What a node's own code gets in place of functions of `numpy`, by name."""
-    found: Dict[str, Any] = {
-        name: _noticing(getattr(numpy, name)) for name in _RULED if getattr(numpy, name, None) in _RULES
-    }
-    for name in ('array', 'asarray', 'asanyarray', 'asfarray', 'ascontiguousarray'):
-        if hasattr(numpy, name):
-            found[name] = _made_array(getattr(numpy, name))
-    for name in ('zeros', 'ones', 'empty', 'identity', 'eye', 'zeros_like', 'ones_like', 'empty_like'):
-        found[name] = _made_empty(getattr(numpy, name))
-    for name in ('full', 'full_like'):
-        found[name] = _full(getattr(numpy, name))
-    found['linspace'] = functools.wraps(numpy.linspace, updated=())(_linspace)
-    found['arange'] = _named('arange', _arange)
-    return found
+    ruled = {name: _noticing(getattr(numpy, name)) for name in _RULED if getattr(numpy, name, None) in _RULES}
+    return {**ruled, **makers()}
 
 
 def linalg_functions() -> Dict[str, Any]:
@@ -465,12 +357,6 @@ def linalg_functions() -> Dict[str, Any]:
         name: _noticing(getattr(numpy.linalg, name))
         for name in ('norm', 'inv', 'solve', 'det', 'multi_dot', 'matrix_power')
     }
-
-
-def _named(name: str, function: Any) -> Any:
-    function.__name__ = name
-    function.__doc__ = getattr(numpy, name).__doc__
-    return function
 
 
 def _array_function(_array: Any, function: Any, _types: Any, arguments: Any, options: Any) -> Any:

@@ -113,7 +113,7 @@ _IN_LINE = {'matmul'}
 class ArrayWithProvenance(numpy.ndarray):
     """An array of floats or ints with the provenance of its elements. Made by `with_provenance` and by arithmetic.
 
-    `array_functions` completes it with NumPy's functions.
+    `array_writing` completes it with the other ways to write to it, `array_functions` with NumPy's functions.
     """
 
     _beside: Optional[numpy.ndarray] = None
@@ -229,6 +229,12 @@ class ArrayWithProvenance(numpy.ndarray):
         """As of `numpy.ndarray`."""
         return numpy.transpose(self, *([axes] if len(axes) > 1 else axes))
 
+    def clip(self, *bounds: Any, **options: Any) -> Any:
+        """As of `numpy.ndarray`, which takes one bound alone."""
+        low = options.pop('min', bounds[0] if bounds else None)
+        high = options.pop('max', bounds[1] if len(bounds) > 1 else None)
+        return numpy.clip(self, low, high, *bounds[2:], **options)
+
     def flatten(self, order: Any = 'C') -> Any:
         """As of `numpy.ndarray`."""
         return numpy.ravel(self, order).copy()
@@ -243,7 +249,6 @@ def _method(name: str) -> Callable[..., Any]:
 
 
 _METHODS = (
-    'clip',
     'cumsum',
     'cumprod',
     'diagonal',
@@ -387,9 +392,11 @@ def _computed(ufunc: Any, method: str, plain: List[Any], besides: List[Any], opt
     try:
         if method == '__call__' and not kept and name in _OPERATORS:
             return each(_OPERATORS[name], plain, besides)
-        if method == 'reduce' and name in _SUMMED and not set(kept) - {'axis', 'keepdims', 'dtype', 'initial', 'where'}:
+        if method == 'reduce' and name in _SUMMED:
+            if kept.pop('where', True) is not True or not set(kept) <= {'axis', 'keepdims', 'dtype'}:
+                return None  # NumPy leaves elements out, or begins with another number
             objects = filled(plain[0], besides[0])
-            kept = {key: value for key, value in kept.items() if key in ('axis', 'keepdims')}
+            kept.pop('dtype', None)
             return only_tracked(numpy.frompyfunc(_OPERATORS[name], 2, 1).reduce(objects, **kept))
         if method == '__call__' and not kept and name in _IN_LINE:
             return only_tracked(numpy.dot(filled(plain[0], besides[0]), filled(plain[1], besides[1])))

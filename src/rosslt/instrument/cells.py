@@ -30,13 +30,32 @@ _lock = threading.RLock()
 def plain_object(value: Any) -> Any:
     """What `is` compares: the plain number or text that a tracked one stands for, the class of plain ones for the class
     of tracked ones (`x.__class__ is float`), anything else itself."""
-    if type(value) not in values.TRACKED_CLASSES:
-        return _PLAIN_CLASSES.get(value, value) if isinstance(value, type) else value
+    try:
+        if type(value) not in values.TRACKED_CLASSES:
+            return _PLAIN_CLASSES.get(value, value) if isinstance(value, type) else value
+    except TypeError:  # a class of which the metaclass has no hash, or an object of it
+        return value
     plain = value._plain
     if type(plain) not in (float, int):
         return plain
     # The compiled core makes a float anew whenever it is asked for one.
     return _one_object(plain, str(plain)) if plain == plain else value
+
+
+def is_same(one: Any, other: Any) -> bool:
+    """What `one is other` says, which is not a literal.
+
+    Two tracked numbers are two objects as plain ones are. Python has but one object of each truth value, text that is
+    written in a file, and small int.
+    """
+    try:
+        if type(one) in values.TRACKED_CLASSES and type(other) in values.TRACKED_CLASSES:
+            plain = one._plain
+            if type(plain) is float or (type(plain) is int and not -5 <= plain <= 256):
+                return one is other
+        return plain_object(one) is plain_object(other)
+    except TypeError:  # as above
+        return one is other
 
 
 @functools.lru_cache(maxsize=4096)

@@ -90,16 +90,16 @@ def read_as_float(kind: type, read: Callable[[Any], Any]) -> None:
     _READ_AS_FLOAT[kind] = read
 
 
-def convert(conversion: Any, x: Any) -> Any:
-    """`numpy.float32(x)`, or what else a program calls so, keeping provenance."""
-    return _CONVERSIONS.get(id(conversion), conversion)(x)
+def convert(conversion: Any, *arguments: Any) -> Any:
+    """`numpy.float32(x)` or `sum(x)`, or what else a program calls so, keeping provenance."""
+    return _CONVERSIONS.get(id(conversion), conversion)(*arguments)
 
 
-_CONVERSIONS: Dict[int, Callable[[Any], Any]] = {}
+_CONVERSIONS: Dict[int, Callable[..., Any]] = {}
 
 
-def convert_by(original: type, tracked: Callable[[Any], Any]) -> None:
-    """Have a class of NumPy's numbers keep provenance where it is called as a conversion.
+def convert_by(original: Any, tracked: Callable[..., Any]) -> None:
+    """Have a class of NumPy's numbers, or a conversion of Python's own, keep provenance where it is called.
 
     Args:
         original: the class.
@@ -112,6 +112,10 @@ to_float = _keeping_beside(float, values.to_float)
 to_int = _keeping_beside(int, values.to_int)
 
 
+#: The classes of numbers that `sum_of` adds itself.
+_SUMMED = frozenset({float, int, bool}) | _TRACKED
+
+
 def sum_of(numbers: Any, *start: Any) -> Any:
     """`sum(numbers)`, keeping provenance: of ints beside floats too."""
     if type(numbers) not in (list, tuple):
@@ -119,7 +123,7 @@ def sum_of(numbers: Any, *start: Any) -> Any:
     if values.RECORDING.is_paused:
         return sum(numbers, *start)
     kinds = set(map(type, (*numbers, *start)))
-    if kinds.isdisjoint(_TRACKED):
+    if kinds.isdisjoint(_TRACKED) or not kinds <= _SUMMED.union(_BESIDE):
         return sum(numbers, *start)
     total = sum([one._plain if type(one) in _TRACKED else one for one in numbers], *map(_plain, start))
     add = operator.add if kinds <= {float, _TRACKED_FLOAT} else REFLECTING['add']
@@ -132,7 +136,14 @@ def sum_of(numbers: Any, *start: Any) -> Any:
 def type_of(thing: Any) -> Any:
     """`type(x)`: the class that a number has without provenance."""
     kind = type(thing)
-    return _PLAIN_CLASSES.get(kind, kind)
+    try:
+        return _PLAIN_CLASSES.get(kind, kind)
+    except TypeError:  # a class of which the metaclass has no hash
+        return kind
+
+
+for _original, _tracked in ((float, to_float), (int, to_int), (sum, sum_of), (type, type_of)):
+    convert_by(_original, _tracked)
 
 
 _PLAIN_CLASSES: Dict[type, type] = {

@@ -13,7 +13,7 @@ import re
 import sys
 import sysconfig
 import tempfile
-from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from importlib.machinery import BuiltinImporter, FrozenImporter, ModuleSpec, PathFinder, SourceFileLoader
 from typing import Any, Collection, Dict, List, Optional
 
 from rosslt import node
@@ -28,6 +28,7 @@ from rosslt.instrument.rewriting import (
     PLAIN,
     ROUTE,
     ROUTE_ALL,
+    SAME,
     STEP,
     Rewritten,
     in_place,
@@ -83,6 +84,8 @@ def _keep(file: str, data: bytes) -> None:
         pass
 
 
+#: The files of this room on which it depends what a file is rewritten to.
+_REWRITING = ('callees', 'lifetimes', 'literals', 'rewriting', 'states', 'verdicts')
 _made_by: List[bytes] = []
 
 
@@ -91,7 +94,7 @@ def _version() -> bytes:
     if not _made_by:
         folder = os.path.dirname(os.path.realpath(__file__))
         digest = hashlib.blake2b(importlib.util.MAGIC_NUMBER, digest_size=16)
-        for name in ('callees', 'literals', 'rewriting', 'states', 'verdicts'):
+        for name in _REWRITING:
             with open(os.path.join(folder, name + '.py'), 'rb') as file:
                 digest.update(file.read())
         _made_by.append(digest.digest())
@@ -107,6 +110,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     reloading.watch(os.path.realpath(path))
     names[PLAIN] = cells.plain
     names[OBJECT] = cells.plain_object
+    names[SAME] = cells.is_same
     names[ROUTE] = routing.route
     names[ROUTE_ALL] = routing.route_all
     names[CONVERT] = functions.convert
@@ -137,6 +141,8 @@ class OwnModules:
         """As of `importlib.abc.MetaPathFinder`; None for all modules that others load as ever."""
         if name.partition('.')[0] in ('rosslt', 'rospy', 'genpy'):
             return None
+        if BuiltinImporter.find_spec(name) or FrozenImporter.find_spec(name):
+            return None  # a file of the same name does not come before these
         spec = PathFinder.find_spec(name, path, target)
         if spec is None or type(spec.loader) is not SourceFileLoader or not spec.origin:
             return None

@@ -73,7 +73,7 @@ class Publisher(node.Publisher):
             LOSSES.published(now)
             start = time.thread_time()
             # It is rospy that says what is wrong with a message.
-            with contextlib.suppress(TypeError, ValueError, rospy.ROSException):
+            with contextlib.suppress(TypeError, ValueError, AttributeError, rospy.ROSException):
                 reach(node.args_kwds_to_message(self.data_class, args, kwds))
             self._look_again = now + max(PERIOD, (time.thread_time() - start) / SHARE)
         super().publish(*args, **kwds)

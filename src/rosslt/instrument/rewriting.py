@@ -8,16 +8,17 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt.instrument.callees import CHANCE
 from rosslt.instrument.literals import Literal, SourceText, find_literals
-from rosslt.instrument.states import dotted, find_states
+from rosslt.instrument.states import find_states
 
 #: The names that rewritten code finds in its module, beside its own.
-CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN, OBJECT = (
+CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN, OBJECT, SAME = (
     '__rosslt_cells__',
     '__rosslt_step__',
     '__rosslt_route__',
     '__rosslt_route_all__',
     '__rosslt_plain__',
     '__rosslt_object__',
+    '__rosslt_same__',
 )
 #: Conversions of which the argument may be tracked.
 CONVERSIONS = {
@@ -76,7 +77,7 @@ def rewrite(content: bytes, path: str, named: str) -> Rewritten:
     found = find_literals(tree, source, states)
     literals = [literal for _, literal in found]
     cells = {id(node): (number, literal) for number, (node, literal) in enumerate(found)}
-    rewriter = _Rewriter(cells, states.steps, _bound_names(tree), *_hidden(tree, cells))
+    rewriter = _Rewriter(cells, states.steps, _bound_names(tree), _shared_names(tree), *_hidden(tree, cells))
     tree = ast.fix_missing_locations(rewriter.visit(tree))
     return Rewritten(compile(tree, named, 'exec', dont_inherit=True), literals, source.digest)
 
@@ -94,6 +95,11 @@ def _bound_names(tree: ast.AST) -> Set[str]:
         elif isinstance(node, ast.alias):
             names.add((node.asname or node.name).split('.')[0])
     return names
+
+
+def _shared_names(tree: ast.AST) -> Set[str]:
+    """The names that a function gives a meaning for others, so that a call may change what they stand for."""
+    return {name for node in ast.walk(tree) if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
 
 
 def _hidden(tree: ast.AST, cells: Any) -> Tuple[Set[str], Tuple[type, ...]]:
@@ -191,11 +197,18 @@ def _last_name(node: ast.AST) -> str:
 
 class _Rewriter(ast.NodeTransformer):
     def __init__(
-        self, cells: Any, steps: Set[ast.AST], bound: Set[str], hidden: Set[str], kinds: Tuple[type, ...]
+        self,
+        cells: Any,
+        steps: Set[ast.AST],
+        bound: Set[str],
+        shared: Set[str],
+        hidden: Set[str],
+        kinds: Tuple[type, ...],
     ) -> None:
         self._cells = cells
         self._steps = steps
         self._bound = bound
+        self._shared = shared
         self._hidden = hidden
         self._kinds = kinds
 
@@ -222,6 +235,8 @@ class _Rewriter(ast.NodeTransformer):
         is_simple = len(node.args) in ((1, 2) if name == 'sum' else (1,)) and not node.keywords
         is_simple = is_simple and not any(isinstance(argument, ast.Starred) for argument in node.args)
         if conversion and is_simple and name not in self._bound:
+            if '*' in self._bound:  # of a star import, which may bring another one of that name
+                return _call(CONVERT, [node.func, *node.args], node)
             node.func = _name(conversion, node.func)
         elif is_simple and _last_name(node.func) == NUMPY_CONVERSION:
             return _call(CONVERT, [node.func, *node.args], node)
@@ -259,16 +274,21 @@ class _Rewriter(ast.NodeTransformer):
         return name in self._hidden or (float in self._kinds and name.isupper())
 
     def visit_Compare(self, node: ast.Compare) -> Any:
+        has_literals = any(isinstance(operand, ast.Constant) for operand in (node.left, *node.comparators))
         self.generic_visit(node)
-        if all(isinstance(operator, (ast.Is, ast.IsNot)) for operator in node.ops):
-            operands = [node.left, *node.comparators]
-            if not any(isinstance(operand, ast.Constant) and operand.value is None for operand in operands):
-                # What is the same number must be the same object, as it is without provenance.
-                made: List[ast.expr] = [
-                    operand if isinstance(operand, ast.Constant) else _call(OBJECT, [operand], operand)
-                    for operand in operands
-                ]
-                node.left, node.comparators = made[0], made[1:]
+        if not all(isinstance(operator, (ast.Is, ast.IsNot)) for operator in node.ops):
+            return node
+        operands = [node.left, *node.comparators]
+        if any(isinstance(operand, ast.Constant) and operand.value is None for operand in operands):
+            return node
+        # What is the same number must be the same object, as it is without provenance.
+        if len(operands) == 2 and not has_literals:
+            same = _call(SAME, operands, node)
+            return same if isinstance(node.ops[0], ast.Is) else ast.copy_location(ast.UnaryOp(ast.Not(), same), node)
+        made: List[ast.expr] = [
+            operand if isinstance(operand, ast.Constant) else _call(OBJECT, [operand], operand) for operand in operands
+        ]
+        node.left, node.comparators = made[0], made[1:]
         return node
 
     def visit_Import(self, node: ast.Import) -> Any:
@@ -297,10 +317,22 @@ class _Rewriter(ast.NodeTransformer):
             node.value = _call(PLAIN, [node.value], node.value)
         return node
 
+    def _is_same_twice(self, target: ast.AST, value: ast.AST) -> bool:
+        """Whether a target may be evaluated before a value and again after it: a name, or an attribute of a name that
+        stands for the same object then. What else it is made of may do something, or give another object."""
+        if isinstance(target, ast.Name):
+            return True
+        owner = getattr(getattr(target, 'value', None), 'id', None)
+        if not isinstance(target, ast.Attribute) or owner is None or owner in self._shared:
+            return False
+        return owner not in _bound_names(value)
+
     def visit_AugAssign(self, node: ast.AugAssign) -> Any:
         is_step = node in self._steps
         operator = OPERATORS.get(type(node.op))
-        is_needed = operator is not None and dotted(node.target) is not None and self._may_be_hidden(node.value)
+        is_needed = (
+            operator is not None and self._is_same_twice(node.target, node.value) and self._may_be_hidden(node.value)
+        )
         is_plain = id(node.value) in self._cells and self._cells[id(node.value)][1].rule == 'step'
         self.generic_visit(node)
         if not is_step and is_needed:

@@ -11,7 +11,7 @@ import importlib
 import math
 import sys
 import types
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, List, Optional
 
 import rospy
 
@@ -38,6 +38,8 @@ _LATE: Dict[str, Callable[[types.ModuleType], Any]] = {}
 _counterparts: Dict[int, Any] = {}
 _kept = []  # what is known by its id must not go away
 _told = set()
+#: Those of this room, once there is a node.
+_services: List[Any] = []
 #: The readings of parameters that stand for what was read of them before there was a node. Here they are in use for as
 #: long as this process runs, so that messages with such values follow the parameters.
 _read_early = []
@@ -126,9 +128,11 @@ def _tell_libraries() -> None:
 def init_node(*args: Any, **kwds: Any) -> None:
     """`rospy.init_node`, and what makes this node's locations known."""
     rospy.init_node(*args, **kwds)
+    if _services:
+        return  # rospy takes a second call with the same arguments, and does nothing
     node.start()
     node_started()
-    rospy.Service('~rosslt/find_losses', srv.FindLosses, LOSSES.find)
+    _services.append(rospy.Service('~rosslt/find_losses', srv.FindLosses, LOSSES.find))
     reloading.start()
 
 

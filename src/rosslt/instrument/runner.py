@@ -79,7 +79,7 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
     except (ValueError, RecursionError, KeyError, IndexError, AttributeError) as error:
         _say(f'{path} runs untracked: {type(error).__name__}: {error}')
     main = _main_module(script)
-    sys.argv = [script if script != path else path, *arguments]
+    sys.argv = [path if script == os.path.abspath(path) else script, *arguments]
     sys.path[0] = os.path.dirname(os.path.realpath(script))
     sys.modules['__main__'] = main
     sys.excepthook = _without_ours

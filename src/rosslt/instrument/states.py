@@ -141,12 +141,12 @@ def _changes(scope: ast.AST, body: List[ast.stmt], blocks: Tuple[ast.AST, ...]) 
                     if target:
                         yield _Change(target, statement, blocks, target in read, read)
         if not isinstance(statement, _BLOCKS):
-            for name in ('body', 'orelse', 'finalbody', 'handlers'):
+            for name in ('body', 'orelse', 'finalbody', 'handlers', 'cases'):
                 for part in getattr(statement, name, ()):
-                    if isinstance(part, ast.ExceptHandler):
-                        yield from _changes(scope, part.body, (*blocks, statement))
-                    elif isinstance(part, ast.stmt):
+                    if isinstance(part, ast.stmt):
                         yield from _changes(scope, [part], (*blocks, statement))
+                    elif hasattr(part, 'body'):  # of `except` and `case`
+                        yield from _changes(scope, part.body, (*blocks, statement))
 
 
 def _read(expression: ast.AST) -> Set[Optional[str]]:

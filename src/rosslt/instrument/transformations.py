@@ -12,7 +12,7 @@ from typing import Any, Dict, List, Tuple
 import numpy
 
 from rosslt import values
-from rosslt.instrument.array_functions import plain
+from rosslt.instrument.array_arguments import plain
 from rosslt.instrument.arrays import ArrayWithProvenance, any_tracked, with_provenance
 from rosslt.instrument.functions import to_float
 
