@@ -270,6 +270,8 @@ def test_what_is_too_long_to_be_solved_for_is_computed_as_python_does():
     ):
         assert made() == expected
         assert not is_tracked(made())
+    with pytest.raises(OverflowError, match='too large'):
+        track(9, A) ** track(9**9, B)
     assert is_tracked('.' * track(3, A))
     for value in ('.' * track(3, A), 2 ** track(3, A)):
         with pytest.raises(OverflowError):

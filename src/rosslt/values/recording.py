@@ -5,7 +5,7 @@ from typing import Any, Sequence
 from .affine import LIMIT, shorten
 from .numpy_ufuncs import broadcast, is_array
 from .operations import Operation
-from .operations.table import TooLong
+from .operations.table import MOST_COMPUTED, TooLong
 from .tracked import CLASSES, TRACKED, new, plain, plain_scalar
 
 MAX_SHARED_SIZE = 16
@@ -66,12 +66,15 @@ def apply(operation: Operation, first: Any, second: Any = None) -> Any:
 
     Raises:
         ArithmeticError, ValueError, TypeError: as the operation itself does.
+        OverflowError: the result is a text or a power of whole numbers that takes too long to be computed.
     """
     if RECORDING.is_paused:
         first, second = plain(first), plain(second)
     try:
         return apply_and_record(operation, first, second)
     except TooLong as error:
+        if error.size > MOST_COMPUTED:
+            raise
         return error.compute()
 
 

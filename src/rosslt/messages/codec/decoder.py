@@ -70,11 +70,10 @@ def attach(message: Any, data: bytes) -> None:
         header = read_header(data)
     arrays: List[LocatedArray] = []
     found = locate(message, header.wanted, arrays)
-    missing = len(header.wanted) - 1 - len(found)
-    if missing:
+    if len(found) < len(header.wanted) - 1:
         raise BadHeader(
-            'bad provenance: found %d of leaves up to %d which the %s does not have, or which are bytes of an array '
-            'of more than %d' % (missing, header.wanted[-2], message._type, ARRAY_BYTES_LIMIT)
+            'bad provenance: found one of leaf %d, or of one before it, which the %s does not have, or which is a byte '
+            'of an array of more than %d' % (header.wanted[-2], message._type, ARRAY_BYTES_LIMIT)
         )
     put_located(found, header.tracked(found), arrays)
 

@@ -53,29 +53,38 @@ MOST_DIGITS = 10**4
 """Limits for exponents, counts and digits that a solver tries, so that it does not fill the memory."""
 
 
+MOST_COMPUTED = 2**26
+"""The most bits or characters that a program computes of tracked operands: a script that is edited does not end
+otherwise, as of `9 ** 9 ** 9`."""
+
+
 class TooLong(OverflowError):
     """A whole number or a text is longer than a solver may try and a message may hold.
 
     Attributes:
+        size: how many bits or characters it has at most.
         compute: gives it nevertheless, as plain Python does.
     """
 
-    def __init__(self, message: str, compute: Callable[[], Any]) -> None:
+    def __init__(self, message: str, size: int, compute: Callable[[], Any]) -> None:
         super().__init__(message)
+        self.size = size
         self.compute = compute
 
 
 def power(a: Any, b: Any) -> Any:
     """`a ** b`, refused for whole numbers too long for a solver to try."""
     if isinstance(a, int) and isinstance(b, int) and a.bit_length() * b > MOST_BITS and a not in (1, -1):
-        raise TooLong('a power of so many digits is too large', functools.partial(operator.pow, a, b))
+        size = a.bit_length() * b
+        raise TooLong('a power of so many digits is too large', size, functools.partial(operator.pow, a, b))
     return a**b
 
 
 def repetition(a: str, b: int) -> str:
     """`a * b`, refused for texts that are too long for a message."""
-    if len(a) * b > MOST_BITS:
-        raise TooLong('a text of %d characters is too large' % (len(a) * b), functools.partial(operator.mul, a, b))
+    size = len(a) * b
+    if size > MOST_BITS:
+        raise TooLong('a text of %d characters is too large' % size, size, functools.partial(operator.mul, a, b))
     return a * b
 
 
