@@ -102,6 +102,30 @@ sys.stdout.flush()
 os._exit(0)  # the server's thread does not end
 """
 
+#: Parameters become dicts, and dicts become parameters.
+SHAPES = """
+import rospy
+rospy.init_node('shapes')
+while rospy.get_param('~goal', None) is None:
+    rospy.set_param('~goal', {'x': 1.5, 'y': 2.5})
+print(rospy.get_param('~goal/x'), sorted(rospy.get_param('~goal').items()))
+rospy.set_param('~m', {'y': 1.5})
+print(rospy.get_param('~m/y'))
+rospy.set_param('~m', 4.5)
+print(rospy.get_param('~m'), rospy.get_param('~m/y', 2.5))
+rospy.set_param('~m', {'y': {'z': 3.5}})
+print(rospy.get_param('~m/y'), rospy.get_param('~m'))
+rospy.set_param('~m/y', 0.5)
+print(rospy.get_param('~m'), rospy.get_param('~m/y'))
+for value in ([3.5], {'a': 1.5}, [4.5, {'b': 2}], {'a': {'b': 2.5}}, 'word', {'a': 3.5}):
+    rospy.set_param('~k', value)
+    print(rospy.get_param('~k'))
+rospy.set_param('~n', 2.5)
+for _ in range(2):
+    print(rospy.get_param('~n'), rospy.get_param('~n/y', 1.5), rospy.get_param('~n/y', {'z': 0.5}))
+print(rospy.get_param('~unset/y', 1.5), rospy.get_param('~unset', 2.5), rospy.get_param('~unset/y', 1.5))
+"""
+
 LISTENING = """
 import rospy, tf
 from geometry_msgs.msg import PointStamped
@@ -130,6 +154,13 @@ def test_parameters_say_what_they_say_without_provenance(master, tmp_path):
     plain = Unmodified(tmp_path, 'asks', PARAMETERS, tracked=False).end()
     assert plain[0] == 0
     assert Unmodified(tmp_path, 'asks', PARAMETERS).end() == plain
+
+
+def test_parameters_that_become_dicts_and_dicts_that_become_parameters_say_what_they_say(master, tmp_path):
+    plain = Unmodified(tmp_path, 'shapes', SHAPES, tracked=False).end()
+    assert (plain[0], plain[2]) == (0, '')
+    rospy.delete_param('/shapes')
+    assert Unmodified(tmp_path, 'shapes', SHAPES).end() == plain
 
 
 def test_sizes_and_rates_may_come_from_parameters(master, tmp_path):

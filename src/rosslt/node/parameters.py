@@ -45,9 +45,11 @@ class Parameter:
         key: its full name.
         is_set: whether it is known to be on the parameter server; what is not was read as a default in the code.
         is_kept: whether it is set again at a new master that does not have it.
+        is_dropped: whether it is mirrored no more.
     """
 
     is_kept = False
+    is_dropped = False
 
     def __init__(self, key: str) -> None:
         self.key = key
@@ -216,6 +218,13 @@ class ParameterMirror:
         if self._updates is not None:
             self._subscribe_unheard(parameter.key)
 
+    def remove(self, parameter: Parameter) -> None:
+        """Mirror a parameter no more."""
+        with self._wake:
+            parameter.is_dropped = True
+            if self._by_key.get(parameter.key) is parameter:
+                del self._by_key[parameter.key]
+
     def write(self, *parameters: Parameter) -> int:
         """Have parameters follow, soon; returns what `wait` waits for."""
         with self._wake:
@@ -367,6 +376,8 @@ class ParameterMirror:
         calls: Any = MultiCall(self._master.handle)
         keys: List[str] = []
         for parameter in parameters:
+            if parameter.is_dropped:
+                continue
             pairs = [(parameter.key, parameter.value())]
             if parameter not in self._recorded:
                 pairs += parameter.records
@@ -386,6 +397,8 @@ class ParameterMirror:
                     rospy.logwarn('the parameter %s is not set: %s', key, message)
 
     def _take(self, parameter: Parameter) -> None:
+        if parameter.is_dropped:
+            return
         value = self.read(parameter.key, None)
         with self._wake:
             overtaken = parameter in self._unwritten
