@@ -202,6 +202,11 @@ class LiteralLocation(HeldLocation):
     def literal(self) -> Any:
         return self._literal
 
+    @property
+    def is_known_by_name(self) -> bool:
+        """Whether its name is that of no other literal in an earlier or a later run of the node."""
+        return self.is_named
+
     def find_in(self, source: files.SourceText) -> Optional[int]:
         return source.argument_of_call(self.site.line, self.site.column, 0, 'value')
 

@@ -74,7 +74,7 @@ class LiteralParameter(Parameter):
 
     Beside it, `<node>/rosslt_literals/<name>` keeps the literal that it started from. Where the code says
     another one at the next start, what an earlier run left behind is void. `<node>/rosslt_ids/<name>` keeps which
-    literal that was, where its name is its place: after an edit, another one may stand there.
+    literal that was, where its name does not say so: one that is its place is that of another one after an edit.
 
     Args:
         location: the location of the literal.
@@ -94,7 +94,7 @@ class LiteralParameter(Parameter):
     @property
     def records(self) -> List[Tuple[str, Any]]:
         location = self.location
-        ids = [] if location.is_named else [(self.id_key, f'{location.id:x}')]
+        ids = [] if location.is_known_by_name else [(self.id_key, f'{location.id:x}')]
         return [(self.literal_key, location.literal), *ids]
 
     def take(self, value: Any) -> None:
@@ -110,7 +110,7 @@ class LiteralParameter(Parameter):
         if location.name not in left_behind:
             return
         value = left_behind[location.name]
-        if not location.is_named and ids.get(location.name, f'{location.id:x}') != f'{location.id:x}':
+        if not location.is_known_by_name and ids.get(location.name, f'{location.id:x}') != f'{location.id:x}':
             rospy.loginfo(
                 '%s is another number than in an earlier run: its parameter %s = %r is dropped',
                 location.place,
@@ -121,7 +121,9 @@ class LiteralParameter(Parameter):
         # A parameter without a recorded literal was not left by an earlier run: somebody, perhaps a
         # launch file, has set it for this one.
         literal = literals.get(location.name, location.literal)
-        if type(literal) is not type(location.literal) or literal != location.literal:
+        # What says an int where a float is meant was taken for a float where it was edited in the running node.
+        said = float(location.literal) if type(literal) is location.type is float else location.literal
+        if type(literal) is not type(said) or literal != said:
             rospy.loginfo(
                 '%s now says %r where it said %r: the parameter %s = %r of an earlier run is dropped',
                 location.place,
@@ -164,7 +166,7 @@ class ParameterMirror:
     Attributes:
         left_behind: what stood in the node's `rosslt` namespace at the start, by name.
         literals: the literals that the parameters of an earlier run started from, by name.
-        ids: which literals those were whose name is their place, by name.
+        ids: which literals those were whose name does not say so, by name.
         defaults: the parameters that an earlier run has set, and that the code has a default for, by their full name
             without the first slash: (that default, the value).
     """
