@@ -7,7 +7,7 @@ import re
 import sys
 import threading
 from types import FrameType
-from typing import Any, Callable, Collection, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Collection, ContextManager, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import rospy
 
@@ -224,6 +224,11 @@ def add_literal(location: LiteralLocation) -> Location:
     """
     _check_setting(location.name)
     return _owner.add_literal(location, is_written=False)
+
+
+def locations_lock() -> ContextManager[Any]:
+    """What is held while locations come and go, and while their values change. Who holds it may take it again."""
+    return _owner.lock
 
 
 def remove_location(location: Location) -> None:
