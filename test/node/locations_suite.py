@@ -257,11 +257,15 @@ class ParametersAsSources(unittest.TestCase):
     def test_a_parameter_that_becomes_a_dict_and_one_again_is_a_source_each_time(self):
         rospy.set_param('/shape', {'x': 1.0})
         first = rosslt.get_param('/shape/x')
-        for text, key, value in (('2.5', '/shape', 2.5), ('{x: {y: 3.5}}', '/shape/x/y', 3.5), ('[4.5]', '/shape', [4.5])):
+        for text, key, value, target in (
+            ('2.5', '/shape', 2.5, 7.0),
+            ('{x: {y: 3.5}}', '/shape/x/y', 3.5, 7.0),
+            ('[4.5]', '/shape', [4.5], [7.0]),
+        ):
             rosparam('set', '/shape', text)
             wait_until(lambda key=key, value=value: rosslt.get_param(key, None) == value, 'it is seen')
-            rosslt.force_value(rosslt.get_param(key), 7.0 if value != [4.5] else [7.0])
-            self.assertEqual(rospy.get_param(key), 7.0 if value != [4.5] else [7.0])
+            rosslt.force_value(rosslt.get_param(key), target)
+            self.assertEqual(rospy.get_param(key), target)
         with self.assertRaisesRegex(rosslt.ChangeRejected, 'has no location'):
             rosslt.force_value(first, 3.0)
         rosparam('set', '/shape', '{x: 5.5}')

@@ -52,12 +52,13 @@ class ParameterTrees:
         """
         kind = Branch if isinstance(value, dict) else Leaf
         known = self._by_key.get(key)
-        if type(known) is not kind:
-            if known is not None or self.are_met_by(key, value):
-                self.drop(key)
-            known = self._by_key[key] = kind(self, self._owner, key, site, value)
-            self._owner.mirror.add(known)
-        return known
+        if known is not None and type(known) is kind:
+            return known
+        if known is not None or self.are_met_by(key, value):
+            self.drop(key)
+        made = self._by_key[key] = kind(self, self._owner, key, site, value)
+        self._owner.mirror.add(made)
+        return made
 
     def are_met_by(self, key: str, value: Any) -> bool:
         """Whether a parameter of that value cannot be there beside others that were read: one of them would have to be
