@@ -126,6 +126,23 @@ for _ in range(2):
 print(rospy.get_param('~unset/y', 1.5), rospy.get_param('~unset', 2.5), rospy.get_param('~unset/y', 1.5))
 """
 
+#: Reads its own namespace, and all that there is, once its literal has been changed.
+OWN = """
+import rospy
+from geometry_msgs.msg import PointStamped
+rospy.init_node('own')
+pub = rospy.Publisher('own', PointStamped, queue_size=1)
+def gain():
+    return 0.5
+while not rospy.is_shutdown():
+    p = PointStamped()
+    p.point.x = gain()
+    if p.point.x == 0.75:
+        p.header.frame_id = f"{rospy.get_param('~')} {rospy.get_param('/')['own']}"
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+
 LISTENING = """
 import rospy, tf
 from geometry_msgs.msg import PointStamped
@@ -177,6 +194,13 @@ def test_each_call_has_its_own_default_until_the_parameter_is_set(master, tmp_pa
         node.force_value(first.next().data, 2.5)
         first.comes(lambda message: message.data == 2.5)
         second.comes(lambda message: message.data == 2.5)
+
+
+def test_what_is_kept_for_changed_literals_is_not_in_what_a_node_reads_of_its_own_namespace(master, tmp_path):
+    rospy.set_param('/own', {'speed': 1.5})
+    with Unmodified(tmp_path, 'own', OWN), Listener('own', PointStamped) as heard:
+        node.force_value(heard.comes(lambda message: values.is_tracked(message.point.x)).point.x, 0.75)
+        assert heard.comes(lambda message: message.header.frame_id).header.frame_id == "{'speed': 1.5} {'speed': 1.5}"
 
 
 def test_the_listener_of_tf_keeps_provenance(master, tmp_path):

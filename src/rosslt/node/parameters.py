@@ -299,14 +299,19 @@ class ParameterMirror:
                 self._master.deleteParam(f'{node}/{namespace}')
 
     def read(self, key: str, *default: Any) -> Any:
-        """What a parameter says on the parameter server now; KeyError where it is not set and has no
-        default."""
-        try:
-            return self._master.getParam(key)
-        except rosgraph.MasterError:
-            if default:
-                return default[0]
-            raise KeyError(key) from None
+        """What a parameter says on the parameter server now, without what is kept there for the locations of this
+        node; KeyError where it is not set and has no default."""
+        namespace = key.rstrip('/') + '/'
+        with contextlib.suppress(rosgraph.MasterError):
+            value = self._master.getParam(key)
+            if not self._node or not (self._node + '/').startswith(namespace):
+                return value
+            rest = _without_records(value, self._node[len(namespace) :])
+            if rest or not value:
+                return rest
+        if default:
+            return default[0]
+        raise KeyError(key)
 
     def was_default(self, key: str, value: Any) -> bool:
         """Whether an earlier run has set a parameter to that value, where it had read the default in the code."""
@@ -417,6 +422,21 @@ class ParameterMirror:
         except Exception as error:
             # Without this thread, no parameter would follow any more.
             rospy.logerr('rosparam set %s failed with %s: %.500s', parameter.key, type(error).__name__, error)
+
+
+def _without_records(tree: Any, node: str) -> Any:
+    """A tree of parameters without what is kept in it for the locations of a node.
+
+    Args:
+        node: its name below the tree.
+    """
+    if not isinstance(tree, dict):
+        return tree
+    if not node:
+        return {name: part for name, part in tree.items() if name not in ('rosslt', *_RECORDS)}
+    first, _, below = node.partition('/')
+    rest = {name: _without_records(part, below) if name == first else part for name, part in tree.items()}
+    return {name: part for name, part in rest.items() if name != first or part != {} or tree[name] == {}}
 
 
 def flat(tree: Any) -> Dict[str, Any]:
