@@ -9,7 +9,7 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import PointStamped
 
-from rosslt import node
+from rosslt import node, values
 from support.packages import package_of_node
 from support.processes import node_pid, wait_until
 from support.shell import rosslt as command
@@ -50,8 +50,8 @@ LAUNCH_FILE = """<launch>
 """
 
 
-def change(name, **values):
-    for location, value in values.items():
+def change(name, **wanted):
+    for location, value in wanted.items():
         result = command('set', f'{name}/{location.replace("far", "~far")}', str(value))
         assert result.returncode == 0, result.stderr
 
@@ -114,6 +114,86 @@ while not rospy.is_shutdown():
     pub.publish(p)
     rospy.sleep(0.03)
 """
+
+
+def test_a_changed_value_stays_with_its_literal_where_another_one_of_that_name_is_sent_first(master, tmp_path):
+    with Unmodified(tmp_path, 'twins', TWINS) as started, Listener('twins', PointStamped) as heard:
+        assert command('set', '/twins/gain', '0.9').returncode == 0
+        heard.comes(lambda message: (message.point.x, message.point.y) == (0.9, 0.5))
+        started.stop(signal.SIGKILL)
+    rospy.set_param('/twins/leg_first', True)
+    with Unmodified(tmp_path, 'twins', TWINS), Listener('twins', PointStamped) as heard:
+        message = heard.comes(lambda message: values.is_tracked(message.point.y))
+        assert (message.point.x, message.point.y) == (0.5, 0.5)
+        assert command('save', '/twins', '--diff').stdout == ''
+
+
+def test_literals_that_are_called_like_settings_of_a_node_do_not_become_these(master, tmp_path):
+    with Unmodified(tmp_path, 'settings', SETTINGS) as started, Listener('settings', PointStamped) as heard:
+        x = heard.comes(lambda message: values.is_tracked(message.point.x)).point.x
+        y = heard.comes(lambda message: values.is_tracked(message.point.y)).point.y
+        node.force_value(x, 0.5)
+        node.force_value(y, 0.25)
+        heard.comes(lambda message: (message.point.x, message.point.y) == (0.5, 0.25))
+        assert not rospy.has_param('/settings/rosslt/accept_changes')
+        assert not rospy.has_param('/settings/rosslt/history')
+        started.stop(signal.SIGKILL)
+    with Unmodified(tmp_path, 'settings', SETTINGS), Listener('settings', PointStamped) as heard:
+        node.force_value(heard.comes(lambda message: message.point.x == 0.5).point.x, 0.75)
+        heard.comes(lambda message: (message.point.x, message.point.y) == (0.75, 0.25))
+
+
+def test_a_changed_value_is_kept_where_an_int_was_edited_before(master, tmp_path):
+    with Unmodified(tmp_path, 'counted', COUNTED) as started, Listener('counted', PointStamped) as heard:
+        edited = COUNTED.replace('height = 2\n', 'height = 3\n')
+        started.file.write_text(edited)
+        heard.comes(lambda message: message.point.x == 3.0)
+        assert command('set', '/counted/height', '3.75').returncode == 0
+        heard.comes(lambda message: message.point.x == 3.75)
+        started.stop(signal.SIGKILL)
+    with Unmodified(tmp_path, 'counted', edited), Listener('counted', PointStamped) as heard:
+        assert heard.comes(lambda message: values.is_tracked(message.point.x)).point.x == 3.75
+
+
+PUBLISHING = """import rospy
+from geometry_msgs.msg import PointStamped
+rospy.init_node('{name}')
+pub = rospy.Publisher('{name}', PointStamped, queue_size=1)
+{start}
+while not rospy.is_shutdown():
+    p = PointStamped()
+    {fill}
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+
+TWINS = PUBLISHING.format(
+    name='twins',
+    start="""
+class Arm:
+    def __init__(self):
+        self.gain = 0.5
+class Leg:
+    def __init__(self):
+        self.gain = 0.5
+arm, leg = Arm(), Leg()
+first = PointStamped()
+first.point.x = leg.gain if rospy.get_param('~leg_first', False) else arm.gain
+pub.publish(first)
+""",
+    fill='p.point.x, p.point.y = arm.gain, leg.gain',
+)
+
+SETTINGS = PUBLISHING.format(
+    name='settings',
+    start="""
+history = 2.5
+accept_changes = 1.5
+""",
+    fill='p.point.x, p.point.y = accept_changes, history',
+)
+
+COUNTED = PUBLISHING.format(name='counted', start='height = 2', fill='p.point.x = height')
 
 
 @pytest.fixture
@@ -196,7 +276,7 @@ def test_parameters_of_launch_and_yaml_files_are_saved_again_after_a_respawn(lau
 def nothing_left_behind(master):
     """No parameter of a node outlives its test."""
     yield
-    for name in ('returning', 'moving', 'launched'):
+    for name in ('returning', 'moving', 'twins', 'settings', 'counted', 'launched'):
         for key in ('', '/rosslt', '/rosslt_literals', '/rosslt_ids', '/rosslt_defaults'):
             if rospy.has_param(f'/{name}{key}'):
                 rospy.delete_param(f'/{name}{key}')

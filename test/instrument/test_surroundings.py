@@ -107,6 +107,47 @@ sys.stdout.flush()
 os._exit(0)  # the server's thread does not end
 """
 
+#: Parameters become dicts, and dicts become parameters.
+SHAPES = """
+import rospy
+rospy.init_node('shapes')
+while rospy.get_param('~goal', None) is None:
+    rospy.set_param('~goal', {'x': 1.5, 'y': 2.5})
+print(rospy.get_param('~goal/x'), sorted(rospy.get_param('~goal').items()))
+rospy.set_param('~m', {'y': 1.5})
+print(rospy.get_param('~m/y'))
+rospy.set_param('~m', 4.5)
+print(rospy.get_param('~m'), rospy.get_param('~m/y', 2.5))
+rospy.set_param('~m', {'y': {'z': 3.5}})
+print(rospy.get_param('~m/y'), rospy.get_param('~m'))
+rospy.set_param('~m/y', 0.5)
+print(rospy.get_param('~m'), rospy.get_param('~m/y'))
+for value in ([3.5], {'a': 1.5}, [4.5, {'b': 2}], {'a': {'b': 2.5}}, 'word', {'a': 3.5}):
+    rospy.set_param('~k', value)
+    print(rospy.get_param('~k'))
+rospy.set_param('~n', 2.5)
+for _ in range(2):
+    print(rospy.get_param('~n'), rospy.get_param('~n/y', 1.5), rospy.get_param('~n/y', {'z': 0.5}))
+print(rospy.get_param('~unset/y', 1.5), rospy.get_param('~unset', 2.5), rospy.get_param('~unset/y', 1.5))
+"""
+
+#: Reads its own namespace, and all that there is, once its literal has been changed.
+OWN = """
+import rospy
+from geometry_msgs.msg import PointStamped
+rospy.init_node('own')
+pub = rospy.Publisher('own', PointStamped, queue_size=1)
+def gain():
+    return 0.5
+while not rospy.is_shutdown():
+    p = PointStamped()
+    p.point.x = gain()
+    if p.point.x == 0.75:
+        p.header.frame_id = f"{rospy.get_param('~')} {rospy.get_param('/')['own']}"
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+
 LISTENING = """
 import rospy, tf
 from geometry_msgs.msg import PointStamped
@@ -137,6 +178,13 @@ def test_parameters_say_what_they_say_without_provenance(master, tmp_path):
     assert Unmodified(tmp_path, 'asks', PARAMETERS).end() == plain
 
 
+def test_parameters_that_become_dicts_and_dicts_that_become_parameters_say_what_they_say(master, tmp_path):
+    plain = Unmodified(tmp_path, 'shapes', SHAPES, tracked=False).end()
+    assert (plain[0], plain[2]) == (0, '')
+    rospy.delete_param('/shapes')
+    assert Unmodified(tmp_path, 'shapes', SHAPES).end() == plain
+
+
 def test_sizes_and_rates_may_come_from_parameters(master, tmp_path):
     plain = Unmodified(tmp_path, 'options', OPTIONS, tracked=False).end()
     assert plain[0] == 0
@@ -151,6 +199,13 @@ def test_each_call_has_its_own_default_until_the_parameter_is_set(master, tmp_pa
         node.force_value(first.next().data, 2.5)
         first.comes(lambda message: message.data == 2.5)
         second.comes(lambda message: message.data == 2.5)
+
+
+def test_what_is_kept_for_changed_literals_is_not_in_what_a_node_reads_of_its_own_namespace(master, tmp_path):
+    rospy.set_param('/own', {'speed': 1.5})
+    with Unmodified(tmp_path, 'own', OWN), Listener('own', PointStamped) as heard:
+        node.force_value(heard.comes(lambda message: values.is_tracked(message.point.x)).point.x, 0.75)
+        assert heard.comes(lambda message: message.header.frame_id).header.frame_id == "{'speed': 1.5} {'speed': 1.5}"
 
 
 def test_the_listener_of_tf_keeps_provenance(master, tmp_path):

@@ -254,6 +254,25 @@ class ParametersAsSources(unittest.TestCase):
         with self.assertRaises(KeyError):
             rosslt.get_param('~nowhere')
 
+    def test_a_parameter_that_becomes_a_dict_and_one_again_is_a_source_each_time(self):
+        rospy.set_param('/shape', {'x': 1.0})
+        first = rosslt.get_param('/shape/x')
+        for text, key, value, target in (
+            ('2.5', '/shape', 2.5, 7.0),
+            ('{x: {y: 3.5}}', '/shape/x/y', 3.5, 7.0),
+            ('[4.5]', '/shape', [4.5], [7.0]),
+        ):
+            rosparam('set', '/shape', text)
+            wait_until(lambda key=key, value=value: rosslt.get_param(key, None) == value, 'it is seen')
+            rosslt.force_value(rosslt.get_param(key), target)
+            self.assertEqual(rospy.get_param(key), target)
+        with self.assertRaisesRegex(rosslt.ChangeRejected, 'has no location'):
+            rosslt.force_value(first, 3.0)
+        rosparam('set', '/shape', '{x: 5.5}')
+        wait_until(lambda: rosslt.get_param('/shape') == {'x': 5.5}, 'it is seen')
+        rosslt.force_value(first, 6.5)
+        self.assertEqual(rospy.get_param('/shape'), {'x': 6.5})
+
     def test_a_change_to_a_location_that_a_list_no_longer_has_is_refused(self):
         rospy.set_param('/short', [1.0, 2.0])
         second = rosslt.get_param('/short')[1]

@@ -69,7 +69,8 @@ class Sampling:
         self.is_on = False
         self.sending = 0.0
         self.takes_turns = False
-        self._lock = threading.Lock()
+        # Reentrant, as a signal's handler may publish in the middle of a publish.
+        self._lock = threading.RLock()
         self._has_changed = False
         self._phase = 0
         self._since = self._cpu = self._heavy = self._next = self._not_before = self._settled = 0.0
@@ -171,7 +172,7 @@ class Sampling:
         self._phase += 1
         self._began = now
         values.resume_recording()
-        self._leader = min(self._sampled, key=lambda one: self._sampled[one], default=None)
+        self._leader = min(list(self._sampled), key=lambda one: self._sampled[one], default=None)
         # The round of another one has begun already, and others send theirs in turn.
         is_long = publisher is self._leader and now - self._sent.get(publisher, now) > WATCHED
         self._rounds = self._wanted = ROUNDS_OF_LONG if is_long else ROUNDS

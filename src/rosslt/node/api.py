@@ -7,7 +7,7 @@ import re
 import sys
 import threading
 from types import FrameType
-from typing import Any, Callable, Collection, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Collection, ContextManager, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import rospy
 
@@ -220,9 +220,15 @@ def add_literal(location: LiteralLocation) -> Location:
         The location that is in force: an earlier one of the same place, or `location`.
 
     Raises:
-        ValueError: its name or its id is taken by another place.
+        ValueError: its name or its id is taken by another place, or the name is that of a setting.
     """
+    _check_setting(location.name)
     return _owner.add_literal(location, is_written=False)
+
+
+def locations_lock() -> ContextManager[Any]:
+    """What is held while locations come and go, and while their values change. Who holds it may take it again."""
+    return _owner.lock
 
 
 def remove_location(location: Location) -> None:
@@ -453,9 +459,13 @@ def _named(name: Optional[str], key: Any, site: CallSite) -> Tuple[str, str]:
     full = name if key is None else '{}/{}'.format(name, re.sub(r'\W', '_', str(key)))
     if not re.fullmatch(r'[A-Za-z]\w*(/\w+)*', full, flags=re.ASCII):
         raise ValueError(f'{full!r} is not a name for a location: give words of letters, digits and _, joined by /')
-    if full.split('/')[0] in SETTINGS:
-        raise ValueError(f'a location cannot be named {full}: the parameter of that name is a setting of the node')
+    _check_setting(full)
     return full, full
+
+
+def _check_setting(name: str) -> None:
+    if name.split('/')[0] in SETTINGS:
+        raise ValueError(f'a location cannot be named {name}: the parameter of that name is a setting of the node')
 
 
 @contextlib.contextmanager

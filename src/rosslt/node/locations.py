@@ -202,6 +202,11 @@ class LiteralLocation(HeldLocation):
     def literal(self) -> Any:
         return self._literal
 
+    @property
+    def is_known_by_name(self) -> bool:
+        """Whether its name is that of no other literal in an earlier or a later run of the node."""
+        return self.is_named
+
     def find_in(self, source: files.SourceText) -> Optional[int]:
         return source.argument_of_call(self.site.line, self.site.column, 0, 'value')
 
@@ -364,9 +369,7 @@ class Locations:
             ValueError: its name or its id is taken by another place.
         """
         with self.lock:
-            other = (
-                self._by_name.get(location.name) or self._below_or_above(location.name) or self.by_id.get(location.id)
-            )
+            other = self.meeting(location.name) or self.by_id.get(location.id)
             if other is None:
                 if self.node:
                     location.name_node(self.node)
@@ -388,15 +391,23 @@ class Locations:
         """Whether there is a location of that name."""
         return name in self._by_name
 
-    def _below_or_above(self, name: str) -> Optional[Location]:
-        """A location that would share a parameter with this name: a parameter is a value or a namespace."""
-        for location in self._namespaces.get(name, {}).values():
-            return location
-        return next(filter(None, map(self._by_name.get, namespaces_of(name))), None)
+    def meeting(self, name: str, is_namespace: bool = False) -> Optional[Location]:
+        """A location that would share a parameter with this name: a parameter is a value or a namespace.
+
+        Args:
+            is_namespace: the name is that of a namespace, where others may stand below it.
+        """
+        with self.lock:
+            if not is_namespace:
+                for location in self._namespaces.get(name, {}).values():
+                    return location
+            return next(filter(None, map(self._by_name.get, [name, *namespaces_of(name)])), None)
 
     def remove(self, location: Location) -> None:
-        """Forget a location; a change to it is refused from now on."""
+        """Forget a location, if it is in force; a change to it is refused from now on."""
         with self.lock:
+            if self._by_name.get(location.name) is not location:
+                return
             del self._by_name[location.name], self.by_id[location.id]
             for namespace in namespaces_of(location.name):
                 del self._namespaces[namespace][location.name]

@@ -50,12 +50,31 @@ class ParameterTrees:
             site: the call that asks for it, the place of the locations in it.
             value: what the parameter says.
         """
+        kind = Branch if isinstance(value, dict) else Leaf
         known = self._by_key.get(key)
-        if known is None:
-            kind = Branch if isinstance(value, dict) else Leaf
-            known = self._by_key[key] = kind(self, self._owner, key, site, value)
-            self._owner.mirror.add(known)
-        return known
+        if known is not None and type(known) is kind:
+            return known
+        if known is not None or self.are_met_by(key, value):
+            self.drop(key)
+        made = self._by_key[key] = kind(self, self._owner, key, site, value)
+        self._owner.mirror.add(made)
+        return made
+
+    def are_met_by(self, key: str, value: Any) -> bool:
+        """Whether a parameter of that value cannot be there beside others that were read: one of them would have to be
+        a dict, and is none."""
+        return self._owner.locations.meeting(key, isinstance(value, dict)) is not None
+
+    def drop(self, key: str) -> None:
+        """Forget what reads a parameter that has become a dict, or is none any more, and what reads those above and
+        below it: whoever asks for them next reads them anew."""
+        with self._owner.lock:
+            for name, known in list(self._by_key.items()):
+                if name == key or name.startswith(key + '/') or key.startswith(name + '/'):
+                    del self._by_key[name]
+                    self._owner.mirror.remove(known)
+                    if isinstance(known, Leaf):
+                        known.forget()
 
     def get(self, key: str) -> Optional[Union['Branch', 'Leaf']]:
         """What reads the parameter of that full name, None where nobody has asked for it yet."""
@@ -110,19 +129,20 @@ def unless_deleted(known: Union['Branch', 'Leaf'], default: Tuple[Any, ...]) -> 
 
 
 class Branch(Parameter):
-    """A parameter that was a dict when it was first read; each of its parts is a parameter of its own."""
+    """A parameter that is a dict; each of its parts is a parameter of its own."""
 
-    def __init__(self, trees: ParameterTrees, _owner: Owner, key: str, site: CallSite, value: Any) -> None:
+    def __init__(self, trees: ParameterTrees, owner: Owner, key: str, site: CallSite, value: Any) -> None:
         super().__init__(key)
         self.as_float = False
         self._trees = trees
+        self._owner = owner
         self._site = site
         self._put(value)
 
     def make_float(self) -> None:
         """Take each int in it for a float from now on."""
         self.as_float = True
-        for part in (self._parts or {}).values():
+        for part in self._parts.values():
             part.make_float()
 
     def note_default(self, default: Any, is_set: bool = False) -> None:
@@ -131,30 +151,25 @@ class Branch(Parameter):
 
     def read(self) -> Any:
         """The current value, tracked."""
-        if self._parts is None:
-            return self._other
         return {name: part.read() for name, part in self._parts.items()}
 
     def value(self) -> Any:
-        if self._parts is None:
-            return self._other
         return {name: part.value() for name, part in self._parts.items()}
 
     def take(self, value: Any) -> None:
         # Its parts notice their own changes; here parts are added and removed.
-        self._put(value)
+        with self._owner.lock:
+            if isinstance(value, dict):
+                self._put(value)
+            else:
+                self._trees.drop(self.key)
 
-    def _put(self, value: Any) -> None:
-        self._parts: Optional[Dict[str, Union[Branch, Leaf]]] = None
-        self._other: Any = None
-        if isinstance(value, dict):
-            self._parts = {
-                name: self._trees.at('{}/{}'.format(self.key, name), self._site, part) for name, part in value.items()
-            }
-            if self.as_float:
-                self.make_float()
-        else:
-            self._other = value
+    def _put(self, value: Dict[str, Any]) -> None:
+        self._parts: Dict[str, Union[Branch, Leaf]] = {
+            name: self._trees.at('{}/{}'.format(self.key, name), self._site, part) for name, part in value.items()
+        }
+        if self.as_float:
+            self.make_float()
 
 
 class Leaf(Parameter):
@@ -162,9 +177,10 @@ class Leaf(Parameter):
 
     is_kept = True
 
-    def __init__(self, _trees: ParameterTrees, owner: Owner, key: str, site: CallSite, value: Any) -> None:
+    def __init__(self, trees: ParameterTrees, owner: Owner, key: str, site: CallSite, value: Any) -> None:
         super().__init__(key)
         self.as_float = False
+        self._trees = trees
         self._owner = owner
         self._site = site
         self._read: _Read
@@ -209,6 +225,9 @@ class Leaf(Parameter):
             if type(value) is not type(self.value()) or value != self.value():
                 for name in self._locations or [self.key]:
                     self._owner.access.check(name, 'parameter server')
+                if isinstance(value, dict) or (not self._locations and self._trees.are_met_by(self.key, value)):
+                    self._trees.drop(self.key)
+                    return
                 before = self.value()
                 try:
                     self._put(value)
@@ -216,11 +235,16 @@ class Leaf(Parameter):
                     self._put(before)
                     raise Refused(str(error)) from None
 
-    def _put(self, value: Any) -> None:
-        """Make `value` the one in force; locations that it no longer contains are dropped."""
+    def forget(self) -> Dict[str, ParameterLocation]:
+        """Have no locations any more; returns those that it had."""
         before, self._locations = self._locations, {}
         for location in before.values():
             self._owner.locations.remove(location)
+        return before
+
+    def _put(self, value: Any) -> None:
+        """Make `value` the one in force; locations that it no longer contains are dropped."""
+        before = self.forget()
         self._read, self._plain = self._readers(self.key, value, before)
 
     def _readers(self, name: str, value: Any, before: Dict[str, ParameterLocation]) -> Tuple[_Read, _Read]:

@@ -45,9 +45,11 @@ class Parameter:
         key: its full name.
         is_set: whether it is known to be on the parameter server; what is not was read as a default in the code.
         is_kept: whether it is set again at a new master that does not have it.
+        is_dropped: whether it is mirrored no more.
     """
 
     is_kept = False
+    is_dropped = False
 
     def __init__(self, key: str) -> None:
         self.key = key
@@ -72,7 +74,7 @@ class LiteralParameter(Parameter):
 
     Beside it, `<node>/rosslt_literals/<name>` keeps the literal that it started from. Where the code says
     another one at the next start, what an earlier run left behind is void. `<node>/rosslt_ids/<name>` keeps which
-    literal that was, where its name is its place: after an edit, another one may stand there.
+    literal that was, where its name does not say so: one that is its place is that of another one after an edit.
 
     Args:
         location: the location of the literal.
@@ -92,7 +94,7 @@ class LiteralParameter(Parameter):
     @property
     def records(self) -> List[Tuple[str, Any]]:
         location = self.location
-        ids = [] if location.is_named else [(self.id_key, f'{location.id:x}')]
+        ids = [] if location.is_known_by_name else [(self.id_key, f'{location.id:x}')]
         return [(self.literal_key, location.literal), *ids]
 
     def take(self, value: Any) -> None:
@@ -108,7 +110,7 @@ class LiteralParameter(Parameter):
         if location.name not in left_behind:
             return
         value = left_behind[location.name]
-        if not location.is_named and ids.get(location.name, f'{location.id:x}') != f'{location.id:x}':
+        if not location.is_known_by_name and ids.get(location.name, f'{location.id:x}') != f'{location.id:x}':
             rospy.loginfo(
                 '%s is another number than in an earlier run: its parameter %s = %r is dropped',
                 location.place,
@@ -119,7 +121,9 @@ class LiteralParameter(Parameter):
         # A parameter without a recorded literal was not left by an earlier run: somebody, perhaps a
         # launch file, has set it for this one.
         literal = literals.get(location.name, location.literal)
-        if type(literal) is not type(location.literal) or literal != location.literal:
+        # What says an int where a float is meant was taken for a float where it was edited in the running node.
+        said = float(location.literal) if type(literal) is location.type is float else location.literal
+        if type(literal) is not type(said) or literal != said:
             rospy.loginfo(
                 '%s now says %r where it said %r: the parameter %s = %r of an earlier run is dropped',
                 location.place,
@@ -162,7 +166,7 @@ class ParameterMirror:
     Attributes:
         left_behind: what stood in the node's `rosslt` namespace at the start, by name.
         literals: the literals that the parameters of an earlier run started from, by name.
-        ids: which literals those were whose name is their place, by name.
+        ids: which literals those were whose name does not say so, by name.
         defaults: the parameters that an earlier run has set, and that the code has a default for, by their full name
             without the first slash: (that default, the value).
     """
@@ -215,6 +219,13 @@ class ParameterMirror:
             self._by_key[parameter.key] = parameter
         if self._updates is not None:
             self._subscribe_unheard(parameter.key)
+
+    def remove(self, parameter: Parameter) -> None:
+        """Mirror a parameter no more."""
+        with self._wake:
+            parameter.is_dropped = True
+            if self._by_key.get(parameter.key) is parameter:
+                del self._by_key[parameter.key]
 
     def write(self, *parameters: Parameter) -> int:
         """Have parameters follow, soon; returns what `wait` waits for."""
@@ -288,14 +299,19 @@ class ParameterMirror:
                 self._master.deleteParam(f'{node}/{namespace}')
 
     def read(self, key: str, *default: Any) -> Any:
-        """What a parameter says on the parameter server now; KeyError where it is not set and has no
-        default."""
-        try:
-            return self._master.getParam(key)
-        except rosgraph.MasterError:
-            if default:
-                return default[0]
-            raise KeyError(key) from None
+        """What a parameter says on the parameter server now, without what is kept there for the locations of this
+        node; KeyError where it is not set and has no default."""
+        namespace = key.rstrip('/') + '/'
+        with contextlib.suppress(rosgraph.MasterError):
+            value = self._master.getParam(key)
+            if not self._node or not (self._node + '/').startswith(namespace):
+                return value
+            rest = _without_records(value, self._node[len(namespace) :])
+            if rest or not value:
+                return rest
+        if default:
+            return default[0]
+        raise KeyError(key)
 
     def was_default(self, key: str, value: Any) -> bool:
         """Whether an earlier run has set a parameter to that value, where it had read the default in the code."""
@@ -367,6 +383,8 @@ class ParameterMirror:
         calls: Any = MultiCall(self._master.handle)
         keys: List[str] = []
         for parameter in parameters:
+            if parameter.is_dropped:
+                continue
             pairs = [(parameter.key, parameter.value())]
             if parameter not in self._recorded:
                 pairs += parameter.records
@@ -386,6 +404,8 @@ class ParameterMirror:
                     rospy.logwarn('the parameter %s is not set: %s', key, message)
 
     def _take(self, parameter: Parameter) -> None:
+        if parameter.is_dropped:
+            return
         value = self.read(parameter.key, None)
         with self._wake:
             overtaken = parameter in self._unwritten
@@ -402,6 +422,21 @@ class ParameterMirror:
         except Exception as error:
             # Without this thread, no parameter would follow any more.
             rospy.logerr('rosparam set %s failed with %s: %.500s', parameter.key, type(error).__name__, error)
+
+
+def _without_records(tree: Any, node: str) -> Any:
+    """A tree of parameters without what is kept in it for the locations of a node.
+
+    Args:
+        node: its name below the tree.
+    """
+    if not isinstance(tree, dict):
+        return tree
+    if not node:
+        return {name: part for name, part in tree.items() if name not in ('rosslt', *_RECORDS)}
+    first, _, below = node.partition('/')
+    rest = {name: _without_records(part, below) if name == first else part for name, part in tree.items()}
+    return {name: part for name, part in rest.items() if name != first or part != {} or tree[name] == {}}
 
 
 def flat(tree: Any) -> Dict[str, Any]:

@@ -168,6 +168,8 @@ class Owner:
                     if not default:
                         raise
                     value, is_default = default[0], True
+                    if self._trees.are_met_by(key, value):  # it cannot be set beside them
+                        return Default(value)
                 site = where if isinstance(where, CallSite) else call_site(where)
                 known = self._trees.at(key, site, value)
                 if is_default or (default and self.mirror.was_default(key, value)):

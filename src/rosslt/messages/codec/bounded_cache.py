@@ -16,7 +16,8 @@ class BoundedCache(Generic[Value]):
     def __init__(self, size: int) -> None:
         self._size = size
         self._values: Dict[Hashable, Value] = {}
-        self._lock = threading.Lock()
+        # Reentrant, as a signal's handler may publish in the middle of a publish.
+        self._lock = threading.RLock()
 
     def get(self, key: Hashable) -> Optional[Value]:
         """The value of a key, None where it is not remembered."""
