@@ -47,7 +47,7 @@ def test_provenance_of_a_byte_of_a_long_array_goes_to_no_other_field():
         numbers = [0.0] * size
         numbers[index - 1] = X  # behind the offset in the layout
         message = long(bytes(size), 1.0, [Header()])
-        with pytest.raises(BadHeader, match='a byte of an array of more than'):
+        with pytest.raises(BadHeader, match='leaf %d, .* a byte of an array of more than' % index):
             attach(message, encode(Float64MultiArray(data=numbers)))
         assert not is_tracked(message.x)
 

@@ -70,10 +70,11 @@ def attach(message: Any, data: bytes) -> None:
         header = read_header(data)
     arrays: List[LocatedArray] = []
     found = locate(message, header.wanted, arrays)
-    if len(found) < len(header.wanted) - 1:
+    missing = header.wanted[len(found)]
+    if missing != END:
         raise BadHeader(
-            'bad provenance: found one of leaf %d, or of one before it, which the %s does not have, or which is a byte '
-            'of an array of more than %d' % (header.wanted[-2], message._type, ARRAY_BYTES_LIMIT)
+            'bad provenance: found one of leaf %d, which the %s does not have, or which is a byte of an array of more '
+            'than %d' % (missing, message._type, ARRAY_BYTES_LIMIT)
         )
     put_located(found, header.tracked(found), arrays)
 

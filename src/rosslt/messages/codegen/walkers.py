@@ -42,7 +42,7 @@ class Walkers(NamedTuple):
     are, and how many leaves there are in all."""
     locate: Callable[..., Any]
     """`locate(message, 0, wanted, 0, found.append, arrays.append)` appends `(owner, key, value, kind)` for each wanted
-    leaf; `wanted` holds indices that rise, and END at last. A byte in an array of more than BYTES_LIMIT is no leaf. An
+    leaf; `wanted` holds indices that rise, and END at last. It ends at a byte in an array of more than BYTES_LIMIT. An
     owner that is a list is a copy of an array of scalars, with its `(owner, name, array, copy)` in arrays."""
     end: Callable[..., Any]
     """`end(data, 0, len(data))`: where the serialized message that data begins with ends. Beyond the data, or
@@ -287,9 +287,9 @@ class _WalkerCompiler:
             self._constants['OWNER_' + name] = getter
             self._write(1, 'n = b + len(a)')
             if field.type in BYTES:
-                self._write(1, 'while i < n and len(a) > BYTES_LIMIT:')
-                self._write(2, 'p += 1')
-                self._write(2, 'i = w[p]')
+                self._write(1, 'if i < n and len(a) > BYTES_LIMIT:')
+                self._write(2, 'p = len(w) - 1')
+                self._write(2, 'i = END')
             self._write(1, 'if i < n:')
             self._write(2, 'c = listed(a)')
             self._write(2, 'array((%s, %r, a, c))', 'OWNER_%s(m)' % name if getter else 'm', last)
