@@ -446,8 +446,8 @@ def test_what_is_read_by_flat_is_what_numpy_gives_and_takes_no_provenance_away()
     assert [values.is_tracked(one) for one in a[0]] == [True, False, False]
 
 
-def resized(n, a):
-    a.resize(5)
+def resized(a):
+    a.resize(5, refcheck=False)  # plain NumPy counts the references of whatever traces the test
     return a
 
 
@@ -471,8 +471,8 @@ CALLS = {
     'asarray': lambda n, x: n.asarray(a=[x, 1.0], dtype=float),
     'average': lambda n, x: n.average(n.array([x, 1.0]), weights=n.array([1.0, 3.0]), returned=True),
     'average by axis': lambda n, x: n.average(n.array([[x, 1.0], [2.0, x]]), 1, n.array([1.0, 3.0]), True),
-    'resize': lambda n, x: resized(n, n.array([x, 1.0])),
-    'resize of zeros': lambda n, x: [n.zeros(3).resize(8), resized(n, n.zeros((2, 2)))],
+    'resize': lambda n, x: resized(n.array([x, 1.0])),
+    'resize of zeros': lambda n, x: [n.zeros(3).resize(8, refcheck=False), resized(n.zeros((2, 2)))],
     'shape': lambda n, x: shaped(n, n.array([1.0, x, 3.0, 4.0]), x),
     'shape of zeros': lambda n, x: shaped(n, n.zeros(4), x),
 }
@@ -493,6 +493,12 @@ def test_numbers_that_are_given_by_name_keep_their_provenance():
     reshaped.shape = (2, 2)
     assert rosslt.sources(reshaped[1, 0]) == rosslt.sources(reshaped.ravel()[2])
     assert values.is_tracked(reshaped[1, 0])
+
+
+def test_an_array_that_nobody_else_refers_to_is_resized():
+    a = np.array(tracked([1.0, 2.0]))
+    a.resize(3)
+    assert a.tolist() == [1.0, 2.0, 0.0]
 
 
 def test_an_array_that_others_refer_to_is_not_resized():

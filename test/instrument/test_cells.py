@@ -47,6 +47,17 @@ def test_one_literal_is_made_known_while_another_one_is_changed(master, tmp_path
     assert (location.value, len(known)) == (1.75, 1)
 
 
+def test_an_edit_that_was_taken_in_does_not_undo_what_was_changed_since(master, tmp_path):
+    names = run_rewritten('sent = 1.5\n', str(tmp_path / 'edited.py'))
+    location = names[CELLS].location(0)
+    assert node.reread(location, 1.75)
+    node.force_value(names['sent'], 2.0)
+    assert not node.reread(location, 1.75)
+    assert location.value == 2.0
+    assert node.reread(location, 1.5)
+    assert location.value == 1.5
+
+
 RELOADING = """
 import importlib
 import os

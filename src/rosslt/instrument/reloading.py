@@ -104,8 +104,9 @@ class _Reader:
             if location is None:
                 continue
             try:
-                node.reread(location, literal.value, is_saved_here)
-                taken.append(f'{location.name} = {literal.value!r}')
+                # A module that is loaded again may have taken it in before.
+                if node.reread(location, literal.value, is_saved_here):
+                    taken.append(f'{location.name} = {literal.value!r}')
             except ValueError as error:
                 refused.append(f'{literal.value!r} in line {literal.line} ({error})')
         lines = files.changed_elsewhere(original, new, result, set(locations))

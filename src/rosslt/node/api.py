@@ -256,17 +256,20 @@ def is_saved_here(digest: str) -> bool:
         return SOURCE_FILES.is_saved_here(digest)
 
 
-def reread(location: Location, said: Any, is_saved_here: bool = False) -> None:
+def reread(location: Location, said: Any, is_saved_here: bool = False) -> bool:
     """Take in what the code says of a location since it was edited, and have it in force.
 
     Args:
         is_saved_here: it was written there by a save: the value in force may be a newer one, and stays.
 
+    Returns:
+        Whether that is new. Where it was taken in before, the value in force may be a newer one, and stays.
+
     Raises:
         ValueError: the location does not take it; it stays as it is.
     """
     try:
-        _owner.reread(location, said, is_saved_here)
+        return _owner.reread(location, said, is_saved_here)
     except Refused as refused:
         raise ValueError(str(refused)) from None
 

@@ -399,17 +399,22 @@ class Owner:
             read,
         )
 
-    def reread(self, location: Location, said: Any, is_saved_here: bool) -> None:
+    def reread(self, location: Location, said: Any, is_saved_here: bool) -> bool:
         """Take in what the code says of a location since it was edited, and have it in force.
 
         Args:
             is_saved_here: it was written there by a save: the value in force may be a newer one, and stays.
+
+        Returns:
+            Whether that is new. Where it was taken in before, the value in force may be a newer one, and stays.
 
         Raises:
             Refused: the location does not take it; it stays as it is.
         """
         with self.lock:
             said = location.checked(said)
+            if said == location.said:
+                return False
             if location.value != said and not is_saved_here:
                 self.wait_for_reserved([location])
                 reasons, _ = self.apply([(self.changeable(location, 'editor'), said)], 'editor')
@@ -418,6 +423,7 @@ class Owner:
             location.reread(said)
             if location.parameter is not None:
                 self.mirror.renew_literal(location.parameter)
+            return True
 
     def _get_history(self, request: srv.GetHistoryRequest) -> srv.GetHistoryResponse:
         with self.lock:
