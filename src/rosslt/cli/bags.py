@@ -49,11 +49,12 @@ def opened(path: str) -> Iterator[rosbag.Bag]:
 def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Received]:
     """The messages of a bag as Received, in the order in which they were recorded."""
     decoder = Decoder()
-    for topic, (_, data, _, _, message_class), _, header in serialized(bag, topics):
+    for topic, (type_, data, _, _, message_class), _, header in serialized(bag, topics):
         publisher = header.get('callerid', b'')
         # rosbag reads the fields of a connection's header as bytes
         publisher = publisher.decode('utf-8', 'replace') if isinstance(publisher, bytes) else publisher
-        yield decoder.decode(data, message_class, topic, publisher)
+        # rosbag has one class for all types of the same fields, such as Point and Vector3
+        yield decoder.decode(data, message_class, topic, publisher)._replace(type=type_)
 
 
 def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Tuple[str, Any, genpy.Time, Any]]:
@@ -86,6 +87,37 @@ def _found_ahead(bag: rosbag.Bag, topic: str, raw: Sequence[Any], stamp: genpy.T
         except codec.BadHeader:
             continue
     return None
+
+
+class ConnectionWriter:
+    """Writes messages to a bag, each on a connection of its own publisher.
+
+    By itself, rosbag writes all messages of a topic on the connection of the first one: they would all be of its
+    publisher, and of its type.
+
+    Args:
+        bag: open for writing.
+    """
+
+    def __init__(self, bag: rosbag.Bag) -> None:
+        self._bag = bag
+        self._written: Dict[int, Tuple[Any, Any]] = {}  # by the ids of headers: the header, and the connection
+
+    def write(self, topic: str, raw: Sequence[Any], stamp: genpy.Time, header: Any) -> None:
+        """Write a message.
+
+        Args:
+            topic, raw, stamp, header: as of `serialized`; messages of one connection have the same header object.
+        """
+        connections = self._bag._topic_connections
+        known = self._written.get(id(header))
+        if known is not None:
+            connections[topic] = known[1]
+        else:
+            connections.pop(topic, None)
+        self._bag.write(topic, raw, stamp, raw=True, connection_header=header)
+        if known is None:
+            self._written[id(header)] = header, connections[topic]
 
 
 def take_names(bag: rosbag.Bag, directory: Directory) -> None:
