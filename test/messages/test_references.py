@@ -364,6 +364,11 @@ def test_what_is_new_with_every_message_is_not_looked_at_each_time(monkeypatch):
     assert is_reference(last), 'what stays is found again'
 
 
+def test_what_no_reader_takes_is_sent_in_full_and_stops_nobody():
+    publisher = Publisher(Float64)
+    assert [publisher.announcer.reference(b'\x01\x00 no provenance') for _ in range(3)] == [b''] * 3
+
+
 def test_several_outlines_in_turn_are_all_remembered():
     publisher = Publisher(Pose)
     poses = [pose(node='/n%d' % number) for number in range(5)]
