@@ -31,6 +31,8 @@ def opened(path: str) -> Iterator[rosbag.Bag]:
     Raises:
         Failure: there is none, or it cannot be read.
     """
+    if not path:
+        raise Failure('found an empty name in the place of the bag')
     try:
         bag = rosbag.Bag(path)
     except rosbag.ROSBagUnindexedException:
@@ -63,7 +65,7 @@ def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Itera
     A recording may begin with messages that refer to a provenance which was sent before: it comes again a little later.
     """
     searched: Dict[str, genpy.Time] = {}
-    for topic, raw, stamp, header in bag.read_messages(topics, raw=True, return_connection_header=True):
+    for topic, raw, stamp, header in _read(bag, topics, raw=True, return_connection_header=True):
         data = raw[1]
         try:
             data = codec.in_full(data, raw[-1])
@@ -78,9 +80,17 @@ def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Itera
         yield topic, (raw[0], data, *raw[2:]), stamp, header
 
 
+def _read(bag: rosbag.Bag, topics: Optional[Sequence[str]], **options: Any) -> Iterator[Any]:
+    """As `bag.read_messages`, which of a damaged bag may raise what does not say so."""
+    try:
+        yield from bag.read_messages(topics, **options)
+    except LookupError as error:
+        raise rosbag.ROSBagException(f'a record names {error}, which the bag does not have') from None
+
+
 def _found_ahead(bag: rosbag.Bag, topic: str, raw: Sequence[Any], stamp: genpy.Time) -> Optional[bytes]:
     """A serialized message with its provenance in full; None where no message soon after it has what it refers to."""
-    for _, later, _ in bag.read_messages([topic], start_time=stamp, end_time=stamp + _AHEAD, raw=True):
+    for _, later, _ in _read(bag, [topic], start_time=stamp, end_time=stamp + _AHEAD, raw=True):
         try:
             if codec.in_full(later[1], later[-1]) is later[1]:
                 return codec.in_full(raw[1], raw[-1])
@@ -124,7 +134,7 @@ def take_names(bag: rosbag.Bag, directory: Directory) -> None:
     """Add the recorded locations of nodes to a directory."""
     topics = [name for name, topic in bag.get_type_and_topic_info().topics.items() if topic.msg_type == _LOCATIONS_TYPE]
     if topics:
-        for _, told, _ in bag.read_messages(topics):
+        for _, told, _ in _read(bag, topics):
             directory.take(told.node, told.locations)
 
 
