@@ -115,3 +115,23 @@ def test_it_says_why_it_cannot_read(bag, tmp_path):
     with open(bag, 'rb') as whole:
         (tmp_path / 'cut.bag').write_bytes(whole.read()[:2000])
     assert 'rosslt bag: ' in failure('bag', str(tmp_path / 'cut.bag'))
+
+
+def test_a_bag_with_a_record_of_an_unknown_connection_is_called_unreadable(tmp_path):
+    path = tmp_path / 'damaged.bag'
+    with rosbag.Bag(str(path), 'w') as written:
+        for _ in range(2):
+            written.write('/words', String('hello'))
+    held = path.read_bytes()
+    # the numbers of connections are behind `conn=`; the index at the end stays right, what it leads to is not
+    first = held.index(b'conn=', held.index(b'hello') - 60) + len(b'conn=')
+    path.write_bytes(held[:first] + b'\x07' + held[first + 1 :])
+    for arguments in (['bag', str(path)], ['echo', '--bag', str(path), '/words']):
+        result = rosslt(*arguments, **NO_MASTER)
+        assert (result.returncode, result.stdout) == (1, '')
+        assert result.stderr.startswith(f'rosslt {arguments[0]}: cannot read {path}: ')
+        assert 'Traceback' not in result.stderr
+
+
+def test_an_empty_name_is_no_bag():
+    assert failure('bag', '') == 'rosslt bag: found an empty name in the place of the bag'

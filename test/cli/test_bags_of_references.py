@@ -6,7 +6,7 @@ import genpy
 import pytest
 import rosbag
 from geometry_msgs.msg import Point, Pose
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, String
 
 from rosslt import Source, is_tracked, track
 from rosslt.cli import bags
@@ -129,3 +129,22 @@ def test_a_provenance_that_is_wrong_is_still_reported(tmp_path, capsys):
     with rosbag.Bag(str(tmp_path / 'bad.bag')) as bag:
         assert [received.message.data for received in bags.messages(bag)] == [1.0]
     assert 'a reference of 3 bytes' in capsys.readouterr().err
+
+
+def test_what_if_leaves_what_it_cannot_resolve_as_it_was_and_says_so(tmp_path):
+    path, out = tmp_path / 'lost.bag', str(tmp_path / 'out.bag')
+    recorder = Recorder('/words', String)
+    with rosbag.Bag(str(path), 'w') as bag:
+        lost = [recorder.data(String(track('lost', Source('/lost_node', 1)))) for _ in range(3)]
+        kept = recorder.data(String(track('kept', Source('/planner', 1))))
+        assert lost[-1].endswith(b'rSLR')
+        latin = lost[-1].replace(b'lost', b'l\xf6st')  # as a node in C++ may send it
+        for second, data in enumerate([latin, kept], 1):
+            bag.write('/words', (String._type, data, String._md5sum, None, String), genpy.Time(second), raw=True)
+    result = rosslt('bag', str(path), '--set', '/planner#1=new', '-o', out, **NO_MASTER)
+    assert result.stdout == '/words\t2\t1\n'
+    assert '1 messages on /words stay as they were recorded: they refer to a provenance that' in result.stderr
+    with rosbag.Bag(out) as bag:
+        found = [raw[1] for _, raw, _ in bag.read_messages(raw=True)]
+    assert found[0] == latin
+    assert decode(found[1], String).message.data == 'new'

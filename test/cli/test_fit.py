@@ -177,3 +177,10 @@ def test_it_is_applied_and_saved_where_it_stands(run):
 )
 def test_what_cannot_be_fitted_is_said(run, arguments, reason):
     assert reason in failure('fit', run[1], *arguments)
+
+
+@pytest.mark.parametrize('scale', ['0', '-1', 'nan', 'inf'])
+def test_a_scale_that_is_none_is_misuse(scale):
+    result = rosslt('fit', 'run.bag', '/odom/x', '--to', '/truth/x', '--loss', 'huber', f'--scale={scale}')
+    assert result.returncode == 2
+    assert result.stderr.endswith(f'--scale must be finite and above 0, found {scale}\n')

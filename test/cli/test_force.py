@@ -59,6 +59,19 @@ NARROW = """
     """
 
 
+LEVELS = """
+    from std_msgs.msg import Float32, UInt8MultiArray
+
+    levels = rosslt.Publisher('levels', UInt8MultiArray, queue_size=1)
+    narrow = rosslt.Publisher('narrow', Float32, queue_size=1)
+    rate = rospy.Rate(20)
+    while not rospy.is_shutdown():
+        levels.publish(data=[rosslt.location(3, name='level'), 2])
+        narrow.publish(rosslt.location(1.0, name='x'))
+        rate.sleep()
+    """
+
+
 @pytest.fixture(scope='module')
 def twins(master):
     """Two nodes that publish one topic, of one code."""
@@ -168,6 +181,25 @@ class TestWhatIsSeenAfterwards:
             result = rosslt('force', '/narrowed/data', '0.1')
             assert (result.returncode, result.stderr) == (0, '')
             assert result.stdout.startswith('/narrow/x\t')
+
+    def test_what_the_field_cannot_hold_is_refused_before_its_node_would_fail(self, master):
+        with Node('levels', LEVELS):
+            wait_until(lambda: rosslt('explain', '/levels/data').stdout, 'it publishes')
+            byte = 'rosslt force: the field is a uint8, which holds 0 to 255, found '
+            assert failure('force', '/levels/data[0]', '400') == byte + '400'
+            assert failure('force', '/levels', '{data: [-1, 2]}') == byte + '-1'
+            assert failure('force', '/levels/data[0]', '256', '--dry-run') == byte + '256'
+            assert 'the field is a float32, which holds ' in failure('force', '/narrow/data', '1e39')
+            assert [line[:3] for line in lines('force', '/levels/data[0]', '255')] == [['/levels/level', '3', '255']]
+
+    def test_what_a_stamp_does_not_have_is_named(self, nodes):
+        said = failure('force', '/gate/header/stamp/sec', '1')
+        assert said == "rosslt force: Time has no field 'sec' (did you mean secs?), its fields are secs, nsecs"
+
+    def test_no_round_at_all_is_misuse(self, nodes):
+        result = rosslt('force', '/gate/pose/position/x', '1', '--rounds', '0')
+        assert result.returncode == 2
+        assert result.stderr.endswith('--rounds must be at least 1, found 0\n')
 
 
 class TestExplain:

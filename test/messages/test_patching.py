@@ -295,3 +295,23 @@ def test_bytes_that_only_look_like_a_footer_are_part_of_the_message():
     inner = in_band(Float64(TRACKED[0]))
     message = Image(data=inner)
     assert messages.Patcher(CHANGES).patched(in_band(message), Image) == (in_band(message), False, False)
+
+
+def test_a_bool_whose_kind_takes_more_bytes_than_it_needs_is_left_to_the_decoder():
+    message = Float64(TRACKED[0] * TRACKED[4])
+    provenance = messages.encode(message)
+    at = provenance.index(b'\x01\x05')  # the kinds of the values: a float, True
+    longer = provenance[:at] + b'\x01\x85\x00' + provenance[at + 2 :]
+    buff = io.BytesIO()
+    message.serialize(buff)
+    data = buff.getvalue() + longer + struct.pack('<I4s', len(longer), b'rSLT')
+    assert explained(data) == explained(in_band(message))
+    assert messages.Patcher({LIT: False}).patched(data, Float64) is None
+    assert messages.Patcher({SPEED: 0.8}).patched(data, Float64).is_changed
+
+
+def explained(data):
+    """What a number says of where it comes from."""
+    found = messages.decode(data, Float64)
+    assert found.error is None
+    return values.explain(found.message.data)

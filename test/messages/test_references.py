@@ -9,7 +9,7 @@ import threading
 import pytest
 from geometry_msgs.msg import Point, Pose, Twist, Vector3
 from hypothesis import given, settings, strategies
-from std_msgs.msg import Float64, Int64, String
+from std_msgs.msg import Float64, Float64MultiArray, Int64, String
 from visualization_msgs.msg import Marker
 
 from rosslt import Source, evaluate, is_tracked, math, sources, track
@@ -30,6 +30,7 @@ from rosslt.messages.codec.announcing import MOST_ANNOUNCED, MOST_NEW, NEXT_TRY,
 from rosslt.messages.codec.outlines import (
     KNOWN_BYTES_LIMIT,
     KNOWN_LIMIT,
+    RECENT_LARGE,
     RECENT_SMALL,
     SLOPES_SENT,
     VALUES_SENT,
@@ -46,9 +47,8 @@ NODE = '/interactive_script'
 @pytest.fixture(autouse=True)
 def _nothing_known(monkeypatch):
     """Every test begins as a process does that has received nothing."""
-    fresh = Outlines()
-    for name in ('_small', '_large', '_known', '_bytes', '_lock'):
-        monkeypatch.setattr(OUTLINES, name, getattr(fresh, name))
+    for name, value in vars(Outlines()).items():
+        monkeypatch.setattr(OUTLINES, name, value)
 
 
 class Publisher:
@@ -69,6 +69,11 @@ class Publisher:
 
 def is_reference(data):
     return data.endswith(b'rSLR')
+
+
+def framed(provenance):
+    """A provenance with its footer."""
+    return provenance + struct.pack('<I4s', len(provenance), b'rSLT')
 
 
 def located(*numbers, node=NODE, first=0x21D6A37D9B01):
@@ -339,6 +344,27 @@ def test_memory_is_bounded_however_large_they_are():
     assert 0 < OUTLINES._bytes <= KNOWN_BYTES_LIMIT
 
 
+def test_large_ones_that_are_few_among_many_others_are_known():
+    def large(node, step):
+        return Float64MultiArray(
+            data=[1.5 * value for value in located(*[step + 0.1 * each for each in range(400)], node=node)]
+        )
+
+    publisher, full, found = Publisher(Float64MultiArray), 0, []
+    for step in range(30):
+        publisher.now += 0.1
+        data = publisher.sent(large('/slow', step))
+        full += not is_reference(data)
+        message = decode(data, Float64MultiArray).message
+        if full > 1 and is_reference(data):  # before, nobody knew that there are references
+            found.append(is_tracked(message.data[0]))
+        for other in range(2 * RECENT_LARGE):
+            sent = large('/fast', 100 * step + other)
+            decode(serialized(sent) + framed(encode(sent)), Float64MultiArray)
+    assert found
+    assert all(found)
+
+
 def test_an_outline_that_was_dropped_is_known_again_once_it_is_repeated():
     publisher = Publisher(Pose)
     decode(publisher.sent(pose()), Pose)
@@ -362,6 +388,11 @@ def test_what_is_new_with_every_message_is_not_looked_at_each_time(monkeypatch):
     for _ in range(NEXT_TRY + 1):
         last = publisher.sent(pose())
     assert is_reference(last), 'what stays is found again'
+
+
+def test_what_no_reader_takes_is_sent_in_full_and_stops_nobody():
+    publisher = Publisher(Float64)
+    assert [publisher.announcer.reference(b'\x01\x00 no provenance') for _ in range(3)] == [b''] * 3
 
 
 def test_several_outlines_in_turn_are_all_remembered():

@@ -134,6 +134,19 @@ def test_sums_of_more_terms_than_fit_are_sent_untracked(caplog):
     assert 'the sums of the message have too many terms' in caplog.text
 
 
+@pytest.mark.parametrize('full_history', [False, True])
+def test_expressions_over_more_terms_than_fit_are_linearized_as_far_as_they_fit(full_history):
+    values = [track(0.001 * place, Source('/wide', place)) for place in range(500)]
+    sent = [
+        math.sin(sum([value * (1 + (place * each) % 7) for place, value in enumerate(values)])) for each in range(90)
+    ]
+    received = arrived(Float64MultiArray(data=sent), full_history=full_history)
+    assert [is_tracked(each) for each in received.data] == [True] * 80 + [False] * 10
+    assert len(sources(received.data[0])) == len(values)
+    nudge = {sources(sent[1])[3]: 0.003001}
+    assert evaluate(received.data[1], nudge) == pytest.approx(evaluate(sent[1], nudge), abs=1e-9)
+
+
 @pytest.mark.parametrize('value', [-(2**63), 2**63 - 1, 0, -1])
 def test_integers_are_exact_to_the_limits(value):
     received = arrived(Int64(track(value, Source('/counter', 1))))

@@ -31,6 +31,8 @@ def opened(path: str) -> Iterator[rosbag.Bag]:
     Raises:
         Failure: there is none, or it cannot be read.
     """
+    if not path:
+        raise Failure('found an empty name in the place of the bag')
     try:
         bag = rosbag.Bag(path)
     except rosbag.ROSBagUnindexedException:
@@ -49,11 +51,12 @@ def opened(path: str) -> Iterator[rosbag.Bag]:
 def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Received]:
     """The messages of a bag as Received, in the order in which they were recorded."""
     decoder = Decoder()
-    for topic, (_, data, _, _, message_class), _, header in serialized(bag, topics):
+    for topic, (type_, data, _, _, message_class), _, header in serialized(bag, topics):
         publisher = header.get('callerid', b'')
         # rosbag reads the fields of a connection's header as bytes
         publisher = publisher.decode('utf-8', 'replace') if isinstance(publisher, bytes) else publisher
-        yield decoder.decode(data, message_class, topic, publisher)
+        # rosbag has one class for all types of the same fields, such as Point and Vector3
+        yield decoder.decode(data, message_class, topic, publisher)._replace(type=type_)
 
 
 def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Tuple[str, Any, genpy.Time, Any]]:
@@ -62,7 +65,7 @@ def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Itera
     A recording may begin with messages that refer to a provenance which was sent before: it comes again a little later.
     """
     searched: Dict[str, genpy.Time] = {}
-    for topic, raw, stamp, header in bag.read_messages(topics, raw=True, return_connection_header=True):
+    for topic, raw, stamp, header in _read(bag, topics, raw=True, return_connection_header=True):
         data = raw[1]
         try:
             data = codec.in_full(data, raw[-1])
@@ -77,9 +80,17 @@ def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Itera
         yield topic, (raw[0], data, *raw[2:]), stamp, header
 
 
+def _read(bag: rosbag.Bag, topics: Optional[Sequence[str]], **options: Any) -> Iterator[Any]:
+    """As `bag.read_messages`, which of a damaged bag may raise what does not say so."""
+    try:
+        yield from bag.read_messages(topics, **options)
+    except LookupError as error:
+        raise rosbag.ROSBagException(f'a record names {error}, which the bag does not have') from None
+
+
 def _found_ahead(bag: rosbag.Bag, topic: str, raw: Sequence[Any], stamp: genpy.Time) -> Optional[bytes]:
     """A serialized message with its provenance in full; None where no message soon after it has what it refers to."""
-    for _, later, _ in bag.read_messages([topic], start_time=stamp, end_time=stamp + _AHEAD, raw=True):
+    for _, later, _ in _read(bag, [topic], start_time=stamp, end_time=stamp + _AHEAD, raw=True):
         try:
             if codec.in_full(later[1], later[-1]) is later[1]:
                 return codec.in_full(raw[1], raw[-1])
@@ -88,11 +99,42 @@ def _found_ahead(bag: rosbag.Bag, topic: str, raw: Sequence[Any], stamp: genpy.T
     return None
 
 
+class ConnectionWriter:
+    """Writes messages to a bag, each on a connection of its own publisher.
+
+    By itself, rosbag writes all messages of a topic on the connection of the first one: they would all be of its
+    publisher, and of its type.
+
+    Args:
+        bag: open for writing.
+    """
+
+    def __init__(self, bag: rosbag.Bag) -> None:
+        self._bag = bag
+        self._written: Dict[int, Tuple[Any, Any]] = {}  # by the ids of headers: the header, and the connection
+
+    def write(self, topic: str, raw: Sequence[Any], stamp: genpy.Time, header: Any) -> None:
+        """Write a message.
+
+        Args:
+            topic, raw, stamp, header: as of `serialized`; messages of one connection have the same header object.
+        """
+        connections = self._bag._topic_connections
+        known = self._written.get(id(header))
+        if known is not None:
+            connections[topic] = known[1]
+        else:
+            connections.pop(topic, None)
+        self._bag.write(topic, raw, stamp, raw=True, connection_header=header)
+        if known is None:
+            self._written[id(header)] = header, connections[topic]
+
+
 def take_names(bag: rosbag.Bag, directory: Directory) -> None:
     """Add the recorded locations of nodes to a directory."""
     topics = [name for name, topic in bag.get_type_and_topic_info().topics.items() if topic.msg_type == _LOCATIONS_TYPE]
     if topics:
-        for _, told, _ in bag.read_messages(topics):
+        for _, told, _ in _read(bag, topics):
             directory.take(told.node, told.locations)
 
 

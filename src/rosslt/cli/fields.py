@@ -43,27 +43,31 @@ def joined(path: str, leaf: str) -> str:
     return (whole + (leaf if leaf.startswith('[') or not leaf else '.' + leaf)).lstrip('.')
 
 
-def target(part: Any, text: str) -> Any:
+def target(message: Any, path: str, text: str) -> Any:
     """The target for a part of a message, as `values.solve` takes it.
 
     Args:
-        part: a scalar, a message or an array of them.
+        message: the message.
+        path: of the part: a scalar, a message or an array of them.
         text: a scalar as `rosslt set` takes it; for anything else YAML, `{x: 1.0, y: 2.0}`. What is not mentioned may
             become anything.
 
     Raises:
         Failure: the text does not fit.
     """
+    part, type_ = messages.part_at(message, path)
     plain = values.untracked(part)
-    if isinstance(plain, (bool, int, float, str)):
-        try:
-            return parse_scalar(text, type(plain).__name__)
-        except ValueError as error:
-            raise Failure(str(error)) from None
     try:
-        return _shaped(part, yaml.safe_load(text), 'the value')
+        if isinstance(plain, (bool, int, float, str)):
+            wanted: Any = parse_scalar(text, type(plain).__name__)
+        else:
+            wanted = _shaped(part, yaml.safe_load(text), 'the value')
+        messages.check_range(part, type_, wanted)
     except yaml.YAMLError as error:
         raise Failure(f'{text!r} is no YAML: ' + ' '.join(str(error).split())) from None
+    except ValueError as error:
+        raise Failure(str(error)) from None
+    return wanted
 
 
 def source_values(part: Any) -> Dict[values.Source, Any]:
@@ -88,18 +92,21 @@ def _shaped(part: Any, wanted: Any, where: str) -> Any:
         if not isinstance(wanted, list) or len(wanted) != len(part):
             raise Failure(f'{where} must be given as a list of {len(part)}, found {wanted!r}')
         return [_shaped(each, value, f'[{index}] of {where}') for index, (each, value) in enumerate(zip(part, wanted))]
+    kind = type(values.untracked(part)).__name__
+    if kind == 'bytes':
+        raise Failure(f'{where} is {len(part)} bytes that come from nowhere: leave it out')
     if not isinstance(wanted, (bool, int, float, str)):
         raise Failure(f'{where} must be given as a scalar, found {wanted!r}')
     try:
-        return parse_scalar(str(wanted), type(values.untracked(part)).__name__)
+        return parse_scalar(str(wanted), kind)
     except (KeyError, ValueError) as error:
         raise Failure(f'{where}: {error}') from None
 
 
 def _missing(part: Any, step: Union[str, int], where: str) -> str:
     if hasattr(part, '_slot_types'):
-        meant = did_you_mean(str(step), part.__slots__)
-        return f'{part._type} has no field {step!r}{meant}, its fields are ' + ', '.join(part.__slots__)
+        meant, type_ = did_you_mean(str(step), part.__slots__), getattr(part, '_type', type(part).__name__)
+        return f'{type_} has no field {step!r}{meant}, its fields are ' + ', '.join(part.__slots__)
     if isinstance(part, (list, tuple)):
         return f'{where} has {len(part)} elements: give [INDEX], found {step!r}'
     return f'{where} is {values.untracked(part)!r}, which has no part {step!r}'

@@ -14,6 +14,10 @@ def parse_scalar(text: str, kind: str) -> Union[float, int, str, bool]:
         ValueError: it is no such thing.
     """
     if kind == 'str':
+        try:
+            text.encode('utf-8')
+        except UnicodeEncodeError:
+            raise ValueError(f'{text!r} is not UTF-8') from None  # as bytes of a shell may be
         return text
     if kind == 'bool':
         if text.lower() not in ('true', 'false'):

@@ -26,11 +26,12 @@ class Topic:
         count: how many there are.
         changed: how many have other values now.
         left_out: how many have no value any more, as `reason` says, and were left out.
+        unresolved: how many refer to a provenance that is not in the bag, and stay as they were recorded.
         is_approximate: whether the first of them come from a linearization, which holds near the recorded values only.
     """
 
     def __init__(self) -> None:
-        self.count = self.changed = self.left_out = 0
+        self.count = self.changed = self.left_out = self.unresolved = 0
         self.is_approximate = False
         self.reason = ''
 
@@ -63,13 +64,13 @@ def rewrite(
     """
     total, due = bag.get_message_count(), 0.0
     topics: Dict[str, Topic] = {}
-    rewriter = _Rewriter(changes)
+    rewriter, writer = _Rewriter(changes), bags.ConnectionWriter(output)
     for done, (name, raw, stamp, header) in enumerate(bags.serialized(bag)):
         topic = topics.setdefault(name, Topic())
         topic.count += 1
         data = rewriter.rewritten(name, topic, raw)
         if data is not None:
-            output.write(name, (raw[0], data, *raw[2:]), stamp, raw=True, connection_header=header)
+            writer.write(name, (raw[0], data, *raw[2:]), stamp, header)
         if time.perf_counter() > due:
             progress(done, total)
             due = time.perf_counter() + PROGRESS_PERIOD
@@ -98,6 +99,9 @@ class _Rewriter:
         """The same by decoding the message."""
         message = self._decoder.decode(data, message_class, name).message
         fields = messages.tracked_fields(message)
+        if not fields:  # what cannot be read of its provenance may be read elsewhere
+            topic.unresolved += _is_unresolved(data, message_class)
+            return data
         leaves = [leaf for _, leaf, _ in fields]
         try:
             new = values.reapply(leaves, self._changes)
@@ -130,6 +134,17 @@ def _fitting(made: Any, leaf: Any, kind: str) -> Any:
     if isinstance(plain, complex):
         raise ValueError(f'{values.explain(leaf)} would be {plain!r}')
     return made
+
+
+def _is_unresolved(data: bytes, message_class: Any) -> bool:
+    """Whether a serialized message refers to a provenance that was not received."""
+    try:
+        messages.in_full(data, message_class)
+    except messages.UnknownOutline:
+        return True
+    except messages.BadHeader:
+        pass  # the decoder has said so
+    return False
 
 
 def _is_linearized(leaf: Any) -> bool:

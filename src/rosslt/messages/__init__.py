@@ -13,7 +13,15 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 from rosslt.messages.codec import Allowance, Announcer, SparingProvenance, attach, encode, provenance_to_send
 from rosslt.messages.codegen.blanks import blank
 from rosslt.messages.errors import BadHeader, UnknownOutline, UnknownType
-from rosslt.messages.field_path import NoSuchPart, distance, is_reached, is_sent_as, part_at, path_steps
+from rosslt.messages.field_path import (
+    NoSuchPart,
+    check_range,
+    distance,
+    is_reached,
+    is_sent_as,
+    part_at,
+    path_steps,
+)
 from rosslt.messages.inband import (
     Decoded,
     append_provenance,
@@ -51,6 +59,7 @@ __all__ = [
     'append_provenance',
     'attach',
     'blank',
+    'check_range',
     'decode',
     'decoder',
     'distance',

@@ -8,7 +8,10 @@ import re
 import struct
 from typing import Any, Iterator, List, Tuple, Union
 
+import genpy
+
 from rosslt import values
+from rosslt.messages.fields import SCALARS
 
 #: How far apart two neighbouring numbers of 32 bits are, relative to their size.
 FLOAT32 = 2.0**-23
@@ -65,6 +68,30 @@ def part_at(message: Any, path: str) -> Tuple[Any, str]:
             part, type_ = getattr(part, step), _types(part)[names.index(step)]
             walked += f'.{step}' if walked else step
     return part, type_
+
+
+def check_range(part: Any, type_: str, wanted: Any) -> None:
+    """Check that a target has no number beyond those of its field: the node that sends the message would fail.
+
+    Args:
+        part, type_: as `part_at` gives them.
+        wanted: as of `is_reached`.
+
+    Raises:
+        ValueError: it has one, or another shape.
+    """
+    for _, target, kind in _paired(part, wanted, type_):
+        letter = SCALARS.get(kind)
+        if letter is None or kind == 'bool' or not isinstance(target, (int, float)) or target - target != 0:
+            continue
+        is_whole = letter not in 'fd'
+        try:
+            struct.pack('<' + letter, int(target) if is_whole else target)
+        except (struct.error, OverflowError):
+            bits = 8 * struct.calcsize('<' + letter)
+            least = 0 if letter.isupper() else -(1 << bits - 1)
+            holds = f'{least} to {least + (1 << bits) - 1}' if is_whole else f'numbers of {bits} bits'
+            raise ValueError(f'the field is a {kind}, which holds {holds}, found {target!r}') from None
 
 
 def is_reached(part: Any, wanted: Any, type_: str = '') -> bool:
@@ -134,5 +161,7 @@ def _is_met(leaf: Any, wanted: Any, type_: str) -> bool:
 
 
 def _types(message: Any) -> List[str]:
-    types = list(getattr(message, '_slot_types', ()))  # a time has slots, and none or other types
+    if isinstance(message, genpy.Time):
+        return ['uint32', 'uint32']  # genpy says int32
+    types = list(getattr(message, '_slot_types', ()))  # others may have slots and no types
     return types if len(types) == len(message.__slots__) else [''] * len(message.__slots__)

@@ -400,7 +400,8 @@ def force_field(
         ChangeRejected, SourceUnreachable: as of `force_value`.
         NotReached: the sources have changed, but no message shows the target; the error says what came instead, and
             why as far as it is known, and has the Outcome.
-        ValueError: the topic's messages have no such field, or both `source` and `sources` were given.
+        ValueError: the topic's messages have no such field, it cannot hold the target (400 in a `uint8`), or both
+            `source` and `sources` were given.
         rospy.ROSException: nobody publishes the topic, no message came in time, or `init_node` has not been called.
     """
     if source is not None and sources is not None:

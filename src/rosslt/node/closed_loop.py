@@ -161,6 +161,7 @@ def close_loop(
         values.NotTracked, values.NotInvertible: there is no answer to begin with; nothing was requested.
         ChangeRejected, SourceUnreachable: as of `force_value`, in the first round.
         NotReached: no message has the wanted value.
+        ValueError: the message has no such field, or that cannot hold what is wanted.
     """
     if rounds < 1:
         raise ValueError(f'rounds must be at least 1, found {rounds}')
@@ -195,6 +196,7 @@ class _Loop:
         sight = self._sight(message)
         if sight is None:
             raise ValueError(f'the message has no field {self._field.path}')
+        messages.check_range(*messages.part_at(message, self._field.path), self._wanted)
         if sight.is_reached:
             return Outcome({}, self._wanted, values.untracked(sight.part), True)
         best, worse, moments = float('inf'), 0, 0

@@ -128,6 +128,12 @@ def _rewrite(file: str, settings: Sequence[str], output: str) -> None:
     for name, topic in sorted(result.topics.items()):
         if topic.left_out:
             print(f'rosslt bag: {topic.left_out} messages on {name} are left out: {topic.reason}', file=sys.stderr)
+        if topic.unresolved:
+            print(
+                f'rosslt bag: {topic.unresolved} messages on {name} stay as they were recorded: '
+                'they refer to a provenance that is not in the bag',
+                file=sys.stderr,
+            )
         if topic.is_approximate:
             print(f'rosslt bag: messages on {name} are approximate: their provenance is linearized', file=sys.stderr)
 

@@ -1,6 +1,7 @@
 """`rosslt fit`: find the source values that bring recorded fields nearest to what was measured."""
 
 import argparse
+import math
 from typing import Any, Dict, List, Optional, Sequence
 
 import rospy
@@ -8,7 +9,7 @@ import rospy
 from rosslt import files, node, values
 from rosslt.cli import bags
 from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach
-from rosslt.cli.failure import Failure
+from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import find_master
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.pairing import pairs
@@ -56,6 +57,8 @@ class Requester:
 def run(options: argparse.Namespace) -> None:
     if len(options.fields) != len(options.to):
         raise Failure(f'found {len(options.fields)} fields and {len(options.to)} after --to: give as many of each')
+    if not 0 < options.scale < math.inf:
+        raise Misused(f'--scale must be finite and above 0, found {options.scale:g}')
     master = find_master() if options.apply or options.save else None
     directory = Directory()
     with bags.opened(options.file) as bag:

@@ -9,7 +9,7 @@ import rospy
 from rosslt import node, values
 from rosslt.cli.completers import fields, locations, nodes
 from rosslt.cli.directory import TIMEOUT, Directory
-from rosslt.cli.failure import Failure
+from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import field_of, source_values, target
 from rosslt.cli.hearing import heard_publishers
 from rosslt.cli.master import find_master, split_topic
@@ -60,6 +60,8 @@ class Requester:
 
 
 def run(options: argparse.Namespace) -> None:
+    if options.rounds < 1:
+        raise Misused(f'--rounds must be at least 1, found {options.rounds}')
     master, directory = find_master(), Directory()
     topic, _, field = split_topic(master, options.field)
     values.describe_sources_with(directory.describe)
@@ -78,11 +80,11 @@ def run(options: argparse.Namespace) -> None:
                 ),
                 file=sys.stderr,
             )
-        wanted = target(part, options.value)
+        heard_one = next(received for received in heard if received.publisher == publisher)
+        wanted = target(heard_one.message, field, options.value)
         if options.dry_run:
             _show(directory, _planned(directory, part, wanted, source), is_planned=True)
             return
-        heard_one = next(received for received in heard if received.publisher == publisher)
         outcome = _forced(directory, inbox, heard_one, field, wanted, source, options)
     _show(directory, outcome.changes, seen=(outcome.messages, f'{outcome.milliseconds:.0f}'))
     _report(outcome, publisher)

@@ -10,6 +10,7 @@ import time
 from typing import Any, Callable, Dict, List, Optional
 
 from rosslt.messages.codec.outlines import SLOPES_SENT, VALUES_SENT, Cut, checksum_of, cut_of
+from rosslt.messages.errors import BadHeader
 
 PERIOD, SHORTEST_PERIOD = 1.0, 0.25
 """After how many seconds at most, and at least, an outline is sent in full again."""
@@ -113,7 +114,10 @@ class Announcer:
             self._new += 1
             if self._new > MOST_NEW and self._new % NEXT_TRY:
                 return b''
-            announced = _Announced(data, cut_of(self._class, data))
+            try:
+                announced = _Announced(data, cut_of(self._class, data))
+            except BadHeader:
+                return b''  # what no reader takes: the message is sent all the same
             self._announced = [announced, *self._announced[: MOST_ANNOUNCED - 1]]
         announced.announce(data, now + random.uniform(SHORTEST_PERIOD, PERIOD), before)
         return b''

@@ -9,7 +9,13 @@ import itertools
 from typing import Any, Collection, Container, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.bounded_cache import BoundedCache
-from rosslt.messages.codec.expressions import packed_instructions, register, without_sources
+from rosslt.messages.codec.expressions import (
+    TERM_LIMIT,
+    are_too_many,
+    packed_instructions,
+    register,
+    without_sources,
+)
 from rosslt.messages.codec.table_writer import TableWriter, Unencodable
 from rosslt.messages.codec.templates import AffineField, Parts, Shape, Template, Terms, shape_of
 from rosslt.messages.codec.varint import SMALL, packed
@@ -368,7 +374,7 @@ class _Encoder:
         self.add_fields(fields)
         if expressions:
             instructions, roots = disassemble(leaf for _, leaf, _ in expressions)
-            if len(instructions) > INSTRUCTION_LIMIT:
+            if are_too_many(instructions):
                 if full_history:
                     return _encoded(self._message_type, list(expressions), False)
                 expressions, instructions, roots = self._linearized(expressions)
@@ -407,16 +413,18 @@ class _Encoder:
         """A linearization of each leaf, in place of the instructions that are too many."""
         shorter: List[tuple] = []
         places: Dict[Any, int] = {}
-        kept, ends = [], []
+        kept, ends, terms_left = [], [], TERM_LIMIT
         for index, leaf, kind in leaves:
             value = untracked(leaf)
             try:
                 terms = [term for term in linearized(leaf) if type(term[1]) in (float, int)]
             except ArithmeticError:
                 terms = []  # its slopes are larger than any float
-            if not terms or type(value) not in (float, int) or len(shorter) + len(terms) >= INSTRUCTION_LIMIT:
+            is_short = len(shorter) + len(terms) < INSTRUCTION_LIMIT and len(terms) <= terms_left
+            if not (terms and is_short) or type(value) not in (float, int):
                 self._leave_out(index, Unencodable('its expression is too long'))
                 continue
+            terms_left -= len(terms)
             numbers = []
             for source, at, _ in terms:
                 key = source, type(at), repr(at)

@@ -29,6 +29,14 @@ TERM_LIMIT = 4 * INSTRUCTION_LIMIT
 """The most terms of all affine parts of a message."""
 
 
+def are_too_many(instructions: Sequence[tuple]) -> bool:
+    """Whether a reader would refuse so many instructions, or so many terms of their affine parts."""
+    return (
+        len(instructions) > INSTRUCTION_LIMIT
+        or sum([len(instruction[2]) for instruction in instructions if instruction[0] == AFFINE]) > TERM_LIMIT
+    )
+
+
 def packed_instructions(instructions: Sequence[tuple], tables: TableWriter, numbers: Dict[Any, int]) -> bytes:
     """Instructions as bytes.
 

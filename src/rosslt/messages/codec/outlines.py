@@ -109,7 +109,9 @@ class Outlines:
     """The outlines that were received. Several threads may use it.
 
     They are worked out when a reference is met whose checksum is not known: who gets no references pays for an entry in
-    a queue only. What does not fit is dropped, the oldest first; a publisher repeats what it refers to.
+    a queue only. Once there have been references, large ones are worked out before they would be dropped, unread: a
+    publisher whose messages are few among many others would have none that is known, however often it repeats them.
+    What does not fit is dropped, the oldest first; a publisher repeats what it refers to.
     """
 
     def __init__(self) -> None:
@@ -117,11 +119,17 @@ class Outlines:
         self._large: Deque[Tuple[Any, bytes]] = collections.deque(maxlen=RECENT_LARGE)
         self._known: Dict[bytes, _Known] = {}
         self._bytes = 0
+        self._is_asked = False  # whether there has been a reference
         self._lock = threading.Lock()
 
     def met(self, message_class: Any, data: bytes) -> None:
         """Keep a provenance that came in full."""
-        (self._small if len(data) <= SMALL else self._large).append((message_class, data))
+        if len(data) <= SMALL:
+            self._small.append((message_class, data))
+            return
+        if self._is_asked and len(self._large) >= RECENT_LARGE:
+            self._learn()
+        self._large.append((message_class, data))
 
     def resolved(self, message_class: Any, reference: bytes) -> bytes:
         """The provenance that a reference stands for.
@@ -132,6 +140,7 @@ class Outlines:
         """
         if len(reference) < CHECKSUM_SIZE:
             raise BadHeader('bad provenance: found a reference of %d bytes' % len(reference))
+        self._is_asked = True
         checksum = reference[-CHECKSUM_SIZE:]
         known = self._known.get(checksum)
         if known is None:

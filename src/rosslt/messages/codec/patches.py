@@ -85,7 +85,7 @@ class Patch:
         self.wanted = tuple(parts.fields.wanted[:-1])
         self.sums = dict(cells.sums())
         self.leaves = list(cells.leaves())
-        self.replaced = sorted(_replaced(parts.tables, changes), reverse=True)
+        self.replaced = sorted(_replaced(data, parts.tables, changes), reverse=True)
         self.is_linearized = any(kind == AFFINE and not rest[-1] for kind, *rest in cells.instructions)
 
     def match(self, data: bytes) -> Optional[Sequence[float]]:
@@ -207,8 +207,12 @@ def _changed_values(tables: ReceivedTables, changes: Mapping[Source, Any]) -> It
             yield number, changes[source]
 
 
-def _replaced(tables: ReceivedTables, changes: Mapping[Source, Any]) -> Iterator[Replaced]:
-    """The bytes of changed values in the table of sources."""
+def _replaced(data: bytes, tables: ReceivedTables, changes: Mapping[Source, Any]) -> Iterator[Replaced]:
+    """The bytes of changed values in the table of sources.
+
+    Raises:
+        Unfit: the kinds of the values are written in more bytes than they take.
+    """
     blocks, values = tables.blocks, list(tables.values)
     others = set()
     for number, value in _changed_values(tables, changes):
@@ -219,6 +223,8 @@ def _replaced(tables: ReceivedTables, changes: Mapping[Source, Any]) -> Iterator
             yield Replaced(at, at + 8, FLOAT.pack(value))
         elif type(value) is bool:
             at = blocks.values_at - tables.sources.size + number
+            if data[at] not in (TRUE, FALSE) or max(data[at : blocks.values_at]) > 127:
+                raise Unfit('a kind of more than a byte')
             yield Replaced(at, at + 1, bytes([TRUE if value else FALSE]))
         else:
             others.add(number)
