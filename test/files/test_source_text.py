@@ -2,6 +2,7 @@
 
 import math
 import struct
+import subprocess
 
 import pytest
 from hypothesis import given
@@ -265,6 +266,28 @@ def edit_of(path, old, new):
     made = SourceText(str(path), content)
     (index,) = [index for index, number in enumerate(made.numbers) if number.value == old]
     return made.edits({index: new})
+
+
+@pytest.mark.parametrize(
+    'content',
+    [
+        b'import x\n\x0c\nx = 1.0\ny = "\xe2\x80\xa8"\n# \x0b\x1c\nz = 2',
+        b'x = 1.0\r\n"""a\rb"""\r\n\x0c\r\n',
+        b'# -*- coding: latin-1 -*-\ny = "\xe9\x85"\nx = 1.0\n',
+    ],
+)
+def test_a_diff_is_one_that_patch_takes(tmp_path, content):
+    path = tmp_path / 'a.py'
+    path.write_bytes(content)
+    diff = unified_diff(edit_of(path, 1.0, 1.5))
+    patched = subprocess.run(
+        ['patch', '-p0', '--binary', '--force', '--directory', '/'],
+        input=diff.encode('utf-8', 'surrogateescape'),
+        capture_output=True,
+        check=False,
+    )
+    assert patched.returncode == 0, patched
+    assert path.read_bytes() == content.replace(b'1.0', b'1.5')
 
 
 def test_several_files_are_written_all_or_none(tmp_path, monkeypatch):

@@ -1,6 +1,7 @@
 """Changed values are written back into the files that they were read from, and edits of these files are taken in."""
 
 import math
+import os
 import random
 import re
 import signal
@@ -166,6 +167,24 @@ def test_what_was_dragged_is_written_where_it_was_read_and_published_again(maste
     forget('/orbit')
     with Unmodified(tmp_path, 'orbit', expected.decode()):
         assert point(heard.next()) == wanted
+
+
+def test_a_diff_has_the_bytes_of_a_file_in_another_encoding(master, hearing, tmp_path):
+    heard = hearing('orbit', PointStamped)
+    code = ORBIT.replace('coding: utf-8', 'coding: latin-1').encode('latin-1')
+    with Unmodified(tmp_path, 'orbit', code.decode('utf-8', 'surrogateescape')) as started:
+        assert started.file.read_bytes() == code
+        rosslt.force_value(heard.next().point.x, -6.25)
+        # In most languages Python writes UTF-8 and nothing else; in the one of the tests it is lenient.
+        result = subprocess.run(
+            ['rosslt', 'save', '--diff', '/orbit'],
+            capture_output=True,
+            check=False,
+            env=dict(os.environ, PYTHONIOENCODING='utf-8:strict'),
+        )
+        assert (result.returncode, result.stderr) == (0, b'')
+        assert b'\n+radius = 5.00   # in m, 2.50 \xe4\n' in result.stdout
+        started.stop()
 
 
 def test_a_thousand_changes_leave_every_other_byte_and_are_published_after_a_restart(master, hearing, tmp_path):

@@ -2,6 +2,7 @@
 
 import difflib
 import os
+import re
 from typing import Dict, List, Sequence, Tuple
 
 from rosslt.files.errors import FileError
@@ -55,12 +56,15 @@ def write(edits: Sequence[Edit]) -> None:
 def unified_diff(edits: Sequence[Edit]) -> str:
     """What edits would do, as a unified diff that `patch -p0` takes.
 
+    Bytes that are not in UTF-8 are surrogates in it, as of `surrogateescape`.
+
     Raises:
         FileError: as of `write`.
     """
     lines: List[str] = []
     for path, (before, after) in _contents(edits).items():
-        old, new = (text.decode('utf-8', 'surrogateescape').splitlines(keepends=True) for text in (before, after))
+        # As `patch` counts lines: a form feed ends none.
+        old, new = (re.findall(r'[^\n]*\n|[^\n]+', text.decode('utf-8', 'surrogateescape')) for text in (before, after))
         for line in difflib.unified_diff(old, new, path, path):
             lines.append(line if line.endswith('\n') else line + '\n\\ No newline at end of file\n')
     return ''.join(lines)
