@@ -290,6 +290,23 @@ def test_a_diff_is_one_that_patch_takes(tmp_path, content):
     assert path.read_bytes() == content.replace(b'1.0', b'1.5')
 
 
+def test_what_several_nodes_have_read_in_one_place_is_written_once_or_not_at_all(tmp_path):
+    path = tmp_path / 'a.py'
+    path.write_text('\ny = 2; ä = 1.0\n', encoding='utf-8')
+    to_one, to_other = edit_of(path, 1.0, 1.25), edit_of(path, 1.0, 10.5)
+    (one,), (other,) = to_one, to_other
+    with pytest.raises(FileError) as caught:
+        write([one._replace(what='/a/x'), other._replace(what='/b/x')])
+    assert str(caught.value) == (
+        f'{path}:2:12: several values were read here, and 1.0 cannot become both 1.25 (for /a/x) and 10.5 (for /b/x)'
+    )
+    assert path.read_text(encoding='utf-8') == '\ny = 2; ä = 1.0\n'
+    twice = [*edit_of(path, 2, 30), one._replace(what='/a/x'), one._replace(what='/b/x')]
+    assert '+y = 30; ä = 1.25\n' in unified_diff(twice)
+    write(twice)
+    assert path.read_text(encoding='utf-8') == '\ny = 30; ä = 1.25\n'
+
+
 def test_several_files_are_written_all_or_none(tmp_path, monkeypatch):
     first, second = tmp_path / 'a.py', tmp_path / 'b.py'
     first.write_text('x = 1.0\n')
