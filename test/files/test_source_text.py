@@ -261,6 +261,24 @@ def test_lines_are_named_in_which_more_has_changed_than_locations():
     assert result.has_lost_lines
 
 
+@pytest.mark.parametrize(
+    ('call', 'expected'),
+    [
+        ("get('~frame', 'map')", 'map'),
+        ("get('~frame', 'map').replace('/', '_')", 'map'),
+        ("get('~frame', MAP).replace('/', '_')", None),
+        ("get('~frame', default='map').split('/', 1)", 'map'),
+        ("get('~frame',\n  'map'\n).split('/', 1)[0].join(a, 'b')", 'map'),
+        ('get("~frame", 1.5).__round__(2, 3)', 1.5),
+        ('get("~frame")(2, 3)', None),
+    ],
+)
+def test_the_argument_of_a_call_is_none_of_what_is_called_on_its_value(call, expected):
+    source = SourceText('a.py', f'x = {call}\n'.encode())
+    index = source.argument_of_call(1, 5, 1, 'default')
+    assert (None if index is None else source.literals[index].value) == expected
+
+
 def edit_of(path, old, new):
     content = path.read_bytes()
     made = SourceText(str(path), content)

@@ -246,6 +246,22 @@ def test_edited_literals_take_effect_at_once_and_other_edits_are_named(master, h
         assert started.process.poll() is None
 
 
+def test_what_is_called_on_the_value_of_a_parameter_is_not_its_default(master, hearing, tmp_path):
+    heard, log = hearing('orbit', PointStamped), Log('/orbit')
+    code = ORBIT.replace("'~frame', 'map')", "'~frame', 'map').replace('/', '_')")
+    with Unmodified(tmp_path, 'orbit', code) as started:
+        assert heard.next().header.frame_id == 'map'
+        edit(started.file, ("replace('/', '_')", "replace('/', '-')"))
+        log.wait_for('changed in other ways')
+        (frame,) = [place for place in places('/orbit') if place.local_name == '~frame']
+        assert frame.value == 'map'
+        edit(started.file, ("replace('/', '-')", "replace('/', '_')"))
+        change('/orbit', {frame.location.id: 'odom'})
+        assert save('/orbit') == f"/orbit/~frame\t'map'\t'odom'\t{started.file}\n"
+        assert started.file.read_text(encoding='utf-8') == code.replace("'map')", "'odom')", 1)
+        started.stop()
+
+
 def test_a_number_that_somebody_has_edited_is_mapped_or_refused(master, hearing, tmp_path):
     """A node written with rosslt, which takes in no edits while it runs."""
     code = """
