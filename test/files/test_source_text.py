@@ -2,6 +2,7 @@
 
 import math
 import struct
+import subprocess
 
 import pytest
 from hypothesis import given
@@ -260,11 +261,68 @@ def test_lines_are_named_in_which_more_has_changed_than_locations():
     assert result.has_lost_lines
 
 
+@pytest.mark.parametrize(
+    ('call', 'expected'),
+    [
+        ("get('~frame', 'map')", 'map'),
+        ("get('~frame', 'map').replace('/', '_')", 'map'),
+        ("get('~frame', MAP).replace('/', '_')", None),
+        ("get('~frame', default='map').split('/', 1)", 'map'),
+        ("get('~frame',\n  'map'\n).split('/', 1)[0].join(a, 'b')", 'map'),
+        ('get("~frame", 1.5).__round__(2, 3)', 1.5),
+        ('get("~frame")(2, 3)', None),
+    ],
+)
+def test_the_argument_of_a_call_is_none_of_what_is_called_on_its_value(call, expected):
+    source = SourceText('a.py', f'x = {call}\n'.encode())
+    index = source.argument_of_call(1, 5, 1, 'default')
+    assert (None if index is None else source.literals[index].value) == expected
+
+
 def edit_of(path, old, new):
     content = path.read_bytes()
     made = SourceText(str(path), content)
     (index,) = [index for index, number in enumerate(made.numbers) if number.value == old]
     return made.edits({index: new})
+
+
+@pytest.mark.parametrize(
+    'content',
+    [
+        b'import x\n\x0c\nx = 1.0\ny = "\xe2\x80\xa8"\n# \x0b\x1c\nz = 2',
+        b'x = 1.0\r\n"""a\rb"""\r\n\x0c\r\n',
+        b'# -*- coding: latin-1 -*-\ny = "\xe9\x85"\nx = 1.0\n',
+    ],
+)
+def test_a_diff_is_one_that_patch_takes(tmp_path, content):
+    path = tmp_path / 'a.py'
+    path.write_bytes(content)
+    diff = unified_diff(edit_of(path, 1.0, 1.5))
+    patched = subprocess.run(
+        ['patch', '-p0', '--binary', '--force', '--directory', '/'],
+        input=diff.encode('utf-8', 'surrogateescape'),
+        capture_output=True,
+        check=False,
+    )
+    assert patched.returncode == 0, patched
+    assert path.read_bytes() == content.replace(b'1.0', b'1.5')
+
+
+def test_what_several_nodes_have_read_in_one_place_is_written_once_or_not_at_all(tmp_path):
+    path = tmp_path / 'a.py'
+    path.write_text('\ny = 2; ä = 1.0\n', encoding='utf-8')
+    to_one, to_other = edit_of(path, 1.0, 1.25), edit_of(path, 1.0, 10.5)
+    (one,), (other,) = to_one, to_other
+    with pytest.raises(FileError) as caught:
+        write([one._replace(what='/a/x'), other._replace(what='/b/x')])
+    assert str(caught.value) == (
+        f'{path}:2:12: several values were read here, and 1.0 cannot become both 1.25 (for /a/x) and 10.5 (for /b/x)'
+    )
+    assert path.read_text(encoding='utf-8') == '\ny = 2; ä = 1.0\n'
+    twice = [*edit_of(path, 2, 30), one._replace(what='/a/x'), one._replace(what='/b/x')]
+    assert '+y = 30; ä = 1.25\n' in unified_diff(twice)
+    write(twice)
+    assert path.read_text(encoding='utf-8') == '\ny = 30; ä = 1.25\n'
 
 
 def test_several_files_are_written_all_or_none(tmp_path, monkeypatch):

@@ -1,5 +1,7 @@
 """Other numbers in a YAML file, and everything else in it as it was."""
 
+import math
+
 import pytest
 import yaml
 from hypothesis import assume, given
@@ -158,3 +160,60 @@ def test_every_text_reads_back_and_all_else_stays(template, old, value):
         expected = value
     assume(value != 'map')
     assert yaml.safe_load(with_word(text, path, value)) == expected
+
+
+@pytest.mark.parametrize(
+    ('text', 'value', 'expected'),
+    [
+        ('\ufeffa: 1.5\nb: 2\n', 2.25, '\ufeffa: 2.25\nb: 2\n'),
+        ('\ufeffb: "ä"\r\na: 1.5\r\n', -3.0, '\ufeffb: "ä"\r\na: -3.0\r\n'),
+        ('\ufeffa: map', 'world', '\ufeffa: world'),
+    ],
+)
+def test_a_byte_order_mark_stays_and_moves_nothing(text, value, expected):
+    said = yaml.safe_load(text)['a']
+    made, left = yaml_edits('file.yaml', text.encode(), [YamlChange(['a'], [said], value, 'a')])
+    assert (replaced(text.encode(), made).decode(), left) == (expected, [])
+
+
+@pytest.mark.parametrize(
+    ('old', 'value', 'new'),
+    [
+        ('!degrees 45', math.radians(30), '!degrees 30'),
+        ('&heading !degrees 45.0', math.radians(22.5), '&heading !degrees 22.5'),
+        ('!degrees "45"', math.radians(30), '!degrees 30.0'),
+        ('!degrees deg(45)', math.radians(30), '!degrees deg(30)'),
+        ('!degrees &heading 45', 0.1, '&heading 0.1'),  # no number of degrees is read as just that
+        ('!radians pi/4', math.pi / 8, '!radians pi/8'),
+        ('!radians 0.50', 0.75, '!radians 0.75'),
+        ('!!float 1', 2, '!!float 2'),
+        ('!!float "1.5"', 2.5, '!!float 2.5'),
+        ('!!int "1"', 2, '!!int 2'),
+    ],
+)
+def test_a_number_behind_a_tag_is_written_as_the_tag_reads_it(old, value, new):
+    import rosparam  # noqa: F401 - teaches yaml to read angles
+
+    text = f'a: {old} # there\nb: 2\n'
+    said = yaml.safe_load(text)['a']
+    made, left = yaml_edits('file.yaml', text.encode(), [YamlChange(['a'], [said], value, 'a')])
+    after = replaced(text.encode(), made).decode()
+    assert (after, left) == (f'a: {new} # there\nb: 2\n', [])
+    assert yaml.safe_load(after) == {'a': value, 'b': 2}
+
+
+@pytest.mark.parametrize(
+    ('text', 'value'), [('a: !!int 1\nb: 2\n', 2.5), ('a: !!float >\n  1.5\nb: 2\n', 2.5), ('a: !!float |\n  1\n', 2.0)]
+)
+def test_a_number_that_its_tag_or_its_lines_do_not_allow_is_left(text, value):
+    said = yaml.safe_load(text)['a']
+    made, left = yaml_edits('file.yaml', text.encode(), [YamlChange(['a'], [said], value, 'a')])
+    assert (made, [what for what, _ in left]) == ([], ['a'])
+
+
+def test_an_angle_that_cannot_be_evaluated_any_more_is_left():
+    import rosparam  # noqa: F401 - teaches yaml to read angles
+
+    made, left = yaml_edits('file.yaml', b'a: rad(pj/4)\n', [YamlChange(['a'], [0.5], 0.75, 'a')])
+    assert not made
+    assert 'edited since it was loaded: file.yaml says rad(pj/4)' in left[0][1]

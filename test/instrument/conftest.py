@@ -9,6 +9,7 @@ import rosslt
 from rosslt import values
 from rosslt.instrument import array_functions
 from support.masters import reached_master
+from support.saving import Hearing
 
 
 @pytest.fixture(scope='session')
@@ -18,6 +19,20 @@ def master(tmp_path_factory):
         rosslt.init_node('test', argv=[], disable_signals=True)
         yield started
         rospy.signal_shutdown('the tests are over')
+
+
+@pytest.fixture
+def hearing(master):
+    """Hears topics: called with a topic and a type, it gives a Hearing."""
+    made = []
+
+    def hear(topic, kind):
+        made.append(Hearing(topic, kind))
+        return made[-1]
+
+    yield hear
+    for one in made:
+        one.stop()
 
 
 @pytest.fixture(autouse=True)

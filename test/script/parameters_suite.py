@@ -9,6 +9,7 @@ from pathlib import Path
 
 import rospy
 import rostest
+from rosgraph_msgs.msg import Log
 from rosslt.msg import PoseStampedTracked
 from std_srvs.srv import Trigger
 
@@ -58,6 +59,25 @@ class Parameters(unittest.TestCase):
             self.assertFalse(answer.success)
             self.assertIn('tour.yaml:2:12: the file has another shape', answer.message)
             self.assertFalse(self.save_in(Path(directory, 'none.yaml')).success)
+
+    def test_what_is_no_waypoint_is_named_and_the_ones_before_stay(self):
+        errors = []
+        rospy.Subscriber('/rosout', Log, lambda log: errors.append(log.msg) if log.name == NODE else None)
+        before = {name: rospy.get_param(NODE + name) for name in ('/waypoints', '/pause')}
+        for name, said, wanted in (
+            ('/waypoints', [['north', 1.0, 2.0]], 'a list of [x, y, z]'),
+            ('/pause', 'long', 'a number of seconds'),
+        ):
+            rospy.set_param(NODE + name, said)
+            expected = '{}{} is {} instead of {}'.format(NODE, name, said, wanted)
+            wait_until(lambda expected=expected: expected in errors, expected)
+            rospy.set_param(NODE + name, before[name])
+        moved = [[*before['/waypoints'][0][:2], 7.5], *before['/waypoints'][1:]]
+        rospy.set_param(NODE + '/waypoints', moved)
+        wait_until(
+            lambda: any(rosslt.untracked(one.pose.position.z) == 7.5 for one in self.waypoints), 'a waypoint to follow'
+        )
+        rospy.set_param(NODE + '/waypoints', before['/waypoints'])
 
 
 def place(waypoint):

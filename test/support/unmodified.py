@@ -18,7 +18,7 @@ class Unmodified:
     Args:
         folder: where it is written to.
         name: of its file, and of its node.
-        code: all of it.
+        code: all of it; what is not in UTF-8 as of `surrogateescape`.
         arguments: of its command line.
         tracked: run it with `rosslt run`.
         options: of `rosslt run`.
@@ -27,7 +27,7 @@ class Unmodified:
     def __init__(self, folder, name, code, *arguments, tracked=True, options=(), **environment):
         self.name = '/' + name
         self.file = folder / (name + '.py')
-        self.file.write_text(code, encoding='utf-8')
+        self.file.write_text(code, encoding='utf-8', errors='surrogateescape')
         start = ['rosslt', 'run', *options] if tracked else [sys.executable]
         self.process = subprocess.Popen(
             [*start, str(self.file), *arguments],

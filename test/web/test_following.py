@@ -96,6 +96,31 @@ for x in (0.0, 0.0, 0.5):
     things.follow()
 """
 
+#: Frames as tf has them: two that hang on each other, and some whose names YAML would read as something else.
+FRAMES = """
+from unittest import mock
+
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
+
+from rosslt.web.frames import Frames
+
+core = tf2_ros.BufferCore()
+for parent, child in (('there', 'back'), ('back', 'there'), ('1', 'yes'), ('1', "it's: 2.0"), ('world', '1')):
+    transform = TransformStamped()
+    transform.header.frame_id, transform.child_frame_id = parent, child
+    transform.transform.translation.x = transform.transform.rotation.w = 1.0
+    core.set_transform_static(transform, 'test')
+buffer = mock.Mock(all_frames_as_yaml=core.all_frames_as_yaml, lookup_transform=core.lookup_transform_core)
+with mock.patch('tf2_ros.Buffer', return_value=buffer), mock.patch('tf2_ros.TransformListener'):
+    frames = Frames(mock.MagicMock())
+for frame in ('back', 'yes', "it's: 2.0", 'world'):
+    frames.branch(frame)
+with mock.patch('rosslt.web.frames.ROOT_PERIOD', -1.0):
+    frames.update()
+print(*frames.missing(), *frames.missing().values(), frames.pose('yes')[0], frames.pose("it's: 2.0")[0])
+"""
+
 
 def printed(code):
     """What a program prints that finds the page's modules."""
@@ -130,3 +155,7 @@ def test_there_are_rounds_without_news():
 
 def test_things_tell_when_they_have_changed():
     assert printed(TOLD) == ['True', 'False', 'True']
+
+
+def test_frames_that_hang_on_each_other_or_have_odd_names_do_not_stop_the_page():
+    assert printed(FRAMES) == ['back', 'world', '2.0', '2.0']

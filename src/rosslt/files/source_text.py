@@ -105,17 +105,23 @@ class SourceText:
         """The index of the literal that is an argument of the call that begins there; None where it is none."""
         positions = Positions(self.text)
         start = positions.of(line, 0) + column - 1
-        for node in ast.walk(self.tree):
-            if not isinstance(node, ast.Call) or positions.of(node.lineno, node.col_offset) != start:
-                continue
-            given = [one.value for one in node.keywords if one.arg == keyword]
-            given += node.args[position : position + 1]
-            for argument in given:
-                begin = positions.of(argument.lineno, argument.col_offset)
-                end = positions.of(argument.end_lineno or 0, argument.end_col_offset or 0)
-                for index, literal in enumerate(self.literals):
-                    if (literal.start, literal.end) == (begin, end):
-                        return index
+        calls = [
+            node
+            for node in ast.walk(self.tree)
+            if isinstance(node, ast.Call) and positions.of(node.lineno, node.col_offset) == start
+        ]
+        if not calls:
+            return None
+        # In `get_param('~a', 'b').replace('c', 'd')` both calls begin there, and the first one gives the value.
+        node = min(calls, key=lambda call: (call.end_lineno or 0, call.end_col_offset or 0))
+        given = [one.value for one in node.keywords if one.arg == keyword]
+        given += node.args[position : position + 1]
+        for argument in given:
+            begin = positions.of(argument.lineno, argument.col_offset)
+            end = positions.of(argument.end_lineno or 0, argument.end_col_offset or 0)
+            for index, literal in enumerate(self.literals):
+                if (literal.start, literal.end) == (begin, end):
+                    return index
         return None
 
     def edits(self, values: Dict[int, Any], what: Optional[Dict[int, str]] = None) -> List[Edit]:

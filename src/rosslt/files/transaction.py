@@ -2,6 +2,7 @@
 
 import difflib
 import os
+import re
 from typing import Dict, List, Sequence, Tuple
 
 from rosslt.files.errors import FileError
@@ -15,7 +16,8 @@ def _contents(edits: Sequence[Edit]) -> Dict[str, Tuple[bytes, bytes]]:
     """{path: (content, content after the edits)}.
 
     Raises:
-        FileError: a file is not there, or holds another content than the edits are meant for.
+        FileError: a file is not there, holds another content than the edits are meant for, or would have to hold two
+            things in one place.
     """
     by_file: Dict[str, List[Edit]] = {}
     for edit in edits:
@@ -25,8 +27,26 @@ def _contents(edits: Sequence[Edit]) -> Dict[str, Tuple[bytes, bytes]]:
         content = read_bytes(path)
         if any(digest_of(content) != edit.digest or content[edit.start : edit.end] != edit.old for edit in parts):
             raise FileError(path, None, None, _EDITED)
-        contents[path] = content, replaced(content, parts)
+        contents[path] = content, replaced(content, _once(path, content, parts))
     return contents
+
+
+def _once(path: str, content: bytes, edits: Sequence[Edit]) -> List[Edit]:
+    """Edits of one file, each once: several nodes may have read the same number, and be saved together.
+
+    Raises:
+        FileError: they would write different things in one place.
+    """
+    found = {(edit.start, edit.end, edit.new): edit for edit in edits}
+    ordered = sorted(found.values(), key=lambda edit: edit.start)
+    for one, other in zip(ordered, ordered[1:]):
+        if other.start < one.end:
+            before = content[: one.start].decode('utf-8', 'replace')
+            line, column = before.count('\n') + 1, len(before) - before.rfind('\n')
+            wanted = ' and '.join(f'{edit.new.decode()} (for {edit.what})' for edit in (one, other))
+            reason = f'several values were read here, and {one.old.decode()} cannot become both {wanted}'
+            raise FileError(path, line, column, reason)
+    return ordered
 
 
 def write(edits: Sequence[Edit]) -> None:
@@ -55,12 +75,15 @@ def write(edits: Sequence[Edit]) -> None:
 def unified_diff(edits: Sequence[Edit]) -> str:
     """What edits would do, as a unified diff that `patch -p0` takes.
 
+    Bytes that are not in UTF-8 are surrogates in it, as of `surrogateescape`.
+
     Raises:
         FileError: as of `write`.
     """
     lines: List[str] = []
     for path, (before, after) in _contents(edits).items():
-        old, new = (text.decode('utf-8', 'surrogateescape').splitlines(keepends=True) for text in (before, after))
+        # As `patch` counts lines: a form feed ends none.
+        old, new = (re.findall(r'[^\n]*\n|[^\n]+', text.decode('utf-8', 'surrogateescape')) for text in (before, after))
         for line in difflib.unified_diff(old, new, path, path):
             lines.append(line if line.endswith('\n') else line + '\n\\ No newline at end of file\n')
     return ''.join(lines)

@@ -3,7 +3,7 @@
 import math
 import re
 from collections import Counter
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import yaml
 
@@ -13,6 +13,9 @@ from rosslt.files.source_text import Edit, digest_of
 
 #: An anchor or a tag, which stands in front of a scalar and stays there.
 PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
+
+#: The tags that rosparam reads angles by, and what it writes them with where they have none.
+_ANGLES = {'!degrees': 'deg', '!radians': 'rad'}
 
 #: {(start, end) in the text: what takes its place, or None where it stays}
 Edits = Dict[Tuple[int, int], Optional[str]]
@@ -75,15 +78,13 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
         root = yaml.compose(text, Loader=yaml.SafeLoader)
     except (UnicodeDecodeError, yaml.YAMLError) as error:
         raise FileError(file, None, None, f'it cannot be read: {error}') from None
-    # PyYAML does not count a byte order mark.
-    skipped = len(text) - len(text.lstrip('\ufeff'))
     uses: Counter = Counter()
     _count_uses(root, uses)
     edits, left = [], []
     for change in changes:
         try:
             node = _node_at(root, change.path, uses)
-            start, end = node.start_mark.index + skipped, node.end_mark.index + skipped
+            start, end = node.start_mark.index, node.end_mark.index
             properties = PROPERTIES.match(text, start, end)
             start = properties.end() if properties else start
             old, present = text[start:end], _constructed(node)
@@ -96,7 +97,7 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
             if type(change.value) in (str, bool):
                 new = _word(text, node, (start, end), change)
             else:
-                new = _angle(old, change.value) or written_as(old, change.value, yaml.safe_load)
+                start, new = _number(text, node, (start, end), change.value)
         except ValueError as error:
             left.append((change.what, str(error)))
             continue
@@ -145,13 +146,12 @@ def ranges_at(text: str, paths: Sequence[Sequence[Union[str, int]]]) -> List[Tup
         root = yaml.compose(text, Loader=yaml.SafeLoader)
     except yaml.YAMLError:
         return []
-    skipped = len(text) - len(text.lstrip('\ufeff'))
     for path in paths:
         try:
             node = _node_at(root, path, Counter())
         except ValueError:
             continue
-        found.add((node.start_mark.index + skipped, node.end_mark.index + skipped))
+        found.add((node.start_mark.index, node.end_mark.index))
     return sorted(found)
 
 
@@ -159,8 +159,41 @@ def _constructed(node: Any) -> Any:
     """What a scalar says, by its tag; None where that is no YAML that is read safely."""
     try:
         return yaml.SafeLoader('').construct_object(node, deep=True)
-    except (yaml.YAMLError, ValueError):
+    except Exception:  # rosparam evaluates its angles, which raises whatever is wrong with them
         return None
+
+
+def _number(text: str, node: Any, place: Tuple[int, int], value: Union[int, float]) -> Tuple[int, str]:
+    """A number as it is written in the place of another one.
+
+    Args:
+        text: the whole YAML.
+        node: what stands there now.
+        place: its range in the text, without its anchor and its tag.
+
+    Returns:
+        Where what is written begins, and it: a tag in front, such as `!degrees`, has its say in what a number is.
+
+    Raises:
+        ValueError: nothing reads back to exactly that value.
+    """
+    (start, end), first = place, node.start_mark.index
+    old, properties = text[start:end], text[first:start]
+    if node.style in ('|', '>') or '\n' in old or '\r' in old:
+        raise ValueError('a number that is written in several lines is not rewritten')
+    if not any(one.startswith('!') for one in properties.split()):
+        return start, _angle(old, value, yaml.safe_load) or written_as(old, value, yaml.safe_load)
+
+    def read(written: str) -> Any:
+        return _constructed(yaml.ScalarNode(node.tag, written))
+
+    unit = _ANGLES.get(node.tag)
+    if unit is None:  # `!!float 1` stays a float
+        return start, written_as(old, float(value) if type(_constructed(node)) is float else value, read)
+    angle = _angle(old, value, read) or _angle(f'{unit}({old})', value, lambda whole: read(whole[4:-1]))
+    if angle is None:
+        return first, re.sub(r'!\S+\s+', '', properties) + written_as(old, value, yaml.safe_load)
+    return start, angle if old.startswith(unit) else angle[4:-1]
 
 
 def _word(text: str, node: Any, place: Tuple[int, int], change: YamlChange) -> str:
@@ -219,7 +252,7 @@ def _says_instead(before: str, after: str, node: Any, change: YamlChange) -> boo
     return is_same and now.end_mark.line == now.start_mark.line and equal(_constructed(now), change.value)
 
 
-def _angle(old: str, value: float) -> Optional[str]:
+def _angle(old: str, value: float, read: Callable[[str], Any]) -> Optional[str]:
     """A number as the angle of rosparam that it was, `deg(45)` or `rad(pi/4)`; None where it cannot be."""
     match = re.fullmatch(r'(deg|rad)\(\s*(.*?)\s*\)', old)
     if not match:
@@ -237,7 +270,7 @@ def _angle(old: str, value: float) -> Optional[str]:
         candidates = [in_manner_of(inner, value)]
     for candidate in candidates:
         text = f'{unit}({candidate})'
-        if repr(yaml.safe_load(text)) == repr(value):
+        if repr(read(text)) == repr(value):
             return text
     return None
 

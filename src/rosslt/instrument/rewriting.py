@@ -45,6 +45,9 @@ def in_place(operator: str) -> str:
 
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
+#: Methods of which Python takes a number of the very class that it asks for, and warns of any other.
+_EXACT = ('__complex__', '__float__', '__index__', '__int__')
+
 
 class Rewritten(NamedTuple):
     """A rewritten file.
@@ -211,6 +214,7 @@ class _Rewriter(ast.NodeTransformer):
         self._shared = shared
         self._hidden = hidden
         self._kinds = kinds
+        self._is_exact = False  # whether what is visited is in a method of `_EXACT`
 
     def visit(self, node: ast.AST) -> Any:
         cell = self._cells.get(id(node))
@@ -224,6 +228,18 @@ class _Rewriter(ast.NodeTransformer):
         cells = STEP if literal.rule == 'step' else CELLS
         reading = ast.Subscript(value=_name(cells, node), slice=index, ctx=ast.Load())
         return ast.copy_location(reading, node)
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> Any:
+        around, self._is_exact = self._is_exact, node.name in _EXACT
+        self.generic_visit(node)
+        self._is_exact = around
+        return node
+
+    def visit_Return(self, node: ast.Return) -> Any:
+        self.generic_visit(node)
+        if self._is_exact and node.value is not None:
+            node.value = _call(PLAIN, [node.value], node.value)
+        return node
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> Any:
         return node

@@ -102,7 +102,7 @@ def _in_parameter_files(
             continue
         if values and files.equal(place.value, values[0]):
             changed_back.add(place.local_name)
-        reason = _why_not(place, origin)
+        reason = _why_not(place, origin) or _said_for_another(place, origins, master)
         if reason:
             unsaved.append(Unsaved(place.local_name, reason))
         else:
@@ -153,6 +153,36 @@ def _why_not(place: Place, origin: Any) -> str:
     if origin.get('is_substituted'):
         return f'it stands in {origin["file"]} through a substitution'
     return ''
+
+
+def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> str:
+    """Why what says a parameter must not be written, as it says another one, too, which has another value; '' where
+    it may. Launch files are included several times, and YAML files loaded in several namespaces."""
+    own = _where(origins[place.location.name])
+    others = [name for name, one in origins.items() if name != place.location.name and _where(one) == own]
+    if not others:
+        return ''
+    parameters = master.getParam('/')
+    for name in others:
+        value = _at(parameters, name)
+        if value is not None and not files.equal(value, place.value):
+            return f'{own["file"]} says it for {name} as well, which is {value!r}'
+    return ''
+
+
+def _where(origin: Dict[str, Any]) -> Dict[str, Any]:
+    """What two parameters have in common that were read in the same place of a file."""
+    return {key: origin.get(key) for key in ('file', 'tag', 'name', 'text', 'rosparam', 'path', 'said')}
+
+
+def _at(parameters: Any, name: str) -> Any:
+    """What a parameter, or an element of a list, says in the tree of all; None where there is none."""
+    try:
+        for step in name.strip('/').split('/'):
+            parameters = parameters[int(step) if isinstance(parameters, list) else step]
+    except (KeyError, IndexError, TypeError, ValueError):
+        return None
+    return parameters
 
 
 def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:

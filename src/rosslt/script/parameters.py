@@ -19,26 +19,43 @@ class Waypoints:
 
     def __init__(self, name: str, pause: str, take: Callable[[List[Step], bool], None]) -> None:
         self._name, self._pause, self._take = name, pause, take
-        self._present: Optional[Tuple[Any, float]] = None
+        self._present: Optional[Tuple[Any, Any]] = None
+        self._refused: Optional[Tuple[Any, Any]] = None  # what is named in the log already
 
     def update(self) -> None:
-        """Take in what the parameters say now, which makes no network call."""
-        pause = float(node.get_param(self._pause, 1.0))
-        waypoints = node.get_param(self._name)
-        present = (values.untracked(waypoints), pause)
+        """Take in what the parameters say now, which makes no network call. Where they say no waypoints any more, the
+        ones before stay, and the log says so.
+
+        Raises:
+            KeyError: there are no waypoints from the start.
+        """
+        pause = node.get_param(self._pause, 1.0)
+        try:
+            waypoints = node.get_param(self._name)
+        except KeyError:
+            if self._present is None:
+                raise
+            waypoints = None
+        present = values.untracked(waypoints), values.untracked(pause)
         if present == self._present:
+            self._refused = None
+        if present in (self._present, self._refused):
+            return
+        self._refused = present
+        try:
+            seconds = float(pause)
+        except (TypeError, ValueError):
+            _complain(self._pause, present[1], 'a number of seconds')
             return
         try:
             steps: List[Step] = [
-                step for waypoint in waypoints for step in (Goto(*map(values.to_float, waypoint)), Wait(pause))
+                step for waypoint in waypoints for step in (Goto(*map(values.to_float, waypoint)), Wait(seconds))
             ]
-        except TypeError:
-            rospy.logerr_throttle(
-                10, '%s is %s instead of a list of [x, y, z]', rospy.resolve_name(self._name), present[0]
-            )
+        except (TypeError, ValueError):
+            _complain(self._name, present[0], 'a list of [x, y, z]')
             return
         has_same_count = self._present is not None and len(self._present[0]) == len(waypoints)
-        self._present = present
+        self._present, self._refused = present, None
         self._take(steps, has_same_count)
 
     def save(self, path: str) -> str:
@@ -58,3 +75,7 @@ class Waypoints:
         if not files.replace(path, text, new):
             return self.save(path)
         return 'saved in {}'.format(path)
+
+
+def _complain(name: str, said: Any, wanted: str) -> None:
+    rospy.logerr('%s is %s instead of %s', rospy.resolve_name(name), said, wanted)

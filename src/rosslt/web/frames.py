@@ -1,6 +1,7 @@
 """Where frames stand: tf, shown as branches of the page's tree of things, so that what is in a frame moves with it."""
 
 import collections
+import re
 import threading
 import time
 from typing import Any, Dict, Optional
@@ -8,12 +9,14 @@ from urllib.parse import quote
 
 import rospy
 import tf2_ros
-import yaml
 
 from rosslt.markers import geometry
 
 #: How often it is looked which frame all others hang on, in seconds.
 ROOT_PERIOD = 1.0
+
+#: A frame, and the one that it hangs on, in what tf says of all frames: YAML, but for names that YAML would quote.
+_PARENT = re.compile(r"^(\S.*): *\n  parent: '(.*)'$", re.MULTILINE)
 
 AT_ORIGIN: geometry.PoseTuple = (0.0, 0.0, 0.0, *geometry.IDENTITY)
 
@@ -90,11 +93,12 @@ class Frames:
         return (float(move.x), float(move.y), float(move.z), *rotation)
 
     def _most_common_root(self) -> str:
-        known = yaml.safe_load(self._buffer.all_frames_as_yaml()) or {}
-        parents = {child: said['parent'] for child, said in known.items()} if isinstance(known, dict) else {}
+        parents = dict(_PARENT.findall(self._buffer.all_frames_as_yaml()))
         roots: Dict[str, int] = collections.Counter()
         for frame in self._branches:
-            while frame in parents:
+            passed = set()
+            while frame in parents and frame not in passed:  # tf takes frames that hang on each other in a circle
+                passed.add(frame)
                 frame = parents[frame]
             roots[frame] += 1
         return max(roots, key=lambda root: roots[root])

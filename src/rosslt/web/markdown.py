@@ -7,5 +7,6 @@ def code(text: str) -> str:
 
 
 def block(text: str, language: str = '') -> str:
-    """A text of several lines."""
-    return '```{}\n{}\n```'.format(language, text.replace('`', "'"))
+    """A text of several lines; what could not be decoded in it, of a file in another encoding, becomes a `?`."""
+    readable = text.encode('utf-8', 'replace').decode('utf-8')
+    return '```{}\n{}\n```'.format(language, readable.replace('`', "'"))

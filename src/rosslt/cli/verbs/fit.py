@@ -160,7 +160,7 @@ def _save(master: Any, nodes: Sequence[str]) -> None:
             found, unsaved = node.changes_to_save(name, TIMEOUT)
         except node.SourceUnreachable as error:
             raise cannot_reach(master, name, str(error)) from None
-        edits += found
+        edits += [edit._replace(what=f'{name}/{edit.what}') for edit in found]
         left.update((f'{name}/{one.name}', one.reason) for one in unsaved)
     try:
         files.write(edits)

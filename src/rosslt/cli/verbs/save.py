@@ -58,7 +58,11 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
         raise cannot_reach(master, name, str(error)) from None
     try:
         if is_diff:
-            sys.stdout.write(files.unified_diff(edits))
+            # The bytes of the files, whatever they are encoded in, or `patch` would not know them again.
+            diff = files.unified_diff(edits).encode('utf-8', 'surrogateescape')
+            sys.stdout.flush()
+            sys.stdout.buffer.write(diff)
+            sys.stdout.buffer.flush()
         else:
             files.write(edits)
     except files.FileError as error:
