@@ -1,6 +1,7 @@
 """What a drag asks for, what it holds back, and what it says."""
 
 import math as plain_math
+import threading
 
 import pytest
 from geometry_msgs.msg import Point
@@ -104,6 +105,51 @@ def test_the_first_hand_on_a_thing_holds_it():
     drags.release(name, 'world', pose, 'first')
     assert drags.hold(name, 'second')
     assert not drags.hold('nothing', 'first')
+
+
+class ReportedLock:
+    """The lock of a scene; says which threads have asked for it."""
+
+    def __init__(self, lock):
+        self._lock, self.asked = lock, set()
+
+    def __enter__(self):
+        self.asked.add(threading.current_thread())
+        return self._lock.__enter__()
+
+    def __exit__(self, *error):
+        return self._lock.__exit__(*error)
+
+
+@pytest.mark.parametrize(
+    'other',
+    [
+        lambda drags, name: drags.keep(name),
+        lambda drags, name: drags.move(name, 'world', at(0.5)),
+        lambda drags, name: drags.hold(name),
+    ],
+    ids=['keep', 'move', 'hold'],
+)
+def test_a_view_that_reports_a_hand_with_the_scene_locked_waits_for_no_other_thread_of_its_own(other):
+    scene = box_scene()
+    (name,) = scene.names()
+    drags = Drags(scene, Rules(is_live=False), str)
+    drags.hold(name)
+    scene.lock = ReportedLock(scene.lock)
+    second = threading.Thread(target=lambda: other(drags, name), daemon=True)
+    moved = threading.Event()
+
+    def report():
+        with scene.lock:
+            second.start()
+            wait_until(lambda: second in scene.lock.asked, 'the other one waits for the scene')
+            drags.move(name, 'world', at(0.25))
+            moved.set()
+
+    threading.Thread(target=report, daemon=True).start()
+    wait_until(moved.is_set, 'the hand is reported')
+    second.join(30)
+    assert not second.is_alive()
 
 
 class Notes:

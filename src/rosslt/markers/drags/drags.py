@@ -2,6 +2,8 @@
 
 What hands do is only noted as it is reported. One thread of its own asks the owners, the newest
 position first and as often as the rate allows, and waits for their answers.
+
+A view may report a hand while it holds the scene's lock: who needs both locks takes the scene's before the drags' own.
 """
 
 import collections
@@ -97,7 +99,7 @@ class Drags:
             frame: the frame that the pose is in.
             pose: where the view showed it then; None for where the last message has it.
         """
-        with self._wake:
+        with self._scene.lock, self._wake:
             return self._drag_of(name, hand, frame, pose) is not None
 
     def move(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
@@ -110,7 +112,7 @@ class Drags:
             pose: where it stands now.
             hand: as of `hold`.
         """
-        with self._wake:
+        with self._scene.lock, self._wake:
             drag = self._drag_of(name, hand, frame, pose)
             if drag is not None:
                 drag.move(frame, pose)
@@ -119,7 +121,7 @@ class Drags:
 
     def keep(self, name: str, hand: str = '') -> None:
         """A hand still holds a handle."""
-        with self._wake:
+        with self._scene.lock, self._wake:
             drag = self._held.get(name)
             if drag is not None and drag.hand == hand:
                 drag.heard = time.monotonic()
