@@ -103,7 +103,8 @@ class ConnectionWriter:
     """Writes messages to a bag, each on a connection of its own publisher.
 
     By itself, rosbag writes all messages of a topic on the connection of the first one: they would all be of its
-    publisher, and of its type.
+    publisher, and of its type. It has no public way to say which connection: what is set here is its own table of the
+    last one of each topic.
 
     Args:
         bag: open for writing.

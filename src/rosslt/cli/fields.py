@@ -94,7 +94,7 @@ def _shaped(part: Any, wanted: Any, where: str) -> Any:
         return [_shaped(each, value, f'[{index}] of {where}') for index, (each, value) in enumerate(zip(part, wanted))]
     kind = type(values.untracked(part)).__name__
     if kind == 'bytes':
-        raise Failure(f'{where} is {len(part)} bytes that come from nowhere: leave it out')
+        raise Failure(f'{where} is an array of {len(part)} bytes without provenance: leave it out')
     if not isinstance(wanted, (bool, int, float, str)):
         raise Failure(f'{where} must be given as a scalar, found {wanted!r}')
     try:
