@@ -1,5 +1,7 @@
 """Settings and checks for every test run."""
 
+import os
+
 import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
@@ -17,6 +19,16 @@ _BROWSER = 'test/web/'
 
 #: The folder of tests that compute and share nothing.
 _COMPUTING = 'test/values/'
+
+
+def pytest_addoption(parser):
+    parser.addoption('--all', action='store_true', help='run the slow tests, too, and more examples of each law')
+
+
+def pytest_configure(config):
+    """Say for modules that are imported later, and for processes that tests start, how many examples there are."""
+    if config.option.all:
+        os.environ['ROSSLT_MANY_EXAMPLES'] = '1'
 
 
 @pytest.fixture
@@ -46,7 +58,13 @@ def pytest_sessionfinish(session, exitstatus):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Several workers begin with what takes long, so that none is left with it alone at the end."""
+    """Leave out the slow tests unless all are asked for.
+
+    Several workers begin with what takes long, so that none is left with it alone at the end.
+    """
+    if not (config.option.all or 'slow' in config.option.markexpr):
+        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker('slow')])
+        items[:] = [item for item in items if not item.get_closest_marker('slow')]
     if hasattr(config, 'workerinput'):
         items.sort(key=_turn)
 

@@ -9,7 +9,7 @@ import pytest
 from rosslt import NotInvertible, Source, math, solve, track
 from rosslt.values import continued, evaluate, reapply, slopes, source_values
 
-STEPS = 400 if os.environ.get('ROSSLT_FEW_EXAMPLES') else 1000
+STEPS = 1000 if os.environ.get('ROSSLT_MANY_EXAMPLES') else 400
 
 
 def arm(lengths, angles):

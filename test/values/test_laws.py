@@ -28,7 +28,7 @@ from support.expressions import (
 # Without a database and without its search for extremes, Hypothesis spends its time on examples. Which examples these
 # are, and that none has a deadline, the profile says (test/conftest.py).
 many = settings(
-    max_examples=100 if os.environ.get('ROSSLT_FEW_EXAMPLES') else 2000,
+    max_examples=2000 if os.environ.get('ROSSLT_MANY_EXAMPLES') else 100,
     suppress_health_check=list(HealthCheck),
     database=None,
     phases=(Phase.explicit, Phase.generate, Phase.shrink),
