@@ -58,6 +58,26 @@ def test_a_link_stays_a_link_and_its_target_is_replaced(path, tmp_path):
     assert path.read_text() == 'a = 2\n'
 
 
+@pytest.mark.parametrize('mode', [0o444, 0o555])
+def test_a_read_only_file_is_not_replaced_by_root_either(path, mode):
+    path.chmod(mode)
+    with pytest.raises(FileError, match='it cannot be written: it is read-only'):
+        files.replace(str(path), 'a = 1\n', 'a = 2\n')
+    assert path.read_text() == 'a = 1\n'
+    assert stat.S_IMODE(path.stat().st_mode) == mode
+
+
+def test_hard_links_stay_links_to_one_file(path, tmp_path):
+    other = tmp_path / 'other.script'
+    os.link(path, other)
+    assert files.replace(str(path), 'a = 1\n', 'a = 25\n')
+    assert not files.replace(str(path), 'a = 1\n', 'a = 3\n'), 'it is not what was expected'
+    assert files.replace(str(path), 'a = 25\n', 'a\n'), 'and shorter than before'
+    assert (path.read_text(), other.read_text()) == ('a\n', 'a\n')
+    assert os.path.samefile(path, other)
+    assert sorted(os.listdir(str(path.parent))) == ['other.script', 'tour.script']
+
+
 @pytest.mark.usefixtures('system')
 def test_a_text_that_was_not_expected_is_not_replaced(path):
     assert not files.replace(str(path), 'a = 0\n', 'a = 2\n')

@@ -91,7 +91,9 @@ def _attempt(path: str) -> Optional[bytes]:
 
 
 def replace(path: str, expected: str, text: str) -> bool:
-    """Replace a file's text atomically; its mode, its owner and a link that leads to it stay.
+    """Replace a file's text atomically; its mode, its owner and the links that lead to it stay.
+
+    A file with hard links is written in place, which a reader may see half done.
 
     Args:
         expected: the text that is to be replaced.
@@ -101,7 +103,7 @@ def replace(path: str, expected: str, text: str) -> bool:
         Whether it has been; False where the file holds another text than the expected one, and still does.
 
     Raises:
-        FileError: the file cannot be written.
+        FileError: the file cannot be written, or is read-only.
     """
     return replace_bytes(path, expected.encode('utf-8'), text.encode('utf-8'))
 
@@ -112,6 +114,11 @@ def replace_bytes(path: str, expected: bytes, content: bytes) -> bool:
     directory, name = os.path.split(target)
     try:
         status = os.stat(target)
+        if not status.st_mode & 0o222:  # which does not keep root from writing it
+            raise PermissionError(errno.EACCES, 'it is read-only')
+        os.close(os.open(target, os.O_WRONLY))  # who may rename files in a folder may not therefore write this one
+        if status.st_nlink > 1:
+            return _write_in_place(target, expected, content)
         handle, other = tempfile.mkstemp(prefix='.{}.'.format(name), dir=directory)
         try:
             with os.fdopen(handle, 'wb') as file:
@@ -132,6 +139,19 @@ def replace_bytes(path: str, expected: bytes, content: bytes) -> bool:
         return is_replaced
     except OSError as error:
         raise FileError(path, None, None, 'it cannot be written: {}'.format(error.strerror)) from None
+
+
+def _write_in_place(target: str, expected: bytes, content: bytes) -> bool:
+    """Replace the content of a file that keeps its inode; False where it holds another one than expected."""
+    with open(target, 'r+b') as file:
+        if file.read() != expected:
+            return False
+        file.seek(0)
+        file.write(content)
+        file.truncate()
+        file.flush()
+        os.fsync(file.fileno())
+    return True
 
 
 def _remove(other: str) -> None:
