@@ -8,7 +8,6 @@ import viser
 
 from rosslt import node
 from rosslt.markers import Descriptions, Drags, Handle, HeldTopic, Offers, Rules, Scene, Settings, Watch, short_numbers
-from rosslt.web import economy
 from rosslt.web.access import AccessCheck, NotServed, check_address, guarded, is_this_machine, read_password
 from rosslt.web.buttons import Buttons
 from rosslt.web.details import Details
@@ -55,7 +54,7 @@ class Page:
 
     def __init__(self, host: str, port: int, password: Optional[str] = None, fixed_frame: str = '') -> None:
         check_address(host, port)
-        with guarded(AccessCheck(host, password), economy.add_script):
+        with guarded(AccessCheck(host, password)):
             self._server = Server(host=host, port=port, label='rosslt', verbose=False)
         if self._server.get_port() != port:  # viser takes the next one
             self._server.stop()
