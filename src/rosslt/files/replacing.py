@@ -15,10 +15,12 @@ from typing import Optional
 
 from rosslt.files.errors import FileError
 
-#: For how long a file has to stay the same to count as saved, in seconds.
+#: How long a file has to stay the same to count as saved, in seconds.
 SETTLING_TIME = 0.03
 
 #: How often to look whether it has: looks are counted, not seconds, as a busy machine may let none come for a second.
+#: A file that is empty, or not there, has to stay so in all looks: some editors empty it, or take it away, and write
+#: later.
 LOOKS = 17
 
 EXCHANGE = 2  # RENAME_EXCHANGE, for renameat2
@@ -61,7 +63,7 @@ def holds(path: str, *texts: str) -> bool:
 
 
 def read_settled(path: str) -> str:
-    """`read`, once the file has stayed the same for a moment: some editors empty it first, or take it away.
+    """`read`, once the file has stayed the same for a moment; see `LOOKS`.
 
     Raises:
         Unsettled: it does not.
@@ -72,13 +74,15 @@ def read_settled(path: str) -> str:
 
 def read_settled_bytes(path: str) -> bytes:
     """`read_settled`, of a file in any encoding."""
-    before = _attempt(path)
+    last, is_gone = _attempt(path), True
     for _ in range(LOOKS):
         time.sleep(SETTLING_TIME)
-        outcome = _attempt(path)
-        if outcome == before:
-            return read_bytes(path) if outcome is None else outcome
-        before = outcome
+        before, last = last, _attempt(path)
+        if last and last == before:
+            return last
+        is_gone = is_gone and not before
+    if is_gone and not last:
+        return read_bytes(path)
     raise Unsettled(path, None, None, 'other programs keep writing it')
 
 
