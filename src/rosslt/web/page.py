@@ -78,8 +78,8 @@ class Page:
         self._details = Details(Offers(scene, drags, descriptions), self._things, flows)
         self._things.picked = self._details.show
         self._locations = Locations(rospy.get_name(), self._rounds.begin)
-        everything = self._server.gui.add_button('Who feeds whom')
-        everything.on_click(lambda event: flows.open(event.client, 'Who feeds whom', lambda: None))
+        everything = self._server.gui.add_button('Data flow')
+        everything.on_click(lambda event: flows.open(event.client, 'Data flow', lambda: None))
         self._fields = Fields(self._server, flows, descriptions)
         buttons = Buttons(self._server, self._locations, flows, self._notices.tell)
         self._numbers = Numbers(self._server, self._locations, buttons.add, self._notices.tell)
