@@ -1,4 +1,4 @@
-"""What the page costs with 500 tracked markers at 10 Hz, what fewer pixels save, and how soon others see a change.
+"""What the page costs with 500 tracked markers at 10 Hz, and how soon others see a change.
 
 `told` measures what the server has of the time until others see a change: it looks at what is sent to browsers, without
 one.
@@ -37,7 +37,6 @@ from support.scenery import marker_node
 COUNT, RATE = 500, 10.0
 SECONDS = 10.0
 TRIALS = 100
-ECONOMY_TRIALS = 3
 CPU_LIMIT, LEAST_FRAMES, LATENCY_LIMIT = 1.0, 20.0, 0.2
 
 BOX = marker_node(
@@ -52,13 +51,10 @@ BOX_NAME = '/box::0'
 #: Who is told of a change, by the page's server or by `slt_visualization`; and who tells of it first.
 TOLD, OWNER = ('the field', 'the thing', 'RViz'), 'the owner'
 
-#: How many frames have been drawn, and how wide they are, of how many pixels.
-DRAWN = """
-const canvas = [...document.querySelectorAll('canvas')].sort((one, other) => other.width - one.width)[0];
-return [window.__viserTestpoints.rendererInfo.render.frame, canvas.width, canvas.clientWidth];
-"""
+#: How many frames have been drawn.
+DRAWN = 'return window.__viserTestpoints.rendererInfo.render.frame'
 
-#: So many frames are drawn before any is counted: as many as it takes to find out how many pixels there is time for.
+#: So many frames are drawn before any is counted.
 FIRST_FRAMES = 20
 
 #: Notes when a key was pressed last, in ms since 1970.
@@ -104,14 +100,12 @@ class Load(NamedTuple):
         server: the share of a core that its server takes.
         frames: how many frames a browser draws, in Hz.
         browser: the share of a core that the browser takes.
-        pixels: the share of the pixels that is drawn, in each direction.
         machine: the load of the machine.
     """
 
     server: float
     frames: float
     browser: float
-    pixels: float
     machine: float
 
     @property
@@ -120,34 +114,28 @@ class Load(NamedTuple):
         return 1000 * self.browser / max(self.frames, 0.1)
 
 
-def load(moving: int, says_card: bool = False, query: str = '') -> Load:
-    """What is taken while `moving` of the markers move.
-
-    Args:
-        says_card: whether the browser draws as one with a graphics card does: smooth edges, and all pixels.
-        query: the end of the page's address.
-    """
+def load(moving: int) -> Load:
+    """What is taken while `moving` of the markers move."""
     publisher = subprocess.Popen(
         [sys.executable, str(Path(__file__).with_name('markers.py')), 'publish', str(moving)], stdout=subprocess.DEVNULL
     )
     server = Server()
-    browser = Browser(server.url + query, says_card=says_card)
+    browser = Browser(server.url)
     try:
         browser.see((0.3, 0.3, 0.0))
         if moving:
-            wanted = drawn(browser)[0] + FIRST_FRAMES
-            wait_until(lambda: drawn(browser)[0] > wanted, 'frames are drawn')
+            wanted = drawn(browser) + FIRST_FRAMES
+            wait_until(lambda: drawn(browser) > wanted, 'frames are drawn')
         processes = family(browser.driver.service.process.pid)
-        first, begun, used = drawn(browser)[0], time.monotonic(), cpu_seconds(server.process.pid)
+        first, begun, used = drawn(browser), time.monotonic(), cpu_seconds(server.process.pid)
         cost = sum(map(cpu_seconds, processes))
         time.sleep(SECONDS)
-        (last, width, shown), took = drawn(browser), time.monotonic() - begun
+        last, took = drawn(browser), time.monotonic() - begun
         cost = sum(map(cpu_seconds, processes)) - cost
         return Load(
             (cpu_seconds(server.process.pid) - used) / took,
             (last - first) / took,
             cost / took,
-            width / shown,
             os.getloadavg()[0],
         )
     finally:
@@ -157,9 +145,9 @@ def load(moving: int, says_card: bool = False, query: str = '') -> Load:
         publisher.wait()
 
 
-def drawn(browser: Any) -> List[int]:
-    """[how many frames have been drawn, how wide they are, of how many pixels]"""
-    return list(map(int, browser.driver.execute_script(DRAWN)))
+def drawn(browser: Any) -> int:
+    """How many frames a browser has drawn."""
+    return int(browser.driver.execute_script(DRAWN))
 
 
 class Views:
@@ -332,8 +320,8 @@ def measure_told(trials: int) -> None:
             rviz.wait()
 
 
-HEADS = ('server, of a core', 'browser, of a core', 'frames/s', 'CPU ms/frame', 'pixels', 'load')
-TABLE = '{:<34} {:>18} {:>18} {:>9} {:>13} {:>7} {:>5}   {}'
+HEADS = ('server, of a core', 'browser, of a core', 'frames/s', 'CPU ms/frame', 'load')
+TABLE = '{:<34} {:>18} {:>18} {:>9} {:>13} {:>5}   {}'
 
 
 def show_load(title: str, found: Load, *notes: str) -> None:
@@ -344,7 +332,6 @@ def show_load(title: str, found: Load, *notes: str) -> None:
             '{:.0%}'.format(found.browser),
             '{:.1f}'.format(found.frames),
             '{:.0f}'.format(found.each),
-            '{:.2f}'.format(found.pixels),
             '{:.1f}'.format(found.machine),
             ', '.join(notes),
         ),
@@ -360,22 +347,6 @@ def measure_load(trials: int) -> None:
         notes = ['over the limit of {:.0%}'.format(CPU_LIMIT)] if found.server > CPU_LIMIT else []
         notes += ['below {:g} frames/s'.format(LEAST_FRAMES)] if moving and found.frames < LEAST_FRAMES else []
         show_load('{} of them move'.format(moving), found, *notes)
-
-
-def measure_economy(trials: int) -> None:
-    print('{} tracked markers that all move, {} times each'.format(COUNT, ECONOMY_TRIALS))
-    print(TABLE.format('', *HEADS, ''))
-    ways: Dict[str, Callable[[], Load]] = {
-        'smooth edges, all pixels': lambda: load(COUNT, says_card=True),
-        'plain edges, all pixels': lambda: load(COUNT, query='?fixedDpr=1'),
-        'plain edges, as many as it chooses': lambda: load(COUNT),
-    }
-    found: Dict[str, List[Load]] = {name: [] for name in ways}
-    for _ in range(ECONOMY_TRIALS):
-        for name, way in ways.items():
-            found[name].append(way())
-    for name, loads in found.items():
-        show_load(name, Load(*map(statistics.median, zip(*loads))))
 
 
 def measure_latency(trials: int) -> None:
@@ -397,7 +368,7 @@ def measure_latency(trials: int) -> None:
             rviz.wait()
 
 
-PARTS = {'load': measure_load, 'economy': measure_economy, 'told': measure_told, 'latency': measure_latency}
+PARTS = {'load': measure_load, 'told': measure_told, 'latency': measure_latency}
 
 
 def main() -> None:

@@ -28,7 +28,7 @@ class Quadcopter:
 
     def fly(self):
         now = rospy.Time.now()
-        while self.sent and (now - self.sent[0][0]).to_sec() >= DELAY:
+        while self.sent and not 0 <= (now - self.sent[0][0]).to_sec() < DELAY:
             self.pose = self.sent.popleft()[1]
         self.tf.sendTransform(self.transform(now))
         self.markers.publish(self.marker())
@@ -50,7 +50,7 @@ class Quadcopter:
         return result
 
     def run(self):
-        rate = rospy.Rate(RATE)
+        rate = rospy.Rate(RATE, reset=True)
         while not rospy.is_shutdown():
             self.fly()
             rate.sleep()

@@ -85,12 +85,13 @@ class Planner:
             except tf2_ros.TransformException as error:
                 rospy.logwarn_throttle(5, 'where is the quadcopter? %s', error)
         if self.curve is not None:
+            self.departure = min(self.departure, now)  # simulated time may begin anew
             pose = Pose(position=self.curve.point((now - self.departure).to_sec()))
             pose.orientation.w = 1.0
             self.poses.publish(pose)
 
     def run(self):
-        rate = rospy.Rate(RATE)
+        rate = rospy.Rate(RATE, reset=True)
         while not rospy.is_shutdown():
             self.fly()
             rate.sleep()

@@ -44,9 +44,12 @@ def path(tmp_path):
 def failing(patch, number, error, is_last):
     """Have the call of that number fail, and, if it is the last one, all that follow; returns the list of calls."""
     made = []
+    caller = threading.current_thread()
 
     def wrapped(call, name):
         def instead(*arguments, **options):
+            if threading.current_thread() is not caller:
+                return call(*arguments, **options)
             made.append(name)
             if len(made) == number or (is_last and len(made) > number):
                 if error is not PowerCut and name == 'read_bytes':

@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import shutil
 import stat
 import threading
 import time
@@ -56,6 +57,26 @@ def test_a_link_stays_a_link_and_its_target_is_replaced(path, tmp_path):
     assert files.replace(str(link), 'a = 1\n', 'a = 2\n')
     assert link.is_symlink()
     assert path.read_text() == 'a = 2\n'
+
+
+@pytest.mark.parametrize('mode', [0o444, 0o555])
+def test_a_read_only_file_is_not_replaced_by_root_either(path, mode):
+    path.chmod(mode)
+    with pytest.raises(FileError, match='it cannot be written: it is read-only'):
+        files.replace(str(path), 'a = 1\n', 'a = 2\n')
+    assert path.read_text() == 'a = 1\n'
+    assert stat.S_IMODE(path.stat().st_mode) == mode
+
+
+def test_hard_links_stay_links_to_one_file(path, tmp_path):
+    other = tmp_path / 'other.script'
+    os.link(path, other)
+    assert files.replace(str(path), 'a = 1\n', 'a = 25\n')
+    assert not files.replace(str(path), 'a = 1\n', 'a = 3\n'), 'it is not what was expected'
+    assert files.replace(str(path), 'a = 25\n', 'a\n'), 'and shorter than before'
+    assert (path.read_text(), other.read_text()) == ('a\n', 'a\n')
+    assert os.path.samefile(path, other)
+    assert sorted(os.listdir(str(path.parent))) == ['other.script', 'tour.script']
 
 
 @pytest.mark.usefixtures('system')
@@ -139,6 +160,38 @@ def test_the_watch_sees_whatever_way_an_editor_saves(path, tmp_path, save, throu
         wait_until(lambda text=text: seen[-1:] == [text], 'the watch to see ' + text)
 
 
+@pytest.fixture
+def watched(tmp_path):
+    """A file in a folder that a link leads to, with what the watch has seen of it."""
+    for name in ('first', 'second'):
+        (tmp_path / name).mkdir()
+    (tmp_path / 'first' / 'my.script').write_text('a = 1\n')
+    (tmp_path / 'current').symlink_to('first')
+    file, seen = tmp_path / 'current' / 'my.script', []
+    files.FileWatch(str(file), lambda: seen.append(file.exists() and file.read_text()))
+    return file, seen
+
+
+def test_the_watch_sees_what_is_written_in_a_folder_that_was_made_again(watched, tmp_path):
+    file, seen = watched
+    for text in ('a = 2\n', 'a = 3\n'):
+        shutil.rmtree(tmp_path / 'first')
+        wait_until(lambda: seen[-1:] == [False], 'the watch to see that it is gone')
+        (tmp_path / 'first').mkdir()
+        file.write_text(text)
+        wait_until(lambda text=text: seen[-1:] == [text], 'the watch to see ' + text)
+
+
+def test_the_watch_sees_that_a_link_leads_elsewhere(watched, tmp_path):
+    file, seen = watched
+    (tmp_path / 'second' / 'my.script').write_text('a = 2\n')
+    (tmp_path / 'current').unlink()
+    (tmp_path / 'current').symlink_to('second')
+    wait_until(lambda: seen[-1:] == ['a = 2\n'], 'the watch to see the other file')
+    file.write_text('a = 3\n')
+    wait_until(lambda: seen[-1:] == ['a = 3\n'], 'the watch to see what is written there')
+
+
 def test_the_watch_costs_nothing_while_nobody_writes(path):
     looks = []
     files.FileWatch(str(path), lambda: looks.append(path.read_text()))
@@ -153,9 +206,13 @@ def test_a_file_that_is_being_written_is_read_when_it_is_done(path):
     with path.open('w') as file:
         timer = threading.Timer(0.05, lambda: (file.write('a = 5\n'), file.flush()))
         timer.start()
-        assert files.read_settled(str(path)) in ('', 'a = 5\n')
-        timer.join()
         assert files.read_settled(str(path)) == 'a = 5\n'
+        timer.join()
+
+
+def test_a_file_that_stays_empty_is_empty(path):
+    path.write_text('')
+    assert files.read_settled(str(path)) == ''
 
 
 def test_a_file_that_is_written_once_while_the_machine_is_busy_is_read(path, monkeypatch):

@@ -1,5 +1,6 @@
 """The editor window on a virtual screen: keys are pressed, and the screen and the file are checked."""
 
+import importlib
 import os
 import re
 import signal
@@ -16,10 +17,17 @@ MARK, ERROR = (255, 224, 102), (255, 205, 205)
 SIZE = (800, 600)
 STARTING = 20.0
 
+#: A tour with what Qt takes as the end of a line, what it shows as a blank, and line ends of three kinds.
+ODD = "# a\u00a0b\u2028c\u2029d\x0c\r\ngoto(2.0, 1.0, 1.5)\nprint('\u00a0')\rwait(1)\r\n\ngoto(-1, 2, 0.5)"
+
 #: Pictures of the screen are kept here, to be looked at after the tests.
 SCREENSHOTS = Path(os.environ.get('ROSSLT_SCREENSHOTS') or Path(__file__).resolve().parents[2] / 'build/screenshots')
 
 pytest.importorskip('PyQt5', reason='the window needs PyQt5')
+editor = importlib.import_module('rosslt.script.editor')
+QtCore, QtGui, QtTest, QtWidgets = [
+    importlib.import_module('PyQt5.' + name) for name in ('QtCore', 'QtGui', 'QtTest', 'QtWidgets')
+]
 
 
 class Desk:
@@ -117,9 +125,9 @@ class Desk:
 
     def wait_for_file(self, text):
         try:
-            wait_until(lambda: self.path.read_text() == text, 'the file')
+            wait_until(lambda: self.path.read_bytes() == text.encode('utf-8'), 'the file')
         finally:
-            assert self.path.read_text() == text
+            assert self.path.read_bytes().decode('utf-8') == text
 
 
 @pytest.fixture
@@ -166,6 +174,63 @@ def test_what_is_typed_and_what_is_dragged_meanwhile_are_both_saved(desk):
     wait_until(lambda: MARK in desk.colors(), 'the mark')
     desk.press('ctrl+s')
     desk.wait_for_file('goto(0, 0, 9)\n' + TOUR.replace('1.5', '7.25').replace('-1,', '8.5,'))
+
+
+@pytest.fixture
+def window(tmp_path, monkeypatch):
+    """The window without a screen."""
+    monkeypatch.setenv('QT_QPA_PLATFORM', 'offscreen')
+    application = QtWidgets.QApplication.instance() or QtWidgets.QApplication(['script_editor'])
+    path = tmp_path / 'tour.script'
+    path.write_bytes(ODD.encode('utf-8'))
+    opened = editor.Editor(str(path))
+    opened.path, opened.text = path, opened.centralWidget()
+    opened.shown = lambda: application.processEvents() or opened.text.toPlainText()
+    yield opened
+    opened.deleteLater()
+
+
+def test_all_that_was_not_typed_is_saved_as_it_was(window):
+    window.text.moveCursor(QtGui.QTextCursor.Start)
+    window.text.find('1.5)')
+    window.text.moveCursor(QtGui.QTextCursor.EndOfLine)
+    QtTest.QTest.keyClicks(window.text, '  # up')
+    QtTest.QTest.keyClick(window.text, QtCore.Qt.Key_Return, QtCore.Qt.ShiftModifier)
+    QtTest.QTest.keyClicks(window.text, 'wait(3)')
+    assert window._save()
+    assert window.path.read_bytes().decode('utf-8') == ODD.replace('1.5)\n', '1.5)  # up\r\nwait(3)\n')
+
+
+def test_numbers_of_others_come_into_a_text_with_odd_characters(window):
+    QtTest.QTest.keyClicks(window.text, '# first ')
+    text = ODD.replace('2.0', '-12.345').replace('0.5', '0.75')
+    window.path.write_bytes(text.encode('utf-8'))
+    wait_until(lambda: '0.75' in window.shown(), 'the numbers')
+    assert window._save()
+    assert window.path.read_bytes().decode('utf-8') == '# first ' + text
+
+
+def test_a_comment_that_somebody_else_has_saved_is_shown(window):
+    text = ODD.replace('# a', '# the tour')
+    window.path.write_bytes(text.encode('utf-8'))
+    wait_until(lambda: 'the tour' in window.shown(), 'the comment')
+    assert window._save()
+    assert window.path.read_bytes().decode('utf-8') == text
+
+
+@pytest.mark.parametrize(
+    ('before', 'lines', 'after'),
+    [
+        ('', ['a', 'b', ''], 'a\nb\n'),
+        ('a\r\nb\nc', ['a', 'b', 'c'], 'a\r\nb\nc'),
+        ('a\r\nb\nc\r\n', ['a', 'new', 'b', 'c', ''], 'a\r\nnew\r\nb\nc\r\n'),
+        ('a\nb\rc\n', ['a', 'changed', 'c', ''], 'a\nchanged\rc\n'),
+        ('a\nb\rc\n', ['a', 'c'], 'a\nc'),
+        ('a\nb', ['a', 'b', 'c'], 'a\nb\nc'),
+    ],
+)
+def test_a_line_keeps_its_end(before, lines, after):
+    assert editor.with_line_ends(lines, before) == after
 
 
 def test_an_error_is_shown_at_its_line_until_it_is_mended(desk):

@@ -177,6 +177,18 @@ def test_the_last_good_script_stays_in_force_when_a_saved_one_has_an_error(stage
     assert 'goto(5.0, 1.0, height)' in stage.text
 
 
+def test_an_editor_that_empties_the_file_before_it_writes_keeps_the_locations_and_the_tour(stage):
+    before, text = dict(stage.locations), TOUR.replace('2.0', '4.0')
+    stage.path.write_text('')
+    timer = threading.Timer(0.05, stage.path.write_text, [text])
+    timer.start()
+    stage.script.reload()
+    timer.join()
+    assert [is_same_but_for_numbers for _, is_same_but_for_numbers in stage.runs[1:]] == [True]
+    assert stage.steps[0] == (4.0, 1.0, 1.5)
+    assert len(set(before.values()) & set(stage.locations.values())) == 5, 'all but those of the line that was edited'
+
+
 def test_a_change_while_the_saved_script_has_an_error_is_refused(stage):
     location = stage.at(3, 6)
     stage.path.write_text('goto(2.0,')

@@ -110,25 +110,14 @@ class Server:
             self.process.wait()
 
 
-#: Has a browser say that what draws is a graphics card.
-SAYS_CARD = """
-const real = WebGL2RenderingContext.prototype.getParameter;
-WebGL2RenderingContext.prototype.getParameter = function (name) {
-  return name === 0x9246 /* UNMASKED_RENDERER_WEBGL */ ? 'a graphics card' : real.call(this, name);
-};
-"""
-
-
 class Browser:
     """Chromium with the page in it.
 
     Args:
         url: of the page.
-        says_card: whether it says that it has a graphics card, though the processor draws.
-        script: what runs in it before the scripts of a page do.
     """
 
-    def __init__(self, url, says_card=False, script=''):
+    def __init__(self, url):
         self._profile = tempfile.TemporaryDirectory(prefix='rosslt_browser_', ignore_cleanup_errors=True)
         options = webdriver.ChromeOptions()
         options.binary_location = '/usr/bin/chromium'
@@ -136,8 +125,6 @@ class Browser:
             options.add_argument(flag)
         self.driver = webdriver.Chrome(options=options, service=Service('/usr/bin/chromedriver'))
         self.driver.set_page_load_timeout(PATIENCE)
-        for source in [SAYS_CARD] * says_card + [script]:
-            self.driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument', {'source': source})
         self.driver.get(url)
 
     def close(self):

@@ -23,7 +23,7 @@ TALKER = """
             raise ValueError('the mast is 5 m high at most')
         mast.append(height)
 
-    mast = [1.0]
+    mast, climb = [1.0], [5.0]
     rate = rospy.Rate(20)
     while not rospy.is_shutdown():
         goal = PoseStamped()
@@ -32,6 +32,8 @@ TALKER = """
         goal.pose.position.y = rosslt.location(-1.0, name='side')
         goal.pose.position.z = rosslt.location(getter=lambda: mast[-1], setter=set_mast, name='mast')
         goal.pose.orientation.w = rosslt.location(1.0, name='fixed', read_only=True)
+        rosslt.location(getter=lambda: climb[0], setter=set_mast, name='altitude', minimum=0.0, maximum=10.0)
+        climb[0] = 12.0
         rosslt.location(True, name='is_on')
         rosslt.location(10**30, name='huge')
         rosslt.location('home', name='place')

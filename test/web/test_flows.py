@@ -36,7 +36,7 @@ def close(browser):
 
 def test_the_flow_of_all_nodes_is_drawn_and_follows(talker, browser):
     browser.wait_for_text('talker.py')
-    browser.click('Who feeds whom')
+    browser.click('Data flow')
     browser.wait(lambda: {'radius', '/talker', '/goal', FIELDS} <= set(drawn(browser)), 'a drawing')
     assert '/relay' not in drawn(browser)
     with Node('relay', RELAY):
@@ -49,9 +49,9 @@ def test_the_flow_of_all_nodes_is_drawn_and_follows(talker, browser):
 def test_a_node_tells_what_its_numbers_reach(talker, browser):
     with Node('relay', RELAY):
         browser.wait_for_text('relay.py')
-        browser.click('reaches')  # of the first node that is there
+        browser.click('affects')  # of the first node that is there
         browser.wait(lambda: {'radius', '/relay', '/shifted'} <= set(drawn(browser)), 'a drawing')
-        browser.picture('reaches')
+        browser.picture('affects')
         assert 'shift' not in drawn(browser)
         close(browser)
 

@@ -25,7 +25,7 @@ locations = mock.Mock()
 locations.places.return_value = {'/car': places}
 locations.is_changed.return_value = False
 server = mock.MagicMock()
-server.gui.add_number = mock.Mock(side_effect=widget)
+server.gui.add_text = mock.Mock(side_effect=widget)
 numbers = Numbers(server, locations, mock.Mock(), mock.Mock())
 numbers.update()
 pedal, gear = (numbers._fields['/car', number].widget for number in (0, 1))

@@ -3,6 +3,7 @@
 import signal
 
 import pytest
+from selenium.webdriver.common.keys import Keys
 
 from support import scenery
 from support.browser import PATIENCE
@@ -22,14 +23,14 @@ def has_become(name, expected):
 
 def test_every_location_has_a_field(talker, browser):
     browser.wait_for_text('talker.py')
-    names = {'radius', 'side', 'mast', 'huge', 'fixed', 'is_on', 'place', '~parking'}
+    names = {'radius', 'side', 'mast', 'huge', 'fixed', 'is_on', 'place', 'altitude', '~parking'}
     browser.wait(lambda: names <= set(browser.labels()), 'all fields are there')
     assert browser.row('radius').find_elements('css selector', '[role=slider]')
     assert float(browser.value('side')) == -1.0
     assert browser.value('place') == 'home'
     assert not browser.field('fixed').is_enabled()
     assert browser.value('huge') == str(10**30)
-    assert not browser.field('huge').is_enabled()
+    assert browser.value('altitude') == '12.0', 'a getter may be beyond the bounds'
     assert browser.field('side').is_enabled()
     browser.picture('numbers')
 
@@ -50,6 +51,20 @@ def test_what_is_typed_is_taken_when_the_typing_ends(talker, browser):
     has_become('side', -2.25)
     history = rosslt('log', '/talker').stdout
     assert '-2.0' not in history, 'half of the number was taken'
+
+
+def test_a_whole_number_that_a_browser_cannot_hold_is_typed_like_any_other(talker, browser):
+    browser.type('huge', str(10**30 + 1))
+    wait_until(lambda: int(rosslt('get', '/talker/huge').stdout) == 10**30 + 1, 'it is taken', PATIENCE)
+
+
+def test_what_is_no_number_is_told_and_the_field_goes_back(talker, browser):
+    before = browser.value('side')
+    browser.type('side', 'abc')
+    browser.field('side').send_keys(Keys.TAB)
+    browser.wait_for_text("'abc' is not a number")
+    browser.wait(lambda: browser.value('side') == before, 'the field goes back')
+    assert value('side') == float(before)
 
 
 def test_a_refused_change_is_told_and_the_field_goes_back(talker, browser):

@@ -3,7 +3,7 @@
 It may import the room `values`. `python_numbers` finds the literals of a Python text, `source_text` replaces them and
 follows them through edits, `yaml_text` and `launch_text` do so for YAML and launch files; `notation` writes a value in
 the manner of the one before. `replacing` reads and replaces files as a whole, `transaction` several of them, and
-`watching` hears what others write.
+`watching` notices what others write.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -24,10 +24,10 @@ from rosslt.files.replacing import (
 )
 from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest_of, followed, replaced
 from rosslt.files.transaction import unified_diff, write
+from rosslt.files.watching import FileWatch
 
 if TYPE_CHECKING:
     from rosslt.files.inline_yaml import inline_edits
-    from rosslt.files.watching import FileWatch
     from rosslt.files.yaml_text import YamlChange, yaml_edits
     from rosslt.files.yaml_text import with_values as yaml_with_values
 
@@ -71,11 +71,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    # Only those who use them wait for watchdog and YAML.
-    if name == 'FileWatch':
-        from rosslt.files.watching import FileWatch
-
-        return FileWatch
+    # Only those who use it wait for YAML.
     if name == 'inline_edits':
         from rosslt.files.inline_yaml import inline_edits
 

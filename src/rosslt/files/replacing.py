@@ -15,10 +15,12 @@ from typing import Optional
 
 from rosslt.files.errors import FileError
 
-#: For how long a file has to stay the same to count as saved, in seconds.
+#: How long a file has to stay the same to count as saved, in seconds.
 SETTLING_TIME = 0.03
 
 #: How often to look whether it has: looks are counted, not seconds, as a busy machine may let none come for a second.
+#: A file that is empty, or not there, has to stay so in all looks: some editors empty it, or take it away, and write
+#: later.
 LOOKS = 17
 
 EXCHANGE = 2  # RENAME_EXCHANGE, for renameat2
@@ -61,7 +63,7 @@ def holds(path: str, *texts: str) -> bool:
 
 
 def read_settled(path: str) -> str:
-    """`read`, once the file has stayed the same for a moment: some editors empty it first, or take it away.
+    """`read`, once the file has stayed the same for a moment; see `LOOKS`.
 
     Raises:
         Unsettled: it does not.
@@ -72,13 +74,15 @@ def read_settled(path: str) -> str:
 
 def read_settled_bytes(path: str) -> bytes:
     """`read_settled`, of a file in any encoding."""
-    before = _attempt(path)
+    last, is_gone = _attempt(path), True
     for _ in range(LOOKS):
         time.sleep(SETTLING_TIME)
-        outcome = _attempt(path)
-        if outcome == before:
-            return read_bytes(path) if outcome is None else outcome
-        before = outcome
+        before, last = last, _attempt(path)
+        if last and last == before:
+            return last
+        is_gone = is_gone and not before
+    if is_gone and not last:
+        return read_bytes(path)
     raise Unsettled(path, None, None, 'other programs keep writing it')
 
 
@@ -91,7 +95,9 @@ def _attempt(path: str) -> Optional[bytes]:
 
 
 def replace(path: str, expected: str, text: str) -> bool:
-    """Replace a file's text atomically; its mode, its owner and a link that leads to it stay.
+    """Replace a file's text atomically; its mode, its owner and the links that lead to it stay.
+
+    A file with hard links is written in place, which a reader may see half done.
 
     Args:
         expected: the text that is to be replaced.
@@ -101,7 +107,7 @@ def replace(path: str, expected: str, text: str) -> bool:
         Whether it has been; False where the file holds another text than the expected one, and still does.
 
     Raises:
-        FileError: the file cannot be written.
+        FileError: the file cannot be written, or is read-only.
     """
     return replace_bytes(path, expected.encode('utf-8'), text.encode('utf-8'))
 
@@ -112,6 +118,11 @@ def replace_bytes(path: str, expected: bytes, content: bytes) -> bool:
     directory, name = os.path.split(target)
     try:
         status = os.stat(target)
+        if not status.st_mode & 0o222:  # which does not keep root from writing it
+            raise PermissionError(errno.EACCES, 'it is read-only')
+        os.close(os.open(target, os.O_WRONLY))  # who may rename files in a folder may not therefore write this one
+        if status.st_nlink > 1:
+            return _write_in_place(target, expected, content)
         handle, other = tempfile.mkstemp(prefix='.{}.'.format(name), dir=directory)
         try:
             with os.fdopen(handle, 'wb') as file:
@@ -132,6 +143,19 @@ def replace_bytes(path: str, expected: bytes, content: bytes) -> bool:
         return is_replaced
     except OSError as error:
         raise FileError(path, None, None, 'it cannot be written: {}'.format(error.strerror)) from None
+
+
+def _write_in_place(target: str, expected: bytes, content: bytes) -> bool:
+    """Replace the content of a file that keeps its inode; False where it holds another one than expected."""
+    with open(target, 'r+b') as file:
+        if file.read() != expected:
+            return False
+        file.seek(0)
+        file.write(content)
+        file.truncate()
+        file.flush()
+        os.fsync(file.fileno())
+    return True
 
 
 def _remove(other: str) -> None:

@@ -1,62 +1,48 @@
-"""Watches files: what others write into them is heard of, however they do it."""
+"""Watches files: notices what others write into them, however they do it."""
 
 import os
 import threading
-from typing import Callable, Set
+import time
+from typing import Callable, Dict, Optional, Tuple
 
-from watchdog.events import FileSystemEvent, FileSystemEventHandler
-from watchdog.observers import Observer
-
-#: What watchdog reports when somebody has written; newer versions report who reads, too.
-WRITTEN = frozenset(['created', 'modified', 'moved', 'closed', 'deleted'])
-
-
-class _Handler(FileSystemEventHandler):
-    """Hands on what watchdog reports."""
-
-    def __init__(self, take: Callable[[FileSystemEvent], None]) -> None:
-        self._take = take
-
-    def on_any_event(self, event: FileSystemEvent) -> None:
-        self._take(event)
+#: How often files are looked at, in seconds. A look costs a few microseconds, and asks for the path from its first
+#: folder on: a folder that was made again and a link that leads elsewhere by now are noticed like any other change.
+PERIOD = 0.1
 
 
 class FileWatch:
     """Calls a function when a file may have been written, whoever did it and however; from a thread of its own.
 
     Args:
-        path: the file. What matters happens in its folder: editors write a new file, and give it the old name.
+        path: the file, which need not be there.
         changed: called without arguments.
     """
 
     def __init__(self, path: str, changed: Callable[[], object]) -> None:
-        self._names: Set[str] = set()
-        self._folders: Set[str] = set()
+        self._states: Dict[str, Optional[Tuple[int, ...]]] = {}
         self._changed = changed
-        self._written = threading.Event()
-        self._handler = _Handler(self._note)
-        self._observer = Observer()
         self.add(path)
-        self._observer.start()
         threading.Thread(target=self._work, name='watch', daemon=True).start()
 
     def add(self, path: str) -> None:
-        """FileWatch another file, too."""
-        names = {os.path.abspath(path), os.path.realpath(path)}
-        self._names |= names
-        for folder in {os.path.dirname(name) for name in names} - self._folders:
-            self._folders.add(folder)
-            self._observer.schedule(self._handler, folder)
-
-    def _note(self, event: FileSystemEvent) -> None:
-        paths = {
-            os.path.abspath(os.fsdecode(path)) for path in (event.src_path, getattr(event, 'dest_path', '')) if path
-        }
-        if event.event_type in WRITTEN and paths & self._names:
-            self._written.set()
+        """Watch another file, too."""
+        path = os.path.abspath(path)
+        self._states[path] = _state_of(path)
 
     def _work(self) -> None:
         while True:
-            self._written.wait()
-            self._written.clear()
-            self._changed()
+            time.sleep(PERIOD)
+            before = dict(self._states)
+            after = {path: _state_of(path) for path in before}
+            if after != before:
+                self._states.update(after)
+                self._changed()
+
+
+def _state_of(path: str) -> Optional[Tuple[int, ...]]:
+    """What differs once a file has been written; None where there is no file."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns

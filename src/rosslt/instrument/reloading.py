@@ -6,7 +6,7 @@ that stands there. Everything else that is another than when the node was starte
 
 import os
 import threading
-from typing import Any, Callable, Dict, List, Set, Tuple
+from typing import Any, Callable, Dict, List, Optional, Set, Tuple
 
 import rospy
 
@@ -15,7 +15,7 @@ from rosslt.instrument.cells import Cells, loaded_files
 
 _lock = threading.Lock()
 _watched: Set[str] = set()
-_watch: Any = None
+_watch: Optional[files.FileWatch] = None
 _is_started = False
 
 
@@ -35,19 +35,16 @@ def _begin() -> None:
 
 
 def watch(path: str) -> None:
-    """FileWatch a file that runs rewritten, where there is a node already."""
+    """Watch a file that runs rewritten, where there is a node already."""
     global _watch
     with _lock:
         if not _is_started or path in _watched:
             return
         _watched.add(path)
-        try:
-            if _watch is None:
-                _watch = files.FileWatch(path, _look)
-            else:
-                _watch.add(path)
-        except OSError as error:  # the system watches no more folders
-            rospy.logwarn('edits of %s take no effect before a restart: it cannot be watched (%s)', path, error)
+        if _watch is None:
+            _watch = files.FileWatch(path, _look)
+        else:
+            _watch.add(path)
 
 
 def _look() -> None:

@@ -5,10 +5,13 @@ sees what is saved, and here is seen what they write. PyQt5 is needed for this w
 """
 
 import argparse
+import collections
+import difflib
 import os
+import re
 import signal
 import sys
-from typing import List, Optional, Tuple
+from typing import List, Optional, Sequence, Tuple
 
 import rospy
 from PyQt5.QtCore import QRect, QSize, Qt, QTimer, pyqtSignal
@@ -16,6 +19,7 @@ from PyQt5.QtGui import (
     QCloseEvent,
     QColor,
     QFontDatabase,
+    QKeyEvent,
     QKeySequence,
     QPainter,
     QPaintEvent,
@@ -35,6 +39,10 @@ MARKED = 1000
 MARK_COLOR = QColor(255, 224, 102)
 ERROR_COLOR = QColor(255, 205, 205)
 GUTTER_COLOR, NUMBER_COLOR = QColor(240, 240, 240), QColor(140, 140, 140)
+
+#: What Qt takes as the end of a line, and holds as BLOCK_END.
+LINE_END = re.compile('\r\n|[\r\n\u2029\ufdd0\ufdd1]')
+BLOCK_END = '\u2029'
 
 
 class Editor(QMainWindow):
@@ -103,8 +111,8 @@ class Editor(QMainWindow):
         return True
 
     def _to_write(self) -> str:
-        text = self._text.toPlainText()
-        return text.replace('\n', '\r\n') if '\r\n' in self._saved else text
+        # toPlainText would give blanks for no-break spaces, and newlines for line separators.
+        return with_line_ends(self._text.document().toRawText().split(BLOCK_END), self._saved)
 
     def _reload(self) -> None:
         """Show what is in the file, whatever was typed."""
@@ -116,7 +124,7 @@ class Editor(QMainWindow):
         position = self._text.textCursor().position()
         self._text.setPlainText(text)
         cursor = self._text.textCursor()
-        cursor.setPosition(min(position, len(self._text.toPlainText())))
+        cursor.setPosition(min(position, self._text.document().characterCount() - 1))
         self._text.setTextCursor(cursor)
         self._note_saved(text)
         self._check()
@@ -141,10 +149,10 @@ class Editor(QMainWindow):
     def _follow_numbers(self, text: str) -> bool:
         """Take other numbers over into what was typed; False where not just numbers have changed."""
         try:
-            old, new = (literals.parse(_shown(one), self._path) for one in (self._saved, text))
+            old, new = (literals.parse(one, self._path) for one in (self._saved, text))
         except ScriptError:
             return False
-        if old.skeleton != new.skeleton:
+        if _without_numbers(old) != _without_numbers(new):
             return False
         is_modified = self._text.document().isModified()
         marked = []
@@ -170,7 +178,7 @@ class Editor(QMainWindow):
         self._saved, self._numbers = text, []
         self._text.document().setModified(False)
         try:
-            found = literals.parse(_shown(text), self._path)
+            found = literals.parse(text, self._path)
         except ScriptError:
             return
         for literal in found.literals:
@@ -182,7 +190,7 @@ class Editor(QMainWindow):
     def _check(self) -> None:
         """Show what is wrong with the script, at its line."""
         try:
-            parsed = literals.parse(_shown(self._saved), self._path)
+            parsed = literals.parse(self._saved, self._path)
             running.run(parsed, [literal.value for literal in parsed.literals], self._path, say=lambda *_words: None)
         except ScriptError as error:
             self._text.show_error(error.line)
@@ -255,6 +263,12 @@ class _Text(QPlainTextEdit):
             painter.drawText(0, top, self._gutter.width() - 8, height, Qt.AlignmentFlag.AlignRight, str(line))
             block, top = block.next(), top + height
 
+    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802  (the name is Qt's)
+        if event.matches(QKeySequence.InsertLineSeparator):  # which Python does not take as the end of a line
+            self.insertPlainText('\n')
+        else:
+            super().keyPressEvent(event)
+
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802  (the name is Qt's)
         super().resizeEvent(event)
         inside = self.contentsRect()
@@ -284,14 +298,30 @@ class _Gutter(QWidget):
         self._text.paint_gutter(event)
 
 
-def _shown(text: str) -> str:
-    """A text as the window holds it: with one kind of newline."""
-    return text.replace('\r\n', '\n').replace('\r', '\n')
+def with_line_ends(lines: Sequence[str], before: str) -> str:
+    """Lines as a text, with the line ends of an earlier text: each line that is still there keeps its own, and what was
+    typed into it gets the one that is most common."""
+    old_ends = LINE_END.findall(before)
+    common = (collections.Counter(old_ends).most_common(1) or [('\n', 1)])[0][0]
+    old_ends.append(common)  # the last line has none, until it is not the last one
+    ends = [common] * len(lines)
+    matcher = difflib.SequenceMatcher(None, LINE_END.split(before), lines, autojunk=False)
+    for _, start, end, new_start, new_end in matcher.get_opcodes():
+        for back in range(1, min(end - start, new_end - new_start) + 1):
+            ends[new_end - back] = old_ends[end - back]
+    return ''.join([line + end for line, end in zip(lines, ends)][:-1]) + lines[-1]
+
+
+def _without_numbers(parsed: literals.Parsed) -> List[str]:
+    """The pieces of a text between its numbers."""
+    starts = [0, *(literal.end for literal in parsed.literals)]
+    ends = [*(literal.start for literal in parsed.literals), len(parsed.text)]
+    return [parsed.text[start:end] for start, end in zip(starts, ends)]
 
 
 def _position(text: str, index: int) -> int:
-    """A place in a text as Qt counts it, in units of UTF-16."""
-    return len(text[:index].encode('utf-16-le')) // 2
+    """A position in a text as Qt counts it: in units of UTF-16, of which the end of a line is one."""
+    return len(LINE_END.sub('\n', text[:index]).encode('utf-16-le')) // 2
 
 
 def main() -> int:

@@ -99,7 +99,7 @@ class LiveScript:
         # (time at which it was no longer in force, _State), since somebody saved a text
         self._past: List[Tuple[float, _State]] = []
         self._reserved: Set[str] = set()  # names of places in texts that are not in force yet
-        text = files.read(path)
+        text = files.read_settled(path)
         self._state = _State(literals.parse('', path), [], [])
         try:
             parsed, names = literals.parse(text, path), remembered(text)

@@ -80,7 +80,7 @@ def run_parameters() -> None:
 
 
 def _loop(tick: Callable[[], None]) -> None:
-    rate = rospy.Rate(RATE)
+    rate = rospy.Rate(RATE, reset=True)  # simulated time may begin anew
     while not rospy.is_shutdown():
         tick()
         rate.sleep()

@@ -55,7 +55,11 @@ class Player:
     def tick(self) -> None:
         """Go on to the next step if the one in force is done; to be called several times a second."""
         with self._lock:
-            if self._index is None or not self._is_done(self._steps[self._index]):
+            if self._index is None:
+                return
+            if rospy.Time.now() < self._began:  # simulated time has begun anew, and the step does so with it
+                self._start(self._index)
+            if not self._is_done(self._steps[self._index]):
                 return
             following = self._index + 1
             if following < len(self._steps):

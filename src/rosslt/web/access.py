@@ -16,7 +16,7 @@ import ipaddress
 import secrets
 import socket
 from http.cookies import CookieError, SimpleCookie
-from typing import Any, Callable, Iterator, Optional
+from typing import Any, Iterator, Optional
 from urllib.parse import urlsplit
 
 import websockets.asyncio.server
@@ -89,14 +89,13 @@ class AccessCheck:
 
 
 @contextlib.contextmanager
-def guarded(access: AccessCheck, prepare: Callable[[Response], None]) -> Iterator[None]:
+def guarded(access: AccessCheck) -> Iterator[None]:
     """Have the server that viser starts in this context check every request.
 
     viser 1.1 has no way to say it: its call of `websockets.asyncio.server.serve` is given one more step.
 
     Args:
         access: the check.
-        prepare: called with each answer that goes out to those who are let in, which it may change.
 
     Raises:
         NotServed: viser has started no server in that way; then nothing may be served.
@@ -112,10 +111,8 @@ def guarded(access: AccessCheck, prepare: Callable[[Response], None]) -> Iterato
                     await asyncio.sleep(WRONG_PASSWORD_DELAY)
                 return refused
             response = process_request(connection, request)
-            if response is not None:
-                prepare(response)
-                if access.has_password(request.headers):
-                    response.headers['Set-Cookie'] = access.cookie()
+            if response is not None and access.has_password(request.headers):
+                response.headers['Set-Cookie'] = access.cookie()
             return response
 
         started.append(True)

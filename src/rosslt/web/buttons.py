@@ -26,7 +26,7 @@ class Buttons:
     Args:
         server: viser's.
         locations: of all nodes.
-        flows: shows what the numbers of a node reach.
+        flows: shows what the numbers of a node affect.
         tell: shows a notice to somebody.
     """
 
@@ -36,7 +36,7 @@ class Buttons:
 
     def add(self, name: str) -> None:
         """Add those of one node, where viser's next element would be."""
-        does = {'undo': self._undo, 'reset': self._reset, 'save': self._ask_to_save, 'reaches': self._show_flow}
+        does = {'undo': self._undo, 'reset': self._reset, 'save': self._ask_to_save, 'affects': self._show_flow}
         buttons = self._server.gui.add_button_group('', list(does))
 
         @buttons.on_click
@@ -77,10 +77,10 @@ class Buttons:
             self._tell(client, name, ', '.join(map(_told, answers[name].changes)) or 'all is as the code says')
 
     def _show_flow(self, name: str, client: Any) -> None:
-        """Show which fields of which topics the numbers reach, and through which nodes."""
+        """Show which fields of which topics the numbers affect, and through which nodes."""
         self._flows.open(
             client,
-            'What the numbers of {} reach'.format(name),
+            'What {} affects'.format(name),
             lambda: {place.source for place in self._locations.places().get(name, ())},
         )
 

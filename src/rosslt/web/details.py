@@ -47,7 +47,7 @@ class Details:
                     self._add_free(client, name)
                 undo = client.gui.add_button(UNDO)
                 close = client.gui.add_button('Close')
-                client.gui.add_markdown('**The way here**')
+                client.gui.add_markdown('**Data flow**')
                 flow = self._flows.add(client, lambda: self._sources(name), self._scene.origin(name)[0])
                 plot = Plot(client, lambda: self._tracked(name), self._descriptions)
         undo.on_click(lambda event: self._offers.drags.undo(name))

@@ -5,6 +5,7 @@ more.
 """
 
 import html
+import math
 import threading
 import time
 import traceback
@@ -73,7 +74,7 @@ class Ear:
         found = ProvenanceMap()
         with self._lock:
             for reach, fields in self._heard.items():
-                oldest = self._looked.get((reach.topic, reach.publisher), 0.0) - MEMORY
+                oldest = self._looked.get((reach.topic, reach.publisher), -math.inf) - MEMORY
                 present = [field for field, when in fields.items() if when >= oldest]
                 if present:
                     found.fields[reach] = present
@@ -88,7 +89,7 @@ class Ear:
         publisher, now = message._connection_header['callerid'], time.monotonic()
         with self._lock:
             self._newest[topic, publisher] = message
-            if now - self._looked.get((topic, publisher), 0.0) < LOOK_PERIOD:
+            if now - self._looked.get((topic, publisher), -math.inf) < LOOK_PERIOD:
                 return
             self._looked[topic, publisher] = now
         said = ProvenanceMap()

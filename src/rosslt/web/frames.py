@@ -1,6 +1,7 @@
 """Where frames stand: tf, shown as branches of the page's tree of things, so that what is in a frame moves with it."""
 
 import collections
+import math
 import re
 import threading
 import time
@@ -35,7 +36,7 @@ class Frames:
         tf2_ros.TransformListener(self._buffer)
         self._branches: Dict[str, Any] = {}
         self._poses: Dict[str, Optional[geometry.PoseTuple]] = {}
-        self._looked_at = 0.0
+        self._looked_at = -math.inf
         self._lock = threading.RLock()
 
     def branch(self, frame: str) -> str:

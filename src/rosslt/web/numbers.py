@@ -1,12 +1,17 @@
-"""The numbers of the page: a slider, a field or a box for each location, by node and by file."""
+"""The numbers of the page: a slider, a field or a box for each location, by node and by file.
 
+A number without a slider stands in a field for text: what is typed there is judged here, and not by the browser, which
+would say nothing of what is no number.
+"""
+
+import contextlib
 import functools
 import math
 import os
 import threading
 import time
 import traceback
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Tuple, Union
 
 import rospy
 
@@ -19,13 +24,14 @@ STEPS = 1000
 #: The fields of a file with more of them are not seen before somebody opens their folder: a browser draws each.
 MANY = 50
 
-#: How long a person may pause while typing into a field, in seconds: what stands there then is wanted.
-TYPING = 0.7
+#: How long a person may pause while typing into a field, in seconds: what stands there then is wanted. The second is for
+#: what is no number, such as the beginning of one.
+TYPING, TYPING_ON = 0.7, 2.0
 
 #: For how long after a hand has moved a field the owner's reports do not move it, in seconds.
 HAND_IS_ON_IT = 0.5
 
-#: The largest whole number that a browser tells from the next one.
+#: The largest whole number that a browser tells from the next one, as a slider has to.
 LARGEST = 2**53
 
 #: What marks a location that has been changed.
@@ -132,34 +138,26 @@ class Numbers:
         if field.widget.label != label:
             field.widget.label = label
         is_quiet = time.monotonic() - field.touched > HAND_IS_ON_IT and field.typed is None
-        value = str(place.value) if kind[0] == 'too large' else place.value
-        if is_quiet and field.widget.value != value:
-            field.widget.value = value
+        if is_quiet and field.widget.value != _shown(place):
+            field.widget.value = _shown(place)
 
     def _widget(self, place: Place, order: float) -> Any:
-        gui, value = self._server.gui, place.value
+        gui, value = self._server.gui, _shown(place)
         options = {'disabled': place.read_only, 'hint': _hint(place), 'order': order}
-        if _kind(place)[0] == 'too large':
-            return gui.add_text(_label(place), str(value), **{**options, 'disabled': True})
         if place.location.type == 'bool':
-            return gui.add_checkbox(_label(place), bool(value), **options)
-        if place.location.type == 'str':
-            return gui.add_text(_label(place), str(value), **options)
-        low, high = place.minimum, place.maximum
+            return gui.add_checkbox(_label(place), value, **options)
+        if not _has_slider(place):
+            return gui.add_text(_label(place), value, **options)
         number = int if place.location.type == 'int' else float
-        if low is not None and high is not None and low < high:
-            return gui.add_slider(
-                _label(place), number(low), number(high), _step(number, high - low), number(value), **options
-            )
-        limits = {name: number(bound) for name, bound in (('min', low), ('max', high)) if bound is not None}
-        return gui.add_number(_label(place), number(value), step=_step(number, abs(value) or 1.0), **limits, **options)
+        low, high = number(place.minimum), number(place.maximum)
+        return gui.add_slider(_label(place), low, high, _step(number, high - low), value, **options)
 
     async def _moved(self, key: Key, event: Any) -> None:
         if event.client is None:  # it was this program
             return
         with self._lock:
             field = self._fields.get(key)
-            if field is None or field.place.read_only or field.kind[0] == 'too large':
+            if field is None or field.place.read_only:
                 return
             value, field.touched = field.widget.value, time.monotonic()
             if field.kind[0] in ('slider', 'bool'):
@@ -170,31 +168,62 @@ class Numbers:
     def _apply_typed(self) -> None:
         now = time.monotonic()
         for field in self._fields.values():
-            if field.typed is not None and now - field.typed[0] > TYPING:
-                _, client, value = field.typed
-                field.typed = None
+            if field.typed is None:
+                continue
+            since, client, text = field.typed
+            value = text if field.kind[0] == 'str' else _number(text)
+            if now - since <= (TYPING_ON if value is None else TYPING):
+                continue
+            field.typed = None
+            if value is None:
+                self._refuse(field, client, f'{text!r} is not a number')
+            else:
                 self._wish(field, client, value)
 
     def _wish(self, field: Field, client: Any, value: Any) -> None:
-        place = field.place
+        self._locations.wish(field.place, value, str(client.client_id), functools.partial(self._refuse, field, client))
 
-        def refused(reason: str) -> None:
-            self._tell(client, '{} stays {}'.format(_label(place), place.location.value), reason)
-            field.touched = -math.inf
-
-        self._locations.wish(place, value, str(client.client_id), refused)
+    def _refuse(self, field: Field, client: Any, reason: str) -> None:
+        """Say why a value is not taken; the field goes back to the one in force."""
+        self._tell(client, f'{_label(field.place)} stays {field.place.location.value}', reason)
+        field.touched = -math.inf
 
 
 def _kind(place: Place) -> Tuple[Any, ...]:
     """All that the drawing of a field depends on: the kind of field first."""
     location = place.location
-    kind = location.type
-    if kind in ('int', 'float'):
-        low, high = place.minimum, place.maximum
-        kind = 'slider' if low is not None and high is not None and low < high else 'number'
-        if any(isinstance(one, int) and abs(one) > LARGEST for one in (place.value, low, high)):
-            kind = 'too large'
+    kind = 'slider' if _has_slider(place) else location.type
     return (kind, location.type, location.minimum, location.maximum, location.read_only, location.file, location.line)
+
+
+def _has_slider(place: Place) -> bool:
+    """Whether a location is a number between two bounds; a getter may be beyond them."""
+    if place.location.type not in ('int', 'float') or place.minimum is None or place.maximum is None:
+        return False
+    parts = place.minimum, place.value, place.maximum
+    return (
+        place.minimum < place.maximum
+        and place.minimum <= place.value <= place.maximum
+        and not any(isinstance(part, int) and abs(part) > LARGEST for part in parts)
+    )
+
+
+def _shown(place: Place) -> Any:
+    """What the field of a location shows."""
+    if place.location.type == 'bool':
+        return bool(place.value)
+    if _has_slider(place):
+        return (int if place.location.type == 'int' else float)(place.value)
+    return str(place.value)
+
+
+def _number(text: str) -> Union[int, float, None]:
+    """The finite number that a text says, or None."""
+    with contextlib.suppress(ValueError):
+        return int(text)
+    with contextlib.suppress(ValueError):
+        return float(text) if math.isfinite(float(text)) else None
+    return None
 
 
 def _step(number: Any, length: float) -> Any:

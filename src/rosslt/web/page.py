@@ -8,7 +8,6 @@ import viser
 
 from rosslt import node
 from rosslt.markers import Descriptions, Drags, Handle, HeldTopic, Offers, Rules, Scene, Settings, Watch, short_numbers
-from rosslt.web import economy
 from rosslt.web.access import AccessCheck, NotServed, check_address, guarded, is_this_machine, read_password
 from rosslt.web.buttons import Buttons
 from rosslt.web.details import Details
@@ -55,7 +54,7 @@ class Page:
 
     def __init__(self, host: str, port: int, password: Optional[str] = None, fixed_frame: str = '') -> None:
         check_address(host, port)
-        with guarded(AccessCheck(host, password), economy.add_script):
+        with guarded(AccessCheck(host, password)):
             self._server = Server(host=host, port=port, label='rosslt', verbose=False)
         if self._server.get_port() != port:  # viser takes the next one
             self._server.stop()
@@ -79,8 +78,8 @@ class Page:
         self._details = Details(Offers(scene, drags, descriptions), self._things, flows)
         self._things.picked = self._details.show
         self._locations = Locations(rospy.get_name(), self._rounds.begin)
-        everything = self._server.gui.add_button('Who feeds whom')
-        everything.on_click(lambda event: flows.open(event.client, 'Who feeds whom', lambda: None))
+        everything = self._server.gui.add_button('Data flow')
+        everything.on_click(lambda event: flows.open(event.client, 'Data flow', lambda: None))
         self._fields = Fields(self._server, flows, descriptions)
         buttons = Buttons(self._server, self._locations, flows, self._notices.tell)
         self._numbers = Numbers(self._server, self._locations, buttons.add, self._notices.tell)

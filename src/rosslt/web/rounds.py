@@ -1,5 +1,6 @@
 """When the page is brought up to date: as soon as something has changed, but only so often; else from time to time."""
 
+import math
 import threading
 import time
 
@@ -15,7 +16,7 @@ class Rounds:
     def __init__(self, rate: float) -> None:
         self._period = 1.0 / rate
         self._news = threading.Event()
-        self._last = 0.0  # when there were news
+        self._last = -math.inf  # when there were news
 
     def begin(self) -> None:
         """Something has changed: begin the next round now, or soon after the last one."""
