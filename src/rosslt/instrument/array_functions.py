@@ -6,10 +6,10 @@ from typing import Any, Callable, Dict, List, Tuple
 import numpy
 
 from rosslt import values
-from rosslt.instrument import cells, functions, publishing, scalars
-from rosslt.instrument.array_arguments import WITH_PROVENANCE, plain
+from rosslt.instrument import cells, functions, scalars
+from rosslt.instrument.array_arguments import plain
 from rosslt.instrument.array_makers import makers
-from rosslt.instrument.array_numbers import Float32, to_float32, with_python_numbers
+from rosslt.instrument.array_numbers import CLASSES, TRACKED, WITH_PROVENANCE
 from rosslt.instrument.array_writing import written_by
 from rosslt.instrument.arrays import (
     LARGEST,
@@ -157,7 +157,7 @@ def _solved(rows: List[List[Any]], right: List[List[Any]]) -> numpy.ndarray:
         table[place] = [part / head for part in table[place]]
         for row in range(size):
             factor = table[row][place]
-            if row != place and not (type(factor) not in WITH_PROVENANCE and factor == 0):
+            if row != place and not (type(factor) not in TRACKED and factor == 0):
                 table[row] = [part - factor * other for part, other in zip(table[row], table[place])]
     made = numpy.empty((size, len(right[0])), dtype=object)
     for place, solved in enumerate(table):
@@ -338,7 +338,7 @@ def _noticing(function: Any) -> Any:
     def noticing(*arguments: Any, **options: Any) -> Any:
         for one in arguments:
             kind = type(one)
-            if kind in WITH_PROVENANCE or kind is Float32 or (kind in (list, tuple) and any_tracked(one)):
+            if kind in WITH_PROVENANCE or (kind in (list, tuple) and any_tracked(one)):
                 return call(function, arguments, options)
         return function(*arguments, **options)
 
@@ -365,18 +365,16 @@ def _array_function(_array: Any, function: Any, _types: Any, arguments: Any, opt
 
 # It completes the class, as NEP 18 has it: `arrays` knows the operators alone.
 ArrayWithProvenance.__array_function__ = _array_function  # type: ignore[method-assign, assignment]
-Float32.__array_ufunc__ = ArrayWithProvenance.__array_ufunc__  # type: ignore[attr-defined]
 
 
 def keep_provenance_in_numpy() -> None:
     """Have tracked numbers and plain arrays make arrays of floats, as NumPy does, not of objects."""
     values.compute_ufuncs_with(compute)
-    scalars.give_attributes_of_numpy()
     functions.see_tracked_beside(numpy.float64)
     functions.show_as_plain(ArrayWithProvenance, numpy.ndarray)
-    functions.show_as_plain(Float32, numpy.float32)
-    publishing.convert_by(with_python_numbers)
-    functions.convert_by(numpy.float32, to_float32)
-    functions.read_as_float(Float32, lambda number: number.tracked)
     cells.strip_by(ArrayWithProvenance, plain)
-    cells.strip_by(Float32, plain)
+    for kind, with_provenance_of in CLASSES.items():
+        values.add_class(with_provenance_of)
+        functions.show_as_plain(with_provenance_of, kind)
+        functions.convert_by(kind, scalars.conversion(kind))
+        cells.strip_by(with_provenance_of, plain)

@@ -6,7 +6,8 @@ from typing import Any, Callable, Dict
 import numpy
 
 from rosslt import values
-from rosslt.instrument.array_arguments import WITH_PROVENANCE, plain
+from rosslt.instrument.array_arguments import plain
+from rosslt.instrument.array_numbers import WITH_PROVENANCE
 from rosslt.instrument.arrays import (
     LARGEST,
     ArrayWithProvenance,

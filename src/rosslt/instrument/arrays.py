@@ -18,13 +18,14 @@ import numpy
 
 from rosslt import values
 from rosslt.instrument.array_numbers import (
+    NUMPY_NUMBERS,
     ROUNDING,
     ROUNDING_32,
     TRACKED,
-    Float32,
-    float32,
+    WITH_PROVENANCE,
     python_number,
     same_number,
+    with_tracked,
 )
 
 #: Larger arrays are data, of which no single number is tracked.
@@ -152,12 +153,10 @@ class ArrayWithProvenance(numpy.ndarray):
             return found
         if beside is None or self.dtype.char not in _READ:
             return found
-        if self.dtype.char == 'f':
-            return float32(found, beside[_plain_key(key)])
-        return same_number(found, beside[_plain_key(key)])
+        return with_tracked(found, beside[_plain_key(key)])
 
     def __setitem__(self, key: Any, value: Any) -> None:
-        super().__setitem__(key, _plain(value))
+        super().__setitem__(key, plain_operand(value))
         beside = provenance_of(value)
         if beside is not None:
             self._made_beside()[_plain_key(key)] = beside
@@ -275,7 +274,7 @@ def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
     """
     if not isinstance(array, numpy.ndarray):
         tracked = beside[()] if isinstance(beside, numpy.ndarray) else beside
-        return float32(array, tracked) if type(array) is numpy.float32 else same_number(array, tracked)
+        return with_tracked(array, tracked)
     if array.dtype.char not in TYPES or array.size > LARGEST:
         return array
     made = array.view(ArrayWithProvenance)
@@ -293,18 +292,18 @@ def provenance_of(value: Any) -> Any:
         return value
     if kind is ArrayWithProvenance:
         return value._beside
-    if kind is Float32:
+    if kind in NUMPY_NUMBERS:
         return value.tracked
     if kind in (list, tuple) and any_tracked(value):
         elements = list(_flat(value))
         try:
-            shape = numpy.shape(_plain(value))
+            shape = numpy.shape(plain_operand(value))
         except ValueError:  # lists of several lengths
             return None
         beside = numpy.empty(len(elements), dtype=object)
         for index, element in enumerate(elements):
-            if type(element) in TRACKED:
-                beside[index] = element
+            if type(element) in WITH_PROVENANCE:
+                beside[index] = python_number(element)
         return beside.reshape(shape) if beside.size == int(numpy.prod(shape)) else None
     return None
 
@@ -313,7 +312,7 @@ def any_tracked(value: Any) -> bool:
     """Whether a list, or what is in it, has provenance."""
     for part in value:
         kind = type(part)
-        if kind in TRACKED or kind is Float32 or (kind in (list, tuple) and any_tracked(part)):
+        if kind in WITH_PROVENANCE or (kind in (list, tuple) and any_tracked(part)):
             return True
         if kind is ArrayWithProvenance and part._beside is not None:
             return True
@@ -329,22 +328,20 @@ def _flat(value: Any) -> Iterable[Any]:
             yield from _flat(whole) if isinstance(whole, list) else [whole]
         elif isinstance(part, numpy.ndarray):
             yield from part.ravel()
-        elif type(part) is Float32:
-            yield part.tracked
         else:
             yield part
 
 
-def _plain(value: Any) -> Any:
+def plain_operand(value: Any) -> Any:
     """What an array is made from, without provenance."""
     if type(value) in TRACKED:
         return value._plain
     if type(value) is ArrayWithProvenance:
         return value.view(numpy.ndarray)
-    if type(value) is Float32:
+    if type(value) in NUMPY_NUMBERS:
         return value.plain
     if type(value) in (list, tuple):
-        return [_plain(part) for part in value]
+        return [plain_operand(part) for part in value]
     return value
 
 
@@ -356,10 +353,10 @@ def _plain_key(key: Any) -> Any:
 
 def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
     """What a ufunc gives for arrays and tracked numbers: NumPy's own numbers, and their provenance beside them."""
-    plain = [_plain(one) for one in inputs]
+    plain = [plain_operand(one) for one in inputs]
     out = options.get('out')
     if out is not None:
-        options = dict(options, out=tuple([_plain(one) for one in out]))
+        options = dict(options, out=tuple([plain_operand(one) for one in out]))
     is_paused = values.RECORDING.is_paused
     # First, since what is computed in place is no operand any more when it is done.
     besides = [] if is_paused else [provenance_of(one) for one in inputs]
