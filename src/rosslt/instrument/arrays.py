@@ -440,7 +440,7 @@ def filled(plain: Any, beside: Any) -> numpy.ndarray:
 
 
 def _only_tracked(value: Any) -> Any:
-    return value if type(value) in TRACKED else None
+    return python_number(value) if type(value) in WITH_PROVENANCE else None
 
 
 def only_tracked(objects: Any) -> Any:
