@@ -13,7 +13,6 @@ import rosslt
 from rosslt import values
 from rosslt.instrument import routing
 
-
 np = routing.route(numpy)
 plain_tf = importlib.import_module('tf.transformations')
 tf = routing.route(plain_tf)

@@ -15,7 +15,7 @@ def plain(x: Any) -> Any:
         return x.view(numpy.ndarray)
     if type(x) in NUMPY_NUMBERS:
         return x.plain
-    if isinstance(x, (list, tuple)) and not hasattr(x, '_fields') and type(x) in (list, tuple):
+    if type(x) in (list, tuple):
         return type(x)([plain(part) for part in x])
     if isinstance(x, dict):
         return {key: plain(part) for key, part in x.items()}

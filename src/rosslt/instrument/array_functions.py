@@ -1,5 +1,6 @@
 """NumPy's functions for arrays that keep provenance, and the `numpy` that a node's own code gets."""
 
+import contextlib
 import functools
 from typing import Any, Callable, Dict, List, Tuple
 
@@ -150,8 +151,7 @@ for _rule, _names in {
     _largest: 'max min amax amin',
     _meshed: 'meshgrid',
     _sorted: 'sort',
-    _as_of_values: 'arange around clip corrcoef cov cross einsum interp linspace median polyval round round_ std '
-    'var',
+    _as_of_values: 'arange around clip corrcoef cov cross einsum interp linspace median polyval round round_ std var',
 }.items():
     _RULES.update((getattr(numpy, name), _rule) for name in _names.split() if hasattr(numpy, name))
     _RULED += _names.split()
@@ -159,12 +159,17 @@ _ALGEBRA = ('norm', 'inv', 'solve', 'det', 'multi_dot', 'matrix_power', 'pinv')
 _RULES.update((getattr(numpy.linalg, name), _as_of_values) for name in _ALGEBRA)
 
 
+#: What a rule raises where only NumPy's own numbers have a result.
+_FAILING = (ArithmeticError, ValueError, TypeError, IndexError, AttributeError, numpy.linalg.LinAlgError)
+
+
 def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
     """What a function of NumPy gives: NumPy's own numbers, and their provenance beside them where it is known."""
     given, named = [plain(one) for one in arguments], plain(options)
     result = function(*given, **named)
     rule = _RULES.get(function)
-    is_given = [one for one, passed in zip((*arguments, *options.values()), (*given, *named.values())) if passed is result]
+    passed = zip((*arguments, *options.values()), (*given, *named.values()))
+    is_given = [one for one, plain_one in passed if plain_one is result]
     for written in (written_by(function, arguments, options), *(is_given if rule is not _moved else ())):
         if isinstance(written, ArrayWithProvenance):
             written.write_beside(None)
@@ -172,10 +177,8 @@ def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> 
     if rule is None or values.RECORDING.is_paused or getattr(result, 'size', 1) > LARGEST:
         LOSSES.computed(result, (arguments, options))
     else:
-        try:
+        with contextlib.suppress(*_FAILING):
             beside = rule(function, arguments, options)
-        except (ArithmeticError, ValueError, TypeError, IndexError, AttributeError, numpy.linalg.LinAlgError):
-            pass  # NumPy computes what its numbers alone can
     if is_given:
         if beside is not None and isinstance(is_given[0], ArrayWithProvenance):
             is_given[0].write_beside(beside)

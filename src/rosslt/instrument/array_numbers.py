@@ -30,9 +30,7 @@ def _itself(self: Any, *_: Any) -> Any:
 
 
 def _of_tracked(name: str) -> property:
-    return property(
-        lambda self: getattr(self.tracked, name), lambda self, value: setattr(self.tracked, name, value)
-    )
+    return property(lambda self: getattr(self.tracked, name), lambda self, value: setattr(self.tracked, name, value))
 
 
 def _class_of(kind: Any) -> Any:

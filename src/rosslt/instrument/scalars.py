@@ -7,7 +7,7 @@ import numpy
 
 from rosslt import values
 from rosslt.instrument.array_numbers import CLASSES, WITH_PROVENANCE, python_number, with_tracked
-from rosslt.instrument.arrays import ArrayWithProvenance, compute, plain_operand
+from rosslt.instrument.arrays import ARRAYS, ArrayWithProvenance, compute, plain_operand
 
 _BINARY = {
     'add': numpy.add,
@@ -18,7 +18,6 @@ _BINARY = {
     'mod': numpy.remainder,
     'pow': numpy.power,
 }
-_ARRAYS = {numpy.ndarray, ArrayWithProvenance, list, tuple}
 
 
 def _recorded(number: Any, function: Callable[..., Any], *operands: Any) -> Any:
@@ -37,12 +36,13 @@ def _give_operators(kind: Any, name: str, ufunc: Any) -> None:
     recorded = getattr(operator, name)
 
     def forward(self: Any, other: Any, *modulus: Any) -> Any:
-        if type(other) in _ARRAYS:
+        if type(other) in ARRAYS:
             return compute(ufunc, '__call__', (self, other), {})
-        return _recorded(computed(self, plain_operand(other), *modulus), recorded, self, other)
+        number = other if type(other) is type(self) else plain_operand(other)
+        return _recorded(computed(self, number, *modulus), recorded, self, other)
 
     def backward(self: Any, other: Any) -> Any:
-        if type(other) in _ARRAYS:
+        if type(other) in ARRAYS:
             return compute(ufunc, '__call__', (other, self), {})
         return _recorded(reflected(self, plain_operand(other)), recorded, other, self)
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from ..elimination import eliminate, solved
-
 from .tracked_array import plain_array, replaces, unwrapped
 
 
