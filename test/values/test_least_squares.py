@@ -7,7 +7,8 @@ import sys
 import numpy
 import pytest
 
-from rosslt.values.solve.least_squares import LARGE, shortest_step, solved
+from rosslt.values.elimination import solved
+from rosslt.values.solve.least_squares import LARGE, shortest_step
 
 
 def as_rows(matrix):
@@ -24,19 +25,19 @@ def random_matrix(rows, columns, seed, part=1.0):
 @pytest.mark.parametrize('size', [1, 2, 3, LARGE, 20])
 def test_a_linear_system_is_solved(size):
     matrix = random_matrix(size, size, size) + 2 * numpy.eye(size)
-    right = numpy.arange(1.0, size + 1)
-    assert solved(matrix.tolist(), right.tolist()) == pytest.approx(numpy.linalg.solve(matrix, right).tolist())
+    right = numpy.arange(1.0, size + 1)[:, None]
+    assert numpy.array(solved(matrix.tolist(), right.tolist())) == pytest.approx(numpy.linalg.solve(matrix, right))
 
 
 def test_a_system_whose_first_pivot_is_0_is_solved():
-    assert solved([[0.0, 2.0], [3.0, 0.0]], [4.0, 9.0]) == [3.0, 2.0]
+    assert solved([[0.0, 2.0], [3.0, 0.0]], [[4.0], [9.0]]) == [[3.0], [2.0]]
 
 
 def test_a_singular_system_is_refused():
     with pytest.raises(ArithmeticError):
-        solved([[1.0, 2.0], [2.0, 4.0]], [1.0, 1.0])
+        solved([[1.0, 2.0], [2.0, 4.0]], [[1.0], [1.0]])
     with pytest.raises(ArithmeticError):
-        shortest_step([{0: 1.0}, {0: 2.0}] * LARGE, [1.0] * 2 * LARGE, [1.0] * 2, 0.0) and solved([[0.0]], [1.0])
+        shortest_step([{0: 1.0}, {0: 2.0}] * LARGE, [1.0] * 2 * LARGE, [1.0] * 2, 0.0) and solved([[0.0]], [[1.0]])
 
 
 @pytest.mark.parametrize(('rows', 'columns'), [(1, 3), (2, 2), (3, 6), (LARGE, 2 * LARGE), (30, 40)])

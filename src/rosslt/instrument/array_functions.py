@@ -1,22 +1,22 @@
 """NumPy's functions for arrays that keep provenance, and the `numpy` that a node's own code gets."""
 
+import contextlib
 import functools
 from typing import Any, Callable, Dict, List, Tuple
 
 import numpy
 
 from rosslt import values
-from rosslt.instrument import cells, functions, publishing, scalars
-from rosslt.instrument.array_arguments import WITH_PROVENANCE, plain
-from rosslt.instrument.array_makers import makers
-from rosslt.instrument.array_numbers import Float32, to_float32, with_python_numbers
+from rosslt.instrument import cells, functions, scalars
+from rosslt.instrument.array_arguments import plain
+from rosslt.instrument.array_makers import builtin_like, makers
+from rosslt.instrument.array_numbers import CLASSES, WITH_PROVENANCE, python_number
 from rosslt.instrument.array_writing import written_by
 from rosslt.instrument.arrays import (
     LARGEST,
     ArrayWithProvenance,
     any_tracked,
     compute,
-    each,
     filled,
     only_tracked,
     provenance_of,
@@ -24,7 +24,8 @@ from rosslt.instrument.arrays import (
 )
 from rosslt.instrument.losses import LOSSES
 
-_sqrt = values.MATH['sqrt']
+#: The most columns of a matrix of which the inverse, the determinant and the like keep provenance.
+LARGEST_MATRIX = 6
 
 
 def _objects(x: Any) -> Any:
@@ -87,110 +88,25 @@ def _added(function: Any, arguments: Any, options: Any) -> Any:
 
 def _as_of_values(function: Any, arguments: Any, options: Any) -> Any:
     """Of a function for which the room `values` has one of arrays of tracked values."""
-    made = values.numpy_functions()[function.__name__](*map(_objects, arguments), **plain(options))
-    return only_tracked(numpy.asarray(made, dtype=object)) if numpy.ndim(made) else only_tracked(made)
-
-
-def _product_of_several(function: Any, arguments: Any, options: Any) -> Any:
-    """Of `numpy.linalg.multi_dot` and `matrix_power`."""
-    first, *rest = arguments
-    matrices = [_objects(one) for one in first] if function is numpy.linalg.multi_dot else [_objects(first)] * rest[0]
-    return only_tracked(functools.reduce(numpy.dot, matrices)) if matrices else None
-
-
-def _norm(function: Any, arguments: Any, options: Any) -> Any:
-    axis = options.get('axis')
-    if (len(arguments) > 1 and arguments[1] is not None) or options.get('ord') is not None:
+    is_algebra = function.__module__ == 'numpy.linalg'
+    matrices = arguments[0] if function is numpy.linalg.multi_dot else arguments[:1]
+    if is_algebra and function is not numpy.linalg.norm and max(map(_width, matrices)) > LARGEST_MATRIX:
         return None
-    objects = _objects(arguments[0])
-    if axis is None:
-        return only_tracked(_sqrt(sum(part * part for part in objects.reshape(-1))))
-    squares = numpy.add.reduce(objects * objects, axis=axis, keepdims=bool(options.get('keepdims')))
-    return only_tracked(numpy.frompyfunc(_sqrt, 1, 1)(squares))
-
-
-def _cross(function: Any, arguments: Any, options: Any) -> Any:
-    if options or len(arguments) != 2:
-        return None
-    a, b = map(_objects, map(_as_array, arguments))
-    if a.shape[-1:] != (3,) or b.shape[-1:] != (3,):
-        return None
-    a, b = numpy.broadcast_arrays(a, b)
-    made = numpy.empty(a.shape, dtype=object)
-    for place in range(3):
-        one, other = (place + 1) % 3, (place + 2) % 3
-        made[..., place] = a[..., one] * b[..., other] - a[..., other] * b[..., one]
-    return only_tracked(made)
-
-
-def _as_array(x: Any) -> Any:
-    return x if isinstance(x, numpy.ndarray) or any_tracked(x) else numpy.asarray(x)
-
-
-def _inverse(function: Any, arguments: Any, options: Any) -> Any:
-    rows = _objects(arguments[0])
-    if rows.ndim != 2 or rows.shape[0] > 6:
-        return None
-    size = rows.shape[0]
-    return only_tracked(_solved(rows.tolist(), numpy.identity(size).tolist()))
-
-
-def _solution(function: Any, arguments: Any, options: Any) -> Any:
-    rows, right = (
-        _objects(arguments[0]),
-        _objects(numpy.asarray(arguments[1]) if isinstance(arguments[1], list) else arguments[1]),
+    made = values.numpy_functions()['linalg.' * is_algebra + function.__name__](
+        *map(_operand, arguments), **{name: _operand(x) for name, x in options.items() if name not in ('dtype', 'out')}
     )
-    if rows.ndim != 2 or rows.shape[0] > 6 or right.ndim > 2:
-        return None
-    columns = right.reshape(right.shape[0], -1).tolist()
-    return only_tracked(_solved(rows.tolist(), columns)).reshape(right.shape)
+    return only_tracked(numpy.asarray(made, dtype=object) if numpy.ndim(made) else made)
 
 
-def _solved(rows: List[List[Any]], right: List[List[Any]]) -> numpy.ndarray:
-    """The solution of linear equations by elimination, the largest pivot first."""
-    size = len(rows)
-    table: List[Any] = [list(row) + list(other) for row, other in zip(rows, right)]
-    for place in range(size):
-        pivot = max(range(place, size), key=lambda row: abs(float(table[row][place])))
-        table[place], table[pivot] = table[pivot], table[place]
-        head = table[place][place]
-        table[place] = [part / head for part in table[place]]
-        for row in range(size):
-            factor = table[row][place]
-            if row != place and not (type(factor) not in WITH_PROVENANCE and factor == 0):
-                table[row] = [part - factor * other for part, other in zip(table[row], table[place])]
-    made = numpy.empty((size, len(right[0])), dtype=object)
-    for place, solved in enumerate(table):
-        made[place, :] = solved[size:]
-    return made
+def _width(matrix: Any) -> int:
+    return max(numpy.shape(plain(matrix))[-2:])
 
 
-def _determinant(function: Any, arguments: Any, options: Any) -> Any:
-    rows = _objects(arguments[0])
-    if rows.ndim != 2 or rows.shape[0] > 4:
-        return None
-
-    def minor(matrix: Any) -> Any:
-        if len(matrix) == 1:
-            return matrix[0][0]
-        return sum(
-            (-1) ** column * head * minor([row[:column] + row[column + 1 :] for row in matrix[1:]])
-            for column, head in enumerate(matrix[0])
-        )
-
-    return only_tracked(minor(rows.tolist()))
-
-
-def _clipped(function: Any, arguments: Any, options: Any) -> Any:
-    x, low, high = (list(arguments) + [None, None])[:3]
-    low, high = options.get('a_min', low), options.get('a_max', high)
-
-    def clip(value: Any, least: Any, most: Any) -> Any:
-        if least is not None and value < least:
-            value = least
-        return most if most is not None and value > most else value
-
-    return each(clip, [plain(x), plain(low), plain(high)], [provenance_of(x), provenance_of(low), provenance_of(high)])
+def _operand(x: Any) -> Any:
+    """An argument for a function of the room `values`."""
+    if type(x) in (list, tuple) and any(isinstance(part, numpy.ndarray) for part in x):
+        return [_objects(part) for part in x]
+    return python_number(x) if type(x) in WITH_PROVENANCE else _objects(x)
 
 
 def _chosen(function: Any, arguments: Any, options: Any) -> Any:
@@ -213,36 +129,6 @@ def _largest(function: Any, arguments: Any, options: Any) -> Any:
     )
 
 
-def _interpolated(function: Any, arguments: Any, options: Any) -> Any:
-    if options or len(arguments) != 3:
-        return None
-    x, places, heights = arguments
-    known = numpy.asarray(plain(places), dtype=float)
-    known_objects, objects = (
-        filled(numpy.asarray(plain(one)), provenance_of(one)).tolist() for one in (places, heights)
-    )
-
-    def at(value: Any) -> Any:
-        after = int(numpy.searchsorted(known, plain(value), side='right'))
-        if after == 0 or after == len(known):
-            return objects[min(after, len(known) - 1)]
-        before = after - 1
-        slope = (objects[after] - objects[before]) / (known_objects[after] - known_objects[before])
-        return objects[before] + slope * (value - known_objects[before])
-
-    return only_tracked(numpy.frompyfunc(at, 1, 1)(filled(numpy.asarray(plain(x)), provenance_of(x))))
-
-
-def _polynomial(function: Any, arguments: Any, options: Any) -> Any:
-    if options or len(arguments) != 2:
-        return None
-    result: Any = 0.0
-    x = _objects(arguments[1])
-    for factor in _objects(arguments[0]).tolist() if provenance_of(arguments[0]) is not None else plain(arguments[0]):
-        result = result * x + factor
-    return only_tracked(result)
-
-
 def _meshed(function: Any, arguments: Any, options: Any) -> Any:
     return numpy.meshgrid(*[_besides(one) for one in arguments], **plain(options))
 
@@ -252,29 +138,6 @@ def _sorted(function: Any, arguments: Any, options: Any) -> Any:
     return numpy.take_along_axis(_besides(arguments[0]), order, options.get('axis', -1))
 
 
-def _rounded(function: Any, arguments: Any, options: Any) -> Any:
-    decimals = plain(options.get('decimals', arguments[1] if len(arguments) > 1 else 0))
-    return each(lambda x: round(x, decimals), [plain(arguments[0])], [provenance_of(arguments[0])])
-
-
-def _median(function: Any, arguments: Any, options: Any) -> Any:
-    if options or len(arguments) != 1:
-        return None
-    numbers = sorted(_objects(arguments[0]).reshape(-1).tolist())
-    low, high = numbers[(len(numbers) - 1) // 2], numbers[len(numbers) // 2]
-    return only_tracked(low if len(numbers) % 2 else (low + high) / 2)
-
-
-def _spread(function: Any, arguments: Any, options: Any) -> Any:
-    """Of `numpy.var` and `numpy.std` of all elements."""
-    if options or len(arguments) != 1:
-        return None
-    numbers = _objects(arguments[0]).reshape(-1).tolist()
-    mean = sum(numbers) / len(numbers)
-    variance = sum((one - mean) * (one - mean) for one in numbers) / len(numbers)
-    return only_tracked(_sqrt(variance) if function is numpy.std else variance)
-
-
 _RULES: Dict[Any, Callable[..., Any]] = {}
 _RULED: List[str] = []
 for _rule, _names in {
@@ -282,52 +145,48 @@ for _rule, _names in {
     'expand_dims flip fliplr flipud moveaxis ravel repeat reshape resize roll rollaxis rot90 split '
     'squeeze swapaxes take tile transpose tril triu vsplit hsplit trim_zeros',
     _all_moved: 'append column_stack concatenate dstack hstack insert stack vstack block',
-    _cross: 'cross',
     _added: 'cumprod cumsum diff dot inner kron mean nansum outer prod sum trace vdot average ediff1d '
     'convolve correlate tensordot trapz',
-    _clipped: 'clip',
     _chosen: 'where',
-    _rounded: 'round around round_',
     _largest: 'max min amax amin',
-    _interpolated: 'interp',
-    _polynomial: 'polyval',
     _meshed: 'meshgrid',
     _sorted: 'sort',
-    _median: 'median',
-    _spread: 'std var',
-    _as_of_values: 'einsum',
+    _as_of_values: 'arange around clip corrcoef cov cross einsum interp linspace median polyval round round_ std var',
 }.items():
     _RULES.update((getattr(numpy, name), _rule) for name in _names.split() if hasattr(numpy, name))
     _RULED += _names.split()
-_RULES[numpy.linalg.norm] = _norm
-_RULES[numpy.linalg.inv] = _inverse
-_RULES[numpy.linalg.solve] = _solution
-_RULES[numpy.linalg.det] = _determinant
-_RULES[numpy.linalg.multi_dot] = _RULES[numpy.linalg.matrix_power] = _product_of_several
+_ALGEBRA = ('norm', 'inv', 'solve', 'det', 'multi_dot', 'matrix_power', 'pinv')
+_RULES.update((getattr(numpy.linalg, name), _as_of_values) for name in _ALGEBRA)
+
+
+#: What a rule raises where only NumPy's own numbers have a result.
+_FAILING = (ArithmeticError, ValueError, TypeError, IndexError, AttributeError, numpy.linalg.LinAlgError)
 
 
 def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
     """What a function of NumPy gives: NumPy's own numbers, and their provenance beside them where it is known."""
-    result = function(*[plain(one) for one in arguments], **plain(options))
+    given, named = [plain(one) for one in arguments], plain(options)
+    result = function(*given, **named)
     rule = _RULES.get(function)
-    out = options.get('out')
-    for written in (out, written_by(function, arguments, options)):
+    passed = zip((*arguments, *options.values()), (*given, *named.values()))
+    is_given = [one for one, plain_one in passed if plain_one is result]
+    for written in (written_by(function, arguments, options), *(is_given if rule is not _moved else ())):
         if isinstance(written, ArrayWithProvenance):
             written.write_beside(None)
+    beside = None
     if rule is None or values.RECORDING.is_paused or getattr(result, 'size', 1) > LARGEST:
         LOSSES.computed(result, (arguments, options))
-        return result
-    try:
-        beside = rule(function, arguments, options)
-    except (ArithmeticError, ValueError, TypeError, IndexError, AttributeError, numpy.linalg.LinAlgError):
-        return result
+    else:
+        with contextlib.suppress(*_FAILING):
+            beside = rule(function, arguments, options)
+    if is_given:
+        if beside is not None and isinstance(is_given[0], ArrayWithProvenance):
+            is_given[0].write_beside(beside)
+        return is_given[0]
     if beside is None:
         return result
     if isinstance(result, (list, tuple)):
         return type(result)([with_provenance(one, part) for one, part in zip(result, beside)])
-    if isinstance(out, ArrayWithProvenance):
-        out.write_beside(beside)
-        return out
     return with_provenance(result, beside)
 
 
@@ -336,13 +195,13 @@ def _noticing(function: Any) -> Any:
 
     @functools.wraps(function, updated=())
     def noticing(*arguments: Any, **options: Any) -> Any:
-        for one in arguments:
+        for one in (*arguments, *options.values()) if options else arguments:
             kind = type(one)
-            if kind in WITH_PROVENANCE or kind is Float32 or (kind in (list, tuple) and any_tracked(one)):
+            if kind in WITH_PROVENANCE or (kind in (list, tuple) and any_tracked(one)):
                 return call(function, arguments, options)
         return function(*arguments, **options)
 
-    return noticing
+    return builtin_like(function, noticing)
 
 
 def numpy_functions() -> Dict[str, Any]:
@@ -353,10 +212,7 @@ def numpy_functions() -> Dict[str, Any]:
 
 def linalg_functions() -> Dict[str, Any]:
     """The same of `numpy.linalg`."""
-    return {
-        name: _noticing(getattr(numpy.linalg, name))
-        for name in ('norm', 'inv', 'solve', 'det', 'multi_dot', 'matrix_power')
-    }
+    return {name: _noticing(getattr(numpy.linalg, name)) for name in _ALGEBRA}
 
 
 def _array_function(_array: Any, function: Any, _types: Any, arguments: Any, options: Any) -> Any:
@@ -365,18 +221,16 @@ def _array_function(_array: Any, function: Any, _types: Any, arguments: Any, opt
 
 # It completes the class, as NEP 18 has it: `arrays` knows the operators alone.
 ArrayWithProvenance.__array_function__ = _array_function  # type: ignore[method-assign, assignment]
-Float32.__array_ufunc__ = ArrayWithProvenance.__array_ufunc__  # type: ignore[attr-defined]
 
 
 def keep_provenance_in_numpy() -> None:
     """Have tracked numbers and plain arrays make arrays of floats, as NumPy does, not of objects."""
     values.compute_ufuncs_with(compute)
-    scalars.give_attributes_of_numpy()
     functions.see_tracked_beside(numpy.float64)
     functions.show_as_plain(ArrayWithProvenance, numpy.ndarray)
-    functions.show_as_plain(Float32, numpy.float32)
-    publishing.convert_by(with_python_numbers)
-    functions.convert_by(numpy.float32, to_float32)
-    functions.read_as_float(Float32, lambda number: number.tracked)
     cells.strip_by(ArrayWithProvenance, plain)
-    cells.strip_by(Float32, plain)
+    for kind, with_provenance_of in CLASSES.items():
+        values.add_class(with_provenance_of)
+        functions.show_as_plain(with_provenance_of, kind)
+        functions.convert_by(kind, scalars.conversion(kind))
+        cells.strip_by(with_provenance_of, plain)

@@ -1,17 +1,17 @@
 """NumPy's functions that make arrays, of numbers and lists with provenance too."""
 
 import functools
+import types
 from typing import Any, Callable, Dict
 
 import numpy
 
 from rosslt import values
-from rosslt.instrument.array_arguments import WITH_PROVENANCE, plain
+from rosslt.instrument.array_arguments import plain
 from rosslt.instrument.arrays import (
     LARGEST,
     ArrayWithProvenance,
     any_tracked,
-    only_tracked,
     provenance_of,
     with_provenance,
 )
@@ -27,28 +27,17 @@ def _made_array(original: Any) -> Any:
         if thing is _MISSING:
             name = 'object' if original is numpy.array else 'a'
             return array(options.pop(name), **options) if name in options else original(**options)
-        if values.RECORDING.is_paused:
-            return original(plain(thing), *arguments, **options)
-        kind = type(thing)
-        if kind is ArrayWithProvenance:
-            beside = thing._beside
-            made = original(thing.view(numpy.ndarray), *arguments, **options)
-            if made.base is not thing and not numpy.shares_memory(made, thing) and beside is not None:
-                beside = beside.copy()
-            if beside is not None and beside.shape != made.shape:
-                beside = beside.reshape(made.shape)
-            return with_provenance(made, beside)
-        if kind in WITH_PROVENANCE or (kind in (list, tuple) and any_tracked(thing)):
-            made = original(plain(thing), *arguments, **options)
-            beside = provenance_of(thing)
-            if kind in WITH_PROVENANCE:
-                box = numpy.empty(made.shape, dtype=object)
-                box[...] = beside
-                beside = box
-            elif beside is not None and beside.shape != made.shape and beside.size == made.size:
-                beside = beside.reshape(made.shape)
-            return with_provenance(made, beside)
-        return original(thing, *arguments, **options)
+        if type(thing) is not ArrayWithProvenance and not any_tracked((thing,)):
+            return original(thing, *arguments, **options)
+        made = original(plain(thing), *arguments, **options)
+        if made.dtype == object:
+            return original(thing, *arguments, **options)
+        beside = provenance_of(thing)
+        if values.RECORDING.is_paused or beside is None:
+            return with_provenance(made, None)
+        if not isinstance(beside, numpy.ndarray) or not numpy.shares_memory(made, thing):
+            beside = numpy.array(beside, dtype=object)
+        return with_provenance(made, beside.reshape(made.shape))
 
     return array
 
@@ -81,35 +70,6 @@ def _full(original: Any) -> Any:
     return full
 
 
-def _linspace(start: Any, stop: Any, num: Any = 50, *arguments: Any, **options: Any) -> Any:
-    made = numpy.linspace(plain(start), plain(stop), plain(num), *arguments, **options)
-    if values.RECORDING.is_paused or not (type(start) in WITH_PROVENANCE or type(stop) in WITH_PROVENANCE):
-        return made
-    if not isinstance(made, numpy.ndarray) or made.ndim != 1:
-        return made
-    steps = len(made) - 1 if options.get('endpoint', True) else len(made)
-    return _between(made, lambda index: start + index * (stop - start) / steps if steps else start)
-
-
-def _arange(*arguments: Any, **options: Any) -> Any:
-    made = numpy.arange(*[plain(one) for one in arguments], **plain(options))
-    places = ('stop',) if len(arguments) == 1 and 'stop' not in options else ('start', 'stop', 'step')
-    given = {**options, **dict(zip(places, arguments))}
-    start, step = given.get('start', 0), given.get('step', 1)
-    if values.RECORDING.is_paused or not (type(start) in WITH_PROVENANCE or type(step) in WITH_PROVENANCE):
-        return made
-    return _between(made, lambda index: start + index * step)
-
-
-def _between(made: numpy.ndarray, value_at: Callable[[int], Any]) -> Any:
-    if made.size > LARGEST:
-        return made
-    beside = numpy.empty(made.shape, dtype=object)
-    for index in range(len(made)):
-        beside[index] = value_at(index)
-    return with_provenance(made, only_tracked(beside))
-
-
 def makers() -> Dict[str, Any]:
     """What a node's own code gets in place of these functions of `numpy`, by name."""
     found: Dict[str, Any] = {}
@@ -120,12 +80,20 @@ def makers() -> Dict[str, Any]:
         found[name] = _made_empty(getattr(numpy, name))
     for name in ('full', 'full_like'):
         found[name] = _full(getattr(numpy, name))
-    found['linspace'] = functools.wraps(numpy.linspace, updated=())(_linspace)
-    found['arange'] = _named('arange', _arange)
-    return found
+    return {name: builtin_like(getattr(numpy, name), function) for name, function in found.items()}
 
 
-def _named(name: str, function: Any) -> Any:
-    function.__name__ = name
-    function.__doc__ = getattr(numpy, name).__doc__
-    return function
+class _Builtin:
+    """A function of Python in place of one of C, which is no method of a class that has it as an attribute."""
+
+    def __init__(self, original: Any, function: Callable[..., Any]) -> None:
+        self._function = function
+        functools.update_wrapper(self, original, updated=())
+
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        return self._function(*arguments, **options)
+
+
+def builtin_like(original: Any, function: Callable[..., Any]) -> Any:
+    """A function that is no more of a method than the one in place of which it is called."""
+    return function if isinstance(original, types.FunctionType) else _Builtin(original, function)

@@ -11,6 +11,7 @@ the first with provenance (`array_numbers`), the second without. In a message, a
 it is a Python number, and has its provenance.
 """
 
+import contextlib
 import operator
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
@@ -18,13 +19,14 @@ import numpy
 
 from rosslt import values
 from rosslt.instrument.array_numbers import (
+    NUMPY_NUMBERS,
     ROUNDING,
     ROUNDING_32,
     TRACKED,
-    Float32,
-    float32,
+    WITH_PROVENANCE,
     python_number,
     same_number,
+    with_tracked,
 )
 
 #: Larger arrays are data, of which no single number is tracked.
@@ -106,7 +108,7 @@ def _float_of(function: Callable[..., Any]) -> Callable[..., Any]:
 
 _OPERATORS.update((name, _float_of(values.MATH[name])) for name in ('floor', 'ceil', 'trunc'))
 
-_SUMMED = {'add', 'multiply', 'maximum', 'minimum'}
+_SUMMED = {name: numpy.frompyfunc(_OPERATORS[name], 2, 1) for name in ('add', 'multiply', 'maximum', 'minimum')}
 _IN_LINE = {'matmul'}
 
 
@@ -152,12 +154,10 @@ class ArrayWithProvenance(numpy.ndarray):
             return found
         if beside is None or self.dtype.char not in _READ:
             return found
-        if self.dtype.char == 'f':
-            return float32(found, beside[_plain_key(key)])
-        return same_number(found, beside[_plain_key(key)])
+        return with_tracked(found, beside[_plain_key(key)])
 
     def __setitem__(self, key: Any, value: Any) -> None:
-        super().__setitem__(key, _plain(value))
+        super().__setitem__(key, plain_operand(value))
         beside = provenance_of(value)
         if beside is not None:
             self._made_beside()[_plain_key(key)] = beside
@@ -266,6 +266,10 @@ for _name in _METHODS:
     setattr(ArrayWithProvenance, _name, _method(_name))
 
 
+#: The classes of what is computed element by element.
+ARRAYS = frozenset({numpy.ndarray, ArrayWithProvenance, list, tuple})
+
+
 def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
     """An array with its provenance beside it; as it is where it can have none.
 
@@ -275,7 +279,7 @@ def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
     """
     if not isinstance(array, numpy.ndarray):
         tracked = beside[()] if isinstance(beside, numpy.ndarray) else beside
-        return float32(array, tracked) if type(array) is numpy.float32 else same_number(array, tracked)
+        return with_tracked(array, tracked)
     if array.dtype.char not in TYPES or array.size > LARGEST:
         return array
     made = array.view(ArrayWithProvenance)
@@ -293,18 +297,22 @@ def provenance_of(value: Any) -> Any:
         return value
     if kind is ArrayWithProvenance:
         return value._beside
-    if kind is Float32:
+    if kind in NUMPY_NUMBERS:
         return value.tracked
     if kind in (list, tuple) and any_tracked(value):
         elements = list(_flat(value))
+        if len(elements) == len(value):
+            beside = numpy.empty(len(elements), dtype=object)
+            beside[:] = [python_number(one) if type(one) in WITH_PROVENANCE else None for one in elements]
+            return beside
         try:
-            shape = numpy.shape(_plain(value))
+            shape = numpy.shape(plain_operand(value))
         except ValueError:  # lists of several lengths
             return None
         beside = numpy.empty(len(elements), dtype=object)
         for index, element in enumerate(elements):
-            if type(element) in TRACKED:
-                beside[index] = element
+            if type(element) in WITH_PROVENANCE:
+                beside[index] = python_number(element)
         return beside.reshape(shape) if beside.size == int(numpy.prod(shape)) else None
     return None
 
@@ -313,7 +321,7 @@ def any_tracked(value: Any) -> bool:
     """Whether a list, or what is in it, has provenance."""
     for part in value:
         kind = type(part)
-        if kind in TRACKED or kind is Float32 or (kind in (list, tuple) and any_tracked(part)):
+        if kind in WITH_PROVENANCE or (kind in (list, tuple) and any_tracked(part)):
             return True
         if kind is ArrayWithProvenance and part._beside is not None:
             return True
@@ -329,22 +337,20 @@ def _flat(value: Any) -> Iterable[Any]:
             yield from _flat(whole) if isinstance(whole, list) else [whole]
         elif isinstance(part, numpy.ndarray):
             yield from part.ravel()
-        elif type(part) is Float32:
-            yield part.tracked
         else:
             yield part
 
 
-def _plain(value: Any) -> Any:
+def plain_operand(value: Any) -> Any:
     """What an array is made from, without provenance."""
     if type(value) in TRACKED:
         return value._plain
     if type(value) is ArrayWithProvenance:
         return value.view(numpy.ndarray)
-    if type(value) is Float32:
+    if type(value) in NUMPY_NUMBERS:
         return value.plain
     if type(value) in (list, tuple):
-        return [_plain(part) for part in value]
+        return [plain_operand(part) for part in value]
     return value
 
 
@@ -356,10 +362,15 @@ def _plain_key(key: Any) -> Any:
 
 def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
     """What a ufunc gives for arrays and tracked numbers: NumPy's own numbers, and their provenance beside them."""
-    plain = [_plain(one) for one in inputs]
+    plain = [plain_operand(one) for one in inputs]
+    if method == '__call__' and not options and ARRAYS.isdisjoint(map(type, inputs)):
+        number = ufunc(*plain)
+        if values.RECORDING.is_paused or ufunc.__name__ not in _OPERATORS:
+            return number
+        return with_tracked(number, _of_tracked(_OPERATORS[ufunc.__name__], tuple(map(python_number, inputs))))
     out = options.get('out')
     if out is not None:
-        options = dict(options, out=tuple([_plain(one) for one in out]))
+        options = dict(options, out=tuple([plain_operand(one) for one in out]))
     is_paused = values.RECORDING.is_paused
     # First, since what is computed in place is no operand any more when it is done.
     besides = [] if is_paused else [provenance_of(one) for one in inputs]
@@ -397,7 +408,7 @@ def _computed(ufunc: Any, method: str, plain: List[Any], besides: List[Any], opt
                 return None  # NumPy leaves elements out, or begins with another number
             objects = filled(plain[0], besides[0])
             kept.pop('dtype', None)
-            return only_tracked(numpy.frompyfunc(_OPERATORS[name], 2, 1).reduce(objects, **kept))
+            return only_tracked(_SUMMED[name].reduce(objects, **kept))
         if method == '__call__' and not kept and name in _IN_LINE:
             return only_tracked(numpy.dot(filled(plain[0], besides[0]), filled(plain[1], besides[1])))
     except (ArithmeticError, ValueError, TypeError):
@@ -407,31 +418,48 @@ def _computed(ufunc: Any, method: str, plain: List[Any], besides: List[Any], opt
 
 def each(function: Callable[..., Any], plain: List[Any], besides: List[Any]) -> Any:
     """A function of numbers on each element: what it gives where one of them is tracked, None elsewhere."""
-    if all(beside is None or type(beside) in TRACKED for beside in besides) and not any(
-        isinstance(one, (numpy.ndarray, list, tuple)) for one in plain
-    ):
-        operands = [python_number(one) if beside is None else beside for one, beside in zip(plain, besides)]
-        return _only_tracked(function(*operands))
+    shape = numpy.broadcast(*plain).shape
+    columns = [_column(one, beside, shape) for one, beside in zip(plain, besides)]
+    made = [_of_tracked(function, operands) for operands in zip(*columns)]
+    if not shape:
+        return made[0]
+    found = numpy.empty(len(made), dtype=object)
+    found[:] = made
+    return found.reshape(shape)
 
-    def of(*operands: Any) -> Any:
-        for operand in operands:
-            if type(operand) in TRACKED:
-                try:
-                    return _only_tracked(function(*operands))
-                except (ArithmeticError, ValueError, TypeError):
-                    return None
-        return None
 
-    with numpy.errstate(all='ignore'):  # of what NumPy itself computes, it warns itself
-        return numpy.frompyfunc(of, len(plain), 1)(*[filled(one, beside) for one, beside in zip(plain, besides)])
+def _column(plain: Any, beside: Any, shape: Tuple[int, ...]) -> List[Any]:
+    """The elements of an operand that is broadcast, tracked where they have provenance."""
+    numbers = numpy.asarray(plain)
+    if numbers.shape != shape:
+        numbers = numpy.broadcast_to(numbers, shape)
+        beside = beside if beside is None else numpy.broadcast_to(_boxed(beside), shape)
+    numbers = numbers.ravel().tolist()
+    if beside is None:
+        return numbers
+    return [number if one is None else one for number, one in zip(numbers, _boxed(beside).ravel().tolist())]
+
+
+def _boxed(beside: Any) -> Any:
+    if isinstance(beside, numpy.ndarray):
+        return beside
+    box = numpy.empty((), dtype=object)
+    box[()] = beside
+    return box
+
+
+def _of_tracked(function: Callable[..., Any], operands: Tuple[Any, ...]) -> Any:
+    """What a function makes of numbers, where one of them is tracked and so is the result; None otherwise."""
+    if not TRACKED.isdisjoint(map(type, operands)):
+        with contextlib.suppress(ArithmeticError, ValueError, TypeError):
+            return _only_tracked(function(*operands))
+    return None
 
 
 def filled(plain: Any, beside: Any) -> numpy.ndarray:
     """An array of objects: the tracked values, and the plain ones where there is none."""
     if type(beside) in TRACKED:
-        box = numpy.empty((), dtype=object)
-        box[()] = beside
-        return box
+        return _boxed(beside)
     objects = numpy.asarray(plain).astype(object)
     if beside is not None:
         flat, tracked = objects.reshape(-1), beside.reshape(-1)
@@ -443,11 +471,14 @@ def filled(plain: Any, beside: Any) -> numpy.ndarray:
 
 
 def _only_tracked(value: Any) -> Any:
-    return value if type(value) in TRACKED else None
+    return python_number(value) if type(value) in WITH_PROVENANCE else None
+
+
+_EACH_ONLY_TRACKED = numpy.frompyfunc(_only_tracked, 1, 1)
 
 
 def only_tracked(objects: Any) -> Any:
     """An array of objects with None in the place of what is not tracked."""
     if not isinstance(objects, numpy.ndarray):
         return _only_tracked(objects)
-    return numpy.frompyfunc(_only_tracked, 1, 1)(objects)
+    return _EACH_ONLY_TRACKED(objects)

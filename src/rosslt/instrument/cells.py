@@ -80,15 +80,16 @@ def plain(value: Any) -> Any:
     they held before grows from step to step, such as the covariance of a filter: where that is long, it goes without.
     """
     kind = type(value)
+    strip = _stripped_by.get(kind)
+    if strip is not None:
+        return strip(value)
     if kind in values.TRACKED_CLASSES:
         return value._plain
     if kind is tuple:
         return tuple([plain(part) for part in value])
     if kind is list:
         _cut_long(value)
-        return value
-    strip = _stripped_by.get(kind)
-    return value if strip is None else strip(value)
+    return value
 
 
 def _cut_long(numbers: List[Any], depth: int = 2) -> None:
@@ -97,7 +98,7 @@ def _cut_long(numbers: List[Any], depth: int = 2) -> None:
     for place, one in enumerate(numbers):
         if type(one) in values.TRACKED_CLASSES:
             if one._size > LONG:
-                numbers[place] = one._plain
+                numbers[place] = plain(one)
         elif type(one) is list and depth:
             _cut_long(one, depth - 1)
 

@@ -8,7 +8,6 @@ from typing import Any, Callable, Dict, Tuple
 from rosslt import values
 
 _TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int, bool))
-_READ_AS_FLOAT: Dict[type, Callable[[Any], Any]] = {}
 
 
 def _to_the_bit(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callable[..., Any]:
@@ -53,18 +52,7 @@ def _keeping(name: str, tracked: Callable[..., Any]) -> Callable[..., Any]:
         tracked = _to_the_bit(original, tracked)
         if name in _ROWS and _ROWS[name].forward is original:  # so both compute it of two numbers
             tracked = values.recorder(_ROWS[name])(tracked)
-    return _keeping_beside(original, tracked)
-
-
-def _keeping_beside(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callable[..., Any]:
-    """`values.keeping`, also of numbers of other classes that know their provenance."""
-
-    def of_others(*arguments: Any, **options: Any) -> Any:
-        read = list(map(_as_float, arguments))
-        may_be_tracked = any(type(one) in _TRACKED or isinstance(one, (list, tuple)) for one in read)
-        return (tracked if may_be_tracked else original)(*read, **options)
-
-    return values.keeping(original, tracked, of_others)
+    return values.keeping(original, tracked, original)
 
 
 #: The functions of `math` that keep provenance, by name.
@@ -73,21 +61,6 @@ MATH: Dict[str, Any] = {
     for name, function in values.MATH.items()
     if hasattr(math, name) and function is not getattr(math, name)
 }
-
-
-def _as_float(x: Any) -> Any:
-    read = _READ_AS_FLOAT.get(type(x))
-    return x if read is None else read(x)
-
-
-def read_as_float(kind: type, read: Callable[[Any], Any]) -> None:
-    """Have `float(x)` and the functions of `math` keep the provenance of numbers of another class.
-
-    Args:
-        kind: the class.
-        read: gives the tracked float that such a number is.
-    """
-    _READ_AS_FLOAT[kind] = read
 
 
 def convert(conversion: Any, *arguments: Any) -> Any:
@@ -108,8 +81,8 @@ def convert_by(original: Any, tracked: Callable[..., Any]) -> None:
     _CONVERSIONS[id(original)] = tracked
 
 
-to_float = _keeping_beside(float, values.to_float)
-to_int = _keeping_beside(int, values.to_int)
+to_float = values.keeping(float, values.to_float, float)
+to_int = values.keeping(int, values.to_int, int)
 
 
 #: The classes of numbers that `sum_of` adds itself.
@@ -195,14 +168,8 @@ def _reflecting(name: str, in_place: bool = False) -> Callable[[Any, Any], Any]:
 
     def compute(left: Any, right: Any) -> Any:
         kinds = _BESIDE.get(type(left))
-        # What is divided by 0 is left to NumPy, which knows infinity.
-        if (
-            kinds is not None
-            and type(right) in kinds
-            and (right or name != 'truediv')
-            and not values.RECORDING.is_paused
-        ):
-            return reflected[type(right)](right, float(left))
+        if kinds is not None and type(right) in kinds and not values.RECORDING.is_paused:
+            return reflected[type(right)](right, left)
         return plain(left, right)
 
     return compute

@@ -18,8 +18,6 @@ PERIOD = 0.5
 #: The most of a core that looking into later messages may take.
 SHARE = 0.005
 
-_conversions: List[Callable[[Any], Any]] = []
-
 #: What all publishers of this process together may spend on provenance.
 _ALLOWANCE = messages.Allowance()
 
@@ -64,8 +62,6 @@ class Publisher(node.Publisher):
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
-        for convert in _conversions:
-            args, kwds = tuple(map(convert, args)), {name: convert(one) for name, one in kwds.items()}
         now = time.monotonic()
         is_due = now >= self._look_again or self._looked < FIRST_MESSAGES
         if is_due and node.is_started() and not values.RECORDING.is_paused:
@@ -87,15 +83,6 @@ class Publisher(node.Publisher):
             start = time.thread_time()
             self._sparing.remembered(message)
             SAMPLING.sending += time.thread_time() - start
-
-
-def convert_by(convert: Callable[[Any], Any]) -> None:
-    """Have numbers of another class that know their provenance be sent as tracked ones.
-
-    Args:
-        convert: gives a message, or a part of one, with these in their place; itself where it has none.
-    """
-    _conversions.append(convert)
 
 
 def reach(message: Any) -> None:

@@ -27,8 +27,8 @@ CONVERSIONS = {
     'sum': '__rosslt_sum__',
     'type': '__rosslt_type__',
 }
-#: The name of a class of NumPy's numbers that is called as a conversion, and of what calls it.
-NUMPY_CONVERSION, CONVERT = 'float32', '__rosslt_convert__'
+#: The names of NumPy's numbers, which are called as conversions, and of what calls them.
+NUMPY_CONVERSIONS, CONVERT = {'float32', 'float64', 'int64'}, '__rosslt_convert__'
 #: Operators of which a plain float, or NumPy's, on the left would take no notice of the provenance on the right.
 OPERATORS = {
     ast.Add: '__rosslt_add__',
@@ -254,7 +254,7 @@ class _Rewriter(ast.NodeTransformer):
             if '*' in self._bound:  # of a star import, which may bring another one of that name
                 return _call(CONVERT, [node.func, *node.args], node)
             node.func = _name(conversion, node.func)
-        elif is_simple and _last_name(node.func) == NUMPY_CONVERSION:
+        elif is_simple and _last_name(node.func) in NUMPY_CONVERSIONS:
             return _call(CONVERT, [node.func, *node.args], node)
         return node
 

@@ -13,13 +13,12 @@ import numpy
 
 from rosslt import values
 from rosslt.instrument.array_arguments import plain
-from rosslt.instrument.arrays import ArrayWithProvenance, any_tracked, with_provenance
+from rosslt.instrument.array_numbers import TRACKED, python_number
+from rosslt.instrument.arrays import any_tracked, with_provenance
 from rosslt.instrument.functions import to_float
 
 #: So many angles are remembered with their sines.
 _MOST_HALVES = 64
-
-_TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int))
 
 
 def tracked_functions(original: types.ModuleType, tracking_numpy: Any, tracking_math: Any) -> Dict[str, Any]:
@@ -48,29 +47,20 @@ def tracked_functions(original: types.ModuleType, tracking_numpy: Any, tracking_
 def _either(original: Any, tracked: Any) -> Any:
     @functools.wraps(original)
     def function(*arguments: Any, **options: Any) -> Any:
-        for one in (*arguments, *options.values()) if options else arguments:
-            kind = type(one)
-            if (
-                kind in _TRACKED
-                or (kind is ArrayWithProvenance and one.has_provenance)
-                or (kind in (list, tuple) and any_tracked(one))
-            ):
-                if values.RECORDING.is_paused:
-                    return original(*map(plain, arguments), **plain(options))
-                try:
-                    return tracked(*arguments, **options)
-                except TypeError:  # it does with a number what only NumPy's numbers can
-                    return original(*map(plain, arguments), **plain(options))
-        return original(*arguments, **options)
+        if not any_tracked((*arguments, *options.values()) if options else arguments):
+            return original(*arguments, **options)
+        if values.RECORDING.is_paused:
+            return original(*map(plain, arguments), **plain(options))
+        return tracked(*arguments, **options)
 
     return function
 
 
 def _product(one: Any, other: Any) -> Any:
     """The product of two numbers, plain where it is 0 whatever a source says: the x and y of a turn about z."""
-    if one == 0.0 and type(one) not in _TRACKED:
+    if one == 0.0 and type(one) not in TRACKED:
         return one * float(other)
-    if other == 0.0 and type(other) not in _TRACKED:
+    if other == 0.0 and type(other) not in TRACKED:
         return float(one) * other
     return one * other
 
@@ -94,6 +84,7 @@ class _QuaternionFromEuler:
             self._names[axes]
             i, parity, repetition, frame = axes
         j, k = self._next[i + parity], self._next[i - parity + 1]
+        ai, aj, ak = python_number(ai), python_number(aj), python_number(ak)
         if frame:
             ai, ak = ak, ai
         if parity:
@@ -114,12 +105,12 @@ class _QuaternionFromEuler:
         if parity:
             parts[j] *= -1
         beside = numpy.empty(4, dtype=object)
-        beside[:] = [part if type(part) in _TRACKED else None for part in parts]
+        beside[:] = [part if type(part) in TRACKED else None for part in parts]
         return with_provenance(numpy.array([float(part) for part in parts]), beside)
 
     def _of_half(self, angle: Any) -> Tuple[Any, Any]:
         """The cosine and the sine of half an angle."""
-        if type(angle) not in _TRACKED:
+        if type(angle) not in TRACKED:
             half = angle / 2.0
             return math.cos(half), math.sin(half)
         known = self._halves.get(id(angle))

@@ -40,6 +40,7 @@ from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_source, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import (
+    add_class,
     are_made_alike,
     from_affine,
     lazy,
@@ -72,6 +73,7 @@ __all__ = [
     'Source',
     'UnnamedSource',
     'WrittenFields',
+    'add_class',
     'affine',
     'affine_shape',
     'are_made_alike',

@@ -12,9 +12,7 @@ from .numpy_ufuncs import is_array
 from .operations import BY_CODE, Operation
 from .operations import table as ops
 from .recording import apply
-from .tracked import TRACKED, TrackedStr, plain
-
-TRACKED_NUMBERS = TRACKED - {TrackedStr}
+from .tracked import TRACKED, plain
 
 
 def function(operation: Operation) -> Callable[..., Any]:
@@ -75,10 +73,11 @@ def keeping(
     def function(*arguments: Any, **options: Any) -> Any:
         called = of_plain
         for argument in arguments:
-            if type(argument) in TRACKED_NUMBERS or isinstance(argument, (list, tuple)):
-                called = of_tracked
-            elif type(argument) not in (float, int) and not isinstance(argument, str):
+            if isinstance(argument, str) or type(argument) in (float, int):
+                continue
+            if type(argument) not in TRACKED and not isinstance(argument, (list, tuple)):
                 return of_others(*arguments, **options)
+            called = of_tracked
         return called(*arguments, **options)
 
     function.__name__ = function.__qualname__ = of_plain.__name__

@@ -33,6 +33,11 @@ def compute_ufuncs_with(function: Optional[Callable[..., Any]]) -> None:
     _compute = function
 
 
+def computes_ufuncs() -> bool:
+    """Whether `compute_ufuncs_with` has set what computes."""
+    return _compute is not None
+
+
 def is_array(x: Any) -> bool:
     """Whether `x` is a NumPy array, without importing NumPy."""
     return hasattr(x, '__array_ufunc__') and hasattr(x, 'dtype') and hasattr(x, 'astype')

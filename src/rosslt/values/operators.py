@@ -6,7 +6,7 @@ from .accelerator import CORE
 from .affine import LIMIT, affine_of_python, shorten
 from .graph import slopes_or_zeros
 from .instructions import assemble, disassemble
-from .numpy_ufuncs import array_ufunc
+from .numpy_ufuncs import array_ufunc, broadcast, computes_ufuncs, is_array
 from .operations import AFFINE, BY_CODE, FUNCTION, LAZY, SOURCE, Operation
 from .operations import table as ops
 from .recording import MAX_SHARED_SIZE, RECORDING, apply, joint_size
@@ -70,7 +70,7 @@ def __{name}__(self, other):
         if size > {limit}:
             shorten(result)
         return result
-    return apply(operation, self, other)
+    return operate(operation, self, other)
 
 def __r{name}__(self, other):
     if type(other) is float:
@@ -82,9 +82,9 @@ def __r{name}__(self, other):
         if size > {limit}:
             shorten(result)
         return result
-    return apply(operation, other, self)
+    return operate(operation, other, self)
 """
-"""What `apply` does, written out for floats: a call less, and `self._plain + other` is Python's fast addition."""
+"""What `operate` does, written out for floats: a call less, and `self._plain + other` is Python's fast addition."""
 
 
 def give_fast_operator(name: str, operation: Operation) -> None:
@@ -95,7 +95,7 @@ def give_fast_operator(name: str, operation: Operation) -> None:
         joint_size=joint_size,
         MAX_SHARED_SIZE=MAX_SHARED_SIZE,
         shorten=shorten,
-        apply=apply,
+        operate=operate,
         operation=operation,
         left=operation.left,
         right=operation.right,
@@ -110,10 +110,10 @@ def give_operator(cls: type, name: str, operation: Operation) -> None:
     """Give a class an operator and its reflection."""
 
     def method(self: Any, other: Any) -> Any:
-        return apply(operation, self, other)
+        return operate(operation, self, other)
 
     def reflected(self: Any, other: Any) -> Any:
-        return apply(operation, other, self)
+        return operate(operation, other, self)
 
     setattr(cls, '__%s__' % name, method)
     setattr(cls, '__r%s__' % name, reflected)
@@ -128,9 +128,16 @@ def give_method(cls: type, name: str, operation: Operation) -> None:
     setattr(cls, name, method)
 
 
+def operate(operation: Operation, first: Any, second: Any) -> Any:
+    """The result of an operator: as of `apply`, and of NumPy's numbers what NumPy makes of them."""
+    if computes_ufuncs() and (is_array(first) or is_array(second)):
+        return broadcast(apply, operation, first, second)
+    return apply(operation, first, second)
+
+
 def power(self: Any, other: Any, modulo: Optional[int] = None) -> Any:
     """`self ** other`; with a modulus it is number theory, whose results are plain."""
-    return apply(ops.POWER, self, other) if modulo is None else pow(self._plain, plain(other), plain(modulo))
+    return operate(ops.POWER, self, other) if modulo is None else pow(self._plain, plain(other), plain(modulo))
 
 
 def floor_and_rest(self: Any, other: Any) -> Tuple[Any, Any]:
@@ -150,7 +157,7 @@ def rounded(self: Any, digits: Optional[int] = None) -> Any:
 
 def product(self: Any, other: Any) -> Any:
     """`self * other` of a whole number, which may repeat a text."""
-    return apply(ops.REPEAT, other, self) if isinstance(other, str) else apply(ops.MULTIPLY, self, other)
+    return apply(ops.REPEAT, other, self) if isinstance(other, str) else operate(ops.MULTIPLY, self, other)
 
 
 def joined(self: Any, other: Any) -> Any:
@@ -189,11 +196,11 @@ def complete_core() -> None:
 
     def fallback(operation: Operation) -> Any:
         if operation is not ops.MULTIPLY:
-            return lambda a, b: apply(operation, a, b)
+            return lambda a, b: operate(operation, a, b)
         return lambda a, b: product(a, b) if type(a) is TrackedInt else times_whole(a, b)
 
     def times_whole(a: Any, b: Any) -> Any:
-        return product(b, a) if type(b) is TrackedInt and type(a) is not TrackedFloat else apply(ops.MULTIPLY, a, b)
+        return product(b, a) if type(b) is TrackedInt and type(a) is not TrackedFloat else operate(ops.MULTIPLY, a, b)
 
     rows = [*FAST.values(), ops.POWER]
     CORE.complete(

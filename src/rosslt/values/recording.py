@@ -81,12 +81,12 @@ def apply(operation: Operation, first: Any, second: Any = None) -> Any:
 def apply_and_record(operation: Operation, first: Any, second: Any = None) -> Any:
     """As `apply`, also while recording is paused: for what has been recorded elsewhere and is made again."""
     if operation.arity == 1:
-        if is_array(first):
-            return broadcast(apply, operation, first)
         if isinstance(first, str) and not operation.on_text:
             raise TypeError('%s of a text' % operation.name)
         if type(first) in TRACKED:
             return make(operation.forward(first._plain), (operation.left, first, None), first._size + 1)
+        if is_array(first):
+            return broadcast(apply, operation, first)
         return operation.forward(first)
     a, b = plain_scalar(first), plain_scalar(second)
     if a is None or b is None:

@@ -65,7 +65,20 @@ if CORE is not None:
     TrackedFloat = CLASSES[float] = CORE.TrackedFloat  # type: ignore[misc]
     TrackedInt = CLASSES[int] = CORE.TrackedInt  # type: ignore[misc]
 PLAIN_CLASSES: Dict[Any, Any] = {tracked: kind for kind, tracked in CLASSES.items()}
-TRACKED = frozenset(CLASSES.values())
+TRACKED: Set[Any] = set(CLASSES.values())
+"""All classes of tracked values. Those of NumPy's numbers join it where NumPy is used (`add_class`)."""
+SCALARS: Set[Any] = TRACKED | set(CLASSES)
+"""The classes of leaves: tracked and plain values."""
+
+
+def add_class(tracked: type) -> None:
+    """Make a class of numbers known as one of tracked values.
+
+    Args:
+        tracked: the class; its objects have `_plain`, a float or int, `_record`, `_size` and `_fold`.
+    """
+    TRACKED.add(tracked)
+    SCALARS.add(tracked)
 
 
 def plain(value: Any) -> Any:

@@ -7,9 +7,7 @@ import copy
 import operator
 from typing import Any, Callable, Iterator, List, Tuple
 
-from .tracked import TRACKED
-
-SCALARS = TRACKED | {float, int, bool, str}
+from .tracked import SCALARS, TRACKED
 
 
 def is_message(x: Any) -> bool:

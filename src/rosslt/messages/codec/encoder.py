@@ -48,7 +48,7 @@ from rosslt.values import (
 Leaf = Tuple[int, Any, str]
 """The index of a tracked leaf, its value and its kind, as the walkers collect them."""
 
-_KIND_OF = {tracked: kind for kind, plain in TYPE_OF_KIND.items() for tracked in TRACKED if PLAIN[tracked] is plain}
+_KIND_OF = {tracked: kind for kind, plain in TYPE_OF_KIND.items() for tracked in PLAIN if PLAIN[tracked] is plain}
 
 MAX_TEMPLATE_FIELDS = 64
 """The most fields of a message whose template is remembered for the next one."""

@@ -14,7 +14,7 @@ from rosslt.messages.fields import TYPE_OF_KIND, kind_of
 from rosslt.values import lazy
 
 _TRACKED_OF_KIND = {
-    kind: tracked for kind, plain in TYPE_OF_KIND.items() for tracked in TRACKED if PLAIN[tracked] is plain
+    kind: tracked for kind, plain in TYPE_OF_KIND.items() for tracked in PLAIN if PLAIN[tracked] is plain
 }
 
 Load = Callable[[Any], Any]

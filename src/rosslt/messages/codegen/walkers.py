@@ -12,11 +12,11 @@ import sys
 from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from rosslt.messages.fields import BYTES, SCALARS, VARIABLE, Field, Layout, kind_of
+from rosslt.values import TRACKED_CLASSES as TRACKED
 from rosslt.values import Source, WrittenFields, compare_fields, field_walk, select_tracked, track
 
 #: The classes of tracked values, and what each is without its provenance.
 PLAIN = {type(track(value, Source('', 0))): type(value) for value in (0.0, 0, False, '')}
-TRACKED = frozenset(PLAIN)
 
 BYTES_LIMIT = 1 << 18
 """Arrays of bytes longer than that are taken for data, of which no single byte is tracked: to be tracked, they would

@@ -75,8 +75,10 @@ def full(shape: Any, fill_value: Any, dtype: Any = None, order: str = 'C') -> An
 
 def arange(*args: Any, **kwargs: Any) -> Any:
     """numpy.arange, keeping provenance; how many elements there are stays."""
-    present = np.arange(*map(plain, args), **kwargs)
-    start, step = args[0] if len(args) > 1 else 0, args[2] if len(args) > 2 else 1
+    present = np.arange(*map(plain, args), **each(plain, kwargs))
+    names = ('stop',) if len(args) == 1 and 'stop' not in kwargs else ('start', 'stop', 'step')
+    given = {**kwargs, **dict(zip(names, args))}
+    start, step = given.get('start', 0), given.get('step', 1)
     if not holds_tracked((start, step)):
         return present
     return array([start + place * step for place in range(len(present))]) if len(present) else present

@@ -1,13 +1,13 @@
 """Linear algebra on arrays that hold tracked values, by elimination: every step is an operation of the table.
 
-Of arrays with more than two dimensions, the last two are the matrices, as in `numpy.linalg`. Pivots are chosen by
-their present values, so an expression follows the same elimination when its sources change.
+Of arrays with more than two dimensions, the last two are the matrices, as in `numpy.linalg`.
 """
 
-from typing import Any, List, Tuple
+from typing import Any
 
 import numpy as np
 
+from ..elimination import eliminate, solved
 from .tracked_array import plain_array, replaces, unwrapped
 
 
@@ -17,64 +17,27 @@ def objects(x: Any) -> Any:
     return unwrapped(from_list).astype(object)
 
 
-def eliminated(matrix: Any, right: Any) -> Tuple[List[List[Any]], List[List[Any]], Any]:
-    """A square matrix brought to the identity, with a right side beside it.
-
-    Returns:
-        The rows of the matrix and of the right side, and the determinant.
+def square(a: Any) -> Any:
+    """An array or nested list as a square matrix of objects.
 
     Raises:
-        numpy.linalg.LinAlgError: the matrix is singular or not square.
+        numpy.linalg.LinAlgError: it is not square.
     """
-    rows, others = [list(row) for row in matrix], [list(row) for row in right]
-    size, sign = len(rows), 1
-    if any(len(row) != size for row in rows):
+    a = objects(a)
+    if a.ndim != 2 or a.shape[0] != a.shape[1]:
         raise np.linalg.LinAlgError('Last 2 dimensions of the array must be square')
-    determinant: Any = None
-    for column in range(size):
-        pivot = max(range(column, size), key=lambda row: abs(float(rows[row][column])))
-        if pivot != column:
-            rows[pivot], rows[column] = rows[column], rows[pivot]
-            others[pivot], others[column] = others[column], others[pivot]
-            sign = -sign
-        head = rows[column][column]
-        determinant = head if determinant is None else determinant * head
-        if head == 0:
-            return rows, others, determinant
-        rows[column] = divided(rows[column], head)
-        others[column] = divided(others[column], head)
-        for row in range(size):
-            factor = rows[row][column]
-            if row != column and not is_plain_zero(factor):
-                rows[row] = reduced(rows[row], factor, rows[column])
-                others[row] = reduced(others[row], factor, others[column])
-    determinant = 1.0 if determinant is None else determinant
-    return rows, others, determinant if sign > 0 else -determinant
+    return a
 
 
-def divided(row: List[Any], head: Any) -> List[Any]:
-    """A row divided by a number; plain zeros are left out of the expressions."""
-    return [part if is_plain_zero(part) else part / head for part in row]
-
-
-def reduced(row: List[Any], factor: Any, other: List[Any]) -> List[Any]:
-    """A row without a multiple of another one."""
-    return [a if is_plain_zero(b) else a - factor * b for a, b in zip(row, other)]
-
-
-def is_plain_zero(x: Any) -> bool:
-    """Whether a number is a plain 0: a tracked 0 may change."""
-    return type(x) in (float, int) and x == 0
-
-
-def solved(matrix: Any, right: Any) -> Any:
-    """The rows of `matrix^-1 right`."""
-    _, others, determinant = eliminated(matrix, right)
-    if determinant == 0:
-        raise np.linalg.LinAlgError('Singular matrix')
-    result = np.empty((len(others), len(others[0]) if others else 0), object)
-    for place, row in enumerate(others):
-        result[place] = row
+def divided_by(matrix: Any, right: Any) -> Any:
+    """`matrix^-1 right`, of object arrays."""
+    try:
+        rows = solved(square(matrix).tolist(), right.tolist())
+    except ZeroDivisionError as error:
+        raise np.linalg.LinAlgError(str(error)) from None
+    result = np.empty(right.shape, object)
+    for at, row in enumerate(rows):
+        result[at] = row
     return result
 
 
@@ -84,7 +47,7 @@ def inv(a: Any) -> Any:
     a = objects(a)
     if a.ndim > 2:
         return np.stack([inv(part) for part in a])
-    return solved(a, np.identity(len(a)).astype(object))
+    return divided_by(a, np.identity(len(a)).astype(object))
 
 
 @replaces(np.linalg.det)
@@ -93,7 +56,7 @@ def det(a: Any) -> Any:
     a = objects(a)
     if a.ndim > 2:
         return np.array([det(part) for part in a], dtype=object)
-    return eliminated(a, [[] for _ in a])[2]
+    return eliminate(square(a).tolist())
 
 
 @replaces(np.linalg.solve)
@@ -102,7 +65,7 @@ def solve(a: Any, b: Any) -> Any:
     a, b = objects(a), objects(b)
     if a.ndim > 2:
         return np.stack([solve(part, other) for part, other in zip(a, b)])
-    return solved(a, b[:, None])[:, 0] if b.ndim == 1 else solved(a, b)
+    return divided_by(a, b[:, None])[:, 0] if b.ndim == 1 else divided_by(a, b)
 
 
 @replaces(np.linalg.matrix_power)

@@ -107,29 +107,31 @@ PyObject *make_recorder(PyObject *module, PyObject *args)
 
 /* --- plain numbers and others ---------------------------------------------------------------------------------- */
 
+enum { OF_PLAIN, OF_TRACKED, OF_OTHERS, SORTS };
+
 typedef struct {
-    PyObject *of_plain, *of_tracked, *of_others;
+    PyObject *called[SORTS];
 } Keeper;
 
-/* What calls a keeper has for an argument: NULL with an error. */
-static inline PyObject *called_for(const Keeper *keeper, PyObject *x)
+/* Which sort an argument is of: -1 with an error. */
+static inline int sort_of(PyObject *x)
 {
-    if (PyFloat_CheckExact(x) || PyLong_CheckExact(x) || PyUnicode_Check(x)) return keeper->of_plain;
-    if (IS_OURS(x) || PyList_Check(x) || PyTuple_Check(x)) return keeper->of_tracked;
+    if (PyFloat_CheckExact(x) || PyLong_CheckExact(x) || PyUnicode_Check(x)) return OF_PLAIN;
+    if (IS_OURS(x) || PyList_Check(x) || PyTuple_Check(x)) return OF_TRACKED;
     int is_tracked = PySet_Contains(tracked_classes, (PyObject *)Py_TYPE(x));
-    return is_tracked < 0 ? NULL : is_tracked ? keeper->of_tracked : keeper->of_others;
+    return is_tracked < 0 ? -1 : is_tracked ? OF_TRACKED : OF_OTHERS;
 }
 
 static PyObject *call_keeper(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words)
 {
     const Keeper *keeper = PyCapsule_GetPointer(self, NULL);
-    PyObject *called = keeper->of_plain;
-    for (Py_ssize_t at = 0; called != keeper->of_others && at < count; at++) {
-        PyObject *one = called_for(keeper, args[at]);
-        if (one == NULL) return NULL;
-        if (one != keeper->of_plain) called = one;
+    int sort = OF_PLAIN;
+    for (Py_ssize_t at = 0; sort != OF_OTHERS && at < count; at++) {
+        int one = sort_of(args[at]);
+        if (one < 0) return NULL;
+        if (one > sort) sort = one;
     }
-    return PyObject_Vectorcall(called, args, (size_t)count, words);
+    return PyObject_Vectorcall(keeper->called[sort], args, (size_t)count, words);
 }
 
 /* As `keeping` in functions.py. */
@@ -141,7 +143,7 @@ PyObject *make_keeper(PyObject *module, PyObject *args)
     Keeper *keeper = PyMem_Malloc(sizeof *keeper);
     if (keeper == NULL) return PyErr_NoMemory();
     Py_INCREF(args);
-    *keeper = (Keeper){of_plain, of_tracked, of_others};
+    *keeper = (Keeper){{of_plain, of_tracked, of_others}};
     return made_function(call_keeper, keeper, of_plain, name, doc);
 }
 

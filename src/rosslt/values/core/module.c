@@ -2,7 +2,7 @@
 
 #include "core.h"
 
-#define INTERFACE 10 /* what `accelerator.py` asks for */
+#define INTERFACE 11 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *alike_of_python, *affine_of_python;
@@ -21,7 +21,7 @@ static PyObject *complete(PyObject *module, PyObject *args)
     PyObject *of_operators, *of_fallbacks, *told[13];
     if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!OOOOOii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type,
                           &of_fallbacks, &told[0], &told[1], &told[2], &told[3], &told[4], &told[5], &PyTuple_Type,
-                          &told[6], &PyFrozenSet_Type, &told[7], &told[8], &told[9], &told[10], &told[11], &told[12],
+                          &told[6], &PySet_Type, &told[7], &told[8], &told[9], &told[10], &told[11], &told[12],
                           &limit, &max_shared_size)) {
         return NULL;
     }

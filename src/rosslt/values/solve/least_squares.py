@@ -7,6 +7,8 @@ results depend on few unknowns with SciPy's LSMR where there is SciPy.
 import math
 from typing import Any, Dict, List, Optional, Sequence
 
+from ..elimination import solved
+
 Rows = List[Dict[int, float]]
 
 LARGE = 8
@@ -102,9 +104,9 @@ def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: flo
         else:
             return _with_numpy(numpy, rows, right, columns, damping)
     if wide:
-        weights = solved(_products(rows, damping), right)
+        weights = solved(_products(rows, damping), [[value] for value in right])
         step = [0.0] * len(columns)
-        for row, weight in zip(rows, weights):
+        for row, (weight,) in zip(rows, weights):
             for place, part in row.items():
                 step[columns[place]] += part * weight
         return step
@@ -112,9 +114,8 @@ def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: flo
     for number, row in enumerate(rows):
         for place, part in row.items():
             turned[columns[place]][number] = part
-    return solved(
-        _products(turned, damping), [sum([part * right[number] for number, part in row.items()]) for row in turned]
-    )
+    sums = [[sum([part * right[number] for number, part in row.items()])] for row in turned]
+    return [part for (part,) in solved(_products(turned, damping), sums)]
 
 
 def _with_numpy(numpy: Any, rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
@@ -142,32 +143,4 @@ def _products(vectors: Rows, damping: float) -> List[List[float]]:
         result.append([sum([x * other[place] for place, x in items if place in other]) for other in vectors])
     for place, row in enumerate(result):
         row[place] += damping
-    return result
-
-
-def solved(matrix: List[List[float]], right: Sequence[float]) -> List[float]:
-    """The solution of a system of linear equations, by Gauss with pivots.
-
-    Args:
-        matrix: square, a list of rows; it is not changed.
-        right: a value for each row.
-
-    Raises:
-        ArithmeticError: there is no single solution.
-    """
-    size = len(right)
-    rows = [row + [value] for row, value in zip(matrix, right)]
-    for pivot in range(size):
-        best = max(range(pivot, size), key=lambda place: abs(rows[place][pivot]))
-        rows[pivot], rows[best] = rows[best], rows[pivot]
-        head = rows[pivot]
-        for row in rows[pivot + 1 :]:
-            factor = row[pivot] / head[pivot]
-            for place in range(pivot, size + 1):
-                row[place] -= factor * head[place]
-    result = [0.0] * size
-    for pivot in range(size - 1, -1, -1):
-        row = rows[pivot]
-        known = sum([row[place] * result[place] for place in range(pivot + 1, size)])
-        result[pivot] = (row[size] - known) / row[pivot]
     return result

@@ -1,0 +1,65 @@
+"""Gaussian elimination with pivots, of plain and of tracked numbers.
+
+Pivots are chosen by their present values, so an expression follows the same elimination when its sources change.
+"""
+
+from typing import Any, List, Sequence
+
+
+def is_plain_zero(x: Any) -> bool:
+    """Whether a number is a plain 0: a tracked 0 may change."""
+    return type(x) in (float, int) and x == 0
+
+
+def eliminate(rows: List[List[Any]]) -> Any:
+    """Bring the square matrix at the left of some rows to a triangle of which the lower left is not used any more.
+
+    Args:
+        rows: as many as the matrix is wide, each with the right sides behind it; they are changed.
+
+    Returns:
+        The determinant of the matrix. Where it is 0, the rows are left as they were met.
+    """
+    determinant: Any = None
+    for column in range(len(rows)):
+        pivot = max(range(column, len(rows)), key=lambda at: abs(float(rows[at][column])))
+        head = rows[pivot]
+        rows[column], rows[pivot] = head, rows[column]
+        factor = head[column] if pivot == column else -head[column]
+        determinant = factor if determinant is None else determinant * factor
+        if head[column] == 0:
+            break
+        for row in rows[column + 1 :]:
+            if not is_plain_zero(row[column]):
+                factor = row[column] / head[column]
+                for at in range(column + 1, len(row)):
+                    if not is_plain_zero(head[at]):
+                        row[at] = row[at] - factor * head[at]
+    return 1.0 if determinant is None else determinant
+
+
+def solved(matrix: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]) -> List[List[Any]]:
+    """The rows of `matrix^-1 right`.
+
+    Args:
+        matrix: square.
+        right: as many rows.
+
+    Raises:
+        ZeroDivisionError: there is no single solution.
+    """
+    size = len(matrix)
+    rows = [[*row, *others] for row, others in zip(matrix, right)]
+    eliminate(rows)
+    if any(row[at] == 0 for at, row in enumerate(rows)):
+        raise ZeroDivisionError('Singular matrix')
+    results: List[List[Any]] = [[]] * size
+    for at in range(size - 1, -1, -1):
+        row = rows[at]
+        result = row[size:]
+        for other in range(at + 1, size):
+            factor = row[other]
+            if not is_plain_zero(factor):
+                result = [part - factor * known for part, known in zip(result, results[other])]
+        results[at] = [part if is_plain_zero(part) else part / row[at] for part in result]
+    return results
