@@ -153,27 +153,23 @@ def test_a_view_that_reports_a_hand_with_the_scene_locked_waits_for_no_other_thr
 
 
 class Notes:
-    """A view that keeps what is said."""
+    """All that is said at the handles of a scene."""
 
-    def __init__(self):
-        self.said = []
+    def __init__(self, scene):
+        self._scene, self._said = scene, []
 
-    def put(self, handle):
-        pass
-
-    def let_go(self, name):
-        pass
-
-    def say(self, handle, text):
-        self.said.append(text)
+    @property
+    def said(self):
+        self._said += [text for _, text in self._scene.news().said]
+        return self._said
 
 
 class Sharing:
     """The drags of one view, which tells another one what is held in it."""
 
     def __init__(self, view):
-        self.scene, self.view, self.told, self.notes = box_scene(), view, [], Notes()
-        self.scene.add_view(self.notes)
+        self.scene, self.view, self.told = box_scene(), view, []
+        self.notes = Notes(self.scene)
         (self.name,) = self.scene.names()
         self.pose = self.scene.handle(self.name).pose
         self.drags = Drags(self.scene, Rules(is_live=False), str, view)
@@ -338,8 +334,8 @@ def asked(monkeypatch):
 
 def drag_while(name, before, during, end):
     """Drag a handle from x = 1 while a message comes; gives a view with what is said."""
-    scene, notes = Scene(Settings()), Notes()
-    scene.add_view(notes)
+    scene = Scene(Settings())
+    notes = Notes(scene)
     take(scene, before)
     drags = Drags(scene, Rules(is_live=False), str)
     assert drags.hold(name, frame='world', pose=at(1.0))

@@ -57,7 +57,7 @@ def handles(message, topic='/topic', is_shown=True, **settings):
 
 
 def draw(handle, can_change=is_free, moves_freely=False):
-    return handle_marker(handle, can_change, moves_freely)
+    return handle_marker(handle, handle.motions(can_change), moves_freely)
 
 
 def drawn(message, name='/topic:thing:0', **options):

@@ -39,23 +39,26 @@ def tracked(value, number=1):
 
 
 class Seen:
-    """A view that notes what it is told."""
+    """A view that notes what is new in a scene, each time it is looked at."""
 
     def __init__(self):
-        self.handles, self.said, self.puts = {}, [], []
+        self.scene, self._handles, self._said, self.changed = None, {}, [], []
 
-    def put(self, handle):
-        self.puts.append(handle.name)
-        self.handles[handle.name] = handle
+    def look(self):
+        news = self.scene.news()
+        self.changed = list(news.handles)
+        self._handles.update(news.handles)
+        self._handles = {name: handle for name, handle in self._handles.items() if handle is not None}
+        self._said += [(handle.name, text) for handle, text in news.said]
+        return self
 
-    def drop(self, name):
-        self.handles.pop(name, None)
+    @property
+    def handles(self):
+        return self.look()._handles
 
-    def let_go(self, name):
-        pass
-
-    def say(self, handle, text):
-        self.said.append((handle.name, text))
+    @property
+    def said(self):
+        return self.look()._said
 
 
 class Warned(list):
@@ -70,8 +73,7 @@ def seen():
 
 @pytest.fixture
 def scene(seen):
-    result = Scene(Settings(), Warned())
-    result.add_view(seen)
+    result = seen.scene = Scene(Settings(), Warned())
     return result
 
 
@@ -145,12 +147,14 @@ def test_a_marker_that_is_the_very_object_of_the_message_before_is_left_as_it_is
     one, other = marker(tracked(1.0)), marker(tracked(2.0, 2))
     other.id = 1
     take(scene, '/markers', MarkerArray([one, other]))
-    del seen.puts[:]
+    seen.look()
     other = marker(tracked(3.0, 2))
     other.id = 1
     take(scene, '/markers', MarkerArray([one, other]))
-    assert seen.puts == ['/markers:thing:1']
-    assert seen.handles['/markers:thing:1'].pose[0] == 3.0
+    assert seen.look().changed == ['/markers:thing:1']
+    take(scene, '/markers', MarkerArray([one, other]))
+    assert seen.look().changed == []
+    assert scene.handle('/markers:thing:1').pose[0] == 3.0
 
 
 def test_who_asks_for_a_handle_sees_that_another_message_has_shown_it(scene):
@@ -245,8 +249,7 @@ def test_a_marker_with_a_color_that_is_no_number_is_warned_of_and_not_shown(scen
 
 
 def test_the_size_of_balls_is_a_setting(seen):
-    scene = Scene(Settings(ball_size=0.05))
-    scene.add_view(seen)
+    scene = seen.scene = Scene(Settings(ball_size=0.05))
     take(scene, '/waypoint', pose_stamped(tracked(1.0)))
     (ball,) = seen.handles['/waypoint'].shapes()
     assert ball.scale.x == 0.05
@@ -255,8 +258,7 @@ def test_the_size_of_balls_is_a_setting(seen):
 @pytest.fixture
 def all_drawn(seen):
     """A scene for a view that has to draw everything by itself."""
-    result = Scene(Settings(draws_all=True))
-    result.add_view(seen)
+    result = seen.scene = Scene(Settings(draws_all=True))
     return result
 
 
@@ -322,7 +324,7 @@ def joint_handles(scene, seen, tower=0.3, trolley=0.2):
 def test_a_joint_that_turns_has_a_ring_around_its_axis(scene, seen, crane):
     tower, _ = joint_handles(scene, seen)
     assert (tower.frame, tower.pose[:3]) == ('base', (0.0, 0.0, 1.0))
-    drawn = handle_marker(tower, lambda _value: True, False)
+    drawn = handle_marker(tower, tower.motions(lambda _value: True), False)
     (ring,) = [control for control in drawn.controls if control.name.startswith('rotate')]
     axis = rotate_vector(
         normalized(ring.orientation.x, ring.orientation.y, ring.orientation.z, ring.orientation.w), (1.0, 0.0, 0.0)
@@ -354,3 +356,26 @@ def test_joints_without_a_description_have_no_handle(scene, seen, monkeypatch):
     monkeypatch.setattr(joints, 'ROBOT', robot)
     take(scene, '/joint_states', JointState(name=['tower'], position=[tracked(0.3)]))
     assert not seen.handles
+
+
+def test_nobody_is_asked_or_told_while_the_scene_is_locked(scene, monkeypatch):
+    locked = []
+
+    def noting(*_arguments):
+        locked.append(scene.lock._is_owned())
+        return ''
+
+    monkeypatch.setattr(joints, 'ROBOT', joints.Robot())
+    monkeypatch.setattr(joints.rospy, 'get_param', noting)  # asks the master
+    monkeypatch.setattr(scene, '_warn_with', noting)
+    scene.on_news = noting
+    take(scene, '/joint_states', JointState(name=['tower'], position=[tracked(0.3)]))
+    take(scene, '/markers', marker(plain_math.inf * tracked(1.0)))
+    assert locked == [False] * 4
+
+
+def test_a_marker_that_cannot_be_read_leaves_the_others_of_its_message(scene, seen, monkeypatch):
+    broken, sound = marker(tracked(1.0)), marker(tracked(2.0, 2))
+    broken.id, broken.scale = 1, None
+    take(scene, '/markers', MarkerArray([broken, sound]))
+    assert set(seen.handles) == {'/markers:thing:0'}

@@ -17,7 +17,7 @@ from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.follower import Follower
-from rosslt.markers.scene.handle import CanChange, Handle, Motions, Settings, View
+from rosslt.markers.scene.handle import Handle, Motions, Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
 
@@ -27,7 +27,6 @@ __all__ = [
     'HEADING',
     'HELD',
     'KINDS',
-    'CanChange',
     'Choice',
     'Descriptions',
     'Drags',
@@ -40,7 +39,6 @@ __all__ = [
     'Rules',
     'Scene',
     'Settings',
-    'View',
     'Watch',
     'geometry',
     'mouse',
