@@ -1,10 +1,11 @@
 """Which handles a scene shows, and how a kind of message is added to it."""
 
+import copy
 import math as plain_math
 
 import pytest
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, PoseStamped, TransformStamped
+from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, PoseArray, PoseStamped, TransformStamped
 from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import Path
 from sensor_msgs.msg import JointState, Range
@@ -19,6 +20,7 @@ from rosslt.markers.scene import by_type, hold, joints
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
+from support.counting import instructions_run
 
 URDF = """
 <robot name="crane">
@@ -203,6 +205,43 @@ def test_one_thing_published_as_a_pose_and_drawn_as_a_marker_has_the_handle_of_t
     assert scene.names() == ['/markers:thing:0']
     scene.keep_publishers('/markers', ())
     assert set(seen.handles) == {'/waypoint'}
+
+
+def grid_of(count):
+    """A PoseArray, and the markers on its poses, all of which stand beside one tracked point."""
+    origin, poses, markers = tracked(1.0), PoseArray(), MarkerArray()
+    poses.header.frame_id = 'world'
+    for index in range(count):
+        shown = marker(origin + float(index))
+        shown.id = index
+        markers.markers.append(shown)
+        poses.poses.append(shown.pose)
+    return poses, markers
+
+
+def test_of_many_things_that_come_from_one_number_those_that_are_shown_twice_have_one_handle(scene, seen):
+    poses, markers = grid_of(20)
+    take(scene, '/poses', poses)
+    take(scene, '/markers', markers)
+    names = {f'/markers:thing:{index}' for index in range(20)}
+    assert set(seen.handles) == set(scene.names()) == names
+    elsewhere = marker(tracked(1.0) + 100.0)
+    elsewhere.id = 3
+    take(scene, '/markers', elsewhere)
+    assert set(seen.handles) == names | {'/poses:poses[3]'}
+    scene.keep_publishers('/markers', ())
+    assert set(seen.handles) == {f'/poses:poses[{index}]' for index in range(20)}
+
+
+def test_a_message_with_twice_as_many_things_from_one_number_costs_twice_as_much(scene):
+    def cost(count):
+        poses, markers = grid_of(count)
+        take(scene, '/poses', poses)
+        take(scene, '/markers', markers)
+        moved = MarkerArray([copy.copy(one) for one in markers.markers])
+        return instructions_run(lambda: take(scene, '/markers', moved))
+
+    assert cost(160) < 2.2 * cost(80)
 
 
 def test_what_comes_from_the_same_number_but_stands_elsewhere_keeps_its_handle(scene, seen):

@@ -20,9 +20,9 @@ from rosslt import values
 from rosslt.markers.faults import contained
 from rosslt.markers.scene import marker as markers
 from rosslt.markers.scene.by_type import kind_of
+from rosslt.markers.scene.duplicates import Duplicates
 from rosslt.markers.scene.handle import Handle, Settings
 from rosslt.markers.scene.hold import Hold
-from rosslt.markers.scene.places import Places
 
 #: How long a warning stands before it is given again, in seconds.
 WARN_PERIOD = 30.0
@@ -84,7 +84,7 @@ class Scene:
         self._said: List[Tuple[Handle, str]] = []
         self._handles: Dict[str, Handle] = {}
         self._seen_again: Set[str] = set()  # names of those that messages have shown since, with nothing changed
-        self._places = Places()
+        self._duplicates = Duplicates()
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
         self._mortal: Dict[Tuple[str, Key], Any] = {}  # (topic, key) -> when it expires, a rospy.Time
@@ -96,7 +96,7 @@ class Scene:
     def news(self) -> News:
         """What is new since the view has last asked."""
         with self.lock:
-            is_shown, handles = self._places.is_shown, self._handles
+            is_shown, handles = self._duplicates.is_shown, self._handles
             changed = {name: handles.get(name) if is_shown(name) else None for name in self._changed}
             found = News(changed, self._let_go, self._said)
             self._changed, self._let_go, self._said = set(), set(), []
@@ -113,7 +113,7 @@ class Scene:
     def names(self) -> List[str]:
         """The names of all handles that are shown."""
         with self.lock:
-            return [name for name in self._handles if self._places.is_shown(name)]
+            return [name for name in self._handles if self._duplicates.is_shown(name)]
 
     def origin(self, name: str) -> Tuple[str, str]:
         """(topic, publisher) of the last message that shows a handle; ('', '') where there is none of that name."""
@@ -335,13 +335,13 @@ class Scene:
         self._seen_again.discard(name)
         if name in self._holds:
             self._holds[name].see(handle)
-        self._changed.update(self._places.put(handle))
+        self._changed.update(self._duplicates.put(handle))
         self._changed.add(name)
 
     def _drop_handle(self, name: str) -> None:
         self._seen_again.discard(name)
         if self._handles.pop(name, None) is not None:
-            self._changed.update(self._places.drop(name))
+            self._changed.update(self._duplicates.drop(name))
             self._changed.add(name)
 
 
