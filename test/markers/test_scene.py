@@ -401,7 +401,7 @@ def test_nobody_is_asked_or_told_while_the_scene_is_locked(scene, monkeypatch):
     locked = []
 
     def noting(*_arguments):
-        locked.append(scene.lock._is_owned())
+        locked.append(scene._lock._is_owned())
         return ''
 
     monkeypatch.setattr(joints, 'ROBOT', joints.Robot())

@@ -15,6 +15,7 @@ from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.offers import FREE, HEADING, UNDO, Offers
 from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
+from rosslt.markers.rviz.standby import wait_for_turn
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Handle, Motions, Settings
@@ -46,4 +47,5 @@ __all__ = [
     'refusal',
     'run',
     'short_numbers',
+    'wait_for_turn',
 ]

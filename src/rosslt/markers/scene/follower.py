@@ -48,7 +48,7 @@ class Follower:
         self._wanted: Dict[str, Handle] = {}
         self._shown: Dict[str, Shown] = {}
         self._differ: Set[str] = set()
-        self._to_redraw: 'queue.SimpleQueue[str]' = queue.SimpleQueue()
+        self._to_redraw: queue.SimpleQueue[str] = queue.SimpleQueue()
 
     def draw(self, handle: Handle, motions: Motions) -> None:
         """Draw a handle, in place of an earlier drawing."""

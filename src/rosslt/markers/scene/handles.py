@@ -52,6 +52,7 @@ class PoseHandle(Handle):
     """
 
     __slots__ = ('_has_arrows', '_is_planar', '_make_shapes', '_orientation', 'position', 'turn_key')
+    position: Tuple[Any, ...]
 
     def __init__(
         self,

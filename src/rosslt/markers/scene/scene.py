@@ -71,12 +71,11 @@ class Scene:
         warn: called with a text where something in a message is wrong.
 
     Attributes:
-        lock: held while anything here is read or changed.
         on_news: called without the lock when a message has brought something new.
     """
 
     def __init__(self, settings: Settings, warn: Callable[[str], None] = rospy.logwarn) -> None:
-        self.lock = threading.RLock()
+        self._lock = threading.RLock()
         self.on_news: Callable[[], None] = lambda: None
         self._settings, self._warn_with = settings, warn
         self._changed: Set[str] = set()  # names of handles that no view has taken news of yet
@@ -95,7 +94,7 @@ class Scene:
 
     def news(self) -> News:
         """What is new since the view has last asked."""
-        with self.lock:
+        with self._lock:
             is_shown, handles = self._duplicates.is_shown, self._handles
             changed = {name: handles.get(name) if is_shown(name) else None for name in self._changed}
             found = News(changed, self._let_go, self._said)
@@ -104,7 +103,7 @@ class Scene:
 
     def handle(self, name: str) -> Optional[Handle]:
         """The handle of that name, or None. Another message has shown it since if it is another object than before."""
-        with self.lock:
+        with self._lock:
             if name in self._seen_again:
                 self._seen_again.discard(name)
                 self._handles[name] = copy.copy(self._handles[name])
@@ -112,12 +111,12 @@ class Scene:
 
     def names(self) -> List[str]:
         """The names of all handles that are shown."""
-        with self.lock:
+        with self._lock:
             return [name for name in self._handles if self._duplicates.is_shown(name)]
 
     def origin(self, name: str) -> Tuple[str, str]:
         """(topic, publisher) of the last message that shows a handle; ('', '') where there is none of that name."""
-        with self.lock:
+        with self._lock:
             for topic, things in self._things.items():
                 for thing in things.values():
                     if name in thing.names:
@@ -126,7 +125,7 @@ class Scene:
 
     def topics(self) -> Dict[str, str]:
         """{topic: the frame of one of its things} for each topic that shows something to drag."""
-        with self.lock:
+        with self._lock:
             found = {}
             for topic, things in self._things.items():
                 names = [name for thing in things.values() for name in thing.names]
@@ -136,7 +135,7 @@ class Scene:
 
     def say(self, handle: Handle, text: str) -> None:
         """Show a message at a handle."""
-        with self.lock:
+        with self._lock:
             self._said.append((handle, text))
 
     def say_of_node(self, node: str, text: str) -> None:
@@ -144,7 +143,7 @@ class Scene:
 
         While a hand drags, what comes of the drag itself is told at its own handle.
         """
-        with self.lock:
+        with self._lock:
             if any(hold.is_in_hand() for hold in self._holds.values()):
                 return
             for name in self.names():
@@ -157,7 +156,7 @@ class Scene:
 
     def hold(self, name: str) -> None:
         """A drag of a handle begins: messages do not move it until the drag is over."""
-        with self.lock:
+        with self._lock:
             self._holds[name] = Hold()
 
     def let_go(self, name: str, changed: Optional[Dict[values.Source, Any]] = None) -> None:
@@ -167,7 +166,7 @@ class Scene:
             changed: {Source: new value} where sources have followed: the handle stays where it was dropped until a
                 message says so too. By default it goes back to where the last message has it.
         """
-        with self.lock:
+        with self._lock:
             hold = self._holds.pop(name, None)
             if changed and hold is not None:
                 hold.drop(changed)
@@ -178,12 +177,12 @@ class Scene:
 
     def put_back(self, name: str) -> None:
         """Have views show a handle where it is, as a hand that does not hold it has moved it."""
-        with self.lock:
+        with self._lock:
             self._let_go.add(name)
 
     def is_held(self, name: str) -> bool:
         """Whether a handle is to be left alone."""
-        with self.lock:
+        with self._lock:
             hold = self._holds.get(name)
             if hold is None:
                 return False
@@ -196,7 +195,7 @@ class Scene:
 
     def say_what_is_not_shown(self) -> None:
         """Tell of handles that stay where they were dropped although no message says so."""
-        with self.lock:
+        with self._lock:
             for name, hold in self._holds.items():
                 handle = self._handles.get(name)
                 if handle is not None and hold.is_left_alone():
@@ -217,7 +216,7 @@ class Scene:
         is_shown = is_shown and not self._settings.draws_all
         if message._type in MARKER_TYPES:
             markers_of = message.markers if message._type == MarkerArray._type else [message]
-            with self.lock:
+            with self._lock:
                 things = self._things.setdefault(topic, {})
                 for marker in markers_of:
                     with contained(f'a marker of {publisher} on {topic} cannot be read'):
@@ -229,7 +228,7 @@ class Scene:
 
     def expire(self) -> None:
         """Drop the markers whose lifetime is over."""
-        with self.lock:
+        with self._lock:
             if self._mortal:
                 now = rospy.Time.now()
                 for topic, key in [whose for whose, end in self._mortal.items() if end <= now]:
@@ -237,7 +236,7 @@ class Scene:
 
     def keep_publishers(self, topic: str, publishers: Collection[str]) -> None:
         """Drop what publishers other than these have shown on a topic."""
-        with self.lock:
+        with self._lock:
             things = self._things.get(topic, {})
             for key in [key for key, thing in things.items() if thing.publisher not in publishers]:
                 self._delete(topic, things, key)
@@ -246,8 +245,8 @@ class Scene:
         kind = kind_of(type(message))
         if kind is None:
             return
-        named = list(kind.handles(topic, message, self._settings))  # this may ask the master for the robot's description
-        with self.lock:
+        named = list(kind.handles(topic, message, self._settings))  # not locked: it may ask for robot_description
+        with self._lock:
             things = self._things.setdefault(topic, {})
             if any(handle is not None and not handle.frame for _, handle in named):
                 self._faults.append('{} on {}: the message has no frame_id'.format(publisher, topic))
@@ -293,7 +292,7 @@ class Scene:
     def _warn(self) -> None:
         """Warn of faults in messages, once in a while for messages with the same fault."""
         now = time.monotonic()
-        with self.lock:
+        with self._lock:
             faults, self._faults = self._faults, []
             self._warned = {known: when for known, when in self._warned.items() if now - when < WARN_PERIOD}
             new = [text for text in dict.fromkeys(faults) if text not in self._warned]
