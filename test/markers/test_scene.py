@@ -4,6 +4,7 @@ import copy
 import math as plain_math
 
 import pytest
+import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, PoseArray, PoseStamped, TransformStamped
 from move_base_msgs.msg import MoveBaseActionGoal
@@ -79,6 +80,23 @@ def scene(seen):
     return result
 
 
+class Clock:
+    """The time of ROS, which a test sets."""
+
+    def __init__(self):
+        self.seconds = 1000.0
+
+    def __call__(self):
+        return rospy.Time.from_sec(self.seconds)
+
+
+@pytest.fixture(autouse=True)
+def clock(monkeypatch):
+    result = Clock()
+    monkeypatch.setattr(rospy.Time, 'now', staticmethod(result))
+    return result
+
+
 def take(scene, topic, message, publisher='/publisher'):
     message._connection_header = {'callerid': publisher}
     scene.take(topic, message, True)
@@ -136,6 +154,41 @@ def test_frames_with_provenance_have_handles_and_those_of_other_broadcasters_sta
     assert set(seen.handles) == {'/tf:arm'}, 'it is plain now'
     scene.keep_publishers('/tf', {'/second'})
     assert not seen.handles
+
+
+def test_frames_that_are_broadcast_no_more_go_as_in_rviz_and_static_ones_stay(scene, seen, clock):
+    take(scene, '/tf', TFMessage([transform('once', tracked(1.0)), transform('again', tracked(2.0, 2))]))
+    take(scene, '/tf_static', TFMessage([transform('static', tracked(3.0, 3))]))
+    clock.seconds += 14.0
+    take(scene, '/tf', TFMessage([transform('again', tracked(2.0, 2))]))
+    scene.expire()
+    assert set(seen.handles) == {'/tf:once', '/tf:again', '/tf_static:static'}
+    clock.seconds += 2.0
+    scene.expire()
+    assert set(seen.handles) == {'/tf:again', '/tf_static:static'}
+
+
+def test_a_marker_goes_when_its_lifetime_ends_or_has_not_begun_as_the_clock_was_set_back(scene, seen, clock):
+    mortal = marker(tracked(1.0))
+    mortal.lifetime = rospy.Duration(5.0)
+    for later, remains in ((4.9, True), (5.1, False), (-0.1, False)):
+        take(scene, '/markers', mortal)
+        clock.seconds += later
+        scene.expire()
+        assert bool(seen.handles) == remains, later
+
+
+def test_a_mirrored_mesh_has_handles_of_its_size_and_stays_mirrored(scene, seen):
+    mesh = marker(tracked(1.0), Marker.MESH_RESOURCE)
+    mesh.scale.x, mesh.scale.y, mesh.scale.z = tracked(-2.0, 2), -2.0, -2.0
+    take(scene, '/markers', mesh)
+    body, size = seen.handles['/markers:thing:0'], seen.handles['/markers:thing:0:scale.x']
+    (shape,) = body.shapes()
+    assert body.size == 2.0
+    assert shape.scale.x == pytest.approx(1.03 * -2.0), 'over the mesh that RViz shows'
+    assert size.pose[0] == -1.0
+    for x, wanted in ((-2.0, -3.0), (4.0, -1e-3)):
+        assert size.wanted((x, *size.pose[1:]), True, False)[1] == [pytest.approx(wanted)], x
 
 
 def test_the_goal_of_an_action_has_a_handle_on_its_pose(scene, seen):

@@ -86,7 +86,7 @@ class Scene:
         self._duplicates = Duplicates()
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
-        self._mortal: Dict[Tuple[str, Key], Any] = {}  # (topic, key) -> when it expires, a rospy.Time
+        self._mortal: Dict[Tuple[str, Key], Tuple[Any, Any]] = {}  # (topic, key) -> from when, until when it is shown
         self._faults: List[str] = []  # of the messages that are being taken
         self._warned: Dict[str, float] = {}  # what has been warned of -> when
 
@@ -227,11 +227,11 @@ class Scene:
         self.on_news()
 
     def expire(self) -> None:
-        """Drop the markers whose lifetime is over."""
+        """Drop the things whose lifetime is over, or which a clock that has been set back has not shown yet."""
         with self._lock:
             if self._mortal:
                 now = rospy.Time.now()
-                for topic, key in [whose for whose, end in self._mortal.items() if end <= now]:
+                for topic, key in [whose for whose, (begin, end) in self._mortal.items() if not begin <= now < end]:
                     self._delete(topic, self._things[topic], key)
 
     def keep_publishers(self, topic: str, publishers: Collection[str]) -> None:
@@ -253,6 +253,7 @@ class Scene:
             elif kind.is_partial:
                 for name, handle in named:
                     self._put(topic, things, (name,), [] if handle is None else [handle], publisher)
+                    self._live(topic, (name,), kind.lifetime(topic))
             else:
                 self._put(topic, things, (), [handle for _, handle in named if handle is not None], publisher)
 
@@ -273,21 +274,25 @@ class Scene:
                 self._faults.append('{} on {}: marker {}/{} {}'.format(publisher, topic, *key, fault))
                 return
             self._put(topic, things, key, handles, publisher, marker)
-            if key in things and (marker.lifetime.secs or marker.lifetime.nsecs):
-                self._mortal[topic, key] = rospy.Time.now() + marker.lifetime
-            else:
-                self._mortal.pop((topic, key), None)
+            self._live(topic, key, marker.lifetime)
         else:
             text = '{} on {}: marker {}/{} has the unknown action {}'
             self._faults.append(text.format(publisher, topic, *key, marker.action))
 
     def _see_again(self, topic: str, key: Key, thing: Thing) -> None:
         """A message shows a marker as it is."""
-        if (topic, key) in self._mortal:
-            self._mortal[topic, key] = rospy.Time.now() + thing.marker.lifetime
+        self._live(topic, key, thing.marker.lifetime)
         self._seen_again.update(thing.names)
         for name in self._holds.keys() & thing.names if self._holds else ():
             self._holds[name].see(self._handles[name])
+
+    def _live(self, topic: str, key: Key, lifetime: Any) -> None:
+        """A thing is shown for a while from now on, a duration; 0 means until it is deleted."""
+        if key in self._things[topic] and lifetime:
+            now = rospy.Time.now()
+            self._mortal[topic, key] = now, now + lifetime
+        else:
+            self._mortal.pop((topic, key), None)
 
     def _warn(self) -> None:
         """Warn of faults in messages, once in a while for messages with the same fault."""
