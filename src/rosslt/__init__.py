@@ -16,7 +16,6 @@ from .values import (
     NotTracked,
     Source,
     evaluate,
-    explain,
     fit,
     is_tracked,
     operation,
@@ -45,6 +44,7 @@ _NEED_ROS = {
         'ServiceProxy',
         'SourceUnreachable',
         'Subscriber',
+        'explain',
         'force_field',
         'force_value',
         'get_param',
@@ -90,7 +90,9 @@ def _has_ros() -> bool:
 if _has_ros():
     # `from rosslt import *` takes what there is.
     __all__ += ['tf']
-    __all__ += list(_ROOMS)
+    __all__ += [name for name in _ROOMS if name not in __all__]
+else:
+    _ROOMS['explain'] = 'values'
 
 
 def __getattr__(name: str) -> Any:

@@ -1,6 +1,8 @@
 """Nodes in the manner of those that people have written: what they publish knows where it comes from, and follows."""
 
 import contextlib
+import os
+import signal
 import subprocess
 
 import pytest
@@ -16,7 +18,7 @@ from visualization_msgs.msg import InteractiveMarkerInit, MarkerArray
 import rosslt
 from rosslt import node, values
 from support.packages import package_of_node
-from support.processes import wait_until
+from support.processes import node_pid, wait_until
 from support.shell import rosslt as command
 from support.unmodified import Listener, Unmodified
 
@@ -441,13 +443,15 @@ def test_interactive_markers_run_beside_a_launch_file(run, tmp_path, launched_no
     file = tmp_path / 'one.launch'
     file.write_text('<launch><node pkg="launched_nodes" type="talker.py" name="alone"/></launch>')
 
-    def is_there():
-        with contextlib.suppress(rosgraph.MasterError):
-            return rosgraph.Master('/test').lookupNode('/slt_visualization')
+    def pid():
+        with contextlib.suppress(rosgraph.MasterError, OSError):
+            return node_pid(rosgraph.Master('/test').lookupNode('/slt_visualization'))
 
     with launched(launched_nodes, 'rosslt', 'launch', str(file)):
-        wait_until(is_there, 'slt_visualization is started, too', 60)
+        first = wait_until(pid, 'slt_visualization is started, too', 60)
         wait_until(lambda: names_of('alone'), 'the node is tracked', 60)
+        os.kill(first, signal.SIGKILL)
+        wait_until(lambda: pid() not in (None, first), 'it is started again', 60)
 
 
 def test_a_launch_prefix_tracks_one_node(run, tmp_path, launched_nodes):

@@ -1,8 +1,10 @@
 """What the display sends to RViz, and what it leaves alone."""
 
+import threading
 import time
 
 import pytest
+import rospy
 
 from rosslt import values
 from rosslt.markers.geometry import IDENTITY
@@ -18,7 +20,7 @@ SOURCE = values.Source('/owner', 1)
 class Thing:
     """A handle on nothing, at a tracked x."""
 
-    frame, size, rank, position = 'world', 1.0, 0, None
+    frame, size, rank, position, turn_key = 'world', 1.0, 0, None, None
 
     def __init__(self, x=0.0, draw_key='red', name='thing', at=None):
         self.name, self.draw_key = name, draw_key
@@ -35,6 +37,15 @@ class Thing:
 class Broken(Thing):
     def shapes(self):
         raise ArithmeticError('of all things')
+
+
+class Known:
+    """All sources, as taking changes."""
+
+    version = 0
+
+    def can_change(self, _value):
+        return True
 
 
 class Sent:
@@ -62,8 +73,7 @@ class Shown:
     def __init__(self):
         self.sent = Sent()
         self.scene = Scene(Settings())
-        self.display = displays.Display(self.sent, self.scene, lambda _value: True, Notes(0.2))
-        self.scene.add_view(self.display)
+        self.display = displays.Display(self.sent, self.scene, Known(), Notes(0.2))
         self.things = {}
 
     def put(self, thing):
@@ -183,3 +193,79 @@ def test_what_cannot_be_drawn_does_not_keep_others_from_being_shown(shown):
     assert shown.put(Broken(name='broken')) == []
     assert shown.put(Thing(name='sound')) == [('insert', 'sound')]
     assert shown.sends() == [], 'it is not tried over and over'
+
+
+@pytest.fixture
+def logged(monkeypatch):
+    """The errors that are logged."""
+    result = []
+    monkeypatch.setattr(rospy, 'logerr', lambda text, *arguments: result.append(text % arguments))
+    return result
+
+
+class Meddling(Thing):
+    """A thing whose drawing does something else meanwhile."""
+
+    def __init__(self, does, **options):
+        super().__init__(**options)
+        self._does = does
+
+    def shapes(self):
+        self._does()
+        return []
+
+
+def test_what_is_to_be_redrawn_while_things_are_drawn_is_drawn_next(shown):
+    """A menu that is made may learn what another menu lacks."""
+    shown.put(Thing(name='other'))
+    shown.scene._put('/topic', shown.things, 'more', [Thing(name='more')], '/publisher')
+    assert ('insert', 'first') in shown.put(Meddling(lambda: shown.display.redraw('other'), name='first'))
+    assert shown.sends() == [('insert', 'other')]
+
+
+def test_messages_are_taken_while_things_are_drawn(shown):
+    """The scene is not locked: drawing may take long, or wait for another thread that needs the scene."""
+    taken = []
+
+    def take():
+        shown.scene._put_handle(Thing(1.0))
+        taken.append(shown.scene.handle('thing').pose[0])
+
+    def take_in_another_thread():
+        thread = threading.Thread(target=take, daemon=True)
+        thread.start()
+        thread.join(20.0)
+
+    shown.put(Meddling(take_in_another_thread, name='slow'))
+    assert taken == [1.0]
+    assert shown.sends() == [('pose', 'thing', 1.0)]
+
+
+@pytest.mark.parametrize('method', ['insert', 'setPose', 'erase'])
+def test_a_fault_in_one_thing_ends_neither_the_view_nor_other_things_and_is_logged_once(
+    shown, monkeypatch, logged, method
+):
+    shown.put(Thing(name='other'))
+    for _ in range(3):
+        monkeypatch.setattr(shown.sent, method, lambda *_: 1 / 0)
+        shown.put(Thing(1.0))
+        shown.put(Thing(name='new'))
+        shown.drop('other')
+        monkeypatch.undo()
+        monkeypatch.setattr(rospy, 'logerr', lambda text, *arguments: logged.append(text % arguments))
+        shown.put(Thing(name='other'))
+        shown.put(Thing())
+        shown.drop('new')
+    assert shown.put(Thing(name='last')) == [('insert', 'last')]
+    (error,) = logged
+    assert error.split(' ')[0] == {'insert': 'new', 'setPose': 'thing', 'erase': 'other'}[method]
+    assert 'ZeroDivisionError' in error
+
+
+def test_a_fault_in_a_menu_leaves_the_handle(shown, logged):
+    shown.display.connect(None, lambda _server, _handle: 1 / 0)
+    assert shown.put(Thing(name='other')) == [('insert', 'other')]
+    assert shown.put(Thing(1.0, name='other')) == [('pose', 'other', 1.0)]
+    (error,) = logged
+    assert error.startswith('other has no menu')
+    assert 'ZeroDivisionError' in error

@@ -2,6 +2,7 @@
 
 import math as plain_math
 import threading
+from types import SimpleNamespace
 
 import pytest
 from geometry_msgs.msg import Point
@@ -14,6 +15,7 @@ from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.guard import Guard
 from rosslt.markers.geometry import IDENTITY
+from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from support.processes import wait_until
@@ -107,73 +109,57 @@ def test_the_first_hand_on_a_thing_holds_it():
     assert not drags.hold('nothing', 'first')
 
 
-class ReportedLock:
-    """The lock of a scene; says which threads have asked for it."""
+class SlowView(Follower):
+    """A view whose drawing goes on until hands have been reported."""
 
-    def __init__(self, lock):
-        self._lock, self.asked = lock, set()
+    def __init__(self, scene, report):
+        super().__init__(scene, SimpleNamespace(version=0, can_change=lambda _value: True))
+        self._report, self.heard = report, None
 
-    def __enter__(self):
-        self.asked.add(threading.current_thread())
-        return self._lock.__enter__()
+    def _hear(self):
+        self.heard = self._report()
 
-    def __exit__(self, *error):
-        return self._lock.__exit__(*error)
+    def draw(self, _handle, _motions):
+        hands = threading.Thread(target=self._hear, daemon=True)
+        hands.start()
+        hands.join(20.0)
 
 
-@pytest.mark.parametrize(
-    'other',
-    [
-        lambda drags, name: drags.keep(name),
-        lambda drags, name: drags.move(name, 'world', at(0.5)),
-        lambda drags, name: drags.hold(name),
-    ],
-    ids=['keep', 'move', 'hold'],
-)
-def test_a_view_that_reports_a_hand_with_the_scene_locked_waits_for_no_other_thread_of_its_own(other):
+def test_hands_are_heard_while_things_are_drawn():
+    """Where nothing is heard of a hand for long, its drag ends."""
     scene = box_scene()
     (name,) = scene.names()
     drags = Drags(scene, Rules(is_live=False), str)
-    drags.hold(name)
-    scene.lock = ReportedLock(scene.lock)
-    second = threading.Thread(target=lambda: other(drags, name), daemon=True)
-    moved = threading.Event()
 
     def report():
-        with scene.lock:
-            second.start()
-            wait_until(lambda: second in scene.lock.asked, 'the other one waits for the scene')
-            drags.move(name, 'world', at(0.25))
-            moved.set()
+        held = drags.hold(name)
+        moved = drags.move(name, 'world', at(0.5))
+        drags.keep(name)
+        return held, moved, drags.release(name, 'world', at(0.5))
 
-    threading.Thread(target=report, daemon=True).start()
-    wait_until(moved.is_set, 'the hand is reported')
-    second.join(30)
-    assert not second.is_alive()
+    view = SlowView(scene, report)
+    view.follow()
+    assert view.heard == (True, True, True)
 
 
 class Notes:
-    """A view that keeps what is said."""
+    """All that is said at the handles of a scene."""
 
-    def __init__(self):
-        self.said = []
+    def __init__(self, scene):
+        self._scene, self._said = scene, []
 
-    def put(self, handle):
-        pass
-
-    def let_go(self, name):
-        pass
-
-    def say(self, handle, text):
-        self.said.append(text)
+    @property
+    def said(self):
+        self._said += [text for _, text in self._scene.news().said]
+        return self._said
 
 
 class Sharing:
     """The drags of one view, which tells another one what is held in it."""
 
     def __init__(self, view):
-        self.scene, self.view, self.told, self.notes = box_scene(), view, [], Notes()
-        self.scene.add_view(self.notes)
+        self.scene, self.view, self.told = box_scene(), view, []
+        self.notes = Notes(self.scene)
         (self.name,) = self.scene.names()
         self.pose = self.scene.handle(self.name).pose
         self.drags = Drags(self.scene, Rules(is_live=False), str, view)
@@ -338,8 +324,8 @@ def asked(monkeypatch):
 
 def drag_while(name, before, during, end):
     """Drag a handle from x = 1 while a message comes; gives a view with what is said."""
-    scene, notes = Scene(Settings()), Notes()
-    scene.add_view(notes)
+    scene = Scene(Settings())
+    notes = Notes(scene)
     take(scene, before)
     drags = Drags(scene, Rules(is_live=False), str)
     assert drags.hold(name, frame='world', pose=at(1.0))

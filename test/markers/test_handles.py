@@ -1,6 +1,7 @@
 """Which handles, with which controls, follow from what is tracked of a marker."""
 
 import math as plain_math
+from types import SimpleNamespace
 
 import numpy
 import pytest
@@ -19,8 +20,10 @@ from rosslt.markers.geometry import (
     without_noise,
 )
 from rosslt.markers.rviz.controls import handle_marker
+from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.marker import KINDS, marker_handles
+from rosslt.markers.scene.scene import Scene
 
 TURN = 0.6
 TURNED = (0.0, 0.0, plain_math.sin(TURN / 2), plain_math.cos(TURN / 2))
@@ -57,7 +60,7 @@ def handles(message, topic='/topic', is_shown=True, **settings):
 
 
 def draw(handle, can_change=is_free, moves_freely=False):
-    return handle_marker(handle, can_change, moves_freely)
+    return handle_marker(handle, handle.motions(can_change), moves_freely)
 
 
 def drawn(message, name='/topic:thing:0', **options):
@@ -163,6 +166,12 @@ def roll_pitch_yaw(roll, pitch, yaw):
         ((tracked(0.2), 0.0, 0.0), {'x': (1, 0, 0)}),
         ((0.0, tracked(0.3), 0.4), {'v': (-plain_math.sin(0.4), plain_math.cos(0.4), 0)}),
         ((tracked(0.2, 1), tracked(0.3, 2), tracked(0.4, 3)), {'x': (1, 0, 0), 'y': (0, 1, 0), 'z': (0, 0, 1)}),
+        # A pan-tilt unit: it pans around an axis of the frame, and tilts around one of its own.
+        (
+            (0.0, tracked(0.3, 1), tracked(0.4, 2)),
+            {'z': (0, 0, 1), 'v': (-plain_math.sin(0.4), plain_math.cos(0.4), 0)},
+        ),
+        ((0.0, tracked(0.0, 1), tracked(0.0, 2)), {'z': (0, 0, 1), 'v': (0, 1, 0)}),
     ],
 )
 def test_tracked_orientation_gives_rings_for_the_ways_it_can_turn(angles, rings):
@@ -177,6 +186,58 @@ def test_tracked_orientation_gives_rings_for_the_ways_it_can_turn(angles, rings)
     assert set(found) == set(rings)
     for name, expected in rings.items():
         assert found[name] == pytest.approx(expected, abs=1e-6)
+
+
+class View(Follower):
+    """A view that notes what is drawn anew, and in which way it can be turned then."""
+
+    def __init__(self, scene):
+        super().__init__(scene, SimpleNamespace(version=0, can_change=is_free))
+        self.drawn = []
+
+    def draw(self, _handle, motions):
+        self.drawn.append([ring.name for ring in motions.rings])
+
+    def move(self, _handle):
+        pass
+
+    def after(self, orientation):
+        """All that is drawn anew for a message that turns a thing."""
+        message = marker()
+        message.pose.orientation = orientation
+        message._connection_header = {}
+        self._scene.take('/topic', message, True)
+        self.drawn = []
+        self.follow()
+        return self.drawn
+
+
+def pan_tilt(pan, tilt):
+    return roll_pitch_yaw(0.0, tracked(tilt, 1), tracked(pan, 2))
+
+
+def test_rings_turn_with_their_thing_without_being_drawn_anew():
+    """RViz lets go of what is drawn anew."""
+    view = View(Scene(Settings()))
+    assert view.after(pan_tilt(0.0, 0.0)) == [['z', 'v']]
+    for pan, tilt in ((0.3, 0.0), (0.3, 0.5), (plain_math.pi / 2, -0.4)):
+        assert view.after(pan_tilt(pan, tilt)) == []
+
+
+def on_a_slant(pan, tilt):
+    """A thing that is mounted aslant on a pan-tilt unit."""
+    parts = pan_tilt(pan, tilt), roll_pitch_yaw(0.0, 0.0, 0.6)
+    return Quaternion(*product(*[(one.x, one.y, one.z, one.w) for one in parts]))
+
+
+def test_a_ring_around_no_axis_of_the_frame_or_the_thing_is_drawn_anew_as_it_turns():
+    view = View(Scene(Settings()))
+    assert view.after(on_a_slant(0.0, 0.2)) == [['z', 'source_0']]
+    assert view.after(on_a_slant(0.0, 0.5)) == []
+    assert view.after(on_a_slant(0.3, 0.5)) == [['z', 'source_0']]
+    handle = view._scene.handle('/topic:thing:0')
+    around = handle.motions(is_free).rings[1].direction
+    assert around == pytest.approx((-plain_math.sin(0.3), plain_math.cos(0.3), 0.0), abs=1e-3)
 
 
 def test_a_turned_ring_asks_for_the_quaternion_that_is_nearer():

@@ -1,10 +1,12 @@
 """Which handles a scene shows, and how a kind of message is added to it."""
 
+import copy
 import math as plain_math
 
 import pytest
+import rospy
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, PoseStamped, TransformStamped
+from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, PoseArray, PoseStamped, TransformStamped
 from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import Path
 from sensor_msgs.msg import JointState, Range
@@ -19,6 +21,7 @@ from rosslt.markers.scene import by_type, hold, joints
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
+from support.counting import instructions_run
 
 URDF = """
 <robot name="crane">
@@ -39,23 +42,26 @@ def tracked(value, number=1):
 
 
 class Seen:
-    """A view that notes what it is told."""
+    """A view that notes what is new in a scene, each time it is looked at."""
 
     def __init__(self):
-        self.handles, self.said, self.puts = {}, [], []
+        self.scene, self._handles, self._said, self.changed = None, {}, [], []
 
-    def put(self, handle):
-        self.puts.append(handle.name)
-        self.handles[handle.name] = handle
+    def look(self):
+        news = self.scene.news()
+        self.changed = list(news.handles)
+        self._handles.update(news.handles)
+        self._handles = {name: handle for name, handle in self._handles.items() if handle is not None}
+        self._said += [(handle.name, text) for handle, text in news.said]
+        return self
 
-    def drop(self, name):
-        self.handles.pop(name, None)
+    @property
+    def handles(self):
+        return self.look()._handles
 
-    def let_go(self, name):
-        pass
-
-    def say(self, handle, text):
-        self.said.append((handle.name, text))
+    @property
+    def said(self):
+        return self.look()._said
 
 
 class Warned(list):
@@ -70,8 +76,24 @@ def seen():
 
 @pytest.fixture
 def scene(seen):
-    result = Scene(Settings(), Warned())
-    result.add_view(seen)
+    result = seen.scene = Scene(Settings(), Warned())
+    return result
+
+
+class Clock:
+    """The time of ROS, which a test sets."""
+
+    def __init__(self):
+        self.seconds = 1000.0
+
+    def __call__(self):
+        return rospy.Time.from_sec(self.seconds)
+
+
+@pytest.fixture(autouse=True)
+def clock(monkeypatch):
+    result = Clock()
+    monkeypatch.setattr(rospy.Time, 'now', staticmethod(result))
     return result
 
 
@@ -134,6 +156,41 @@ def test_frames_with_provenance_have_handles_and_those_of_other_broadcasters_sta
     assert not seen.handles
 
 
+def test_frames_that_are_broadcast_no_more_go_as_in_rviz_and_static_ones_stay(scene, seen, clock):
+    take(scene, '/tf', TFMessage([transform('once', tracked(1.0)), transform('again', tracked(2.0, 2))]))
+    take(scene, '/tf_static', TFMessage([transform('static', tracked(3.0, 3))]))
+    clock.seconds += 14.0
+    take(scene, '/tf', TFMessage([transform('again', tracked(2.0, 2))]))
+    scene.expire()
+    assert set(seen.handles) == {'/tf:once', '/tf:again', '/tf_static:static'}
+    clock.seconds += 2.0
+    scene.expire()
+    assert set(seen.handles) == {'/tf:again', '/tf_static:static'}
+
+
+def test_a_marker_goes_when_its_lifetime_ends_or_has_not_begun_as_the_clock_was_set_back(scene, seen, clock):
+    mortal = marker(tracked(1.0))
+    mortal.lifetime = rospy.Duration(5.0)
+    for later, remains in ((4.9, True), (5.1, False), (-0.1, False)):
+        take(scene, '/markers', mortal)
+        clock.seconds += later
+        scene.expire()
+        assert bool(seen.handles) == remains, later
+
+
+def test_a_mirrored_mesh_has_handles_of_its_size_and_stays_mirrored(scene, seen):
+    mesh = marker(tracked(1.0), Marker.MESH_RESOURCE)
+    mesh.scale.x, mesh.scale.y, mesh.scale.z = tracked(-2.0, 2), -2.0, -2.0
+    take(scene, '/markers', mesh)
+    body, size = seen.handles['/markers:thing:0'], seen.handles['/markers:thing:0:scale.x']
+    (shape,) = body.shapes()
+    assert body.size == 2.0
+    assert shape.scale.x == pytest.approx(1.03 * -2.0), 'over the mesh that RViz shows'
+    assert size.pose[0] == -1.0
+    for x, wanted in ((-2.0, -3.0), (4.0, -1e-3)):
+        assert size.wanted((x, *size.pose[1:]), True, False)[1] == [pytest.approx(wanted)], x
+
+
 def test_the_goal_of_an_action_has_a_handle_on_its_pose(scene, seen):
     message = MoveBaseActionGoal(goal_id=GoalID(id='one'))
     message.goal.target_pose = pose_stamped(tracked(1.5))
@@ -145,12 +202,14 @@ def test_a_marker_that_is_the_very_object_of_the_message_before_is_left_as_it_is
     one, other = marker(tracked(1.0)), marker(tracked(2.0, 2))
     other.id = 1
     take(scene, '/markers', MarkerArray([one, other]))
-    del seen.puts[:]
+    seen.look()
     other = marker(tracked(3.0, 2))
     other.id = 1
     take(scene, '/markers', MarkerArray([one, other]))
-    assert seen.puts == ['/markers:thing:1']
-    assert seen.handles['/markers:thing:1'].pose[0] == 3.0
+    assert seen.look().changed == ['/markers:thing:1']
+    take(scene, '/markers', MarkerArray([one, other]))
+    assert seen.look().changed == []
+    assert scene.handle('/markers:thing:1').pose[0] == 3.0
 
 
 def test_who_asks_for_a_handle_sees_that_another_message_has_shown_it(scene):
@@ -201,6 +260,43 @@ def test_one_thing_published_as_a_pose_and_drawn_as_a_marker_has_the_handle_of_t
     assert set(seen.handles) == {'/waypoint'}
 
 
+def grid_of(count):
+    """A PoseArray, and the markers on its poses, all of which stand beside one tracked point."""
+    origin, poses, markers = tracked(1.0), PoseArray(), MarkerArray()
+    poses.header.frame_id = 'world'
+    for index in range(count):
+        shown = marker(origin + float(index))
+        shown.id = index
+        markers.markers.append(shown)
+        poses.poses.append(shown.pose)
+    return poses, markers
+
+
+def test_of_many_things_that_come_from_one_number_those_that_are_shown_twice_have_one_handle(scene, seen):
+    poses, markers = grid_of(20)
+    take(scene, '/poses', poses)
+    take(scene, '/markers', markers)
+    names = {f'/markers:thing:{index}' for index in range(20)}
+    assert set(seen.handles) == set(scene.names()) == names
+    elsewhere = marker(tracked(1.0) + 100.0)
+    elsewhere.id = 3
+    take(scene, '/markers', elsewhere)
+    assert set(seen.handles) == names | {'/poses:poses[3]'}
+    scene.keep_publishers('/markers', ())
+    assert set(seen.handles) == {f'/poses:poses[{index}]' for index in range(20)}
+
+
+def test_a_message_with_twice_as_many_things_from_one_number_costs_twice_as_much(scene):
+    def cost(count):
+        poses, markers = grid_of(count)
+        take(scene, '/poses', poses)
+        take(scene, '/markers', markers)
+        moved = MarkerArray([copy.copy(one) for one in markers.markers])
+        return instructions_run(lambda: take(scene, '/markers', moved))
+
+    assert cost(160) < 2.2 * cost(80)
+
+
 def test_what_comes_from_the_same_number_but_stands_elsewhere_keeps_its_handle(scene, seen):
     x = tracked(1.0)
     take(scene, '/waypoint', pose_stamped(x + 2.0))
@@ -245,8 +341,7 @@ def test_a_marker_with_a_color_that_is_no_number_is_warned_of_and_not_shown(scen
 
 
 def test_the_size_of_balls_is_a_setting(seen):
-    scene = Scene(Settings(ball_size=0.05))
-    scene.add_view(seen)
+    scene = seen.scene = Scene(Settings(ball_size=0.05))
     take(scene, '/waypoint', pose_stamped(tracked(1.0)))
     (ball,) = seen.handles['/waypoint'].shapes()
     assert ball.scale.x == 0.05
@@ -255,8 +350,7 @@ def test_the_size_of_balls_is_a_setting(seen):
 @pytest.fixture
 def all_drawn(seen):
     """A scene for a view that has to draw everything by itself."""
-    result = Scene(Settings(draws_all=True))
-    result.add_view(seen)
+    result = seen.scene = Scene(Settings(draws_all=True))
     return result
 
 
@@ -322,7 +416,7 @@ def joint_handles(scene, seen, tower=0.3, trolley=0.2):
 def test_a_joint_that_turns_has_a_ring_around_its_axis(scene, seen, crane):
     tower, _ = joint_handles(scene, seen)
     assert (tower.frame, tower.pose[:3]) == ('base', (0.0, 0.0, 1.0))
-    drawn = handle_marker(tower, lambda _value: True, False)
+    drawn = handle_marker(tower, tower.motions(lambda _value: True), False)
     (ring,) = [control for control in drawn.controls if control.name.startswith('rotate')]
     axis = rotate_vector(
         normalized(ring.orientation.x, ring.orientation.y, ring.orientation.z, ring.orientation.w), (1.0, 0.0, 0.0)
@@ -354,3 +448,26 @@ def test_joints_without_a_description_have_no_handle(scene, seen, monkeypatch):
     monkeypatch.setattr(joints, 'ROBOT', robot)
     take(scene, '/joint_states', JointState(name=['tower'], position=[tracked(0.3)]))
     assert not seen.handles
+
+
+def test_nobody_is_asked_or_told_while_the_scene_is_locked(scene, monkeypatch):
+    locked = []
+
+    def noting(*_arguments):
+        locked.append(scene._lock._is_owned())
+        return ''
+
+    monkeypatch.setattr(joints, 'ROBOT', joints.Robot())
+    monkeypatch.setattr(joints.rospy, 'get_param', noting)  # asks the master
+    monkeypatch.setattr(scene, '_warn_with', noting)
+    scene.on_news = noting
+    take(scene, '/joint_states', JointState(name=['tower'], position=[tracked(0.3)]))
+    take(scene, '/markers', marker(plain_math.inf * tracked(1.0)))
+    assert locked == [False] * 4
+
+
+def test_a_marker_that_cannot_be_read_leaves_the_others_of_its_message(scene, seen, monkeypatch):
+    broken, sound = marker(tracked(1.0)), marker(tracked(2.0, 2))
+    broken.id, broken.scale = 1, None
+    take(scene, '/markers', MarkerArray([broken, sound]))
+    assert set(seen.handles) == {'/markers:thing:0'}

@@ -72,7 +72,7 @@ Rounds(rate=20.0).wait()
 print('begun')
 """
 
-#: Things that say when they have changed: a box appears, it is told of again, and it has moved.
+#: Whether a round begins, and whether anything is drawn, as a box appears, is told of again, and has moved.
 TOLD = """
 from unittest import mock
 
@@ -82,18 +82,16 @@ from rosslt.markers import Scene, Settings
 from rosslt.web.things import Things
 
 scene = Scene(Settings(draws_all=True))
-things = Things(mock.MagicMock(), scene, mock.Mock(), lambda value: True, mock.Mock())
-scene.add_view(things)
+things = Things(mock.MagicMock(), scene, mock.Mock(), mock.Mock(version=0), mock.Mock())
 for x in (0.0, 0.0, 0.5):
-    things.changed = mock.Mock()
+    scene.on_news = mock.Mock()
     marker = Marker(type=Marker.CUBE)
     marker._connection_header = {}
     marker.header.frame_id = 'world'
     marker.pose.position.x = x
     marker.pose.orientation.w = marker.scale.x = marker.scale.y = marker.scale.z = 1.0
     scene.take('/box', marker, True)
-    print(things.changed.called)
-    things.follow()
+    print(f'{scene.on_news.called}/{things.follow()}')
 """
 
 #: Frames as tf has them: two that hang on each other, and some whose names YAML would read as something else.
@@ -153,8 +151,8 @@ def test_there_are_rounds_without_news():
     assert printed(NO_NEWS) == ['begun']
 
 
-def test_things_tell_when_they_have_changed():
-    assert printed(TOLD) == ['True', 'False', 'True']
+def test_a_message_begins_a_round_and_what_it_changes_is_drawn():
+    assert printed(TOLD) == ['True/True', 'True/False', 'True/True']
 
 
 def test_frames_that_hang_on_each_other_or_have_odd_names_do_not_stop_the_page():

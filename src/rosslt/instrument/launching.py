@@ -17,7 +17,10 @@ from rosslt.files import ORIGINS
 from rosslt.instrument.parameter_origins import NotingLoader, with_earlier
 from rosslt.instrument.runner import NoNode, find_node, is_python_node
 
-MARKERS = 'slt_visualization'
+MARKERS, RVIZ = 'slt_visualization', 'slt_rviz'
+
+#: How long after its end slt_visualization is started again, in seconds.
+RESPAWN_DELAY = 1.0
 
 
 class NotLaunched(Exception):
@@ -30,6 +33,7 @@ def launch(
     only: Collection[str] = (),
     others: Collection[str] = (),
     screen: bool = False,
+    rviz: bool = False,
 ) -> None:
     """Start a launch file, and wait until it ends.
 
@@ -39,6 +43,7 @@ def launch(
         only: names of the nodes to track, all where there is none.
         others: names of nodes to run as they are.
         screen: show the output of all nodes.
+        rviz: whether to open RViz as well.
 
     Raises:
         NotLaunched: the file is not there, or roslaunch does not take it.
@@ -49,7 +54,7 @@ def launch(
         (file,) = roslaunch.rlutil.resolve_launch_arguments(files)
         uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
         roslaunch.configure_logging(uuid)
-        parent = _Parent(uuid, file, given, markers, only, others, screen)
+        parent = _Parent(uuid, file, given, markers, only, others, screen, rviz)
         parent.start()
     except (roslaunch.core.RLException, rospkg.ResourceNotFound, ValueError) as error:
         raise NotLaunched(str(error)) from None
@@ -68,9 +73,10 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
         only: Collection[str],
         others: Collection[str],
         screen: bool,
+        rviz: bool,
     ) -> None:
         super().__init__(uuid, [(file, given)], force_screen=screen)
-        self._markers, self._only, self._others = markers, only, others
+        self._markers, self._only, self._others, self._rviz = markers, only, others, rviz
 
     def _load_config(self) -> None:
         loader, load = NotingLoader(), roslaunch.config.load_config_default
@@ -86,8 +92,15 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
         for one in self.config.nodes:
             if self._is_wanted(one) and _is_trackable(one):
                 one.launch_prefix = prefix_of(one.launch_prefix, command)
-        if self._markers and not any(one.type == MARKERS for one in self.config.nodes):
-            beside = roslaunch.core.Node('rosslt', MARKERS, name=MARKERS)
+        if self._markers:
+            self._add(MARKERS, respawn=True, respawn_delay=RESPAWN_DELAY)
+        if self._rviz:
+            self._add(RVIZ)
+
+    def _add(self, node_type: str, **options: Any) -> None:
+        """Add a node of this package, unless the launch file has it."""
+        if not any(one.type == node_type for one in self.config.nodes):
+            beside = roslaunch.core.Node('rosslt', node_type, name=node_type, **options)
             beside.machine = self.config.machines['']  # this one: the others have theirs already
             self.config.add_node(beside, verbose=False)
 

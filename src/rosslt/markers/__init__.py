@@ -15,9 +15,10 @@ from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.offers import FREE, HEADING, UNDO, Offers
 from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
+from rosslt.markers.rviz.standby import wait_for_turn
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.follower import Follower
-from rosslt.markers.scene.handle import CanChange, Handle, Motions, Settings, View
+from rosslt.markers.scene.handle import Handle, Motions, Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
 
@@ -27,7 +28,6 @@ __all__ = [
     'HEADING',
     'HELD',
     'KINDS',
-    'CanChange',
     'Choice',
     'Descriptions',
     'Drags',
@@ -40,7 +40,6 @@ __all__ = [
     'Rules',
     'Scene',
     'Settings',
-    'View',
     'Watch',
     'geometry',
     'mouse',
@@ -48,4 +47,5 @@ __all__ = [
     'refusal',
     'run',
     'short_numbers',
+    'wait_for_turn',
 ]

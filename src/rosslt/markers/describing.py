@@ -1,7 +1,7 @@
-"""Names and places of sources as people read them; and whether a drag may change them."""
+"""Names of sources, and their files and lines, as people read them; and whether a drag may change them."""
 
 import os
-from typing import Any, Callable, Collection, Dict, List, Tuple
+from typing import Any, Collection, Dict, List, Tuple
 
 from rosslt import node, values
 
@@ -10,22 +10,22 @@ STALE_AFTER = 30.0
 
 
 class Descriptions:
-    """Descriptions of sources, from what this node knows of them.
+    """Descriptions of sources, from what this node knows of them. No method waits for an answer."""
 
-    Args:
-        found: called without arguments when something new has become known.
-    """
-
-    def __init__(self, found: Callable[[], None]) -> None:
+    def __init__(self) -> None:
         self._directory = node.directory()
-        self._directory.when_found(found)
+
+    @property
+    def version(self) -> int:
+        """A number that grows whenever something new becomes known."""
+        return self._directory.version
 
     def look_up(self, sources: Collection[values.Source]) -> None:
         """Ask for what is not known of sources, or has not been asked for long; it is known some time later."""
         self._directory.look_up(sources, STALE_AFTER)
 
     def name(self, source: values.Source) -> str:
-        """What a source is called: its name, else where it is."""
+        """The name of a source, else its file and line."""
         place = self._directory.of(source)
         if place is None:
             return '{} of {}'.format(source.location_id, source.node)

@@ -430,6 +430,18 @@ def reevaluate(x: Any, timeout: float = 1.0) -> Any:
     return client.reevaluate(started('reevaluate'), x, timeout)
 
 
+def explain(x: Any, timeout: float = 0.5) -> str:
+    """One readable line: how a value was computed, with the name, the file and the line of each source.
+
+    Args:
+        x: a value; one without provenance is written as it is.
+        timeout: how long to wait for nodes that have not said yet what their sources are called, in seconds.
+    """
+    with contextlib.suppress(rospy.ROSInterruptException):  # the text is made all the same
+        _owner.directory.learn(values.sources(x), timeout)
+    return values.explain(x)
+
+
 def directory() -> Directory:
     """What this node knows of sources, its own and those of other nodes: for the rooms above."""
     return _owner.directory

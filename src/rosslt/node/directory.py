@@ -1,7 +1,10 @@
-"""What is known of sources, those of this node and of others: the only cache of their owners' answers.
+"""The directory of sources, those of this node and of others: the only cache of their owners' answers.
 
 The owner of a source has the last word on every change. Knowing beforehand where a source is, what it is called and
 what it takes lets errors and menus name it, and lets `solve` choose another one or say which bound stands in the way.
+
+Owners are asked by `learn`, `limits` and `ask`, which block, and by `look_up` in a thread of its own. All other methods
+answer from what is known, so that they can be called from anywhere, also while locks are held.
 """
 
 import contextlib
@@ -25,9 +28,6 @@ RETRY_AFTER = 2.0
 
 #: How long owners may take to answer by default, in seconds.
 TIMEOUT = 2.0
-
-#: How long an explanation waits for owners that have not been asked yet, in seconds.
-DESCRIBE_TIMEOUT = 0.5
 
 
 class Place(NamedTuple):
@@ -94,6 +94,9 @@ class Directory:
     Args:
         own: looks up a location of this node by its id; None where this process has none of its own.
         node: gives the full name of this node.
+
+    Attributes:
+        version: grows whenever something other than a value becomes known.
     """
 
     def __init__(
@@ -103,7 +106,7 @@ class Directory:
     ) -> None:
         self._own = own
         self._node = node
-        self._found: List[Callable[[], None]] = []
+        self.version = 0
         self._known: Dict[values.Source, Place] = {}
         self._asked: Dict[values.Source, float] = {}  # when
         self._listed: Set[str] = set()  # nodes that have told all of their locations once
@@ -119,13 +122,12 @@ class Directory:
         return self._known.get(source)
 
     def describe(self, source: values.Source) -> Optional[str]:
-        """What explanations and errors call a source; None where nothing is known of it.
+        """The name of a source in explanations and errors; None where nothing is known of it yet.
 
         `radius, talker.py:12:9`, and `talker.py:12:9` for a location without a name; with the node's name in front
-        where another node has such a location. An owner that was not asked yet is asked, and briefly waited for.
+        where another node has such a location.
         """
-        with contextlib.suppress(rospy.ROSInterruptException):  # the text is made all the same
-            self.learn([source], DESCRIBE_TIMEOUT)
+        self.look_up([source])
         place = self.of(source)
         if place is None:
             return None
@@ -189,7 +191,7 @@ class Directory:
         self._note_asked(stale)
 
     def look_up(self, sources: Iterable[values.Source], age: float = float('inf')) -> None:
-        """As `learn`, in the background: who called `when_found` hears when something new is known."""
+        """Ask as `learn` does, in the background; `version` grows when something new is known."""
         for node, asked in self._stale(sources, age).items():
             with self._lock:
                 if node in self._being_asked:
@@ -198,10 +200,6 @@ class Directory:
             threading.Thread(
                 target=self._ask_in_background, args=({node: asked},), name='rosslt locations', daemon=True
             ).start()
-
-    def when_found(self, function: Callable[[], None]) -> None:
-        """Have a function called without arguments, in some thread, when something new has become known."""
-        self._found.append(function)
 
     def ask(self, nodes: Iterable[str], timeout: float = TIMEOUT) -> Tuple[Dict[str, List[Place]], Dict[str, str]]:
         """All locations of nodes, asked now.
@@ -257,7 +255,7 @@ class Directory:
         return places, silent
 
     def _take(self, places: Dict[str, List[Place]], ids_by_node: Mapping[str, Sequence[int]]) -> None:
-        now, is_new = time.monotonic(), False
+        now = time.monotonic()
         with self._lock:
             for node, found in places.items():
                 told = {place.source: place for place in found}
@@ -268,12 +266,10 @@ class Directory:
                 for source in asked:
                     if source not in told:
                         self._known.pop(source, None)  # the location is gone
-                is_new = is_new or any(self._known.get(source) != place for source, place in told.items())
+                if any(_is_news(self._known.get(source), place) for source, place in told.items()):
+                    self.version += 1
                 self._known.update(told)
                 self._asked.update(dict.fromkeys(told, now))
-        if is_new:
-            for function in self._found:
-                function()
 
     def _ask_in_background(self, stale: Dict[str, List[values.Source]]) -> None:
         with contextlib.suppress(rospy.ROSInterruptException):
@@ -281,3 +277,9 @@ class Directory:
         self._note_asked(stale)
         with self._lock:
             self._being_asked -= stale.keys()
+
+
+def _is_news(known: Optional[Place], told: Place) -> bool:
+    """Whether an owner says anything new of a location, but for its value."""
+    fields = [field for field in msg.Location.__slots__ if field != 'value']
+    return known is None or any(getattr(known.location, field) != getattr(told.location, field) for field in fields)

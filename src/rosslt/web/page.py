@@ -66,13 +66,13 @@ class Page:
         self._notices = Notices()
         self._rounds = Rounds(FRAME_RATE)
         scene = Scene(Settings(draws_all=True))
-        descriptions = Descriptions(lambda: self._things.learn())
+        descriptions = Descriptions()
         drags = Drags(scene, Rules(), descriptions.name, rospy.get_name())
         self._scene = scene
         self._frames = Frames(self._server, fixed_frame)
-        self._things = Things(self._server, scene, self._frames, descriptions.can_change, self._say)
+        self._things = Things(self._server, scene, self._frames, descriptions, self._say)
         self._things.connect(drags)
-        self._things.changed = self._rounds.begin
+        scene.on_news = self._rounds.begin
         drags.share(HeldTopic(drags.hear).tell)
         flows = Flows(self._server)
         self._details = Details(Offers(scene, drags, descriptions), self._things, flows)
@@ -83,7 +83,6 @@ class Page:
         self._fields = Fields(self._server, flows, descriptions)
         buttons = Buttons(self._server, self._locations, flows, self._notices.tell)
         self._numbers = Numbers(self._server, self._locations, buttons.add, self._notices.tell)
-        scene.add_view(self._things)
         Watch(scene)
 
     def show(self) -> None:

@@ -1,14 +1,14 @@
-"""The things of a scene in the page's 3D view, with what a hand takes hold of: a View of the scene.
+"""The things of a scene in the page's 3D view, with the controls that a hand takes hold of.
 
 Everybody who looks sees the same things. A thing that a hand holds is where this hand has it, for all of them.
 """
 
 import asyncio
-from typing import Any, Callable, Dict, Hashable, List, Optional, Set, Tuple
+from typing import Any, Callable, Dict, List, Optional, Set, Tuple
 from urllib.parse import quote
 
-from rosslt.markers import HELD, CanChange, Drags, Follower, Handle, Motions, Scene, mouse
-from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation, onto
+from rosslt.markers import HELD, Descriptions, Drags, Follower, Handle, Motions, Scene, mouse
+from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation
 from rosslt.web import drawing
 from rosslt.web.frames import Frames
 
@@ -24,22 +24,21 @@ UPRIGHT: Rotation = IDENTITY
 
 
 class Thing:
-    """What is drawn of one handle.
+    """The drawing of one handle.
 
     Attributes:
-        handle: it.
-        controls: what there was to take hold of when it was drawn.
+        handle: the handle.
+        motions: the ways in which it can be moved.
         body: viser's branch that its shapes stand on.
         arrows: viser's control to move it, or None.
-        rings: viser's controls to turn it, and how each is turned while nobody holds it; None: as the thing is.
+        rings: viser's controls to turn it, in the order of its motions.
         shown: where it is drawn now.
     """
 
     def __init__(self, handle: Handle, motions: Motions, body: Any) -> None:
-        self.handle, self.controls, self.body = handle, _controls(motions), body
+        self.handle, self.motions, self.body = handle, motions, body
         self.arrows: Optional[Any] = None
         self.rings: List[Any] = []
-        self.at_rest: List[Rotation] = []
         self.shown = handle.pose
         self._placed: Dict[str, Tuple[mouse.Vector, Rotation]] = {}  # name of a part -> where it was put
 
@@ -54,9 +53,9 @@ class Thing:
         self._place(self.body, position, _rotation(pose))
         if self.arrows is not None and self.arrows is not held:
             self._place(self.arrows, position, UPRIGHT)
-        for ring, rotation in zip(self.rings, self.at_rest):
-            if ring is not held:
-                self._place(ring, position, rotation)
+        for control, ring in zip(self.rings, self.motions.rings):
+            if control is not held:
+                self._place(control, position, ring.orientation(_rotation(pose)))
 
     def forget(self, control: Any) -> None:
         """A hand has moved a control: it is not where it was put."""
@@ -93,21 +92,20 @@ class Things(Follower):
         server: viser's.
         scene: what is shown.
         frames: where frames stand.
-        can_change: tells of a tracked value whether it has a source that takes changes.
+        descriptions: say which sources take changes.
         tell: called with (handle, text) where there is something to say of a thing to everybody, and with
             (handle, text, client) to say it to one of them.
 
     Attributes:
         free: the names of things whose bodies move in the plane of the screen.
         picked: called with (client, handle) when somebody clicks on a thing.
-        changed: called when a thing is there or has changed, and has to be shown.
     """
 
     def __init__(
-        self, server: Any, scene: Scene, frames: Frames, can_change: CanChange, tell: Callable[..., None]
+        self, server: Any, scene: Scene, frames: Frames, descriptions: Descriptions, tell: Callable[..., None]
     ) -> None:
-        super().__init__(scene)
-        self._server, self._frames, self._can_change, self._tell = server, frames, can_change, tell
+        super().__init__(scene, descriptions)
+        self._server, self._frames, self._tell = server, frames, tell
         self._drags: Optional[Drags] = None
         self._things: Dict[str, Thing] = {}
         self._grips: Dict[Tuple[str, int], Grip] = {}  # (name, client): of one thing, others try to take hold too
@@ -116,45 +114,38 @@ class Things(Follower):
         self._clicked = ''
         self.free: Set[str] = set()
         self.picked: Callable[[Any, Handle], None] = lambda client, handle: None
-        self.changed: Callable[[], None] = lambda: None
 
     def connect(self, drags: Drags) -> None:
         """Connect the drags, before the first thing is shown."""
         self._drags = drags
 
-    def put(self, handle: Handle) -> None:
-        """A handle is there, or has changed."""
-        super().put(handle)
-        if self._differ:
-            self.changed()
-
     def say(self, handle: Handle, text: str) -> None:
         """Show a message of a handle."""
         self._tell(handle, text)
 
-    def draw(self, handle: Handle) -> None:
+    def draw(self, handle: Handle, motions: Motions) -> None:
         """Draw a thing, and the controls that its motions ask for."""
         self.erase(handle.name)
-        scene, motions = self._server.scene, handle.motions(self._can_change)
+        scene = self._server.scene
         name = '{}/{}'.format(self._frames.branch(handle.frame), quote(handle.name, safe=':[]'))
         thing = Thing(handle, motions, scene.add_frame(name, show_axes=False))
         self._things[handle.name] = thing
         for index, shape in enumerate(handle.shapes()):
             for part in drawing.draw(scene, '{}/{}'.format(name, index), shape):
-                self._make_grabbable(part, handle)
+                self._make_grabbable(part, thing)
         if not self._is_crowded or handle.name == self._clicked:
-            self._add_controls(thing, name, motions)
+            self._add_controls(thing, name)
         thing.put(handle.pose)
 
-    def _add_controls(self, thing: Thing, name: str, motions: Motions) -> None:
-        scene, handle = self._server.scene, thing.handle
+    def _add_controls(self, thing: Thing, name: str) -> None:
+        scene, handle, motions = self._server.scene, thing.handle, thing.motions
         size = CONTROL_SCALE * handle.size
         if any(motions.arrows):
             thing.arrows = scene.add_transform_controls(
                 name + '.move', size, active_axes=motions.arrows, disable_sliders=True, disable_rotations=True
             )
             self._on_control(thing.arrows, handle.name)
-        for index, (_, direction) in enumerate(motions.rings):
+        for index in range(len(motions.rings)):
             ring = scene.add_transform_controls(
                 '{}.turn{}'.format(name, index),
                 size,
@@ -163,7 +154,6 @@ class Things(Follower):
                 disable_sliders=True,
             )
             thing.rings.append(ring)
-            thing.at_rest.append(onto(direction))
             self._on_control(ring, handle.name)
 
     def follow(self) -> bool:
@@ -188,16 +178,6 @@ class Things(Follower):
         thing = self._things.pop(name, None)
         if thing is not None:
             thing.remove()
-
-    def learn(self) -> None:
-        """More is known of sources: draw anew what can be moved in other ways now, and nothing else.
-
-        What is drawn anew falls out of the hands that are about to take hold of it.
-        """
-        with self.lock:
-            for name, thing in list(self._things.items()):
-                if _controls(thing.handle.motions(self._can_change)) != thing.controls:
-                    self.redraw(name)
 
     def shown(self, name: str) -> Optional[PoseTuple]:
         """Where a thing is drawn now, in its frame; None where there is none of that name."""
@@ -234,16 +214,16 @@ class Things(Follower):
             pose = (x, y, z, *thing.shown[3:])
         else:
             w, x, y, z = map(float, control.wxyz)
-            rest = thing.at_rest[thing.rings.index(control)]
             start = self._grips.setdefault((name, event.client_id), Grip((0.0, 0.0, 0.0), thing.shown)).start
+            rest = thing.motions.rings[thing.rings.index(control)].orientation(_rotation(start))
             pose = (*thing.shown[:3], *mouse.turned_by(rest, (x, y, z, w), start[3:]))
         if event.phase == 'start':
             self._grips[name, event.client_id] = Grip((0.0, 0.0, 0.0), thing.shown)
             pose = thing.shown
         self._hand(event, thing, pose, control)
 
-    def _make_grabbable(self, part: Any, handle: Handle) -> None:
-        name = handle.name
+    def _make_grabbable(self, part: Any, thing: Thing) -> None:
+        handle, name = thing.handle, thing.handle.name
 
         async def grabbed(event: Any) -> None:
             with self.lock:
@@ -258,7 +238,7 @@ class Things(Follower):
 
         if handle.tracked:
             part.on_click(clicked)
-        if any(handle.motions(self._can_change).axes):
+        if any(thing.motions.axes):
             part.on_drag(grabbed)
 
     def _choose(self, name: str) -> None:
@@ -280,7 +260,7 @@ class Things(Follower):
         grip = self._grips.get((name, event.client_id))
         if grip is None:
             return
-        motions = thing.handle.motions(self._can_change)
+        motions = thing.motions
         turned = UPRIGHT if motions.is_in_frame else _rotation(grip.start)
         eye = mouse.into(frame, event.client.camera.position)
         pointer = mouse.into(frame, event.end_position)
@@ -322,11 +302,6 @@ class Things(Follower):
             self._grips.pop((name, event.client_id), None)
             if self._holders.get(name) == event.client_id:
                 del self._holders[name]
-
-
-def _controls(motions: Motions) -> Hashable:
-    """What there is to take hold of: the rings by their names, as their directions come with where a thing is."""
-    return motions.axes, motions.is_in_frame, motions.arrows, tuple([name for name, _ in motions.rings])
 
 
 def _rotation(pose: PoseTuple) -> Rotation:

@@ -9,7 +9,7 @@ GROUP = RUN
 SUMMARY = 'a launch file, every Python node in it with provenance'
 DESCRIPTION = """\
 Start a launch file as roslaunch does, with every Python node in it run by `rosslt run`, others as they are, and
-slt_visualization beside them, whose interactive markers change what they show.
+slt_visualization beside them, whose interactive markers change what they show. It is started again if it ends.
 """
 EXAMPLE = """\
 example:
@@ -17,6 +17,7 @@ example:
 """
 ARGUMENTS = [
     Argument('--no-markers', action='store_true', help='without slt_visualization'),
+    Argument('--rviz', action='store_true', help='open RViz with everything that can be dragged'),
     Argument('--only', action='append', default=[], metavar='NODE', help='run no other node tracked'),
     Argument('--except', action='append', default=[], dest='others', metavar='NODE', help='run this node as it is'),
     Argument('--screen', action='store_true', help='show the output of all nodes'),
@@ -36,6 +37,7 @@ def run(options: argparse.Namespace) -> None:
             only=options.only,
             others=options.others,
             screen=options.screen,
+            rviz=options.rviz,
         )
     except instrument.NotLaunched as error:
         raise Failure(str(error)) from None

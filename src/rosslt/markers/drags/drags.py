@@ -3,7 +3,7 @@
 What hands do is only noted as it is reported. One thread of its own asks the owners, the newest
 position first and as often as the rate allows, and waits for their answers.
 
-A view may report a hand while it holds the scene's lock: who needs both locks takes the scene's before the drags' own.
+The scene is called with the lock of the drags held, but never calls back, so that nobody waits for it long.
 """
 
 import collections
@@ -99,7 +99,7 @@ class Drags:
             frame: the frame that the pose is in.
             pose: where the view showed it then; None for where the last message has it.
         """
-        with self._scene.lock, self._wake:
+        with self._wake:
             return self._drag_of(name, hand, frame, pose) is not None
 
     def move(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
@@ -112,7 +112,7 @@ class Drags:
             pose: where it stands now.
             hand: as of `hold`.
         """
-        with self._scene.lock, self._wake:
+        with self._wake:
             drag = self._drag_of(name, hand, frame, pose)
             if drag is not None:
                 drag.move(frame, pose)
@@ -121,7 +121,7 @@ class Drags:
 
     def keep(self, name: str, hand: str = '') -> None:
         """A hand still holds a handle."""
-        with self._scene.lock, self._wake:
+        with self._wake:
             drag = self._held.get(name)
             if drag is not None and drag.hand == hand:
                 drag.heard = time.monotonic()
@@ -259,7 +259,7 @@ class Drags:
         """The next drag to follow; after a wait, None where there is none yet."""
         now = time.monotonic()
         for name in [name for name, drag in self._held.items() if now - drag.heard > HAND_TIMEOUT]:
-            self._end_for(name, 'nothing more is heard of the drag')
+            self._end_for(name, wording.SILENT)
         if self._held and now - self._told_at > REPEAT_PERIOD:
             self._tell_others()
         if self._over:

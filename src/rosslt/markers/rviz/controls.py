@@ -10,8 +10,8 @@ from geometry_msgs.msg import Pose, Quaternion
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl
 
 from rosslt import messages
-from rosslt.markers.geometry import IDENTITY, ONTO_AXIS, PoseTuple, Rotation, Vector, inverse, onto, product
-from rosslt.markers.scene.handle import CanChange, Handle
+from rosslt.markers.geometry import IDENTITY, ONTO_AXIS, PoseTuple, Rotation, inverse, onto, product
+from rosslt.markers.scene.handle import Handle, Motions, Ring
 
 AXIS_NAMES = 'xyz'
 
@@ -21,16 +21,16 @@ ARROW_SCALE = 1.5
 _blank_pose = messages.blank(Pose)
 
 
-def handle_marker(handle: Handle, can_change: CanChange, is_free: bool) -> Any:
+def handle_marker(handle: Handle, motions: Motions, is_free: bool) -> Any:
     """The interactive marker of a handle, without a menu.
 
     Args:
-        can_change: tells of a tracked value whether it has a source that takes changes.
+        handle: what is drawn.
+        motions: the ways in which it can be moved.
         is_free: whether a body that can move every way does so in the plane of the screen, rather than in x and y.
     """
-    motions = handle.motions(can_change)
     parts = [arrow(axis) for axis in range(3) if motions.arrows[axis]]
-    parts.extend(ring(name, direction) for name, direction in motions.rings)
+    parts.extend(ring(each) for each in motions.rings)
     rotation = handle.pose[3:] if motions.is_in_frame else IDENTITY
     parts.append(body(motions.of_body(is_free), handle.shapes(), rotation, bool(handle.tracked)))
     return interactive_marker(handle.name, handle.frame, handle.pose, ARROW_SCALE * handle.size, parts)
@@ -61,9 +61,10 @@ def arrow(axis: int) -> Any:
     return _control('move_' + AXIS_NAMES[axis], InteractiveMarkerControl.MOVE_AXIS, ONTO_AXIS[axis], is_fixed=True)
 
 
-def ring(name: str, direction: Vector) -> Any:
-    """A ring around a direction of the frame, a vector of length 1."""
-    return _control('rotate_' + name, InteractiveMarkerControl.ROTATE_AXIS, onto(direction), is_fixed=True)
+def ring(one: Ring) -> Any:
+    """A ring to turn a thing."""
+    mode, rotation = InteractiveMarkerControl.ROTATE_AXIS, onto(one.direction)
+    return _control('rotate_' + one.name, mode, rotation, is_fixed=one.is_in_frame)
 
 
 def body(

@@ -8,34 +8,37 @@ from typing import Any, Callable, Optional, Set
 
 from visualization_msgs.msg import InteractiveMarkerFeedback as Feedback
 
+from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.drags import Drags
 from rosslt.markers.drags.wording import HELD
+from rosslt.markers.faults import contained
 from rosslt.markers.rviz import controls
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.follower import Follower
-from rosslt.markers.scene.handle import CanChange, Handle
+from rosslt.markers.scene.handle import Handle, Motions
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.shapes import pose_tuple
 
 
 class Display(Follower):
-    """A scene in RViz: a View of it.
+    """A scene in RViz.
 
     Args:
         server: a `Server`, which nobody else uses.
         scene: what is shown.
-        can_change: tells of a tracked value whether it has a source that takes changes.
+        descriptions: say which sources take changes.
         notes: the texts beside handles.
 
     Attributes:
         free: the names of handles whose bodies move in the plane of the screen.
     """
 
-    def __init__(self, server: Server, scene: Scene, can_change: CanChange, notes: Notes) -> None:
-        super().__init__(scene)
+    def __init__(self, server: Server, scene: Scene, descriptions: Descriptions, notes: Notes) -> None:
+        super().__init__(scene, descriptions)
         self.free: Set[str] = set()
-        self._server, self._can_change, self._notes = server, can_change, notes
+        self._server, self._notes = server, notes
+        self._is_over = False
         self._drags: Optional[Drags] = None
         self._add_menu: Callable[[Any, Handle], None] = lambda server, handle: None
 
@@ -52,11 +55,12 @@ class Display(Follower):
         """Put a note beside a handle."""
         self._notes.put(handle, text)
 
-    def draw(self, handle: Handle) -> None:
+    def draw(self, handle: Handle, motions: Motions) -> None:
         """Insert the interactive marker of a handle."""
-        marker = controls.handle_marker(handle, self._can_change, handle.name in self.free)
+        marker = controls.handle_marker(handle, motions, handle.name in self.free)
         self._server.insert(marker, self._feedback)
-        self._add_menu(self._server, handle)
+        with contained(f'{handle.name} has no menu'):
+            self._add_menu(self._server, handle)
 
     def move(self, handle: Handle) -> None:
         """Send where a handle is now."""
@@ -71,14 +75,16 @@ class Display(Follower):
     def apply(self) -> None:
         """Send what differs from what RViz has."""
         with self.lock:
-            has_news = self._notes.update(self._server)
-            if self.follow() or has_news:
+            if self._is_over:
+                return
+            has_changed = self.follow()
+            if self._notes.update(self._server) or has_changed:
                 self._server.applyChanges()
 
     def clear(self) -> None:
         """Take everything away, at the end."""
         with self.lock:
-            self._wanted.clear()
+            self._is_over = True
             self._server.clear()
             self._server.applyChanges()
 
@@ -90,18 +96,13 @@ class Display(Follower):
         if event == Feedback.MOUSE_DOWN:
             has_it = self._drags.hold(name, frame=feedback.header.frame_id, pose=pose_tuple(feedback.pose))
             if not has_it:
-                self._refuse(name)
+                handle = self._scene.handle(name)
+                if handle is not None:
+                    self._scene.say(handle, HELD)
         elif event == Feedback.POSE_UPDATE:
             self._drags.move(name, feedback.header.frame_id, pose_tuple(feedback.pose))
         elif event == Feedback.MOUSE_UP:
             if not self._drags.release(name, feedback.header.frame_id, pose_tuple(feedback.pose)):
-                with self.lock:
-                    self.let_go(name)  # RViz has moved it all the same
+                self._scene.put_back(name)  # RViz has moved it all the same
         else:
             self._drags.keep(name)
-
-    def _refuse(self, name: str) -> None:
-        with self.lock:
-            handle = self._wanted.get(name)
-            if handle is not None:
-                self.say(handle, HELD)

@@ -9,6 +9,7 @@ from interactive_markers.menu_handler import MenuHandler
 
 from rosslt import values
 from rosslt.markers.drags.choices import Choice
+from rosslt.markers.faults import contained
 from rosslt.markers.offers import FREE, HEADING, UNDO, Offers
 from rosslt.markers.rviz.display import Display
 from rosslt.markers.rviz.server import Server
@@ -22,8 +23,9 @@ SOURCES = 'Sources'
 
 
 class Drawn(NamedTuple):
-    """What a menu has been drawn from."""
+    """All that a menu has been drawn from."""
 
+    version: int
     sources: Tuple[values.Source, ...]
     read_only: Tuple[values.Source, ...]
     choices: List[Choice]
@@ -34,7 +36,7 @@ class Menus:
     """The menus of all handles.
 
     Args:
-        offers: what stands in them.
+        offers: the choices in them.
         display: shows the handles.
     """
 
@@ -81,20 +83,20 @@ class Menus:
         if not self._unchecked:
             self._unchecked = self._display.names()
         for name in self._unchecked[-count:]:
-            handle, drawn = self._scene.handle(name), self._drawn.get(name)
-            if handle is None:
-                self._drawn.pop(name, None)
-                self._latest.pop(name, None)
-            elif drawn is not None and not self._scene.is_held(name):
-                self._descriptions.look_up(drawn.sources)
-                if drawn.sources != tuple(values.sources(handle.tracked)) or self._has_settled(name, handle, drawn):
-                    self._display.redraw(name)
+            with contained(f'the menu of {name} cannot be checked'):
+                self._check(name)
         del self._unchecked[-count:]
 
-    def redraw(self) -> None:
-        """Have all menus drawn anew."""
-        for name in list(self._drawn):
-            self._display.redraw(name)
+    def _check(self, name: str) -> None:
+        handle, drawn = self._scene.handle(name), self._drawn.get(name)
+        if handle is None:
+            self._drawn.pop(name, None)
+            self._latest.pop(name, None)
+        elif drawn is not None and not self._scene.is_held(name):
+            self._descriptions.look_up(drawn.sources)
+            known = self._descriptions.version, tuple(values.sources(handle.tracked))
+            if known != drawn[:2] or self._has_settled(name, handle, drawn):
+                self._display.redraw(name)
 
     def _has_settled(self, name: str, handle: Handle, drawn: Drawn) -> bool:
         """Whether a menu lacks values that have not changed for a while."""
@@ -109,14 +111,14 @@ class Menus:
         return now - since > SETTLING_TIME
 
     def _draw(self, handle: Handle) -> Drawn:
-        sources = tuple(values.sources(handle.tracked))
+        version, sources = self._descriptions.version, tuple(values.sources(handle.tracked))
         read_only = self._descriptions.read_only(sources)
         known = self._drawn.get(handle.name)
         if known is not None and (known.sources, known.read_only) == (sources, read_only):
             choices = known.choices
         else:
             choices = self._offers.choices(handle)
-        return Drawn(sources, read_only, choices, values.source_values(handle.tracked))
+        return Drawn(version, sources, read_only, choices, values.source_values(handle.tracked))
 
     def _choose(self, name: str, source: Optional[values.Source], _feedback: Any) -> None:
         self._offers.choose(name, source)

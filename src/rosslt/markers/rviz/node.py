@@ -9,6 +9,7 @@ from rosgraph_msgs.msg import Log
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.other_views import HeldTopic
+from rosslt.markers.faults import contained
 from rosslt.markers.offers import Offers
 from rosslt.markers.rviz.display import Display
 from rosslt.markers.rviz.menus import Menus
@@ -46,13 +47,12 @@ def run() -> None:
     topics = _names('~topics')
 
     scene = Scene(settings)
-    descriptions = Descriptions(lambda: menus.redraw())
+    descriptions = Descriptions()
     drags = Drags(scene, rules, descriptions.name, rospy.get_name())
-    display = Display(Server(rospy.get_name()), scene, descriptions.can_change, notes)
+    display = Display(Server(rospy.get_name()), scene, descriptions, notes)
     menus = Menus(Offers(scene, drags, descriptions), display)
     display.connect(drags, menus.add)
     drags.share(HeldTopic(drags.hear).tell)
-    scene.add_view(display)
     Watch(scene, topics)
     rospy.Subscriber('/rosout', Log, _show_errors, scene, queue_size=10)
     rospy.on_shutdown(display.clear)
@@ -61,9 +61,10 @@ def run() -> None:
     gc.freeze()
     gc.set_threshold(OBJECTS_BEFORE_COLLECTING)
     while not rospy.is_shutdown():
-        scene.expire()
-        menus.check(MENUS_CHECKED)
-        display.apply()
+        with contained('the markers cannot be brought up to date'):
+            scene.expire()
+            menus.check(MENUS_CHECKED)
+            display.apply()
         rospy.rostime.wallsleep(1.0 / FRAME_RATE)
 
 

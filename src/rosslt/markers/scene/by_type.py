@@ -7,6 +7,7 @@ import math
 from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Sequence, Tuple
 
 import roslib.message
+import rospy
 from geometry_msgs.msg import Pose
 
 from rosslt.markers.geometry import IDENTITY, PoseTuple
@@ -34,6 +35,9 @@ SEE_THROUGH = 0.6
 #: Handles that give way to a marker at the same place.
 RANK = 2
 
+#: How long RViz shows a frame that is not broadcast any more, in seconds.
+FRAME_TIMEOUT = 15
+
 ORIGIN: PoseTuple = (0.0, 0.0, 0.0, *IDENTITY)
 
 #: (name, the handle of that name, or None where it has none)
@@ -46,10 +50,13 @@ class MessageKind(NamedTuple):
     Attributes:
         handles: gives (name, its Handle or None) for each thing in a message of a topic.
         is_partial: whether a message speaks of some of the things only, and the others stay.
+        lifetime: for how long things of a topic stay that no message speaks of; 0 for ever. It matters where
+            `is_partial`.
     """
 
     handles: Callable[[str, Any, Settings], Iterator[Named]]
     is_partial: bool = False
+    lifetime: Callable[[str], rospy.Duration] = lambda topic: rospy.Duration()
 
 
 def pose_stamped(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
@@ -94,6 +101,11 @@ def frames(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
         yield name, _on_pose(name, transform.header.frame_id, pose, settings, has_arrows=True)
 
 
+def frame_lifetime(topic: str) -> rospy.Duration:
+    """How long frames stay that are not broadcast any more, as in RViz; static ones are broadcast once."""
+    return rospy.Duration(0 if topic.endswith('tf_static') else FRAME_TIMEOUT)
+
+
 def action_goal(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
     """The goal of an action, MoveBaseActionGoal for one: a handle on each tracked PoseStamped that it holds."""
     goal = message.goal
@@ -111,7 +123,7 @@ KINDS: Dict[str, MessageKind] = {
     'geometry_msgs/PoseStamped': MessageKind(pose_stamped),
     'nav_msgs/Path': MessageKind(path),
     'sensor_msgs/JointState': MessageKind(joint_state, is_partial=True),
-    'tf2_msgs/TFMessage': MessageKind(frames, is_partial=True),
+    'tf2_msgs/TFMessage': MessageKind(frames, is_partial=True, lifetime=frame_lifetime),
 }
 
 ACTION_GOAL = MessageKind(action_goal)

@@ -1,34 +1,56 @@
-"""What every view of a scene does alike: it notes which handles differ from what is shown, and brings these up to date.
+"""Bringing a view up to date with a scene: what every view does alike.
 
-Handles are put and dropped as messages come; `follow` then shows what differs, at most as often as it is called. What a
-hand holds is left alone, as the hand knows better than the last message where it is.
+A view is told nothing. Whenever it draws, it takes from the scene what is new, and draws, moves and erases what differs
+from what it shows. Nothing of the scene is locked meanwhile. What a hand holds is left alone, as the hand knows better
+than the last message where it is.
 """
 
-import traceback
-from typing import Dict, Hashable, List, Optional, Set, Tuple
+import queue
+import threading
+from typing import Dict, Hashable, List, NamedTuple, Optional, Set, Tuple
 
-import rospy
-
+from rosslt.markers.describing import Descriptions
+from rosslt.markers.faults import contained
 from rosslt.markers.geometry import PoseTuple
-from rosslt.markers.scene.handle import Handle
+from rosslt.markers.scene.handle import Handle, Motions
 from rosslt.markers.scene.scene import Scene
 
 
+class Shown(NamedTuple):
+    """A handle as a view shows it.
+
+    Attributes:
+        basis: what its motions were computed from.
+        drawing: what it was drawn from; None where it has to be drawn anew.
+        pose: where it is shown; None where a hand has moved it.
+    """
+
+    basis: Hashable
+    drawing: Optional[Tuple[Hashable, Motions]]
+    pose: Optional[PoseTuple]
+
+
 class Follower:
-    """A View of a scene, but for the showing itself: `draw`, `move` and `erase`, which are called with its lock held.
+    """A view of a scene, but for the drawing itself: `draw`, `move`, `erase` and `say`.
 
     Args:
         scene: what is shown.
+        descriptions: say which sources take changes.
+
+    Attributes:
+        lock: of this view, held while it is brought up to date.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self.lock = scene.lock
-        self._scene = scene
+    def __init__(self, scene: Scene, descriptions: Descriptions) -> None:
+        self.lock = threading.RLock()
+        self._scene, self._descriptions = scene, descriptions
+        self._version = descriptions.version
         self._wanted: Dict[str, Handle] = {}
-        self._shown: Dict[str, Tuple[Hashable, Optional[PoseTuple]]] = {}  # name -> (draw_key, pose)
+        self._shown: Dict[str, Shown] = {}
         self._differ: Set[str] = set()
+        self._to_redraw: queue.SimpleQueue[str] = queue.SimpleQueue()
 
-    def draw(self, handle: Handle) -> None:
+    def draw(self, handle: Handle, motions: Motions) -> None:
         """Draw a handle, in place of an earlier drawing."""
         raise NotImplementedError
 
@@ -40,35 +62,13 @@ class Follower:
         """Take the drawing of a handle away."""
         raise NotImplementedError
 
-    # What the scene tells a View.
-
-    def put(self, handle: Handle) -> None:
-        """A handle is there, or has changed."""
-        name = handle.name
-        self._wanted[name] = handle
-        shown = self._shown.get(name)
-        if shown is None or shown[1] != handle.pose or shown[0] != handle.draw_key:
-            self._differ.add(name)
-
-    def drop(self, name: str) -> None:
-        """A handle was removed."""
-        if self._wanted.pop(name, None) is not None:
-            self._differ.add(name)
-
-    def let_go(self, name: str) -> None:
-        """A drag has ended: the pose has to be shown in any case, as others see the one before the drag."""
-        if name in self._shown:
-            self._shown[name] = (self._shown[name][0], None)
-            self._differ.add(name)
-
-    # For those who call it from time to time.
+    def say(self, handle: Handle, text: str) -> None:
+        """Show a message at a handle."""
+        raise NotImplementedError
 
     def redraw(self, name: str) -> None:
-        """Have a handle drawn anew, as something else that belongs to it has changed."""
-        with self.lock:
-            if name in self._shown:
-                self._shown[name] = (None, self._shown[name][1])
-                self._differ.add(name)
+        """Have a handle drawn anew, as something else that belongs to it has changed. Any thread may call it."""
+        self._to_redraw.put(name)
 
     def names(self) -> List[str]:
         """The names of all handles that are shown."""
@@ -78,27 +78,56 @@ class Follower:
     def follow(self) -> bool:
         """Show what differs; returns whether anything did."""
         with self.lock:
-            if not self._differ:
-                return False
-            self._differ = {name for name in self._differ if not self._update(name)}
-            return True
+            self._take_news()
+            free = [name for name in self._differ if not self._scene.is_held(name)]
+            self._differ.difference_update(free)
+            has_changed = False
+            for name in free:
+                with contained(f'{name} cannot be shown'):
+                    has_changed = self._update(name) or has_changed
+            return has_changed
+
+    def _take_news(self) -> None:
+        news = self._scene.news()
+        for name, handle in news.handles.items():
+            if handle is None:
+                self._wanted.pop(name, None)
+            else:
+                self._wanted[name] = handle
+        self._differ.update(news.handles)
+        for name in news.let_go & self._shown.keys():
+            self._shown[name] = self._shown[name]._replace(pose=None)
+            self._differ.add(name)
+        while not self._to_redraw.empty():
+            name = self._to_redraw.get()
+            if name in self._shown:
+                self._shown[name] = self._shown[name]._replace(basis=None, drawing=None)
+                self._differ.add(name)
+        if self._version != self._descriptions.version:
+            self._version = self._descriptions.version
+            self._differ.update(self._wanted)
+        for handle, text in news.said:
+            with contained(f'a message cannot be shown at {handle.name}'):
+                self.say(handle, text)
 
     def _update(self, name: str) -> bool:
-        """Bring one handle up to date; False where it has to wait."""
+        """Bring one handle up to date; returns whether it differed."""
         handle, shown = self._wanted.get(name), self._shown.get(name)
-        if self._scene.is_held(name):
-            return False
         if handle is None:
             if shown is not None:
-                self.erase(name)
                 del self._shown[name]
-            return True
-        if shown is None or shown[0] != handle.draw_key:
-            try:
-                self.draw(handle)
-            except Exception:  # a thing that cannot be drawn must not prevent the others from being shown
-                rospy.logerr('%s cannot be shown\n%s', name, traceback.format_exc())
-        elif shown[1] != handle.pose:
+                self.erase(name)
+            return shown is not None
+        basis = handle.draw_key, handle.turn_key, self._version
+        drawing = shown.drawing if shown is not None else None
+        if shown is None or shown.basis != basis:
+            drawing = handle.draw_key, handle.motions(self._descriptions.can_change)
+        # What cannot be drawn is not tried over and over.
+        self._shown[name] = Shown(basis, drawing, handle.pose)
+        if drawing is not None and (shown is None or drawing != shown.drawing):
+            self.draw(handle, drawing[1])
+        elif shown is not None and shown.pose != handle.pose:
             self.move(handle)
-        self._shown[name] = (handle.draw_key, handle.pose)
+        else:
+            return False
         return True

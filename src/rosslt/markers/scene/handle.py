@@ -1,9 +1,9 @@
-"""The interface of a handle, for views that show it and for drags."""
+"""Handles, as views and drags know them."""
 
-from typing import Any, Hashable, List, NamedTuple, Optional, Protocol, Sequence, Tuple
+from typing import Any, Hashable, List, NamedTuple, Optional, Protocol, Tuple
 
 from rosslt import values
-from rosslt.markers.geometry import PoseTuple, Vector
+from rosslt.markers.geometry import PoseTuple, Rotation, Vector, onto, product
 
 #: For x, y and z.
 Axes = Tuple[bool, bool, bool]
@@ -23,6 +23,25 @@ class Settings(NamedTuple):
     draws_all: bool = False
 
 
+class Ring(NamedTuple):
+    """A way to turn a thing.
+
+    Attributes:
+        name: unique among the rings of the thing.
+        direction: the axis that it turns around, of length 1.
+        is_in_frame: whether the axis is one of the frame, or of the thing itself, with which it turns.
+    """
+
+    name: str
+    direction: Vector
+    is_in_frame: bool = True
+
+    def orientation(self, rotation: Rotation) -> Rotation:
+        """The rotation that turns the x axis of the frame onto its axis, given how the thing is turned."""
+        upright = onto(self.direction)
+        return upright if self.is_in_frame else product(rotation, upright)
+
+
 class Motions(NamedTuple):
     """The ways in which a thing can be moved.
 
@@ -30,13 +49,13 @@ class Motions(NamedTuple):
         axes: along which of x, y and z.
         is_in_frame: whether these are axes of the frame, or of the thing itself, as it is turned.
         arrows: which of them have arrows beside the body.
-        rings: (name, direction in the frame, of length 1) of each way to turn it.
+        rings: the ways to turn it.
     """
 
     axes: Axes
     is_in_frame: bool = False
     arrows: Axes = (False, False, False)
-    rings: Sequence[Tuple[str, Vector]] = ()
+    rings: Tuple[Ring, ...] = ()
 
     def of_body(self, is_free: bool) -> List[int]:
         """The axes that a grabbed body moves along: 0, 1 and 2 for x, y and z.
@@ -56,37 +75,36 @@ class CanChange(Protocol):
     def __call__(self, value: Any) -> bool: ...
 
 
-class Handle(Protocol):
+class Handle:
     """Something that can be dragged. It is made anew of every message, so that its values have their latest provenance.
 
-    Attributes:
+    Args:
         name: unique, and the same for the same thing in the next message.
         frame: the frame that the pose is in.
         pose: where it stands.
         size: how large it is, in metres.
-        draw_key: all that its drawing depends on: two handles of equal name and draw_key differ in their pose alone.
-        rank: which one stays where several handles would stand on one thing: the one of the lowest rank.
+        draw_key: all that its drawing depends on, but for its pose and its motions.
+        rank: of several handles that would stand on one thing, those of the lowest rank stay.
     """
 
-    name: str
-    frame: str
-    pose: PoseTuple
-    size: float
-    draw_key: Hashable
-    rank: int
+    __slots__ = ('draw_key', 'frame', 'name', 'pose', 'rank', 'size')
+
+    #: What its motions depend on beside its draw_key, and what is known of its sources.
+    turn_key: Hashable = None
+
+    #: The tracked or plain x, y and z where it stands, in its frame; None where it is no position.
+    position: Optional[Tuple[Any, ...]] = None
+
+    def __init__(self, name: str, frame: str, pose: PoseTuple, size: float, draw_key: Hashable, rank: int = 0) -> None:
+        self.name, self.frame, self.pose, self.size, self.draw_key, self.rank = name, frame, pose, size, draw_key, rank
 
     @property
     def tracked(self) -> List[Any]:
         """The tracked values that a drag can change."""
-        ...
-
-    @property
-    def position(self) -> Optional[Tuple[Any, ...]]:
-        """The tracked or plain x, y and z where it stands, in its frame; None where it is no position."""
-        ...
+        raise NotImplementedError
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
-        """What a drag to a pose asks for.
+        """The targets of a drag to a pose.
 
         Args:
             pose: where the handle has been dragged to.
@@ -95,35 +113,15 @@ class Handle(Protocol):
         Returns:
             ([tracked value], [what it should become]).
         """
-        ...
+        raise NotImplementedError
 
     def motions(self, can_change: CanChange) -> Motions:
         """The ways in which it can be moved, given which sources take changes."""
-        ...
+        raise NotImplementedError
 
     def shapes(self) -> List[Any]:
         """The Markers to grab, posed relative to the handle."""
-        ...
-
-
-class View(Protocol):
-    """What shows the handles of a scene; its methods are called with the scene's lock held."""
-
-    def put(self, handle: Handle) -> None:
-        """A handle is there, or has changed."""
-        ...
-
-    def drop(self, name: str) -> None:
-        """A handle was removed."""
-        ...
-
-    def let_go(self, name: str) -> None:
-        """A drag has ended: the handle has to be shown where the scene has it, whatever this view shows."""
-        ...
-
-    def say(self, handle: Handle, text: str) -> None:
-        """Show a message at a handle."""
-        ...
+        raise NotImplementedError
 
 
 def has_source(value: Any) -> bool:

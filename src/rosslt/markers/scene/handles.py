@@ -13,8 +13,8 @@ from rosslt.markers.geometry import (
     normalized,
     rotate_vector,
 )
-from rosslt.markers.scene.handle import Axes, CanChange, Motions, has_source
-from rosslt.markers.scene.rotations import turnable_directions
+from rosslt.markers.scene.handle import Axes, CanChange, Handle, Motions, has_source
+from rosslt.markers.scene.rotations import rings_of
 from rosslt.markers.scene.shapes import AXIS_COLORS, cube, pose_tuple, sphere
 
 #: The smallest size of a scaled thing that a drag can ask for, in metres: RViz draws nothing of size zero.
@@ -36,7 +36,7 @@ def movable_axes(coordinates: Iterable[Any], can_change: CanChange) -> Axes:
     return x, y, z
 
 
-class PoseHandle:
+class PoseHandle(Handle):
     """A thing with a position and an orientation, either of which may be tracked in part.
 
     Args:
@@ -48,22 +48,11 @@ class PoseHandle:
         make_shapes: makes the Markers to grab, posed relative to the thing.
         has_arrows: False where the shapes alone are to be grabbed, as there are many of their kind.
         is_planar: whether it moves in x and y and turns around z only.
-        rank: as of a Handle.
+        rank: as that of a Handle.
     """
 
-    __slots__ = (
-        '_has_arrows',
-        '_is_planar',
-        '_make_shapes',
-        '_orientation',
-        '_position',
-        'draw_key',
-        'frame',
-        'name',
-        'pose',
-        'rank',
-        'size',
-    )
+    __slots__ = ('_has_arrows', '_is_planar', '_make_shapes', '_orientation', 'position', 'turn_key')
+    position: Tuple[Any, ...]
 
     def __init__(
         self,
@@ -78,38 +67,27 @@ class PoseHandle:
         rank: int = 0,
     ) -> None:
         numbers = pose_tuple(pose)
-        self.name, self.frame, self.size, self.rank = name, frame, size, rank
-        self._position, self._orientation = numbers[:3], numbers[3:]
+        self.position, self._orientation = numbers[:3], numbers[3:]
         rotation = normalized(*map(float, self._orientation))
-        x, y, z = map(float, self._position)
-        self.pose: PoseTuple = (x, y, z, *rotation)
-        self._make_shapes, self._has_arrows, self._is_planar = make_shapes, has_arrows, is_planar
-        x_moves, y_moves, z_moves = map(has_source, self._position)
+        x, y, z = map(float, self.position)
+        x_moves, y_moves, z_moves = map(has_source, self.position)
         movable = (x_moves, y_moves, z_moves)
-        self.draw_key: Hashable = (
-            movable,
-            tuple(map(has_source, self._orientation)),
-            _body_direction(movable, rotation),
-            frame,
-            size,
-            shape_key,
-        )
+        turnable = tuple(map(has_source, self._orientation))
+        draw_key = movable, turnable, _body_direction(movable, rotation), frame, size, shape_key
+        super().__init__(name, frame, (x, y, z, *rotation), size, draw_key, rank)
+        self.turn_key = rotation if any(turnable) else None
+        self._make_shapes, self._has_arrows, self._is_planar = make_shapes, has_arrows, is_planar
 
     @property
     def tracked(self) -> List[Any]:
         """The tracked values that a drag can change."""
-        return [value for value in (*self._position, *self._orientation) if has_source(value)]
-
-    @property
-    def position(self) -> Optional[Tuple[Any, ...]]:
-        """The tracked or plain x, y and z where it stands."""
-        return self._position
+        return [value for value in (*self.position, *self._orientation) if has_source(value)]
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
-        """What a drag to a pose asks for, as of a Handle."""
+        """The targets of a drag to a pose."""
         pairs: List[Tuple[Any, float]] = []
         if moved:
-            pairs.extend(zip(self._position, pose[: 2 if self._is_planar else 3]))
+            pairs.extend(zip(self.position, pose[: 2 if self._is_planar else 3]))
         if turned:
             factor = _quaternion_factor(self._orientation, pose[3:])
             pairs.extend(zip(self._orientation, (factor * part for part in pose[3:])))
@@ -117,12 +95,12 @@ class PoseHandle:
 
     def motions(self, can_change: CanChange) -> Motions:
         """The ways in which it can be moved."""
-        movable = movable_axes(self._position, can_change)
-        turnable = [part if has_source(part) and can_change(part) else float(part) for part in self._orientation]
-        rings = turnable_directions(turnable)
+        movable = movable_axes(self.position, can_change)
+        rings = rings_of([part if has_source(part) and can_change(part) else float(part) for part in self._orientation])
         if self._is_planar:
             movable = (movable[0], movable[1], False)
-            rings = [(name, direction) for name, direction in rings if math.isclose(abs(direction[2]), 1.0)]
+            upright = {ring: rotate_vector(ring.orientation(self.pose[3:]), AXES[0]) for ring in rings}
+            rings = tuple([ring for ring in rings if math.isclose(abs(upright[ring][2]), 1.0)])
         arrows = movable if self._has_arrows or sum(movable) == 1 else (False, False, False)
         return Motions(movable, True, arrows, rings)
 
@@ -131,32 +109,20 @@ class PoseHandle:
         return self._make_shapes()
 
 
-class PointHandle:
+class PointHandle(Handle):
     """A point in the coordinates of a thing, such as a corner of a line strip; drawn as a sphere.
 
     Args:
-        name, frame: as of a PoseHandle.
-        pose: of the thing that has the point.
+        name, frame: as those of a PoseHandle.
+        pose: the pose of the thing that has the point.
         point: has the coordinates `x`, `y` and `z`.
         size: the diameter of the sphere, in metres.
-        color: (red, green, blue) of the sphere.
-        is_planar, rank: as of a PoseHandle.
+        color: the color of the sphere, (red, green, blue).
+        is_planar, rank: as those of a PoseHandle.
         factors: by which RViz multiplies x, y and z of the point; what is multiplied by 0 does not follow a hand.
     """
 
-    __slots__ = (
-        '_base',
-        '_color',
-        '_factors',
-        '_is_planar',
-        '_point',
-        'draw_key',
-        'frame',
-        'name',
-        'pose',
-        'rank',
-        'size',
-    )
+    __slots__ = ('_base', '_color', '_factors', '_is_planar', '_point')
 
     def __init__(
         self,
@@ -170,7 +136,6 @@ class PointHandle:
         rank: int = 1,
         factors: Vector = UNSCALED,
     ) -> None:
-        self.name, self.frame, self.size, self.rank = name, frame, size, rank
         self._base, self._color, self._is_planar, self._factors = pose, color, is_planar, factors
         self._point: Tuple[Any, ...] = (point.x, point.y, point.z)
         local = tuple(map(float, self._point))
@@ -179,8 +144,8 @@ class PointHandle:
             # What a factor of 0 hides does not follow a hand.
             self._point = tuple([value if factor else 0.0 for factor, value in zip(factors, self._point)])
         x, y, z = rotate_vector(pose[3:], local)
-        self.pose: PoseTuple = (pose[0] + x, pose[1] + y, pose[2] + z, *pose[3:])
-        self.draw_key: Hashable = (tuple(map(has_source, self._point)), frame, size, color)
+        draw_key = tuple(map(has_source, self._point)), frame, size, color
+        super().__init__(name, frame, (pose[0] + x, pose[1] + y, pose[2] + z, *pose[3:]), size, draw_key, rank)
 
     @property
     def tracked(self) -> List[Any]:
@@ -188,13 +153,13 @@ class PointHandle:
         return [value for value in self._point if has_source(value)]
 
     @property
-    def position(self) -> Optional[Tuple[Any, ...]]:
+    def position(self) -> Optional[Tuple[Any, ...]]:  # type: ignore[override]
         """The tracked or plain x, y and z where it stands, if they are coordinates of its frame."""
         is_in_frame = self._base == (0.0, 0.0, 0.0, *IDENTITY) and self._factors == UNSCALED
         return self._point if is_in_frame else None
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
-        """What a drag to a pose asks for; a point has nothing but its position."""
+        """The targets of a drag to a pose; a point has nothing but its position."""
         del moved, turned
         offset = tuple(a - b for a, b in zip(pose[:3], self._base))
         local = rotate_vector(inverse(self._base[3:]), offset)
@@ -211,32 +176,20 @@ class PointHandle:
         return [sphere(self.size, self._color)]
 
 
-class ScaleHandle:
+class ScaleHandle(Handle):
     """One of the three sizes of a thing: a small cube on its side.
 
     Args:
-        name, frame: as of a PoseHandle.
-        pose: of the thing.
+        name, frame: as those of a PoseHandle.
+        pose: the pose of the thing.
         start: where the size is measured from, in the coordinates of the thing.
         axis: 0, 1 or 2 for x, y or z of the thing, along which the handle moves.
         reach: how far out the handle stands for each metre of the size: 0.5 where the thing grows both ways.
         scale: the size itself.
-        size: of the cube, in metres.
+        size: the side of the cube, in metres.
     """
 
-    __slots__ = (
-        '_axis',
-        '_direction',
-        '_reach',
-        '_scale',
-        '_start',
-        'draw_key',
-        'frame',
-        'name',
-        'pose',
-        'rank',
-        'size',
-    )
+    __slots__ = ('_axis', '_direction', '_reach', '_scale', '_start')
 
     def __init__(
         self,
@@ -249,31 +202,26 @@ class ScaleHandle:
         scale: Any,
         size: float,
     ) -> None:
-        self.name, self.frame, self.size, self.rank = name, frame, size, 0
         rotation = pose[3:]
         self._start = tuple(a + b for a, b in zip(pose, rotate_vector(rotation, start)))
         self._direction = rotate_vector(rotation, tuple(float(index == axis) for index in range(3)))
         self._axis, self._reach, self._scale = axis, reach, scale
         out = reach * float(scale)
         x, y, z = (a + out * b for a, b in zip(self._start, self._direction))
-        self.pose: PoseTuple = (x, y, z, *rotation)
-        self.draw_key: Hashable = (axis, frame, size)
+        super().__init__(name, frame, (x, y, z, *rotation), size, (axis, frame, size))
 
     @property
     def tracked(self) -> List[Any]:
         """The tracked value that a drag can change."""
         return [self._scale]
 
-    @property
-    def position(self) -> Optional[Tuple[Any, ...]]:
-        """None: a size has no position."""
-        return None
-
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
-        """What a drag to a pose asks for; a size moves along its axis, and no other way."""
+        """The target of a drag to a pose; a size moves along its axis, and no other way."""
         del moved, turned
         out = sum((a - b) * c for a, b, c in zip(pose, self._start, self._direction))
-        return [self._scale], [max(out / self._reach, SMALLEST_SCALE)]
+        # A mesh with a negative scale is mirrored, and stays so.
+        side = math.copysign(1.0, self._scale)
+        return [self._scale], [side * max(side * out / self._reach, SMALLEST_SCALE)]
 
     def motions(self, can_change: CanChange) -> Motions:
         """The ways in which it can be moved: along its axis of the thing."""

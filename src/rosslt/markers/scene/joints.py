@@ -4,9 +4,8 @@ A JointState says how far each joint has turned; where the joints are, `robot_de
 """
 
 import math
-import threading
 import time
-from typing import Any, Dict, Hashable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 from xml.etree import ElementTree
 
 import rospy
@@ -22,7 +21,7 @@ from rosslt.markers.geometry import (
     product,
     rotate_vector,
 )
-from rosslt.markers.scene.handle import CanChange, Handle, Motions, Settings, has_source
+from rosslt.markers.scene.handle import CanChange, Handle, Motions, Ring, Settings, has_source
 from rosslt.markers.scene.marker import COLOR
 from rosslt.markers.scene.shapes import sphere
 
@@ -49,18 +48,19 @@ class Joint(NamedTuple):
     is_turning: bool
 
 
-class JointHandle:
+class JointHandle(Handle):
     """One joint.
 
     Args:
-        name: as of a Handle.
+        name: as that of a Handle.
         joint: where it is.
         value: how far it has turned, in radians, or slid, in metres; tracked.
-        size: of its ball, in metres.
+        size: the diameter of its ball, in metres.
     """
 
+    __slots__ = ('_axis', '_ball', '_joint', '_start', '_value')
+
     def __init__(self, name: str, joint: Joint, value: Any, size: float) -> None:
-        self.name, self.frame, self.size, self.rank = name, joint.parent, 2.5 * size, 2
         self._joint, self._value, self._ball = joint, value, size
         x, y, z = joint.place[:3]
         self._start = joint.place[3:]
@@ -71,21 +71,16 @@ class JointHandle:
             # Its x axis, along which the ball moves, lies along that of the joint.
             rotation = product(self._start, onto(joint.axis))
             x, y, z = (a + float(value) * b for a, b in zip((x, y, z), self._axis))
-        self.pose: PoseTuple = (x, y, z, *normalized(*rotation))
-        self.draw_key: Hashable = (joint, size)
+        pose = x, y, z, *normalized(*rotation)
+        super().__init__(name, joint.parent, pose, 2.5 * size, (joint, size), rank=2)
 
     @property
     def tracked(self) -> List[Any]:
         """How far the joint has moved."""
         return [self._value]
 
-    @property
-    def position(self) -> Optional[Tuple[Any, ...]]:
-        """None: a joint has no position of its own."""
-        return None
-
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
-        """What a drag to a pose asks for, as of a Handle."""
+        """The target of a drag to a pose."""
         if not (turned if self._joint.is_turning else moved):
             return [], []
         if self._joint.is_turning:
@@ -101,7 +96,7 @@ class JointHandle:
         """A ring around its axis, or a way along it."""
         is_free = can_change(self._value)
         if self._joint.is_turning:
-            return Motions((False, False, False), rings=[('joint', self._axis)] if is_free else [])
+            return Motions((False, False, False), rings=(Ring('joint', self._axis),) if is_free else ())
         return Motions((is_free, False, False))
 
     def shapes(self) -> List[Any]:
@@ -115,21 +110,18 @@ class Robot:
     def __init__(self) -> None:
         self._joints: Dict[str, Joint] = {}
         self._looked_at = -math.inf
-        self._lock = threading.Lock()
 
     def joints(self) -> Dict[str, Joint]:
         """{name: Joint}, empty where there is no robot_description."""
-        with self._lock:
-            now = time.monotonic()
-            if not self._joints and now - self._looked_at > RETRY_AFTER:
-                self._looked_at = now
-                text = rospy.get_param('robot_description', '')
-                if text:
-                    try:
-                        self._joints = read_joints(text)
-                    except (ElementTree.ParseError, ValueError) as error:
-                        rospy.logerr_throttle(60, 'robot_description cannot be read: %s', error)
-            return self._joints
+        now = time.monotonic()
+        if not self._joints and now - self._looked_at > RETRY_AFTER:
+            self._looked_at = now
+            text = rospy.get_param('robot_description', '')
+            try:
+                self._joints = read_joints(text) if text else {}
+            except (ElementTree.ParseError, ValueError) as error:
+                rospy.logerr_throttle(60, 'robot_description cannot be read: %s', error)
+        return self._joints
 
 
 def read_joints(urdf: str) -> Dict[str, Joint]:

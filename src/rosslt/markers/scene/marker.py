@@ -4,6 +4,7 @@ RViz shows ordinary messages by itself. Tracked types (`MarkerTracked`) it does 
 draw the thing as well; over what RViz shows they lay a see-through copy of the thing to grab.
 """
 
+import math
 from typing import Any, Hashable, Iterator, List
 
 from visualization_msgs.msg import Marker
@@ -129,7 +130,7 @@ def scale_reach(marker: Any, has_points: bool, axis: int) -> float:
 def marker_size(marker: Any, has_points: bool) -> float:
     """How large a marker is, in metres: its longest side; above 0 whatever its scale is."""
     scale = marker.scale
-    size = max(float(scale.x), float(scale.y), float(scale.z))
+    size = max(abs(float(scale.x)), abs(float(scale.y)), abs(float(scale.z)))  # a mirrored mesh has negative ones
     if marker.type == Marker.TEXT_VIEW_FACING:
         size = 2.0 * float(scale.z)
     elif has_points and marker.points:
@@ -218,7 +219,7 @@ def marker_shape(marker: Any, is_shown: bool) -> Any:
         least = 0.0 if marker.type in (Marker.MESH_RESOURCE, Marker.TRIANGLE_LIST) else LEAST_OVERLAP
         for axis in 'xyz':
             size = getattr(shape.scale, axis)
-            setattr(shape.scale, axis, max(OVERLAP * size, size + least))
+            setattr(shape.scale, axis, math.copysign(max(OVERLAP * abs(size), abs(size) + least), size))
         for color in (shape.color, *shape.colors):
             color.a *= OVERLAY_ALPHA
     return shape

@@ -1,48 +1,105 @@
 """The ways in which the sources of a quaternion can turn it."""
 
-from typing import Any, List, Sequence, Tuple
-
-import numpy
+import math
+from typing import Any, Dict, List, Sequence, Tuple
 
 from rosslt import values
 from rosslt.markers.geometry import AXES, Vector, inverse, normalized, product, rotate_vector
+from rosslt.markers.scene.handle import Ring
 
-#: Rates below this are treated as 0.
-SMALL = 1e-6
+#: Rates, and lengths of directions, below these are treated as 0.
+SMALL, NEARLY_SMALL = 1e-6, 1e-3
+
+#: By how much each source turns the thing, in radians, to see which axes it still turns around then.
+NUDGE = 0.1
+
+#: To how many digits a direction is given that is an axis neither of the frame nor of the thing.
+DIGITS = 4
 
 
-def turnable_directions(orientation: Sequence[Any]) -> List[Tuple[str, Vector]]:
-    """The directions around which the sources of a quaternion can turn it.
+def rings_of(orientation: Sequence[Any]) -> Tuple[Ring, ...]:
+    """A ring for each independent way in which the sources of a quaternion can turn it.
+
+    Axes of the frame come first, then those of the thing, both as far as the sources turn it around them in the
+    orientations near by, too; then the directions that the sources turn it around at present.
 
     Args:
         orientation: x, y, z and w, tracked or not.
-
-    Returns:
-        [(name, unit vector in the frame)]: the frame's own axes that can be turned around; where there is
-        none, those of the thing; else just the directions that the sources turn it around.
     """
+    spins = _spins(orientation)
+    if not spins:
+        return ()
+    rotation = normalized(*map(float, orientation))
+    nudged = {
+        source: value + NUDGE / math.hypot(*spins[source])
+        for source, value in values.source_values(list(orientation)).items()
+        if source in spins and isinstance(value, float)
+    }
+    near_by = values.reapply(list(orientation), nudged)
+    turned, turning = normalized(*map(float, near_by)), _spins(near_by)
+    in_frame = _Span(spins.values()), _Span(turning.values())
+    in_thing = _Span(_seen_from(rotation, spins)), _Span(_seen_from(turned, turning))
+    candidates = [
+        (Ring(name, axis), axis) for name, axis in zip('xyz', AXES) if all(span.has(axis) for span in in_frame)
+    ]
+    candidates += [
+        (Ring(name, axis, is_in_frame=False), rotate_vector(rotation, axis))
+        for name, axis in zip('uvw', AXES)
+        if all(span.has(axis) for span in in_thing)
+    ]
+    for index, spin in enumerate(spins.values()):
+        length = math.hypot(*spin)
+        x, y, z = (round(part / length, DIGITS) + 0.0 for part in spin)
+        candidates.append((Ring('source_%d' % index, (x, y, z)), spin))
+    taken = _Span(())
+    return tuple([ring for ring, direction in candidates if taken.add(direction)])
+
+
+def _spins(orientation: Sequence[Any]) -> Dict[values.Source, Vector]:
+    """The direction around which each source turns a quaternion, in the frame; as long as the turn is fast."""
+    rotation = normalized(*map(float, orientation))
     tracked = [part for part in orientation if values.is_tracked(part)]
-    if not tracked:
-        return []
-    x, y, z, w = map(float, orientation)
-    rotation = normalized(x, y, z, w)
-    rates = []
-    for rate in values.slopes(tracked).values():
-        known = iter(rate)
-        change = tuple(next(known) if values.is_tracked(part) else 0.0 for part in orientation)
-        spin = numpy.array(product(change, inverse(rotation))[:3])
-        if numpy.linalg.norm(spin) > SMALL:
-            rates.append(spin / numpy.linalg.norm(spin))
-    if not rates:
-        return []
-    span = numpy.array(rates).T
-    for names, axes in (('xyz', AXES), ('uvw', tuple(rotate_vector(rotation, axis) for axis in AXES))):
-        found = [(name, axis) for name, axis in zip(names, axes) if _is_in(span, numpy.array(axis))]
-        if found:
-            return found
-    return [('source_%d' % index, (float(spin[0]), float(spin[1]), float(spin[2]))) for index, spin in enumerate(rates)]
+    found = {}
+    for source, rates in values.slopes(tracked).items():
+        known = iter(rates)
+        change = [next(known) if values.is_tracked(part) else 0.0 for part in orientation]
+        x, y, z, _ = product(change, inverse(rotation))
+        if math.hypot(x, y, z) > SMALL:
+            found[source] = x, y, z
+    return found
 
 
-def _is_in(span: Any, axis: Any) -> bool:
-    weights = numpy.linalg.lstsq(span, axis, rcond=SMALL)[0]
-    return bool(numpy.linalg.norm(span @ weights - axis) < 1e-3)
+def _seen_from(rotation: Sequence[float], spins: Dict[values.Source, Vector]) -> List[Vector]:
+    """Directions in the coordinates of a thing."""
+    return [rotate_vector(inverse(rotation), spin) for spin in spins.values()]
+
+
+class _Span:
+    """The directions that some directions span."""
+
+    def __init__(self, directions: Any) -> None:
+        self._basis: List[List[float]] = []
+        for direction in directions:
+            self.add(direction)
+
+    def has(self, direction: Sequence[float]) -> bool:
+        """Whether a direction is among them."""
+        return math.hypot(*self._rest(direction)) < NEARLY_SMALL
+
+    def add(self, direction: Sequence[float]) -> bool:
+        """Add a direction; False where it is among them already."""
+        rest = self._rest(direction)
+        length = math.hypot(*rest)
+        if length < NEARLY_SMALL:
+            return False
+        self._basis.append([part / length for part in rest])
+        return True
+
+    def _rest(self, direction: Sequence[float]) -> List[float]:
+        """The part of a direction, made of length 1, at a right angle to all of them."""
+        length = math.hypot(*direction)
+        rest = [part / length for part in direction]
+        for axis in self._basis:
+            along = sum(a * b for a, b in zip(rest, axis))
+            rest = [a - along * b for a, b in zip(rest, axis)]
+        return rest

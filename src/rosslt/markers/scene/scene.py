@@ -2,23 +2,27 @@
 
 Adding, deleting, deleting all, lifetimes and namespaces mean here what they mean in RViz. In addition, what a
 publisher has shown goes when the publisher goes.
+
+A scene asks nobody and tells nobody while its lock is held: messages, drags and views call it, and views take what is
+new with `news`.
 """
 
 import copy
 import math
 import threading
 import time
-from typing import Any, Callable, Collection, Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import values
+from rosslt.markers.faults import contained
 from rosslt.markers.scene import marker as markers
 from rosslt.markers.scene.by_type import kind_of
-from rosslt.markers.scene.handle import Handle, Settings, View
+from rosslt.markers.scene.duplicates import Duplicates
+from rosslt.markers.scene.handle import Handle, Settings
 from rosslt.markers.scene.hold import Hold
-from rosslt.markers.scene.places import Places
 
 #: How long a warning stands before it is given again, in seconds.
 WARN_PERIOD = 30.0
@@ -31,12 +35,12 @@ Key = Tuple[Any, ...]
 
 
 class Thing(NamedTuple):
-    """A thing of a topic.
+    """A thing on a topic.
 
     Attributes:
-        names: of its handles.
-        publisher: of the last message that shows it.
-        marker: of which they were made; None where it is no marker.
+        names: the names of its handles.
+        publisher: the node whose message shows it.
+        marker: the Marker that they were made from; None where it is no marker.
     """
 
     names: List[str]
@@ -44,41 +48,62 @@ class Thing(NamedTuple):
     marker: Any = None
 
 
+class News(NamedTuple):
+    """Changes that a view has to show.
+
+    Attributes:
+        handles: {name: the handle, or None where it is shown no more}.
+        let_go: the names of handles whose drags have ended: they are to be shown where the scene has them, as a hand
+            has moved them.
+        said: each handle and the text to be shown at it.
+    """
+
+    handles: Dict[str, Optional[Handle]]
+    let_go: Set[str]
+    said: List[Tuple[Handle, str]]
+
+
 class Scene:
-    """What can be dragged, thing by thing, and who shows it.
+    """Everything that can be dragged, thing by thing, and who shows it.
 
     Args:
         settings: what the user has chosen for all handles.
         warn: called with a text where something in a message is wrong.
 
     Attributes:
-        lock: held while anything here changes, and while views are told.
+        on_news: called without the lock when a message has brought something new.
     """
 
     def __init__(self, settings: Settings, warn: Callable[[str], None] = rospy.logwarn) -> None:
-        self.lock = threading.RLock()
+        self._lock = threading.RLock()
+        self.on_news: Callable[[], None] = lambda: None
         self._settings, self._warn_with = settings, warn
-        self._views: List[View] = []
+        self._changed: Set[str] = set()  # names of handles that no view has taken news of yet
+        self._let_go: Set[str] = set()
+        self._said: List[Tuple[Handle, str]] = []
         self._handles: Dict[str, Handle] = {}
         self._seen_again: Set[str] = set()  # names of those that messages have shown since, with nothing changed
-        self._places = Places()
+        self._duplicates = Duplicates()
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
-        self._mortal: Dict[Tuple[str, Key], Any] = {}  # (topic, key) -> when it expires, a rospy.Time
+        self._mortal: Dict[Tuple[str, Key], Tuple[Any, Any]] = {}  # (topic, key) -> from when, until when it is shown
+        self._faults: List[str] = []  # of the messages that are being taken
         self._warned: Dict[str, float] = {}  # what has been warned of -> when
 
     # For views and drags.
 
-    def add_view(self, view: View) -> None:
-        """Show everything to a view, now and from now on."""
-        with self.lock:
-            self._views.append(view)
-            for name in self.names():
-                view.put(self._handles[name])
+    def news(self) -> News:
+        """What is new since the view has last asked."""
+        with self._lock:
+            is_shown, handles = self._duplicates.is_shown, self._handles
+            changed = {name: handles.get(name) if is_shown(name) else None for name in self._changed}
+            found = News(changed, self._let_go, self._said)
+            self._changed, self._let_go, self._said = set(), set(), []
+            return found
 
     def handle(self, name: str) -> Optional[Handle]:
         """The handle of that name, or None. Another message has shown it since if it is another object than before."""
-        with self.lock:
+        with self._lock:
             if name in self._seen_again:
                 self._seen_again.discard(name)
                 self._handles[name] = copy.copy(self._handles[name])
@@ -86,12 +111,12 @@ class Scene:
 
     def names(self) -> List[str]:
         """The names of all handles that are shown."""
-        with self.lock:
-            return [name for name in self._handles if self._places.is_shown(name)]
+        with self._lock:
+            return [name for name in self._handles if self._duplicates.is_shown(name)]
 
     def origin(self, name: str) -> Tuple[str, str]:
         """(topic, publisher) of the last message that shows a handle; ('', '') where there is none of that name."""
-        with self.lock:
+        with self._lock:
             for topic, things in self._things.items():
                 for thing in things.values():
                     if name in thing.names:
@@ -100,7 +125,7 @@ class Scene:
 
     def topics(self) -> Dict[str, str]:
         """{topic: the frame of one of its things} for each topic that shows something to drag."""
-        with self.lock:
+        with self._lock:
             found = {}
             for topic, things in self._things.items():
                 names = [name for thing in things.values() for name in thing.names]
@@ -110,16 +135,15 @@ class Scene:
 
     def say(self, handle: Handle, text: str) -> None:
         """Show a message at a handle."""
-        with self.lock:
-            for view in self._views:
-                view.say(handle, text)
+        with self._lock:
+            self._said.append((handle, text))
 
     def say_of_node(self, node: str, text: str) -> None:
         """Tell something of a node: at the first handle whose numbers come from there, if there is one.
 
         While a hand drags, what comes of the drag itself is told at its own handle.
         """
-        with self.lock:
+        with self._lock:
             if any(hold.is_in_hand() for hold in self._holds.values()):
                 return
             for name in self.names():
@@ -132,7 +156,7 @@ class Scene:
 
     def hold(self, name: str) -> None:
         """A drag of a handle begins: messages do not move it until the drag is over."""
-        with self.lock:
+        with self._lock:
             self._holds[name] = Hold()
 
     def let_go(self, name: str, changed: Optional[Dict[values.Source, Any]] = None) -> None:
@@ -142,19 +166,23 @@ class Scene:
             changed: {Source: new value} where sources have followed: the handle stays where it was dropped until a
                 message says so too. By default it goes back to where the last message has it.
         """
-        with self.lock:
+        with self._lock:
             hold = self._holds.pop(name, None)
             if changed and hold is not None:
                 hold.drop(changed)
                 self._holds[name] = hold
                 if name in self._handles:
                     hold.see(self._handles[name])  # the last message may show it already, and be the last one
-            for view in self._views:
-                view.let_go(name)
+            self._let_go.add(name)
+
+    def put_back(self, name: str) -> None:
+        """Have views show a handle where it is, as a hand that does not hold it has moved it."""
+        with self._lock:
+            self._let_go.add(name)
 
     def is_held(self, name: str) -> bool:
         """Whether a handle is to be left alone."""
-        with self.lock:
+        with self._lock:
             hold = self._holds.get(name)
             if hold is None:
                 return False
@@ -167,7 +195,7 @@ class Scene:
 
     def say_what_is_not_shown(self) -> None:
         """Tell of handles that stay where they were dropped although no message says so."""
-        with self.lock:
+        with self._lock:
             for name, hold in self._holds.items():
                 handle = self._handles.get(name)
                 if handle is not None and hold.is_left_alone():
@@ -186,43 +214,48 @@ class Scene:
         """
         publisher = (message._connection_header or {}).get('callerid', '')
         is_shown = is_shown and not self._settings.draws_all
-        with self.lock:
-            things = self._things.setdefault(topic, {})
-            if message._type == MarkerArray._type:
-                for marker in message.markers:
-                    self._take_marker(topic, things, marker, publisher, is_shown)
-            elif message._type == Marker._type:
-                self._take_marker(topic, things, message, publisher, is_shown)
-            else:
-                self._take_other(topic, things, message, publisher)
+        if message._type in MARKER_TYPES:
+            markers_of = message.markers if message._type == MarkerArray._type else [message]
+            with self._lock:
+                things = self._things.setdefault(topic, {})
+                for marker in markers_of:
+                    with contained(f'a marker of {publisher} on {topic} cannot be read'):
+                        self._take_marker(topic, things, marker, publisher, is_shown)
+        else:
+            self._take_other(topic, message, publisher)
+        self._warn()
+        self.on_news()
 
     def expire(self) -> None:
-        """Drop the markers whose lifetime is over."""
-        with self.lock:
+        """Drop the things whose lifetime is over, or which a clock that has been set back has not shown yet."""
+        with self._lock:
             if self._mortal:
                 now = rospy.Time.now()
-                for topic, key in [whose for whose, end in self._mortal.items() if end <= now]:
+                for topic, key in [whose for whose, (begin, end) in self._mortal.items() if not begin <= now < end]:
                     self._delete(topic, self._things[topic], key)
 
     def keep_publishers(self, topic: str, publishers: Collection[str]) -> None:
         """Drop what publishers other than these have shown on a topic."""
-        with self.lock:
+        with self._lock:
             things = self._things.get(topic, {})
             for key in [key for key, thing in things.items() if thing.publisher not in publishers]:
                 self._delete(topic, things, key)
 
-    def _take_other(self, topic: str, things: Dict[Key, Thing], message: Any, publisher: str) -> None:
+    def _take_other(self, topic: str, message: Any, publisher: str) -> None:
         kind = kind_of(type(message))
         if kind is None:
             return
-        named = list(kind.handles(topic, message, self._settings))
-        if any(handle is not None and not handle.frame for _, handle in named):
-            self._warn('{} on {}: the message has no frame_id'.format(publisher, topic))
-        elif kind.is_partial:
-            for name, handle in named:
-                self._put(topic, things, (name,), [] if handle is None else [handle], publisher)
-        else:
-            self._put(topic, things, (), [handle for _, handle in named if handle is not None], publisher)
+        named = list(kind.handles(topic, message, self._settings))  # not locked: it may ask for robot_description
+        with self._lock:
+            things = self._things.setdefault(topic, {})
+            if any(handle is not None and not handle.frame for _, handle in named):
+                self._faults.append('{} on {}: the message has no frame_id'.format(publisher, topic))
+            elif kind.is_partial:
+                for name, handle in named:
+                    self._put(topic, things, (name,), [] if handle is None else [handle], publisher)
+                    self._live(topic, (name,), kind.lifetime(topic))
+            else:
+                self._put(topic, things, (), [handle for _, handle in named if handle is not None], publisher)
 
     def _take_marker(self, topic: str, things: Dict[Key, Thing], marker: Any, publisher: str, is_shown: bool) -> None:
         key = (marker.ns, marker.id)
@@ -238,30 +271,38 @@ class Scene:
             handles = markers.marker_handles(topic, marker, is_shown, self._settings)
             fault = handles and _fault(marker)
             if fault:
-                self._warn('{} on {}: marker {}/{} {}'.format(publisher, topic, *key, fault))
+                self._faults.append('{} on {}: marker {}/{} {}'.format(publisher, topic, *key, fault))
                 return
             self._put(topic, things, key, handles, publisher, marker)
-            if key in things and (marker.lifetime.secs or marker.lifetime.nsecs):
-                self._mortal[topic, key] = rospy.Time.now() + marker.lifetime
-            else:
-                self._mortal.pop((topic, key), None)
+            self._live(topic, key, marker.lifetime)
         else:
-            self._warn('{} on {}: marker {}/{} has the unknown action {}'.format(publisher, topic, *key, marker.action))
+            text = '{} on {}: marker {}/{} has the unknown action {}'
+            self._faults.append(text.format(publisher, topic, *key, marker.action))
 
     def _see_again(self, topic: str, key: Key, thing: Thing) -> None:
         """A message shows a marker as it is."""
-        if (topic, key) in self._mortal:
-            self._mortal[topic, key] = rospy.Time.now() + thing.marker.lifetime
+        self._live(topic, key, thing.marker.lifetime)
         self._seen_again.update(thing.names)
         for name in self._holds.keys() & thing.names if self._holds else ():
             self._holds[name].see(self._handles[name])
 
-    def _warn(self, text: str) -> None:
-        """Warn of a fault in a message, once for messages with the same fault."""
+    def _live(self, topic: str, key: Key, lifetime: Any) -> None:
+        """A thing is shown for a while from now on, a duration; 0 means until it is deleted."""
+        if key in self._things[topic] and lifetime:
+            now = rospy.Time.now()
+            self._mortal[topic, key] = now, now + lifetime
+        else:
+            self._mortal.pop((topic, key), None)
+
+    def _warn(self) -> None:
+        """Warn of faults in messages, once in a while for messages with the same fault."""
         now = time.monotonic()
-        if now - self._warned.get(text, -WARN_PERIOD) >= WARN_PERIOD:
+        with self._lock:
+            faults, self._faults = self._faults, []
             self._warned = {known: when for known, when in self._warned.items() if now - when < WARN_PERIOD}
-            self._warned[text] = now
+            new = [text for text in dict.fromkeys(faults) if text not in self._warned]
+            self._warned.update(dict.fromkeys(new, now))
+        for text in new:
             self._warn_with(text)
 
     def _put(
@@ -298,31 +339,14 @@ class Scene:
         self._seen_again.discard(name)
         if name in self._holds:
             self._holds[name].see(handle)
-        self._show_or_drop(self._places.put(handle))
-        for view in self._views:
-            if self._places.is_shown(name):
-                view.put(handle)
-            else:
-                view.drop(name)
+        self._changed.update(self._duplicates.put(handle))
+        self._changed.add(name)
 
     def _drop_handle(self, name: str) -> None:
         self._seen_again.discard(name)
-        if self._handles.pop(name, None) is None:
-            return
-        was_shown = self._places.is_shown(name)
-        self._show_or_drop(self._places.drop(name))
-        if was_shown:
-            for view in self._views:
-                view.drop(name)
-
-    def _show_or_drop(self, names: Sequence[str]) -> None:
-        """Take away the handles that have to give way now, and show those that need not any more."""
-        for name in names:
-            for view in self._views:
-                if self._places.is_shown(name):
-                    view.put(self._handles[name])
-                else:
-                    view.drop(name)
+        if self._handles.pop(name, None) is not None:
+            self._changed.update(self._duplicates.drop(name))
+            self._changed.add(name)
 
 
 def _fault(marker: Any) -> Optional[str]:

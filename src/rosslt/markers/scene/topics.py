@@ -1,7 +1,6 @@
 """The watched topics: those of types that RViz shows, ordinary and tracked ones, as they appear and disappear."""
 
 import threading
-import traceback
 from typing import Any, Dict, Iterable, Optional, Set, Tuple
 
 import rosgraph
@@ -9,6 +8,7 @@ import roslib.message
 import rospy
 
 from rosslt import messages, node
+from rosslt.markers.faults import contained
 from rosslt.markers.scene.by_type import KINDS, kind_of
 from rosslt.markers.scene.scene import MARKER_TYPES, Scene
 
@@ -39,15 +39,15 @@ class Watch:
 
     def _look(self) -> None:
         while not rospy.is_shutdown():
-            try:
-                publishers = dict(self._master.getSystemState()[0])
-                types = dict(self._master.getTopicTypes())
-                wanted = self._only or publishers
-                self._follow({topic: types.get(topic) for topic in wanted if topic in publishers})
-            except (OSError, rosgraph.MasterException) as error:
-                rospy.logwarn_throttle(30, 'the master does not answer: %s', error)
-            except Exception:  # one odd topic must not end the watch over all others
-                rospy.logerr_throttle(30, 'while looking for topics:\n%s', traceback.format_exc())
+            with contained('topics cannot be looked up'):
+                try:
+                    publishers = dict(self._master.getSystemState()[0])
+                    types = dict(self._master.getTopicTypes())
+                except (OSError, rosgraph.MasterException) as error:
+                    rospy.logwarn_throttle(30, 'the master does not answer: %s', error)
+                else:
+                    wanted = self._only or publishers
+                    self._follow({topic: types.get(topic) for topic in wanted if topic in publishers})
             rospy.rostime.wallsleep(PERIOD)
 
     def _follow(self, present: Dict[str, Any]) -> None:
@@ -59,7 +59,8 @@ class Watch:
                 self._scene.keep_publishers(topic, ())
         for topic, kind in present.items():
             if topic not in self._subscribers and (topic, kind) not in self._ignored:
-                self._subscribe(topic, kind)
+                with contained(f'{topic} cannot be watched'):
+                    self._subscribe(topic, kind)
         for topic, (_, subscriber) in self._subscribers.items():
             # A node that crashed stays in the master's list: who is connected tells who is there.
             self._scene.keep_publishers(topic, node.connected_publishers(subscriber))
@@ -74,7 +75,8 @@ class Watch:
         message_class, is_shown = found
 
         def take(message: Any) -> None:
-            self._scene.take(topic, message, is_shown)
+            with contained(f'a message on {topic} cannot be read'):
+                self._scene.take(topic, message, is_shown)
 
         self._subscribers[topic] = (kind, node.SharingSubscriber(topic, message_class, take))
         rospy.loginfo('watching %s (%s)', topic, kind)

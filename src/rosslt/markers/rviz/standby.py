@@ -1,0 +1,55 @@
+"""One `slt_visualization` is enough: another one waits until the first has ended, and takes over then."""
+
+import contextlib
+import os
+import socket
+import sys
+import time
+import xmlrpc.client
+from typing import Any, Iterator, Sequence
+
+import rosgraph
+
+#: How often it is looked whether the first one still runs, in seconds, and how long it may take to answer.
+PERIOD, TIMEOUT = 0.5, 2.0
+
+
+def wait_for_turn(name: str, arguments: Sequence[str] = tuple(sys.argv)) -> None:
+    """Wait until no node of a name runs: rospy ends a node when another one of its name starts.
+
+    Args:
+        name: the node's name, unless the arguments give another one.
+        arguments: the command line.
+
+    Raises:
+        KeyboardInterrupt: somebody has ended this process meanwhile.
+    """
+    name = rosgraph.names.load_mappings(arguments).get('__name', name)
+    name = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(os.environ, list(arguments)), name)
+    is_told = False
+    while _runs(name):
+        if not is_told:
+            print(f'{name} runs already: this one takes over when it ends', file=sys.stderr, flush=True)
+            is_told = True
+        time.sleep(PERIOD)
+
+
+def _runs(name: str) -> bool:
+    """Whether a node of a name answers; the master also knows those that were killed."""
+    with _short_timeouts(), contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
+        uri = rosgraph.Master(name).lookupNode(name)
+        proxy: Any = xmlrpc.client.ServerProxy(uri)
+        _, _, topics = proxy.getPublications(name)
+        # Another process may have the port by now.
+        return any(topic.startswith(name + '/') for topic, _ in topics)
+    return False
+
+
+@contextlib.contextmanager
+def _short_timeouts() -> Iterator[None]:
+    before = socket.getdefaulttimeout()
+    socket.setdefaulttimeout(TIMEOUT)
+    try:
+        yield
+    finally:
+        socket.setdefaulttimeout(before)

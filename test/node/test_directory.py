@@ -1,0 +1,55 @@
+"""The directory of sources: when owners are asked, and what is told of them."""
+
+import importlib
+import threading
+
+import pytest
+
+from rosslt import msg, srv, values
+from rosslt.node.directory import Directory
+from support.processes import wait_until
+
+directories = importlib.import_module('rosslt.node.directory')
+
+GAIN = values.Source('/owner', 7)
+
+
+def location(**fields):
+    return msg.Location(id=7, name='gain', is_named=True, file='/src/owner.py', line=3, column=5, **fields)
+
+
+@pytest.fixture
+def owner(monkeypatch):
+    """An owner that answers once `owner.set()` is called."""
+    may_answer = threading.Event()
+
+    def ask_all(_service, _type, requests, _timeout):
+        assert may_answer.wait(60.0)
+        return {node: srv.ListLocationsResponse(locations=[location(value='1.0')]) for node in requests}, {}
+
+    monkeypatch.setattr(directories, 'ask_all', ask_all)
+    return may_answer
+
+
+def test_a_source_is_described_without_waiting_for_its_owner(owner):
+    """Texts are made anywhere, also where locks are held that the owner's answer may need."""
+    directory = Directory()
+    assert directory.describe(GAIN) is None
+    owner.set()
+    wait_until(lambda: directory.describe(GAIN) == 'gain, owner.py:3:5', 'the answer')
+
+
+def test_who_needs_the_answer_waits_for_it(owner):
+    directory = Directory()
+    owner.set()
+    directory.learn([GAIN])
+    assert directory.describe(GAIN) == 'gain, owner.py:3:5'
+
+
+def test_the_version_grows_with_what_becomes_known_but_not_with_values():
+    directory = Directory()
+    versions = [directory.version]
+    for told in (location(value='1.0'), location(value='2.0'), location(value='2.0', read_only=True)):
+        directory.take('/owner', [told])
+        versions.append(directory.version)
+    assert versions == [0, 1, 1, 2]
