@@ -68,7 +68,7 @@ class Page:
         self._rounds = Rounds(FRAME_RATE)
         scene = Scene(Settings(draws_all=True))
         descriptions = Descriptions(lambda: self._things.learn())
-        drags = Drags(scene, Rules(), descriptions.name, rospy.get_name())
+        drags = Drags(scene, Rules(), descriptions.name, rospy.get_name(), node.NodeErrors())
         self._scene = scene
         self._frames = Frames(self._server, fixed_frame)
         self._things = Things(self._server, scene, self._frames, descriptions.can_change, self._say)
@@ -78,7 +78,7 @@ class Page:
         flows = Flows(self._server)
         self._details = Details(Offers(scene, drags, descriptions), self._things, flows)
         self._things.picked = self._details.show
-        self._locations = Locations(rospy.get_name(), self._rounds.begin)
+        self._locations = Locations(self._rounds.begin)
         everything = self._server.gui.add_button('Who feeds whom')
         everything.on_click(lambda event: flows.open(event.client, 'Who feeds whom', lambda: None))
         self._fields = Fields(self._server, flows, descriptions)

@@ -51,14 +51,6 @@ ARGUMENTS = [
 ]
 
 
-class Requester:
-    """What the command has of a node that asks others: its name, and what it knows of their locations."""
-
-    def __init__(self, name: str, directory: Directory) -> None:
-        self.name = name
-        self.directory = directory
-
-
 def run(options: argparse.Namespace) -> None:
     if options.rounds < 1:
         raise Misused(f'--rounds must be at least 1, found {options.rounds}')
@@ -107,7 +99,7 @@ def _forced(
     inbox.clear()
     try:
         return node.close_loop(
-            Requester(rospy.get_name(), directory),
+            node.Requester(rospy.get_name(), directory),
             inbox,
             received,
             field,
