@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 
 from selenium.webdriver.common.keys import Keys
 
-from rosslt import msg, node, srv
+from rosslt import msg, node
 from support.browser import LIBRARIES, Browser, Server
 from support.hand import Hand
 from support.processes import Node, wait_until
@@ -302,10 +302,7 @@ def measure_told(trials: int) -> None:
             found: Dict[str, List[float]] = {name: [] for name in TOLD}
             for trial in range(trials):
                 value, begun = 0.01 * (trial % 300 + 1), time.time()
-                request = srv.RequestChangesRequest(
-                    node.new_request_id(), rospy.get_name(), [place.location.id], [node.to_json(value)]
-                )
-                node.ask_all('request_changes', srv.RequestChanges, {'/box': request}, 5.0)
+                node.request_values_as(node.Requester('/page_benchmark', node.directory()), {place.source: value}, 5.0)
                 told = listener.wait(OWNER, value, begun)
                 for name, times in found.items():
                     times.append(listener.wait(name, value, begun) - told)

@@ -43,9 +43,10 @@ def put(values):
     """Change locations of /talker, quicker than with the command."""
     locations = rospy.ServiceProxy('/talker/rosslt/list_locations', ListLocations)().locations
     ids = {location.name: location.id for location in locations}
-    assert rospy.ServiceProxy('/talker/rosslt/change_sources', ChangeSources)(
-        [ids[name] for name in values], list(map(json.dumps, values.values())), 'test'
-    ).applied
+    answer = rospy.ServiceProxy('/talker/rosslt/change_sources', ChangeSources)(
+        requester='test', location_ids=[ids[name] for name in values], values=list(map(json.dumps, values.values()))
+    )
+    assert answer.state == 'applied', answer
 
 
 class TestEveryVerb:

@@ -143,6 +143,27 @@ class TestDoctor:
         (sent,) = (text for kind, text in found if kind == 'ok' and text.startswith('/talker sends'))
         assert re.fullmatch(r'/talker sends provenance in (\d+) of \1 messages', sent)
 
+    def test_names_the_fields_that_cannot_be_forced(self, nodes):
+        half = """
+            publisher = rosslt.Publisher('half', Point, queue_size=1)
+            rate = rospy.Rate(20)
+            while not rospy.is_shutdown():
+                fixed = rosslt.location(3.0, name='z', read_only=True)
+                publisher.publish(rosslt.location(1.0, name='x'), 2.0, fixed)
+                rate.sleep()
+            """
+        with Node('half', half):
+            wait_until(lambda: rosslt('explain', '/half/x').returncode == 0, 'it publishes')
+            found, code = findings('/half')
+            assert ('note', 'y cannot be forced: it has no source, as /half sends it') in found
+            assert ('note', 'z cannot be forced: none of its locations can be changed') in found
+            assert code == 0
+
+    def test_looks_at_one_field(self, nodes):
+        orientation = 'pose.orientation.x cannot be forced: it has no source, as /talker sends it'
+        assert ('note', orientation) in findings('/gate/pose/orientation/x')[0]
+        assert not [text for _, text in findings('/gate/pose/position/y')[0] if 'cannot be forced' in text]
+
     def test_shows_a_topic_with_its_findings_on_a_terminal(self, nodes):
         printed = on_terminal('doctor', '/gate')
         assert printed.startswith('/gate  geometry_msgs/PoseStamped\n  ok     /talker sends provenance in ')

@@ -1,6 +1,7 @@
 """`rosslt force` and `rosslt explain` where more than one node publishes, and where a message says otherwise."""
 
 import re
+import time
 
 import pytest
 
@@ -70,6 +71,55 @@ LEVELS = """
         narrow.publish(rosslt.location(1.0, name='x'))
         rate.sleep()
     """
+
+
+SEVERAL = """
+    from sensor_msgs.msg import JointState
+    from visualization_msgs.msg import Marker, MarkerArray
+
+    single = rosslt.Publisher('in_turn', Marker, queue_size=10)
+    together = rosslt.Publisher('in_one', MarkerArray, queue_size=1)
+    joints = rosslt.Publisher('joints', JointState, queue_size=1)
+    rate = rospy.Rate(20)
+    while not rospy.is_shutdown():
+        markers = []
+        for number in range(4):
+            marker = Marker(ns='base' if number < 3 else 'tool', id=number)
+            marker.pose.position.x = rosslt.location(1.0 * number, name='x', key=number)
+            markers.append(marker)
+            single.publish(marker)
+        together.publish(markers=markers)
+        angles = [rosslt.location(0.1, name='a'), rosslt.location(0.2, name='b')]
+        joints.publish(name=['shoulder', 'elbow'], position=angles)
+        rate.sleep()
+    """
+
+
+@pytest.fixture
+def several(master):
+    """A node that tells of four things on one topic, in turn and in one message, and of two joints."""
+    with Node('several', SEVERAL):
+        wait_until(lambda: rosslt('explain', '/joints/position').stdout, 'it publishes')
+        yield
+
+
+class TestWhere:
+    @pytest.mark.parametrize('field', ['/in_turn/pose/position/x', '/in_one/markers/pose/position/x'])
+    def test_the_thing_that_is_meant_is_changed(self, several, field):
+        for number, wanted in ((3, '7.5'), (1, '8.5')):
+            where = f'ns={"base" if number < 3 else "tool"},id={number}'
+            (changed,) = lines('force', field, wanted, '--where', where)
+            assert (changed[0], changed[2]) == (f'/several/x/{number}', wanted)
+
+    def test_an_element_is_found_by_its_name(self, several):
+        (changed,) = lines('force', '/joints/position', '0.5', '--where', 'name=elbow')
+        assert (changed[0], changed[2]) == ('/several/b', '0.5')
+
+    def test_where_there_is_none_it_is_said(self, several):
+        short = ('--timeout', '0.5')
+        assert 'no message within' in failure('force', '/in_turn/pose/position/x', '1', '--where', 'id=9', *short)
+        assert "has no field 'nss'" in failure('force', '/in_turn/pose/position/x', '1', '--where', 'nss=base')
+        assert '--where takes FIELD=VALUE' in failure('force', '/in_turn/pose/position/x', '1', '--where', 'base')
 
 
 @pytest.fixture(scope='module')
@@ -200,6 +250,55 @@ class TestWhatIsSeenAfterwards:
         result = rosslt('force', '/gate/pose/position/x', '1', '--rounds', '0')
         assert result.returncode == 2
         assert result.stderr.endswith('--rounds must be at least 1, found 0\n')
+
+
+FEEDBACK = """
+    speed, rate = 0.0, rospy.Rate(20)
+    publisher = rosslt.Publisher('driven', Point, queue_size=1)
+    goal = 0.0
+    while not rospy.is_shutdown():
+        goal += 0.05
+        gain, bias = rosslt.location(2.0, name='gain'), rosslt.location(0.25, name='bias')
+        error = goal - speed
+        command = gain * error + bias if error > 0 else 0.5 * gain * error - bias
+        speed += 0.5 * float(command) - 0.02 * float(gain) ** 2 * (1 if error > 0 else -1)
+        publisher.publish(command, 0.0, 0.0)
+        rate.sleep()
+    """
+
+
+class TestWhatIsInTheWay:
+    def test_of_a_field_that_changes_by_itself_the_numbers_to_try_are_named(self, master):
+        with Node('feedback', FEEDBACK):
+            wait_until(lambda: rosslt('explain', '/driven/x').stdout, 'it publishes')
+            told = failure('force', '/driven/x', '40')
+            assert 'it changes by itself; numbers to try: ' in told
+            assert 'branch' not in told
+            assert '/feedback/gain' in told
+            assert re.match(r'rosslt force: /feedback now sends -?[\d.e-]+ instead of 40.0; ', told), told
+
+    def test_a_change_that_makes_the_node_raise_is_taken_back_at_once_and_named(self, master):
+        raising = """
+            from std_msgs.msg import Int32
+            publisher = rosslt.Publisher('indexed', Float64, queue_size=1)
+
+            def heard(message):
+                index = rosslt.location(1.0, name='index')
+                publisher.publish([0.5, 1.5, 2.5][int(index)] + index)
+
+            rosslt.Subscriber('ticks', Int32, heard)
+            ticks, rate = rosslt.Publisher('ticks', Int32, queue_size=1), rospy.Rate(20)
+            while not rospy.is_shutdown():
+                ticks.publish(1)
+                rate.sleep()
+            """
+        with Node('raising', raising):
+            wait_until(lambda: rosslt('explain', '/indexed/data').stdout, 'it publishes')
+            begun = time.monotonic()
+            told = failure('force', '/indexed/data', '60', '--timeout', '60')
+            assert told == 'rosslt force: /raising raises IndexError: list index out of range; taken back'
+            assert time.monotonic() - begun < 30
+            assert rosslt('get', '/raising/index').stdout == '1.0\n'
 
 
 class TestExplain:

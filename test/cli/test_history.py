@@ -4,7 +4,7 @@ import re
 
 import pytest
 import rospy
-from rosslt.srv import RequestChanges
+from rosslt.srv import ChangeSources
 
 from support.processes import Node, wait_until
 from support.shell import failure, lines, on_terminal, rosslt
@@ -35,8 +35,10 @@ def request(request_id, **changes):
     ids = {line[0]: line for line in lines('list')}
     assert {f'/{name}/x' for name in changes} <= ids.keys()
     for name, value in changes.items():
-        call = rospy.ServiceProxy(f'/{name}/rosslt/request_changes', RequestChanges)
-        assert call(request_id, '/hand', [location_id(name, 'x')], [str(value)]).applied
+        call = rospy.ServiceProxy(f'/{name}/rosslt/change_sources', ChangeSources)
+        ids = [location_id(name, 'x')]
+        answer = call(request_id=request_id, requester='/hand', location_ids=ids, values=[str(value)])
+        assert answer.state == 'applied', answer
 
 
 def location_id(node, name):
@@ -130,7 +132,7 @@ class TestReset:
         assert values()['/first/x'] == '3.0'
 
     def test_says_why_it_cannot(self, nodes):
-        assert failure('reset', '/talker/~parking/0').startswith('rosslt reset: /talker refuses: ')
+        assert 'is no literal' in failure('reset', '/talker/~parking/0')
         assert 'has no location' in failure('reset', '/talker/nothing')
         assert 'begins with no node' in failure('reset', '/nobody')
 

@@ -6,7 +6,7 @@ import socket
 
 import pytest
 import rospy
-from rosslt.srv import RequestChanges
+from rosslt.srv import ChangeSources
 
 from support.processes import Node, wait_until
 from support.shell import failure, lines, on_terminal, rosslt
@@ -42,7 +42,8 @@ def who(name):
 
 def request(requester, name='x', value='4.0'):
     ids = {one.name: one.id for one in rospy.ServiceProxy('/safe/rosslt/list_locations', _listing())().locations}
-    return rospy.ServiceProxy('/safe/rosslt/request_changes', RequestChanges)('', requester, [ids[name]], [value])
+    change = rospy.ServiceProxy('/safe/rosslt/change_sources', ChangeSources)
+    return change(requester=requester, location_ids=[ids[name]], values=[value]).state == 'applied'
 
 
 def _listing():
@@ -114,24 +115,24 @@ class TestAcceptedRequesters:
     def accepted(self, owner, master):
         yield lambda value: master.setParam('/safe/rosslt/accept_changes_from', value)
         master.deleteParam('/safe/rosslt/accept_changes_from')
-        wait_until(lambda: request('/planner').applied, 'everybody is accepted')
+        wait_until(lambda: request('/planner'), 'everybody is accepted')
 
     def test_others_are_refused_with_who_they_are_and_who_is_accepted(self, accepted):
         accepted(['/planner', '/hand_*'])
-        wait_until(lambda: not request('/other').applied, 'it is in force')
+        wait_until(lambda: not request('/other'), 'it is in force')
         (reason,) = request('/other').reasons
         assert reason == (
             '/safe takes changes from /planner and /hand_* only, and this one is from /other: '
             'see /safe/rosslt/accept_changes_from'
         )
-        assert request('/planner').applied
-        assert request('/hand_7').applied
+        assert request('/planner')
+        assert request('/hand_7')
         assert 'this one is from rosslt set' in failure('set', '/safe/x', '4')
         assert who('/safe/x') == 'takes changes from /planner and /hand_* only'
 
     def test_the_parameter_server_is_a_requester_too(self, accepted, master):
         accepted(['/planner'])
-        wait_until(lambda: not request('/other').applied, 'it is in force')
+        wait_until(lambda: not request('/other'), 'it is in force')
         master.setParam('/safe/rosslt/x', 8.0)
         wait_until(lambda: master.getParam('/safe/rosslt/x') != 8.0, 'it is set back')
         accepted(['/planner', 'parameter server'])
@@ -139,5 +140,5 @@ class TestAcceptedRequesters:
 
     def test_a_value_that_is_no_list_of_names_accepts_nobody(self, accepted):
         accepted(3)
-        wait_until(lambda: not request('/planner').applied, 'it is in force')
+        wait_until(lambda: not request('/planner'), 'it is in force')
         assert 'takes changes from nobody only' in request('/planner').reasons[0]

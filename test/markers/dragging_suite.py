@@ -15,10 +15,10 @@ import rostest
 from geometry_msgs.msg import Point, PoseStamped, Quaternion
 from rosgraph_msgs.msg import Log
 from rosslt.msg import AppliedChange, HeldThings
-from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
 import rosslt
+from rosslt import node as rosslt_node
 from support.hand import Hand, wait_until
 
 RATE = 20.0  # the default of ~rate
@@ -302,8 +302,7 @@ class Dragging(unittest.TestCase):
         before = parameter('plane_x')
         self.hand.drag(name, dx=0.5, steps=40)
         wait_until(lambda: abs(parameter('plane_x') - before - 0.5) < NOISE, 'the drag')
-        undo = rospy.ServiceProxy('/stage/rosslt/undo', Trigger)
-        self.assertTrue(undo().success)
+        rosslt_node.undo_request('', ['/stage'], '/somebody', 5.0)
         wait_until(lambda: parameter('plane_x') == before, 'one undo to take it back')
 
     def test_undo_takes_back_one_drag_after_the_other(self):

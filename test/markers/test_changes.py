@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from rosslt import math, values
+from rosslt import math, node, values
 from rosslt.markers.drags import changes
 from rosslt.markers.drags.choices import choices_of
 
@@ -93,9 +93,40 @@ def test_a_choice_holds_the_other_sources_of_what_depends_on_it():
 def test_a_hand_that_goes_back_has_its_sources_go_back_though_the_message_is_older():
     found = changes.Plan({SHOULDER: 1.0, ELBOW: 2.0}, {})
     assert changes.to_request(found, {}) == {}
-    assert changes.to_request(found, {SHOULDER: 1.5}) == {SHOULDER: (1.5, 1.0)}
+    assert changes.to_request(found, {SHOULDER: 1.5}) == {SHOULDER: 1.0}
 
 
 def test_only_what_differs_from_what_owners_have_is_asked_for():
     found = changes.Plan({SHOULDER: 1.0, ELBOW: 2.0}, {SHOULDER: 1.5, ELBOW: 2.5})
-    assert changes.to_request(found, {SHOULDER: 1.5}) == {ELBOW: (2.0, 2.5)}
+    assert changes.to_request(found, {SHOULDER: 1.5}) == {ELBOW: 2.5}
+
+
+def fold(value):
+    """x = fold^3 / 3 - fold turns round at fold = -1, where x is 2/3; beyond, only a fold above 2 gives x."""
+    fold = values.track(value, SHOULDER)
+    return fold * fold * fold / 3.0 - fold
+
+
+@pytest.fixture
+def no_limits(monkeypatch):
+    monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
+
+
+def test_a_drag_does_not_leap_from_its_first_step_on_and_comes_as_near_as_it_can(no_limits):
+    found = changes.plan([fold(-0.9)], [0.72])
+    assert not found.is_exact
+    assert found.after[SHOULDER] == pytest.approx(-1.0, abs=1e-3)
+
+
+def test_a_leap_is_made_where_the_hand_lets_go(no_limits):
+    found = changes.plan([fold(-0.9)], [0.72], may_leap=True)
+    assert found.is_exact
+    assert found.after[SHOULDER] > 2.0
+
+
+def test_what_cannot_be_reached_stays_as_near_as_it_was_where_the_hand_lets_go(no_limits):
+    """The elbow does not turn over."""
+    tracked = tip(0.3, 1.2)
+    last = changes.plan(tracked, [2.5, 1.0]).after
+    released = changes.plan(tracked, [2.5, 1.01], began={SHOULDER: 0.3, ELBOW: 1.2}, last=last, may_leap=True)
+    assert [released.after[one] for one in last] == pytest.approx([last[one] for one in last], abs=0.05)

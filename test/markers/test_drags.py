@@ -9,11 +9,10 @@ from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
-from rosslt.markers.drags import changes, other_views, wording
-from rosslt.markers.drags.check import Check
+from rosslt.markers.drags import other_views, wording
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drags import Drags, Rules
-from rosslt.markers.drags.guard import Guard
+from rosslt.markers.drags.drop import Drop
 from rosslt.markers.geometry import IDENTITY
 from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Settings
@@ -21,56 +20,10 @@ from rosslt.markers.scene.scene import Scene
 from support.processes import wait_until
 
 HEIGHT, TIME = values.Source('/owner', 1), values.Source('/owner', 2)
-LIMIT, SIZE = 10.0, 0.5
 
 
 def at(*position):
     return (*position, *([0.0] * (3 - len(position))), *IDENTITY)
-
-
-def leap(guard, end, tracked, after, before=None):
-    """Of a step of the hand from the origin, and of HEIGHT from `before`: by default from 1."""
-    return guard.leap(at(0.0), at(end), {HEIGHT: 1.0 if before is None else before}, {HEIGHT: after}, [tracked])
-
-
-def test_a_source_that_moves_as_the_hand_does_is_no_leap():
-    guard, x = Guard(LIMIT, SIZE), values.track(1.0, HEIGHT)
-    assert leap(guard, 0.5, x, 1.5) is None
-    assert leap(guard, 2.0, x, 3.0) is None
-
-
-@pytest.mark.parametrize('unit', [1e-3, 1.0, 1e3])
-def test_units_make_no_leap(unit):
-    x = values.track(1.0 / unit, HEIGHT)
-    assert leap(Guard(LIMIT, SIZE), 0.5, x * unit, 1.5 / unit, 1.0 / unit) is None
-
-
-def test_a_hand_that_is_thrown_far_by_a_view_from_the_front_is_a_leap():
-    guard, y = Guard(LIMIT, SIZE), values.track(1.0, HEIGHT)
-    assert leap(guard, 0.1, y, 1.1) is None
-    assert leap(guard, 22.7, y, 23.7) == HEIGHT
-
-
-def test_an_answer_on_another_branch_is_a_leap():
-    height, time = values.track(1.0, HEIGHT), 0.4
-    z = math.sin(height + time)
-    there = plain_math.pi - 1.0 - 2 * time + 6 * plain_math.pi  # the same sine, far away
-    assert leap(Guard(LIMIT, SIZE), 0.01, z, there + 0.05) == HEIGHT
-    near = plain_math.asin(plain_math.sin(1.4) - 0.01) - time
-    assert leap(Guard(LIMIT, SIZE), 0.01, z, near) is None
-
-
-def test_to_leave_a_singular_place_is_no_leap():
-    top = plain_math.pi / 2
-    z = math.sin(values.track(top, HEIGHT))
-    lower = plain_math.asin(1.0 - 0.01)
-    assert leap(Guard(LIMIT, SIZE), 0.01, z, lower, top) is None
-
-
-def test_a_source_that_moved_little_so_far_does_not_move_far_at_once():
-    guard, x = Guard(LIMIT, SIZE), values.track(1.0, HEIGHT)
-    assert guard.leap(at(0.0), at(0.5), {HEIGHT: 1.0}, {HEIGHT: 1.5}, [x]) is None
-    assert guard.leap(at(0.5), at(0.51), {HEIGHT: 1.5}, {HEIGHT: 2.0}, [x]) == HEIGHT
 
 
 def test_a_refusal_says_each_reason_once_without_who_passed_it_on():
@@ -228,7 +181,7 @@ def turned_at(x, yaw):
 
 def drag_of(scene, frame, pose):
     (name,) = scene.names()
-    drag = Drag(scene.handle(name), LIMIT, 'one')
+    drag = Drag(scene.handle(name), 'one')
     drag.begin(frame, pose)
     return drag
 
@@ -313,11 +266,11 @@ def asked(monkeypatch):
     """The requests to owners, who make every change: [{Source: new value}]."""
     result = []
 
-    def request(wanted, _timeout, _request_id):
-        result.append({source: new for source, (_, new) in wanted.items()})
-        return {source: node.Change(old, new) for source, (old, new) in wanted.items()}
+    def request_values(wanted, _timeout, _request_id):
+        result.append(wanted)
+        return {source: node.Change(None, new) for source, new in wanted.items()}
 
-    monkeypatch.setattr(changes, 'request', request)
+    monkeypatch.setattr(node, 'request_values', request_values)
     monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
     return result
 
@@ -370,6 +323,49 @@ def test_what_was_dropped_is_left_alone_where_it_is_in_another_frame_now():
     drag = drag_of(scene, 'world', at(1.0))
     drag.move('world', at(2.0))
     drag.remember({A: node.Change(1.0, 2.0)})
-    check = Check(drag, scene.handle('/boxes::0'))
+    drop = Drop(drag, scene.handle('/boxes::0'), dict)
     take(scene, box_at(values.track(2.0, A) - 100.0, 'odom'))
-    assert check.is_elsewhere(scene.handle('/boxes::0')) is False
+    drop.see(scene.handle('/boxes::0'))
+    assert drop.loop.is_over
+    assert not drop.is_elsewhere
+
+
+def dropped_at_two(scene, change=dict):
+    """What was dropped at x = 2, from A = 1, and is expected to have become 2."""
+    take(scene, box_at(values.track(1.0, A)))
+    drag = drag_of(scene, 'world', at(1.0))
+    drag.move('world', at(2.0))
+    drag.remember({A: node.Change(1.0, 2.0)})
+    return Drop(drag, scene.handle('/boxes::0'), change)
+
+
+def test_what_is_shown_where_it_was_dropped_is_done():
+    scene = Scene(Settings())
+    drop = dropped_at_two(scene)
+    for _ in range(2):
+        take(scene, box_at(values.track(2.0, A)))
+        drop.see(scene.handle('/boxes::0'))
+    assert drop.loop.is_reached
+
+
+def test_what_stays_elsewhere_is_solved_again_and_then_said_to_be(monkeypatch):
+    monkeypatch.setattr(node, 'STILL', 0.0)
+    scene, asked = Scene(Settings()), []
+    drop = dropped_at_two(scene, lambda: asked.append(True) or {})
+
+    def is_over():
+        take(scene, box_at(3.0 * values.track(2.0, A)))
+        drop.see(scene.handle('/boxes::0'))
+        return drop.loop.is_over
+
+    wait_until(is_over, 'it is known')
+    assert (asked, drop.is_elsewhere) == ([True], True)
+
+
+def test_what_moves_by_itself_is_left_alone():
+    scene, asked = Scene(Settings()), []
+    drop = dropped_at_two(scene, lambda: asked.append(True) or {})
+    for tick in range(3):
+        take(scene, box_at(values.track(2.0, A) + 0.1 * tick + 0.1))
+        drop.see(scene.handle('/boxes::0'))
+    assert (asked, drop.loop.is_over, drop.is_elsewhere) == ([], True, False)

@@ -12,7 +12,6 @@ import unittest
 import rospy
 from rosslt.msg import AppliedChange
 from rosslt.srv import ChangeSources, GetValues, ListLocations
-from std_srvs.srv import Trigger
 
 import rosslt
 from support.processes import Node, wait_until
@@ -49,7 +48,11 @@ def tracked(node, *names):
 def change(node, *pairs):
     """Ask the service itself: [(tracked value, JSON text), ...]."""
     service = rospy.ServiceProxy(node.name + '/rosslt/change_sources', ChangeSources)
-    return service([rosslt.sources(value)[0].location_id for value, _ in pairs], [text for _, text in pairs], 'a test')
+    return service(
+        requester='a test',
+        location_ids=[rosslt.sources(value)[0].location_id for value, _ in pairs],
+        values=[text for _, text in pairs],
+    )
 
 
 class Changes(unittest.TestCase):
@@ -102,20 +105,20 @@ class Changes(unittest.TestCase):
             (fixed, '6.0', 'is read-only'),
         ):
             answer = change(self.owner, (value, text))
-            self.assertFalse(answer.applied, text)
+            self.assertEqual(answer.state, 'refused', text)
             if reason != 'refuse':
                 self.assertIn(reason, answer.reasons[0])
         self.assertEqual(self.current('gain', 'count', 'frame', 'on', 'fixed'), before)
 
     def test_an_int_takes_a_float_without_a_fraction(self):
         answer = change(self.owner, (tracked(self.owner, 'count'), '4.0'))
-        self.assertEqual((answer.applied, answer.new_values), (True, ['4']))
+        self.assertEqual((answer.state, [one.new_value for one in answer.changes]), ('applied', ['4']))
 
     def test_of_several_changes_of_a_node_all_or_none_are_applied(self):
         gain, offset, fixed = tracked(self.owner, 'gain', 'offset', 'fixed')
         before = self.current('gain', 'offset')
         answer = change(self.owner, (gain, '4.0'), (offset, '5.0'), (fixed, '6.0'))
-        self.assertFalse(answer.applied)
+        self.assertEqual(answer.state, 'refused')
         self.assertEqual([bool(reason) for reason in answer.reasons], [False, False, True])
         self.assertEqual(self.current('gain', 'offset'), before)
 
@@ -175,13 +178,13 @@ class Changes(unittest.TestCase):
         wait_until(lambda: not refused(), 'the node is unlocked')
 
     def test_the_last_change_is_taken_back_as_a_whole(self):
-        undo = rospy.ServiceProxy('/owner/rosslt/undo', Trigger)
+        undo = rospy.ServiceProxy('/owner/rosslt/change_sources', ChangeSources)
         pair = tracked(self.owner, 'gain', 'offset')
         rosslt.force_value(pair, [6.0, 60.0])
         rosslt.force_value(pair, [7.0, 70.0])
-        self.assertTrue(undo().success)
+        self.assertEqual(undo(requester='a test').state, 'applied')
         self.assertEqual(self.current('gain', 'offset'), [6.0, 60.0])
-        self.assertTrue(undo().success)
+        self.assertEqual(undo(requester='a test').state, 'applied')
         self.assertEqual(self.current('gain', 'offset'), rosslt.untracked(pair))
 
     def test_sources_of_several_nodes_change_in_one_call(self):

@@ -12,11 +12,11 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Point
 from rosslt.msg import LocationList
-from rosslt.srv import GetHistory, ListLocations, ResetLocations, UndoRequest
-from std_srvs.srv import Trigger
+from rosslt.srv import ChangeSources, GetHistory, ListLocations
 
 import rosslt
 from rosslt import node as rosslt_node
+from rosslt import srv
 from support.processes import Node, wait_until
 
 OWNER = """
@@ -51,6 +51,21 @@ def value(node, name):
     return json.loads(listed(node)[name].value)
 
 
+def undo(node, request_id=''):
+    """The answer of a node that is asked to take a request back."""
+    return service(node, 'change_sources', ChangeSources)(srv.ChangeSourcesRequest(request_id=request_id))
+
+
+def reset(node, *names):
+    """Restore what the code says, of all literals where none is named."""
+    places = [place for place in places_of(node) if not names or place.location.name in names]
+    return rosslt_node.request_values(rosslt_node.values_in_code(places))
+
+
+def places_of(node):
+    return rosslt_node.Directory().ask([node.name])[0][node.name]
+
+
 class Histories(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -69,7 +84,7 @@ class Histories(unittest.TestCase):
             rosslt.force_value(tracked(self.owner, 'gain'), before + step, request_id=drag)
         (entry,) = self.history(drag)
         self.assertEqual((json.loads(entry.change.old_value), json.loads(entry.change.new_value)), (before, before + 5))
-        self.assertTrue(service(self.owner, 'undo', Trigger)().success)
+        self.assertEqual(undo(self.owner).state, 'applied')
         self.assertEqual(value(self.owner, 'gain'), before)
         (entry,) = self.history(drag)
         self.assertTrue(entry.undone)
@@ -91,7 +106,7 @@ class Histories(unittest.TestCase):
         rospy.set_param('/owner/speed', before + 1)
         wait_until(lambda: value(self.owner, '/owner/speed') == before + 1, 'the parameter is taken')
         self.assertEqual(self.history(limit=1)[0].change.name, '/owner/speed')
-        self.assertTrue(service(self.owner, 'undo', Trigger)().success)
+        self.assertEqual(undo(self.owner).state, 'applied')
         wait_until(lambda: rospy.get_param('/owner/speed') == before, 'it is as before')
 
     def test_a_request_over_two_nodes_is_taken_back_in_both(self):
@@ -108,29 +123,23 @@ class Histories(unittest.TestCase):
     def test_what_was_changed_since_by_another_is_not_taken_back(self):
         rosslt.force_value(tracked(self.owner, 'offset'), 31.0, request_id='first')
         rosslt.force_value(tracked(self.owner, 'offset'), 32.0, request_id='later')
-        answer = service(self.owner, 'undo_request', UndoRequest)('first', '')
-        self.assertFalse(answer.success)
-        self.assertIn('offset has been changed since by /history', answer.message)
+        answer = undo(self.owner, 'first')
+        self.assertEqual(answer.state, 'refused')
+        self.assertIn('offset has been changed since by /history', answer.reasons[0])
         self.assertEqual(value(self.owner, 'offset'), 32.0)
 
     def test_there_is_nothing_to_take_back_of_an_unknown_request(self):
-        answer = service(self.owner, 'undo_request', UndoRequest)('no such request', '')
-        self.assertEqual((answer.success, answer.message), (False, 'there is no change to take back'))
+        answer = undo(self.owner, 'no such request')
+        self.assertEqual((answer.state, answer.reasons), ('refused', ['there is no change to take back']))
 
     def test_a_node_goes_back_to_what_its_code_says(self):
         rosslt.force_value([tracked(self.owner, 'gain'), tracked(self.owner, 'offset')], [6.0, 60.0])
-        reset = service(self.owner, 'reset', ResetLocations)
-        gain = listed(self.owner)['gain'].id
-        answer = reset([gain], '/somebody')
-        self.assertEqual([(one.name, one.new_value) for one in answer.changes], [('gain', '2.0')])
+        self.assertEqual(list(reset(self.owner, 'gain').values()), [(6.0, 2.0)])
         self.assertEqual((value(self.owner, 'gain'), value(self.owner, 'offset')), (2.0, 60.0))
-        self.assertTrue(reset([], '').applied)
+        reset(self.owner)
         self.assertEqual(value(self.owner, 'offset'), 1.0)
-        self.assertTrue(service(self.owner, 'undo', Trigger)().success)
+        self.assertEqual(undo(self.owner).state, 'applied')
         self.assertEqual(value(self.owner, 'offset'), 60.0)
-        answer = reset([listed(self.owner)['/owner/speed'].id, gain], '')
-        self.assertFalse(answer.applied)
-        self.assertIn('/owner/speed is no literal', answer.reasons[0])
 
 
 class Told(unittest.TestCase):
@@ -143,7 +152,7 @@ class Told(unittest.TestCase):
             gain = listed(node)['gain']
             self.assertEqual((gain.remembered, gain.value, gain.literal), (True, '3.0', '2.0'))
             self.assertFalse(listed(node)['offset'].remembered)
-            service(node, 'reset', ResetLocations)([], '')
+            reset(node)
             self.assertFalse(listed(node)['gain'].remembered)
             node.process.terminate()
             log = node.process.stdout.read()
@@ -193,7 +202,7 @@ class Told(unittest.TestCase):
             self.assert_explained(gain, '2.0 [gain, twin.py:7:1]')
             second = subprocess.Popen([sys.executable, first.file, '__name:=other'], stdout=subprocess.DEVNULL)
             try:
-                rospy.wait_for_service('/other/rosslt/undo', 30.0)
+                rospy.wait_for_service('/other/rosslt/change_sources', 30.0)
                 other = rosslt.track(2.0, rosslt.Source('/other', rosslt.sources(gain)[0].location_id))
                 self.assert_explained(other, '2.0 [/other: gain, twin.py:7:1]')
                 self.assert_explained(gain, '2.0 [/twin: gain, twin.py:7:1]')

@@ -253,7 +253,7 @@ class Alive(unittest.TestCase):
             faster = 5.0
             before = inbox.next().data
             rospy.ServiceProxy('/integrator/rosslt/change_sources', ChangeSources)(
-                [source.location_id], ['5.0'], 'test'
+                location_ids=[source.location_id], values=['5.0']
             )
             for _ in range(20):
                 after = inbox.next().data

@@ -105,7 +105,8 @@ class ScriptNode(unittest.TestCase):
 
     def test_undo_takes_the_change_back(self):
         rosslt.force_value(self.position.x, 5.0)
-        subprocess.run(['rosservice', 'call', NODE + '/rosslt/undo'], check=True, stdout=subprocess.DEVNULL)
+        call = ['rosservice', 'call', NODE + '/rosslt/change_sources', '{}']
+        subprocess.run(call, check=True, stdout=subprocess.DEVNULL)
         self.assertEqual(self.script.read_text(), TOUR)
 
     def test_saving_the_file_runs_it_again(self):

@@ -104,31 +104,20 @@ def _send(chance: random.Random, target: Owner) -> None:
     name, request_id = chance.choice(NAMES), chance.choice(['', 'one', 'two', 'x' * 500])
     transaction = chance.choice(['', 'a', 'b', str(chance.random())])
     which = chance.randrange(9)
-    if which == 0:
-        answer = target.change_sources(srv.ChangeSourcesRequest(ids, texts, name))
-        assert len(answer.reasons) == len(ids), answer
-    elif which == 1:
-        answer = target.request_changes(srv.RequestChangesRequest(request_id, name, ids, texts))
-        assert answer.applied != any(answer.reasons), answer
-    elif which == 2:
+    if which < 6:
         lease = chance.choice([0.0, -1.0, math.nan, math.inf, 1e-9, 0.001, 0.01]) if chance.random() < 0.99 else 1e300
         nodes = chance.choice([[], ['/owner'], ['owner'], [name] * 3, ['/owner'] * 200])
         nodes = nodes if set(nodes) <= {'/owner'} or not name.startswith('/o') else ['/owner']
-        target.reserve_changes(srv.ReserveChangesRequest(transaction, request_id, name, nodes, lease, ids, texts))
-    elif which == 3:
-        decision = chance.choice(['apply', 'take back', '', 'both', '\x00'])
-        target.decide_changes(srv.DecideChangesRequest(transaction, decision))
-    elif which == 4:
+        phase = chance.choice(['', '', 'prepare', 'prepare', 'commit', 'abort', 'state', 'both', '\x00'])
+        answer = target.change_sources(
+            srv.ChangeSourcesRequest(request_id, name, ids, texts, phase, transaction, nodes, lease)
+        )
+        if phase == '':
+            assert len(answer.reasons) == max(1, len(ids)) or answer.state == 'applied', answer
+            assert (answer.state == 'applied') != any(answer.reasons), answer
+    elif which == 6:
         answer = target.get_values(srv.GetValuesRequest(ids))
         assert len(answer.values) == len(answer.reasons) == len(ids), answer
-    elif which == 5:
-        request = srv.UndoRequestRequest(request_id, name)
-        request._connection_header = {}
-        target._undo_request(request)
-    elif which == 6:
-        request = srv.ResetLocationsRequest(ids, name)
-        request._connection_header = {}
-        target._reset(request)
     elif which == 7:
         target._list_locations(srv.ListLocationsRequest(ids))
     else:

@@ -34,7 +34,7 @@ class Node:
         from std_msgs.msg import Float64, String
         """
 
-    def __init__(self, name, code, *options, wait_for='rosslt/undo', calls_init_node=False, **environment):
+    def __init__(self, name, code, *options, wait_for='rosslt/change_sources', calls_init_node=False, **environment):
         self.name = '/' + name
         self.directory = tempfile.TemporaryDirectory(prefix='rosslt_test_')
         self.file = os.path.join(self.directory.name, name + '.py')
@@ -57,7 +57,7 @@ class Node:
                 + '\n'
             )
 
-    def start(self, wait_for='rosslt/undo'):
+    def start(self, wait_for='rosslt/change_sources'):
         """Start it, and wait until it offers a service below its name, if one is named."""
         with open(self.errors, 'a', encoding='utf-8') as errors:
             self.process = subprocess.Popen(

@@ -49,6 +49,7 @@ def places(name):
 
 def change(name, values):
     """Set locations of a node at once: {id: value}."""
-    request = srv.ChangeSourcesRequest(list(values), [node.to_json(value) for value in values.values()], 'test')
-    answer = rospy.ServiceProxy(name + '/rosslt/change_sources', srv.ChangeSources)(request)
-    assert answer.applied, answer.reasons
+    answer = rospy.ServiceProxy(name + '/rosslt/change_sources', srv.ChangeSources)(
+        location_ids=list(values), values=[node.to_json(value) for value in values.values()]
+    )
+    assert answer.state == 'applied', answer.reasons

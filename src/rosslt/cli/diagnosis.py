@@ -6,7 +6,7 @@ in RViz, a node that makes interactive markers and a display that shows them. Ea
 
 import os
 import threading
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set
 
 import rosgraph
 
@@ -50,15 +50,16 @@ class Traffic:
     Args:
         received: the messages.
         seconds: for how long it listened.
+        field: the path of the part of its messages that is looked at; '' for all.
     """
 
-    def __init__(self, received: Iterable[Received], seconds: float) -> None:
+    def __init__(self, received: Iterable[Received], seconds: float, field: str = '') -> None:
         self.seconds = seconds
         self._count: Dict[Any, int] = {}
         self._tracked: Dict[Any, int] = {}
         self._sources: Dict[Any, Dict[values.Source, None]] = {}
         self._is_latched: Dict[Any, bool] = {}
-        self._has_plain: Dict[Any, bool] = {}
+        self._fields: Dict[Any, Dict[str, List[values.Source]]] = {}
         for message in received:
             key = message.topic, message.publisher
             sources = values.sources(message.message)
@@ -66,8 +67,9 @@ class Traffic:
             self._tracked[key] = self._tracked.get(key, 0) + bool(sources)
             self._sources.setdefault(key, {}).update(dict.fromkeys(sources))
             self._is_latched[key] = message.is_latched
-            if key not in self._has_plain:
-                self._has_plain[key] = any(map(_is_plain, values.leaves(message.message)))
+            if key not in self._fields or (sources and not any(self._fields[key].values())):
+                results = [one for one in values.leaves(message.message) if _is_result(*one, field)]
+                self._fields[key] = {path: values.sources(leaf) for path, leaf in results}
 
     def count(self, topic: str, publisher: str) -> int:
         """How many messages a node sent on a topic."""
@@ -85,9 +87,9 @@ class Traffic:
         """Whether the publisher is a latched one."""
         return self._is_latched.get((topic, publisher), False)
 
-    def has_plain(self, topic: str, publisher: str) -> bool:
-        """Whether the first message of a node on a topic has numbers without provenance that may be results."""
-        return self._has_plain.get((topic, publisher), False)
+    def fields(self, topic: str, publisher: str) -> Dict[str, List[values.Source]]:
+        """{path: sources} of the numbers in the first message of a node on a topic, with provenance if one has it."""
+        return self._fields.get((topic, publisher), {})
 
     def all_sources(self) -> Set[values.Source]:
         """The sources in all messages."""
@@ -98,9 +100,13 @@ class Traffic:
         return any(count for (name, _), count in self._tracked.items() if name == topic)
 
 
-def _is_plain(leaf: Tuple[str, Any]) -> bool:
-    path, value = leaf
-    return type(value) is float and value != 0 and not path.endswith(_NO_RESULTS)
+def _is_result(path: str, value: Any, field: str) -> bool:
+    """Whether a leaf of a message is a number that somebody may want to force: one of the field that was asked for,
+    else one that has been computed."""
+    plain = values.untracked(value)
+    if field:
+        return type(plain) in (float, int) and path.startswith(field) and path[len(field) : len(field) + 1] in '.['
+    return type(plain) is float and (plain != 0 or values.is_tracked(value)) and not path.endswith(_NO_RESULTS)
 
 
 class Losses:
@@ -137,6 +143,12 @@ class Losses:
         ]
         more = len(answer.files) - len(places)
         return '; '.join(places) + (f'; and {more} more' if more else '')
+
+
+def _few(names: List[str]) -> str:
+    """The first few of several names."""
+    more = len(names) - _MOST_PLACES
+    return ', '.join(names[:_MOST_PLACES]) + (f' and {more} more' if more > 0 else '')
 
 
 class Examination:
@@ -190,9 +202,25 @@ class Examination:
                     f'{publisher} sent one message within {self._traffic.seconds:g} s: a change is seen in the next '
                     'one; give its Publisher latch=True, or publish again when a location changes',
                 )
-            places = self._losses.of(publisher) if self._traffic.has_plain(topic, publisher) else ''
+            yield from self._of_fields(topic, publisher)
+            fields = self._traffic.fields(topic, publisher)
+            places = self._losses.of(publisher) if not all(fields.values()) else ''
             if places:
                 yield Finding(NOTE, f'{publisher} makes plain numbers of tracked ones at {places}')
+
+    def _of_fields(self, topic: str, publisher: str) -> Iterator[Finding]:
+        """The fields that cannot be forced, although others can."""
+        fields = self._traffic.fields(topic, publisher)
+        plain = [path for path, sources in fields.items() if not sources]
+        if plain:
+            yield Finding(NOTE, f'{_few(plain)} cannot be forced: it has no source, as {publisher} sends it')
+        fixed = [path for path, sources in fields.items() if sources and not any(map(self._can_change, sources))]
+        if fixed:
+            yield Finding(NOTE, f'{_few(fixed)} cannot be forced: none of its locations can be changed')
+
+    def _can_change(self, source: values.Source) -> bool:
+        place = self._directory.of(source)
+        return place is not None and not place.location.read_only
 
     def _why_plain(self, topic: str, publisher: str) -> str:
         heard = sorted(name for name, nodes in self._state.subscribers.items() if publisher in nodes)

@@ -1,10 +1,10 @@
 """Nodes and locations by their names, NODE and NODE/LOCATION, and what their owners report about them."""
 
-from typing import Any, List, Tuple
+from typing import Any, Dict, List, Mapping, Tuple
 
 import rosgraph
 
-from rosslt import node
+from rosslt import node, values
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import full_name, system_state, tracked_nodes
 from rosslt.cli.suggestions import did_you_mean
@@ -16,6 +16,7 @@ __all__ = [
     'Directory',
     'Place',
     'call',
+    'change',
     'cannot_reach',
     'find',
     'locations_of',
@@ -49,6 +50,23 @@ def call(master: rosgraph.Master, name: str, service: str, service_class: Any, r
     if name not in answers:
         raise cannot_reach(master, name, silent[name])
     return answers[name]
+
+
+def change(
+    master: rosgraph.Master, directory: Directory, requester: str, wanted: Mapping[values.Source, Any]
+) -> Dict[values.Source, node.Change]:
+    """Change sources, all or none; returns {Source: Change(old, new)}.
+
+    Raises:
+        Failure: a node refuses, or does not answer.
+    """
+    try:
+        return node.request_values_as(node.Requester(requester, directory), wanted, TIMEOUT)
+    except node.ChangeRejected as error:
+        reasons = dict.fromkeys(f'{source.node} refuses: {reason}' for source, reason in error.reasons.items())
+        raise Failure('; '.join(reasons)) from None
+    except node.SourceUnreachable as error:
+        raise cannot_reach(master, *next(iter(error.silent.items()))) from None
 
 
 def cannot_reach(master: rosgraph.Master, name: str, reason: str) -> Failure:

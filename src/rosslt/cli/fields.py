@@ -1,7 +1,7 @@
 """Fields of messages, as people write them: `pose/position/x`, `points[3].x`; and targets for them."""
 
 import copy
-from typing import Any, Dict, List, Union
+from typing import Any, Dict, List, Optional, Union
 
 import yaml
 
@@ -37,10 +37,64 @@ def steps(path: str) -> List[Union[str, int]]:
         raise Failure(str(error)) from None
 
 
+def conditions(text: str) -> Dict[str, str]:
+    """The conditions that `ns=base,id=3` writes, {field: value}.
+
+    Raises:
+        Failure: one is none.
+    """
+    found = [part.partition('=') for part in text.split(',') if part]
+    for name, equals, _ in found:
+        if not (name and equals):
+            raise Failure(f'--where takes FIELD=VALUE, several with a comma between, found {text!r}')
+    return {name: value for name, _, value in found}
+
+
+def path_where(message: Any, path: str, wanted: Dict[str, str]) -> Optional[str]:
+    """The path of a field in that thing of a message that meets conditions; None where the message is about others.
+
+    A thing is the message itself; or an element of the first array on the path that has no index there; or, where the
+    condition is about a list of names, the element of the field at the same index: `name=elbow` of a JointState.
+
+    Args:
+        path: of the field, without the index that is looked for.
+        wanted: {field of the thing: its value as a text}.
+
+    Raises:
+        Failure: there is no such field.
+    """
+    walked: List[Union[str, int]] = []
+    for step in steps(path):
+        part = field_of(message, _path(walked))
+        if isinstance(part, (list, tuple)) and not isinstance(step, int) and wanted:
+            index = next((index for index, one in enumerate(part) if _meets(one, wanted)), None)
+            if index is None:
+                return None
+            walked.append(index)
+            wanted = {}
+        walked.append(step)
+    for name, text in list(wanted.items()):
+        names = field_of(message, name)
+        if isinstance(names, (list, tuple)):
+            if text not in map(str, names):
+                return None
+            walked.append(list(map(str, names)).index(text))
+            del wanted[name]
+    field_of(message, _path(walked))
+    return _path(walked) if _meets(message, wanted) else None
+
+
+def _path(walked: List[Union[str, int]]) -> str:
+    return ''.join(f'[{step}]' if isinstance(step, int) else f'.{step}' for step in walked).lstrip('.')
+
+
+def _meets(part: Any, wanted: Dict[str, str]) -> bool:
+    return all(str(values.untracked(field_of(part, name))) == text for name, text in wanted.items())
+
+
 def joined(path: str, leaf: str) -> str:
     """The path of a leaf in a part that is itself at a path, as `values.leaves` writes paths."""
-    whole = ''.join(f'[{step}]' if isinstance(step, int) else f'.{step}' for step in steps(path))
-    return (whole + (leaf if leaf.startswith('[') or not leaf else '.' + leaf)).lstrip('.')
+    return (_path(steps(path)) + (leaf if leaf.startswith('[') or not leaf else '.' + leaf)).lstrip('.')
 
 
 def target(message: Any, path: str, text: str) -> Any:

@@ -1,7 +1,7 @@
 """Waiting for messages of a topic: of each of its publishers, or for the first one of a topic that is silent."""
 
 import time
-from typing import Dict, List, Optional
+from typing import Callable, Dict, List, Optional
 
 import rosgraph
 
@@ -16,7 +16,12 @@ _GATHERING = 1.0
 
 
 def heard_publishers(
-    master: rosgraph.Master, inbox: Inbox, topic: str, timeout: float, publisher: Optional[str] = None
+    master: rosgraph.Master,
+    inbox: Inbox,
+    topic: str,
+    timeout: float,
+    publisher: Optional[str] = None,
+    is_meant: Callable[[Received], bool] = lambda received: True,
 ) -> List[Received]:
     """A message of each node that publishes a topic, in the order of their names.
 
@@ -26,9 +31,10 @@ def heard_publishers(
         topic: its full name.
         timeout: how long to wait for the first message, in seconds.
         publisher: wait for this node alone.
+        is_meant: whether a message is one of those that are waited for.
 
     Raises:
-        Failure: nobody sends a message in time, or the publisher is none.
+        Failure: nobody sends such a message in time, or the publisher is none.
     """
     awaited = system_state(master).publishers.get(topic, [])
     if publisher is not None:
@@ -44,7 +50,7 @@ def heard_publishers(
         received = inbox.next_before(end)
         if received is None:
             break
-        if publisher is not None and received.publisher != awaited[0]:
+        if (publisher is not None and received.publisher != awaited[0]) or not is_meant(received):
             continue
         if not found:
             end = min(end, time.monotonic() + _GATHERING)

@@ -26,53 +26,63 @@ from rosslt.node.api import (
     read_parameter,
     reevaluate,
     remove_location,
+    request_values,
     reread,
     start,
     undo,
 )
-from rosslt.node.branches import Expression
 from rosslt.node.call_sites import CallSite, call_site
-from rosslt.node.client import Change, ChangeRejected, SourceUnreachable, Undone, undo_request
-from rosslt.node.client import force_value as force_value_as
-from rosslt.node.closed_loop import NotReached, Outcome, close_loop
+from rosslt.node.client import Change, ChangeRejected, Requester, SourceUnreachable, Undone, undo_request
+from rosslt.node.client import request_values as request_values_as
+from rosslt.node.closed_loop import STILL, ClosedLoop, NotReached, Outcome, close_loop
 from rosslt.node.directory import Directory, Place
+from rosslt.node.errors import NodeErrors
+from rosslt.node.expression_diff import Expression
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
 from rosslt.node.no_master import NO_MASTER
-from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, take_fractions, when_parameter_changes
+from rosslt.node.observation import Observation, observe
+from rosslt.node.parameters_of_node import (
+    bound_parameter,
+    is_whole_parameter,
+    parameter_was_set,
+    take_fractions,
+    when_parameter_changes,
+)
 from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.saving import Unsaved, changes_to_save
 from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.services import Service, ServiceProxy
-from rosslt.node.sights import Look, Motion, Sight, sight_of
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, SharingSubscriber, Subscriber, wait_for_message
-from rosslt.node.undoing import histories, last_change
+from rosslt.node.undoing import histories, last_change, values_in_code
 
 __all__ = [
     'NO_ANSWER',
     'NO_MASTER',
+    'STILL',
     'CallSite',
     'Change',
     'ChangeRejected',
+    'ClosedLoop',
     'Directory',
     'Expression',
     'HeldLocation',
     'LiteralLocation',
-    'Look',
-    'Motion',
+    'NodeErrors',
     'NotReached',
+    'Observation',
     'Outcome',
     'Place',
     'Publisher',
+    'Requester',
     'Service',
     'ServiceProxy',
-    'Sight',
     'SourceUnreachable',
     'SharingSubscriber',
     'Subscriber',
@@ -82,6 +92,7 @@ __all__ = [
     'add_location',
     'args_kwds_to_message',
     'ask_all',
+    'bound_parameter',
     'call_site',
     'change_count',
     'close_loop',
@@ -91,7 +102,6 @@ __all__ = [
     'explain',
     'force_field',
     'force_value',
-    'force_value_as',
     'from_json',
     'get_param',
     'histories',
@@ -107,15 +117,17 @@ __all__ = [
     'location',
     'locations_lock',
     'new_request_id',
+    'observe',
     'on_new_master',
     'original_source',
     'read_at',
     'read_parameter',
     'reevaluate',
     'remove_location',
+    'request_values',
+    'request_values_as',
     'reread',
     'rotated',
-    'sight_of',
     'start',
     'parameter_was_set',
     'take_fractions',
@@ -124,6 +136,7 @@ __all__ = [
     'to_json',
     'undo',
     'undo_request',
+    'values_in_code',
     'wait_for_message',
     'when_parameter_changes',
 ]

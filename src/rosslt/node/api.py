@@ -7,16 +7,31 @@ import re
 import sys
 import threading
 from types import FrameType
-from typing import Any, Callable, Collection, ContextManager, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import (
+    Any,
+    Callable,
+    Collection,
+    ContextManager,
+    Dict,
+    Iterator,
+    List,
+    Mapping,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 import rospy
 
-from rosslt import files, values
+from rosslt import files, srv, values
 from rosslt.node import client, closed_loop, listening
 from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
+from rosslt.node.commit_participant import APPLIED
 from rosslt.node.composed import readable
 from rosslt.node.directory import Directory
-from rosslt.node.json_scalars import Refused
+from rosslt.node.history import NOTHING_TO_UNDO
+from rosslt.node.json_scalars import Refused, from_json
 from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, Readable, checked_limits
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
@@ -322,11 +337,33 @@ def undo() -> Dict[values.Source, client.Change]:
         ChangeRejected: the node takes no changes now, or a setter refuses the old value.
         rospy.ROSException: `init_node` has not been called.
     """
-    try:
-        owner = started('undo')
-        return {location.source: client.Change(old, new) for location, old, new in owner.undo('', owner.name)}
-    except Refused as refused:
-        raise client.ChangeRejected(str(refused), {}) from None
+    owner = started('undo')
+    answer = owner.change_sources(srv.ChangeSourcesRequest(requester=owner.name))
+    if answer.state != APPLIED and answer.reasons != [NOTHING_TO_UNDO]:
+        raise client.ChangeRejected(answer.reasons[0], {})
+    return {
+        values.Source(owner.name, one.location_id): client.Change(from_json(one.old_value), from_json(one.new_value))
+        for one in answer.changes
+    }
+
+
+def request_values(
+    wanted: Mapping[values.Source, Any], timeout: float = 1.0, request_id: str = ''
+) -> Dict[values.Source, client.Change]:
+    """Have the owners of sources give them new values, all or none: what every change ends in. For the rooms above.
+
+    Args:
+        wanted: {Source: new value}.
+        timeout, request_id: as of `force_value`.
+
+    Returns:
+        {Source: Change(old, new)}, with the values that the owners say they had and have now.
+
+    Raises:
+        ChangeRejected, SourceUnreachable: as of `force_value`.
+        rospy.ROSException: `init_node` has not been called.
+    """
+    return client.request_values(started('request_values'), wanted, timeout, request_id)
 
 
 def force_value(

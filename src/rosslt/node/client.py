@@ -1,7 +1,8 @@
-"""Asking other nodes: for a change of their sources, and for the values that they have now.
+"""Requests to other nodes: to change their sources (`request_values`, in which every change ends), to take a change
+back, and for the values that sources have now.
 
 The paper's `force_value` and `reevaluate` (section IV-A), acknowledged: every request goes to the owning
-node's service, all nodes at once, and waits for the answer, but never longer than it was told to.
+node's service and waits for the answer, but never longer than it was told to.
 """
 
 import time
@@ -17,29 +18,29 @@ from typing import (
     Optional,
     Protocol,
     Sequence,
-    Tuple,
     TypeVar,
 )
 
 from rosslt import msg, srv, values
+from rosslt.node.commit_coordinator import Part, commit
 from rosslt.node.directory import Directory
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import Refused, from_json, to_json
 from rosslt.node.service_calls import ask_all
-from rosslt.node.together import Part, change_together
 
 _Solved = TypeVar('_Solved')
 
 
 class Change(NamedTuple):
-    """What a request changed at a source: its value before and after."""
+    """A change of a source: its value before and after."""
 
     old: Any
     new: Any
 
 
 class Asker(Protocol):
-    """Who asks: its name, and what it knows of sources. The services of its own locations are its methods."""
+    """A node or command that asks for changes: its name, and what it knows of sources. Where it has locations of its
+    own, their services are its methods."""
 
     @property
     def name(self) -> str: ...
@@ -48,11 +49,29 @@ class Asker(Protocol):
     def directory(self) -> Directory: ...
 
 
+class Owner(Asker, Protocol):
+    """An asker with locations of its own."""
+
+    def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse: ...
+
+
+class Requester(NamedTuple):
+    """An asker without locations of its own: a command.
+
+    Attributes:
+        name: who asks, as histories say it.
+        directory: what it knows of sources.
+    """
+
+    name: str
+    directory: Directory
+
+
 class SourceUnreachable(values.Error):
     """A node that owns a source does not answer.
 
     Attributes:
-        nodes: the names of the nodes.
+        silent: {name of a node: why it does not answer}.
         changed: what the same request has changed in other nodes and could not be taken back, {Source: Change}.
         taken_back: what it had changed there, and has the former value again, {Source: Change}.
     """
@@ -60,14 +79,19 @@ class SourceUnreachable(values.Error):
     def __init__(
         self,
         message: str,
-        nodes: List[str],
+        silent: Dict[str, str],
         changed: Optional[Dict[values.Source, Change]] = None,
         taken_back: Optional[Dict[values.Source, Change]] = None,
     ) -> None:
         super().__init__(message)
-        self.nodes = nodes
+        self.silent = silent
         self.changed = changed or {}
         self.taken_back = taken_back or {}
+
+    @property
+    def nodes(self) -> List[str]:
+        """The names of the nodes."""
+        return sorted(self.silent)
 
 
 class ChangeRejected(values.Error):
@@ -92,8 +116,52 @@ class ChangeRejected(values.Error):
         self.taken_back = taken_back or {}
 
 
+def request_values(
+    asker: Asker, wanted: Mapping[values.Source, Any], timeout: float = 1.0, request_id: str = ''
+) -> Dict[values.Source, Change]:
+    """Have the owners of sources give them new values, all or none: what every change ends in.
+
+    Args:
+        asker: who asks.
+        wanted: {Source: new value}.
+        timeout: how long to wait for the owners' answers, in seconds; taking back may take a second more.
+        request_id: what groups several calls in the owners' histories; by default each call is a request of its own.
+
+    Returns:
+        {Source: Change(old, new)}, with the values that the owners say they had and have now.
+
+    Raises:
+        ChangeRejected, SourceUnreachable: as of `force_value`.
+    """
+    sources: Dict[str, List[values.Source]] = {}
+    for source in wanted:
+        sources.setdefault(source.node, []).append(source)
+    parts = {
+        node: Part([one.location_id for one in owned], [to_json(wanted[one]) for one in owned])
+        for node, owned in sources.items()
+    }
+    outcome = commit(asker, parts, asker.name, request_id or new_request_id(), time.monotonic() + timeout)
+    try:
+        changed, taken_back = _by_source(outcome.changes), _by_source(outcome.taken_back)
+    except Refused as refused:
+        raise _unreachable(dict.fromkeys(sources, f'an answer cannot be read: {refused}')) from None
+    if outcome.is_done:
+        return changed
+    asker.directory.forget(wanted)
+    reasons = {
+        source: reason
+        for node, said in outcome.reasons.items()
+        for source, reason in zip(sources[node], said)
+        if reason
+    }
+    told = _what_was_done(asker, changed, taken_back, outcome.left) if len(parts) > 1 else ''
+    if reasons:
+        raise ChangeRejected(_refusal(reasons) + told, reasons, changed, taken_back)
+    raise SourceUnreachable(_cannot_reach(outcome.silent) + told, outcome.silent, changed, taken_back)
+
+
 def force_value(
-    owner: Asker,
+    asker: Asker,
     x: Any,
     target: Any,
     source: Optional[values.Source] = None,
@@ -104,46 +172,16 @@ def force_value(
     """`rosslt.force_value`, for a node that owns locations itself, or for a command that owns none."""
     deadline = time.monotonic() + timeout
     wanted = solved(
-        owner,
+        asker,
         values.sources(x),
         timeout / 2,
         lambda limits: values.solve(x, target, source, sources=sources, **limits),
     )
-    by_node: Dict[str, List[Tuple[values.Source, Any]]] = {}
-    for changing, value in wanted.items():
-        by_node.setdefault(changing.node, []).append((changing, value))
-    request_id = request_id or new_request_id()
-    if len(by_node) > 1:
-        return _force_together(owner, by_node, request_id, deadline)
-    requests = {
-        node: srv.RequestChangesRequest(
-            request_id,
-            owner.name,
-            [changing.location_id for changing, _ in pairs],
-            [to_json(value) for _, value in pairs],
-        )
-        for node, pairs in by_node.items()
-    }
-    answers, silent = _ask(owner, 'request_changes', srv.RequestChanges, requests, deadline)
-    changed: Dict[values.Source, Change] = {}
-    reasons: Dict[values.Source, str] = {}
-    for node, answer in answers.items():
-        asked = [changing for changing, _ in by_node[node]]
-        if answer.applied:
-            changed.update(zip(asked, map(Change, answer.old_values, answer.new_values)))
-        else:
-            reasons.update((changing, reason) for changing, reason in zip(asked, answer.reasons) if reason)
-    if reasons or silent:
-        owner.directory.forget(wanted)
-    if reasons:
-        raise ChangeRejected(_refusal(reasons), reasons)
-    if silent:
-        raise _unreachable(silent)
-    return changed
+    return request_values(asker, wanted, deadline - time.monotonic(), request_id)
 
 
 def solved(
-    owner: Asker, sources: Sequence[values.Source], timeout: float, solve: Callable[[Dict[str, Any]], _Solved]
+    asker: Asker, sources: Sequence[values.Source], timeout: float, solve: Callable[[Dict[str, Any]], _Solved]
 ) -> _Solved:
     """The result of solving within what the owners of sources allow.
 
@@ -155,14 +193,14 @@ def solved(
         values.NotInvertible: as of `solve`.
         ChangeRejected: a lock stands in the way.
     """
-    limits = owner.directory.limits(sources, timeout)
+    limits = asker.directory.limits(sources, timeout)
     try:
         return solve(limits)
     except values.NotInvertible:
         if not limits['read_only']:
             raise
-    owner.directory.forget(limits['read_only'])  # one may have been unlocked since
-    limits = owner.directory.limits(sources, timeout)
+    asker.directory.forget(limits['read_only'])  # one may have been unlocked since
+    limits = asker.directory.limits(sources, timeout)
     try:
         return solve(limits)
     except values.NotInvertible:
@@ -184,36 +222,8 @@ def _locked(sources: Sequence[values.Source], timeout: float) -> Dict[values.Sou
     }
 
 
-def _force_together(
-    owner: Asker, by_node: Dict[str, List[Tuple[values.Source, Any]]], request_id: str, deadline: float
-) -> Dict[values.Source, Change]:
-    """Change sources of several nodes, all or none; raises as `force_value` does."""
-    parts = {
-        node: Part([changing.location_id for changing, _ in pairs], [to_json(value) for _, value in pairs])
-        for node, pairs in by_node.items()
-    }
-    outcome = change_together(owner, parts, owner.name, request_id, deadline)
-    changed, taken_back = _by_source(outcome.changes), _by_source(outcome.taken_back)
-    if outcome.is_done:
-        return changed
-    sources = {node: [changing for changing, _ in pairs] for node, pairs in by_node.items()}
-    owner.directory.forget(changing for node in sources for changing in sources[node])
-    reasons = {
-        changing: reason
-        for node, said in outcome.reasons.items()
-        # a node that refuses when it is to apply its part says one reason for all
-        for changing, reason in zip(
-            sources[node], said if len(said) == len(sources[node]) else said * len(sources[node])
-        )
-        if reason
-    }
-    told = _what_was_done(owner, changed, taken_back, outcome.left)
-    if reasons:
-        raise ChangeRejected(_refusal(reasons) + told, reasons, changed, taken_back)
-    raise SourceUnreachable(_cannot_reach(outcome.silent) + told, sorted(outcome.silent), changed, taken_back)
-
-
 def _by_source(changes: Mapping[str, Iterable[msg.AppliedChange]]) -> Dict[values.Source, Change]:
+    """{Source: Change} of {node: changes}; raises Refused where one is no JSON scalar."""
     return {
         values.Source(node, change.location_id): Change(from_json(change.old_value), from_json(change.new_value))
         for node, changed in changes.items()
@@ -222,7 +232,7 @@ def _by_source(changes: Mapping[str, Iterable[msg.AppliedChange]]) -> Dict[value
 
 
 def _what_was_done(
-    owner: Asker,
+    asker: Asker,
     changed: Dict[values.Source, Change],
     taken_back: Dict[values.Source, Change],
     left: Dict[str, str],
@@ -232,10 +242,10 @@ def _what_was_done(
         return '; nothing has changed'
     parts = []
     if taken_back:
-        parts.append('taken back: ' + ', '.join(map(owner.directory.name, taken_back)))
+        parts.append('taken back: ' + ', '.join(map(asker.directory.name, taken_back)))
     for node, why in left.items():
         kept = [
-            f'{owner.directory.name(source)} = {to_json(change.new)}'
+            f'{asker.directory.name(source)} = {to_json(change.new)}'
             for source, change in changed.items()
             if source.node == node
         ]
@@ -244,7 +254,7 @@ def _what_was_done(
     return '; ' + '; '.join(parts)
 
 
-def reevaluate(owner: Asker, x: Any, timeout: float = 1.0) -> Any:
+def reevaluate(owner: Owner, x: Any, timeout: float = 1.0) -> Any:
     """`rosslt.reevaluate`, for a node that owns locations itself."""
     by_node: Dict[str, List[values.Source]] = {}
     for source in values.sources(x):
@@ -252,14 +262,21 @@ def reevaluate(owner: Asker, x: Any, timeout: float = 1.0) -> Any:
     requests = {
         node: srv.GetValuesRequest([source.location_id for source in wanted]) for node, wanted in by_node.items()
     }
-    answers, silent = _ask(owner, 'get_values', srv.GetValues, requests, time.monotonic() + timeout)
+    others = {node: request for node, request in requests.items() if node != owner.name}
+    answers, silent = ask_all('get_values', srv.GetValues, others, timeout)
+    if owner.name in requests:
+        answers[owner.name] = owner.get_values(requests[owner.name])
     current: Dict[values.Source, Any] = {}
     for node, answer in answers.items():
-        for source, value, reason in zip(by_node[node], answer.values, answer.reasons):
+        if len(answer.values) != len(by_node[node]):
+            silent[node] = f'it gives {len(answer.values)} values of {len(by_node[node])} locations'
+        for source, text, reason in zip(by_node[node], answer.values, answer.reasons):
+            try:
+                current[source] = None if reason else from_json(text)
+            except Refused as refused:
+                reason = f'its answer cannot be read: {refused}'
             if reason:
                 silent[node] = reason
-            else:
-                current[source] = value
     if silent:
         raise _unreachable(silent)
     return values.reapply(x, current)
@@ -285,26 +302,13 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
     Returns:
         What was taken back, and why a node that has a part in it refuses or does not answer.
     """
-    asked = list(nodes)
-    if len(asked) > 1:
-        parts = dict.fromkeys(asked, Part())
-        outcome = change_together(_Nobody(), parts, requester, request_id, time.monotonic() + timeout)
-        reasons = {node: '; '.join(filter(None, said)) for node, said in outcome.reasons.items()}
-        reasons.update(outcome.silent)
-        for node, why in outcome.left.items():
-            reasons.setdefault(node, f'it has changed, and could not be restored: {why}')
-        return Undone(outcome.changes, reasons)
-    requests = {node: srv.UndoRequestRequest(request_id, requester) for node in asked}
-    answers, reasons = ask_all('undo_request', srv.UndoRequest, requests, timeout)
-    changes = {node: list(answer.changes) for node, answer in answers.items() if answer.success}
-    reasons.update((node, answer.message) for node, answer in answers.items() if not answer.success)
-    return Undone(changes, reasons)
-
-
-class _Nobody:
-    """An asker without locations: every node is asked by its services."""
-
-    name = ''
+    parts = dict.fromkeys(nodes, Part())
+    outcome = commit(Requester('', Directory()), parts, requester, request_id, time.monotonic() + timeout)
+    reasons = {node: '; '.join(filter(None, said)) for node, said in outcome.reasons.items()}
+    reasons.update(outcome.silent)
+    for node, why in outcome.left.items():
+        reasons.setdefault(node, f'it has changed, and could not be restored: {why}')
+    return Undone(outcome.changes, reasons)
 
 
 def _refusal(reasons: Dict[values.Source, str]) -> str:
@@ -317,41 +321,4 @@ def _cannot_reach(silent: Dict[str, str]) -> str:
 
 
 def _unreachable(silent: Dict[str, str]) -> SourceUnreachable:
-    return SourceUnreachable(_cannot_reach(silent), sorted(silent))
-
-
-def _ask(
-    owner: Asker, service: str, service_class: Any, requests: Dict[str, Any], deadline: float
-) -> Tuple[Dict[str, Any], Dict[str, str]]:
-    """Ask other nodes by their services, and this one at once.
-
-    Returns:
-        ({node: response, its values read from JSON}, {node: why there is none}).
-    """
-    others = {node: request for node, request in requests.items() if node != owner.name}
-    answers, silent = ask_all(service, service_class, others, deadline - time.monotonic())
-    if owner.name in requests:
-        answers[owner.name] = getattr(owner, service)(requests[owner.name])
-    for node in list(answers):
-        try:
-            answers[node] = _read(answers[node], len(requests[node].location_ids))
-        except Refused as refused:
-            silent[node] = f'its answer cannot be read: {refused}'
-            del answers[node]
-    return answers, silent
-
-
-def _read(answer: Any, count: int) -> Any:
-    """An answer with its lists of JSON scalars read.
-
-    Raises:
-        Refused: it has not as many of each as were asked for, or a text is no JSON scalar.
-    """
-    for field in answer.__slots__:
-        column = getattr(answer, field)
-        if isinstance(column, list):
-            if len(column) != count:
-                raise Refused(f'{len(column)} {field} for {count} locations')
-            if field != 'reasons':
-                setattr(answer, field, [from_json(text) if text else None for text in column])
-    return answer
+    return SourceUnreachable(_cannot_reach(silent), silent)

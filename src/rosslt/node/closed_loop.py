@@ -1,25 +1,33 @@
-"""The closed loop: a change is believed when a message shows it.
+"""The closed loop: solve, change, look at what comes, at most so many times, then say what came instead.
 
 An expression says how a node computed a field, not how it will compute it after a change: it may take another branch,
 round, or go on from what it has summed up. So the next message is looked at; where the field is not what was wanted,
-the new message's expression is solved, and so on.
+the new message's expression is solved, and so on. `ClosedLoop` is fed with observations: by `close_loop` with those of
+a topic, by drags with those of the thing that was dropped.
 """
 
 import time
-from typing import Any, Collection, Dict, FrozenSet, List, NamedTuple, Optional, Protocol, Set, Tuple
+from typing import Any, Callable, Collection, Dict, FrozenSet, List, NamedTuple, Optional, Protocol, Set, Tuple
 
 from rosslt import messages, values
-from rosslt.node.branches import Difference
-from rosslt.node.client import Asker, Change, ChangeRejected, SourceUnreachable, force_value, solved, undo_request
+from rosslt.node.client import Asker, Change, ChangeRejected, SourceUnreachable, request_values, solved, undo_request
+from rosslt.node.errors import NodeErrors
+from rosslt.node.expression_diff import Difference
 from rosslt.node.history import new_request_id
-from rosslt.node.sights import Look, Sight, is_equal, sight_of
+from rosslt.node.observation import ChangeObserver, Observation, is_equal, observe
 from rosslt.values import Source
 
 #: How long owners may take to answer, in seconds.
 OWNER_TIMEOUT = 2.0
 
-#: How many rounds that come no nearer are made, and how many a field that moves by itself is solved for.
-PATIENCE = 2
+#: How many times in a row a field that moves by itself is solved for its moment.
+MOMENTS = 2
+
+#: How long a field stands still that does not move by itself, in seconds; many a field is sent oftener than it moves.
+STILL = 1.0
+
+#: How often it is looked whether a node has raised while no message comes, in seconds.
+ERROR_PERIOD = 0.1
 
 #: Fields that say what a message is about, where a node sends several things on one topic.
 NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
@@ -27,8 +35,8 @@ NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 #: How the path ends of what names a goal of an action: each has another one, also where it is sent again.
 OF_GOALS = 'goal_id.id'
 
-#: How many other branches are described.
-MOST_BRANCHES = 3
+#: How many other branches are described, and how many numbers are named that could be tried.
+MOST_BRANCHES, MOST_NUMBERS = 3, 3
 
 #: The longest value or expression in an error, in characters.
 LONGEST = 160
@@ -60,7 +68,7 @@ class Stream(Protocol):
 
 
 class Outcome(NamedTuple):
-    """What forcing a field has changed, and what was seen then.
+    """The result of forcing a field: what has changed, and what was seen then.
 
     Attributes:
         changes: {Source: Change(old, new)}: before the first round, and after the last one.
@@ -102,6 +110,116 @@ class NotReached(values.Error):
         self.outcome = outcome
 
 
+class ClosedLoop:
+    """Has the sources of a field changed, looks at what comes, and has them changed again.
+
+    Args:
+        change: has the sources become what an observation needs, and gives what it has changed, {Source: Change};
+            empty where there is nothing left to try.
+        rounds: how many times at most.
+        timeout: how long to wait for a message that shows a change, in seconds.
+        settle: how long a field that is computed in another way than when it was solved has to stand still before it is
+            solved again, in seconds. Where that is above 0, a field that moves is left alone: it was where it was
+            wanted at its moment.
+
+    Attributes:
+        is_over, is_reached: whether it is at its end, and the field as wanted.
+        moves: whether the field moves by itself.
+        rounds: how many times sources were changed.
+        observer: what the messages after the last change show.
+        last: the observation that is the result; None where no message shows the change.
+        branches: how the field was computed in other ways than when it was solved.
+    """
+
+    def __init__(
+        self,
+        change: Callable[[Observation], Dict[Source, Change]],
+        rounds: int,
+        timeout: float,
+        settle: float = 0.0,
+    ) -> None:
+        self._change, self._most, self._timeout, self._settle = change, rounds, timeout, settle
+        self.is_over = self.is_reached = self.moves = False
+        self.rounds = self._moments = 0
+        self.observer = ChangeObserver({}, timeout)
+        self.last: Optional[Observation] = None
+        self.branches: List[Difference] = []
+        self._still_until: Optional[float] = None
+        self._has_more = True
+
+    def begin(self, observation: Observation) -> None:
+        """Have the sources changed for the first time; raises what `change` raises."""
+        self._solve(observation)
+
+    def follow(self, solved: Observation, changed: Dict[Source, Change]) -> None:
+        """Look at what comes: the sources have been changed for an observation."""
+        self.rounds += 1
+        self._solved, self.observer, self.last = solved, ChangeObserver(changed, self._timeout), None
+
+    @property
+    def end(self) -> float:
+        """Until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called."""
+        return self.observer.end if self._still_until is None else self._still_until
+
+    def take(self, observation: Optional[Observation], is_latched: bool = False) -> None:
+        """Take in what a message shows; None where it has no such field."""
+        is_enough = self.observer.take(observation, is_latched)
+        if self._still_until is not None:
+            if self.observer.moves:
+                self._conclude()
+        elif is_enough and self._settle and self._is_other(self.observer):
+            self._still_until = time.monotonic() + self._settle
+        elif is_enough:
+            self._conclude()
+
+    def pass_time(self) -> None:
+        """No message came until `end`."""
+        self._conclude()
+
+    def stop(self) -> None:
+        """End it here."""
+        self.is_over = True
+
+    def _is_other(self, observer: ChangeObserver) -> bool:
+        """Whether the field is not as wanted, and computed in another way than when it was solved."""
+        seen = observer.new or observer.other
+        return not observer.reached and self._solved.expression.difference(seen[-1].expression).is_branch()
+
+    def _conclude(self) -> None:
+        """Judge what was seen of a change, and solve that where it is not what was wanted."""
+        observer, self._still_until = self.observer, None
+        seen = observer.new or observer.other
+        if self._settle and len(seen) < 2:  # one message does not tell whether it moves
+            seen = []
+        if observer.reached is not None:
+            self.last, self.moves = observer.reached, False
+            self.is_over = self.is_reached = True
+            return
+        self.last, self.moves = (seen[-1] if seen else None), observer.moves
+        if not seen or not self._has_more:
+            self.stop()
+            return
+        self._moments = self._moments + 1 if observer.is_solved_for_its_moment(self._solved) else 0
+        if self.moves and (self._settle or self._moments >= min(MOMENTS, self._most)):
+            self.last = seen[0]
+            self.is_over = self.is_reached = True
+            return
+        difference = self._solved.expression.difference(seen[-1].expression)
+        if difference.is_branch(observer.moving):
+            self.branches.append(difference)
+        self._solve(seen[-1])
+
+    def _solve(self, observation: Observation) -> None:
+        changed = self._change(observation) if self.rounds < self._most else {}
+        if changed:
+            self.follow(observation, changed)
+        elif self.branches and not self.moves and not self._settle:
+            # whether it stands still tells another branch from a field that is sent oftener than it moves
+            self._has_more, self._still_until = False, time.monotonic() + STILL
+        else:
+            self.stop()
+
+
 class Field(NamedTuple):
     """A field of the messages of one publisher of a topic.
 
@@ -117,7 +235,7 @@ class Field(NamedTuple):
 
 
 def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
-    """Which of several things a message is about, where nodes send several on one topic: what its names are.
+    """The thing that a message is about, where nodes send several on one topic: what its names are.
 
     Args:
         path: the field in question, which is no name of it.
@@ -166,10 +284,13 @@ def close_loop(
     if rounds < 1:
         raise ValueError(f'rounds must be at least 1, found {rounds}')
     field = Field(heard.publisher, path, thing_of(heard.message, path))
-    return _Loop(asker, stream, field, wanted, sources, timeout).run(heard.message, rounds, keep_anyway)
+    with NodeErrors() as errors:
+        return _Force(asker, stream, field, wanted, sources, rounds, timeout, errors).run(heard.message, keep_anyway)
 
 
-class _Loop:
+class _Force:
+    """Feeds a ClosedLoop with the messages of a topic."""
+
     def __init__(
         self,
         asker: Asker,
@@ -177,83 +298,71 @@ class _Loop:
         field: Field,
         wanted: Any,
         sources: Optional[Collection[Source]],
+        rounds: int,
         timeout: float,
+        errors: NodeErrors,
     ) -> None:
         self._asker, self._stream, self._field, self._wanted = asker, stream, field, wanted
-        self._sources, self._timeout = sources, timeout
+        self._sources, self._timeout, self._errors = sources, timeout, errors
+        self._loop = ClosedLoop(self._change, rounds, timeout)
         self._request_id = new_request_id()
         self._changes: Dict[Source, Change] = {}
-        self._began = 0.0
-        self._messages = self._rounds = 0
-        self._last: Optional[Sight] = None
+        self._began = self._requested = 0.0
+        self._messages = 0
         # source values -> what the field was then, and its slopes
         self._tried: Dict[FrozenSet[Tuple[Source, Any]], Tuple[Any, Any]] = {}
-        self._branches: List[Difference] = []
-        self._moves = False
         self._notes: List[str] = []  # what else explains that it was not reached
 
-    def run(self, message: Any, rounds: int, keep_anyway: bool) -> Outcome:
-        sight = self._sight(message)
-        if sight is None:
+    def run(self, message: Any, keep_anyway: bool) -> Outcome:
+        first = self._observed(message)
+        if first is None:
             raise ValueError(f'the message has no field {self._field.path}')
         messages.check_range(*messages.part_at(message, self._field.path), self._wanted)
-        if sight.is_reached:
-            return Outcome({}, self._wanted, values.untracked(sight.part), True)
-        best, worse, moments = float('inf'), 0, 0
-        for _ in range(rounds):
-            try:
-                changed = self._change(sight)
-            except (values.NotInvertible, values.NotTracked, ChangeRejected, SourceUnreachable) as error:
-                if not self._changes:
-                    raise
-                self._notes.append(str(error))
-                break
-            if changed is None:
-                break
-            look = self._look(changed)
-            if look.reached is not None:
-                self._last, self._moves = look.reached, False
-                return self._outcome(is_reached=True)
-            seen = look.new or look.other
-            if not seen:
-                self._notes.append(self._why_silent(look, changed))
-                self._last = None
-                break
-            first, self._last = seen[0], seen[-1]
-            self._moves = look.moves
-            moments = moments + 1 if look.is_solved_for_its_moment(sight) else 0
-            if moments >= min(PATIENCE, rounds):
-                self._last = first
-                return self._outcome(is_reached=True)
-            slopes = values.slopes([leaf for _, leaf in values.leaves(self._last.part) if values.is_tracked(leaf)])
-            self._tried[self._state()] = values.untracked(self._last.part), slopes
-            difference = sight.expression.difference(self._last.expression)
-            if difference.is_branch(look.moving):
-                self._branches.append(difference)
-            worse = worse + 1 if first.distance >= best else 0
-            best = min(best, first.distance)
-            sight = self._last
-            if worse >= PATIENCE:
-                break
+        if first.is_reached:
+            return Outcome({}, self._wanted, values.untracked(first.part), True)
+        loop = self._loop
+        loop.begin(first)
+        while not loop.is_over:
+            heard = self._stream.next_before(min(loop.end, time.monotonic() + ERROR_PERIOD))
+            error = self._why_raised()
+            if error:
+                self._notes.append(error)
+                loop.stop()
+            elif heard is None:
+                if time.monotonic() >= loop.end:
+                    loop.pass_time()
+            elif heard.publisher == self._field.publisher and self._thing(heard) == self._field.thing:
+                self._messages += 1
+                loop.take(self._observed(heard.message), heard.is_latched)
+        if loop.is_reached:
+            return self._outcome(is_reached=True)
+        if loop.last is None and not self._notes:
+            self._notes.append(self._why_silent())
         raise self._not_reached(keep_anyway)
 
-    def _change(self, sight: Sight) -> Optional[Dict[Source, Change]]:
-        """Have the sources become what a sight's expression needs; None where that has been tried already."""
-        concerned = values.sources(sight.part)
-        new = solved(self._asker, concerned, OWNER_TIMEOUT, lambda limits: self._untried(sight, limits))
-        if new is None:
-            return None
-        present = sight.expression.readings
-        self._stream.clear()
-        self._began = self._began or time.monotonic()
-        self._rounds += 1
-        changed = force_value(
-            self._asker,
-            [values.track(present[source][-1], source) for source in new],
-            list(new.values()),
-            timeout=OWNER_TIMEOUT,
-            request_id=self._request_id,
-        )
+    def _change(self, observation: Observation) -> Dict[Source, Change]:
+        """Have the sources become what an observation needs; {} where that has been tried already."""
+        if self._changes:
+            tracked = [leaf for _, leaf in values.leaves(observation.part) if values.is_tracked(leaf)]
+            self._tried[self._state()] = values.untracked(observation.part), values.slopes(tracked)
+        try:
+            new = solved(
+                self._asker,
+                values.sources(observation.part),
+                OWNER_TIMEOUT,
+                lambda limits: self._untried(observation, limits),
+            )
+            if not new:
+                return {}
+            self._stream.clear()
+            self._requested = time.monotonic()
+            self._began = self._began or self._requested
+            changed = request_values(self._asker, new, OWNER_TIMEOUT, self._request_id)
+        except (values.NotInvertible, values.NotTracked, ChangeRejected, SourceUnreachable) as error:
+            if not self._changes:
+                raise
+            self._notes.append(str(error))
+            return {}
         for source, change in changed.items():
             first = self._changes.get(source, change)
             self._changes[source] = Change(first.old, change.new)
@@ -261,7 +370,7 @@ class _Loop:
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return changed
 
-    def _untried(self, sight: Sight, limits: Dict[str, Any]) -> Optional[Dict[Source, Any]]:
+    def _untried(self, observation: Observation, limits: Dict[str, Any]) -> Dict[Source, Any]:
         """What the sources must become; of other sources than before where going on with these would go in circles."""
         state = {source: change.new for source, change in self._changes.items()}
         chosen = self._sources
@@ -270,42 +379,36 @@ class _Loop:
         while True:
             try:
                 answer = values.solve(
-                    sight.part, self._wanted, **left, **{**limits, 'read_only': [*limits['read_only'], *held]}
+                    observation.part, self._wanted, **left, **{**limits, 'read_only': [*limits['read_only'], *held]}
                 )
             except values.NotInvertible:
                 if held:
-                    return None
+                    return {}
                 raise
-            present = {source: readings[-1] for source, readings in sight.expression.readings.items()}
+            present = {source: readings[-1] for source, readings in observation.expression.readings.items()}
             new = {source: value for source, value in answer.items() if not is_equal(present[source], value)}
             if new and frozenset({**state, **new}.items()) not in self._tried:
                 return new
             if not new or held & new.keys():
-                return None
+                return {}
             held |= new.keys()
-
-    def _look(self, changed: Dict[Source, Change]) -> Look:
-        """Look at the next messages, for as long as the field comes nearer by itself."""
-        look = Look(changed, self._timeout)
-        while True:
-            heard = self._stream.next_before(look.end)
-            if heard is None:
-                return look
-            if heard.publisher != self._field.publisher or self._thing(heard) != self._field.thing:
-                continue
-            self._messages += 1
-            if look.is_over_after(self._sight(heard.message), heard.is_latched):
-                return look
 
     def _thing(self, heard: Heard) -> Tuple[Any, ...]:
         return thing_of(heard.message, self._field.path)
 
-    def _sight(self, message: Any) -> Optional[Sight]:
+    def _observed(self, message: Any) -> Optional[Observation]:
         try:
             part, type_ = messages.part_at(message, self._field.path)
         except messages.NoSuchPart:
             return None
-        return sight_of(part, self._wanted, type_, self._messages)
+        return observe(part, self._wanted, type_, self._messages)
+
+    def _why_raised(self) -> str:
+        """The error that a change has made a node raise; '' where there is none, or a message shows the change."""
+        if self._loop.observer.new:
+            return ''
+        nodes = {self._field.publisher, *(source.node for source in self._changes)}
+        return self._errors.raised_since(nodes, self._requested)
 
     def _state(self) -> FrozenSet[Tuple[Source, Any]]:
         return frozenset((source, change.new) for source, change in self._changes.items())
@@ -314,21 +417,22 @@ class _Loop:
         return self._asker.directory.name(source)
 
     def _outcome(self, is_reached: bool, reason: str = '', is_taken_back: bool = False) -> Outcome:
+        last = self._loop.last
         return Outcome(
             {source: change for source, change in self._changes.items() if not is_equal(*change)},
             self._wanted,
-            None if self._last is None else values.untracked(self._last.part),
+            None if last is None else values.untracked(last.part),
             is_reached,
-            self._moves,
-            self._rounds,
-            self._messages if self._last is None else self._last.number,
-            1e3 * ((time.monotonic() if self._last is None else self._last.at) - self._began),
+            self._loop.moves,
+            self._loop.rounds,
+            self._messages if last is None else last.number,
+            1e3 * ((time.monotonic() if last is None else last.at) - self._began),
             reason,
             is_taken_back,
         )
 
     def _not_reached(self, keep_anyway: bool) -> NotReached:
-        """What to raise, once the changes have been taken back."""
+        """The error to raise, once the changes have been taken back."""
         reason = self._reason()
         afterwards, is_taken_back = 'the change was left', False
         if not keep_anyway:
@@ -343,27 +447,36 @@ class _Loop:
 
     def _reason(self) -> str:
         """What came instead, and why as far as it is known."""
-        parts = []
-        if self._last is not None:
+        parts, last = [], self._loop.last
+        if last is not None:
             parts.append(
-                f'{self._field.publisher} now sends {_differing(self._last.part, self._wanted)} instead of '
-                f'{_differing(self._wanted, self._last.part)}'
+                f'{self._field.publisher} now sends {_differing(last.part, self._wanted)} instead of '
+                f'{_differing(self._wanted, last.part)}'
             )
-            parts += self._whys(self._last)
+            parts += self._why_it_moves(last) if self._loop.moves else self._why_it_stays(last)
+            for source, change in self._changes.items():
+                readings = last.expression.readings.get(source)
+                if readings and not any(messages.is_sent_as(change.new, reading) for reading in readings):
+                    parts.append(f'{self._name(source)} is {readings[-1]!r} by now, it was made {change.new!r}')
         return '; '.join(dict.fromkeys([*parts, *self._notes]))
 
-    def _whys(self, last: Sight) -> List[str]:
-        whys = []
-        branches = dict.fromkeys(difference.describe(self._name) for difference in self._branches)
-        whys += [f'it takes another branch: {text}' for text in list(branches)[:MOST_BRANCHES]]
-        if self._moves:
-            whys.append('it moves by itself')
-        for source, change in self._changes.items():
-            readings = last.expression.readings.get(source)
-            if readings and not any(messages.is_sent_as(change.new, reading) for reading in readings):
-                whys.append(f'{self._name(source)} is {readings[-1]!r} by now, it was made {change.new!r}')
+    def _why_it_moves(self, last: Observation) -> List[str]:
+        """That the field changes by itself, and the numbers that move it most."""
+        tracked = [leaf for _, leaf in values.leaves(last.part) if values.is_tracked(leaf)]
+        slopes = {source: max(map(abs, found)) for source, found in values.slopes(tracked).items()}
+        most = sorted((source for source in slopes if slopes[source]), key=lambda source: -slopes[source])
+        tried = [
+            f'{self._name(source)} = {last.expression.readings[source][-1]!r} (1 more moves it by {slopes[source]:.3g})'
+            for source in most[:MOST_NUMBERS]
+        ]
+        return ['it changes by itself', *(['numbers to try: ' + ', '.join(tried)] if tried else [])]
+
+    def _why_it_stays(self, last: Observation) -> List[str]:
+        """The branches that were taken, and the source values that make no difference."""
+        branches = dict.fromkeys(difference.describe(self._name) for difference in self._loop.branches)
+        whys = [f'it takes another branch: {text}' for text in list(branches)[:MOST_BRANCHES]]
         alike: Dict[str, FrozenSet[Tuple[Source, Any]]] = {}
-        for state, seen in () if self._moves else self._tried.items():
+        for state, seen in self._tried.items():
             other = alike.setdefault(repr(seen), state)
             if other != state:
                 told = [
@@ -373,13 +486,13 @@ class _Loop:
                 break
         return whys
 
-    def _why_silent(self, look: Look, changed: Dict[Source, Change]) -> str:
+    def _why_silent(self) -> str:
         """Why no message shows a change."""
-        publisher = self._field.publisher
-        if look.old:
-            names = ' and '.join(map(self._name, changed))
-            return f'the {look.old} messages of {publisher} since then still come from the old value of {names}'
-        if look.missing:
+        publisher, observer = self._field.publisher, self._loop.observer
+        if observer.old:
+            names = ' and '.join(map(self._name, self._changes))
+            return f'the {observer.old} messages of {publisher} since then still come from the old value of {names}'
+        if observer.missing:
             return f'the messages of {publisher} have no {self._field.path} any more'
         return f'no message of {publisher} came within {self._timeout:g} s'
 

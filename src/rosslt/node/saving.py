@@ -38,7 +38,7 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
     """
     listed, silent = Directory().ask([node], timeout)
     if node not in listed:
-        raise SourceUnreachable(silent[node], [node])
+        raise SourceUnreachable(silent[node], silent)
     places = listed[node]
     answer: Any = _call(node, 'list_edits', srv.ListEdits, srv.ListEditsRequest(), timeout)
     edits, unsaved = _in_sources(answer, places)
@@ -50,7 +50,7 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
 def _call(node: str, service: str, service_class: Any, request: Any, timeout: float) -> Any:
     answers, silent = ask_all(service, service_class, {node: request}, timeout)
     if node not in answers:
-        raise SourceUnreachable(silent[node], [node])
+        raise SourceUnreachable(silent[node], silent)
     return answers[node]
 
 

@@ -1,33 +1,31 @@
 """This node as the owner of its locations: what it reports about them, and the changes that it accepts.
 
 The paper's `apply_source_change` and the service for reevaluation (section IV-A, figure 3). Below `<node>/rosslt`: the
-services `change_sources`, `request_changes`, `reserve_changes`, `decide_changes`, `get_values`, `list_locations`,
-`list_edits`, `get_history`, `undo`, `undo_request` and `reset`, the topics `changes` and `locations`, and the
-parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/source_change`.
+services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get_history`, the topics `changes` and
+`locations`, and the parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/source_change`.
 """
 
 from types import FrameType
 from typing import Any, Callable, Iterable, List, Optional, Sequence, Tuple, Union
 
 import rospy
-from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from rosslt import msg, srv, values
 from rosslt.node import access, reconfigure
 from rosslt.node.access import Access
 from rosslt.node.call_sites import CallSite, call_site
 from rosslt.node.callbacks import Callbacks
+from rosslt.node.commit_participant import APPLIED, CommitParticipant
 from rosslt.node.description import described
 from rosslt.node.directory import Directory
-from rosslt.node.history import NOTHING_TO_UNDO, History, Request, applied_change, differing
-from rosslt.node.json_scalars import Refused, from_json, to_json
+from rosslt.node.history import History, Request, applied_change, differing
+from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.location_topic import LocationTopic
 from rosslt.node.locations import LiteralLocation, Location, Locations
 from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.parameter_trees import Branch, Default, Leaf, ParameterTrees, unless_deleted, warn_of_int
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
-from rosslt.node.reservations import Reservations
 from rosslt.node.serialization import Sending
 from rosslt.node.source_files import SOURCE_FILES
 
@@ -68,10 +66,9 @@ class Owner:
         self.history = History()
         self._callbacks = Callbacks()
         self._topic: Optional[LocationTopic] = None
-        self._reservations = Reservations(self)
-        self.wait_for_reserved = self._reservations.wait_for
-        self.reserve_changes = self._reservations.reserve_changes
-        self.decide_changes = self._reservations.decide_changes
+        participant = CommitParticipant(self)
+        self.wait_for_reserved = participant.wait_for
+        self.change_sources = participant.change_sources
         self._show_to_reconfigure: Callable[[], None] = lambda: None
         values.describe_sources_with(self.directory.describe)
 
@@ -94,16 +91,11 @@ class Owner:
             self.locations.when_other(self.told_otherwise)
             self._topic.update()
         self._show_to_reconfigure = reconfigure.serve(self)
-        rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
         rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
         rospy.Service('~rosslt/list_locations', srv.ListLocations, self._list_locations)
         rospy.Service('~rosslt/list_edits', srv.ListEdits, self._list_edits)
-        rospy.Service('~rosslt/request_changes', srv.RequestChanges, self.request_changes)
-        self._reservations.serve()
         rospy.Service('~rosslt/get_history', srv.GetHistory, self._get_history)
-        rospy.Service('~rosslt/undo_request', srv.UndoRequest, self._undo_request)
-        rospy.Service('~rosslt/reset', srv.ResetLocations, self._reset)
-        rospy.Service('~rosslt/undo', Trigger, self._undo)
+        rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
         rospy.Subscriber('/rosslt/source_change', msg.SourceChange, self._source_change)
         Locking(self).serve()
         MASTER_WATCH.renewals.append(self._renew)
@@ -183,56 +175,10 @@ class Owner:
                 reader.make_float()
         return reader
 
-    def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse:
-        """Change several locations, all or nothing; serves `~rosslt/change_sources`."""
-        answer = self.request_changes(
-            srv.RequestChangesRequest('', request.requester, request.location_ids, request.values)
-        )
-        return srv.ChangeSourcesResponse(answer.applied, answer.reasons, answer.old_values, answer.new_values)
-
-    def request_changes(self, request: srv.RequestChangesRequest) -> srv.RequestChangesResponse:
-        """Change several locations as part of a request, all or nothing; serves `~rosslt/request_changes`."""
-        ids, texts = list(request.location_ids), list(request.values)
-        if len(ids) != len(texts):
-            raise rospy.ServiceException(f'{len(ids)} location ids with {len(texts)} values')
-        with self.lock:
-            wanted, reasons, old = self._planned(ids, texts, request.requester)
-            try:
-                if not any(reasons) and self.wait_for_reserved(location for location, _ in wanted):
-                    wanted, reasons, old = self._planned(ids, texts, request.requester)
-            except Refused as refused:
-                reasons = [str(refused)] * len(wanted)
-            if not any(reasons):
-                reasons, _ = self.apply(wanted, request.requester, request.request_id)
-            if any(reasons):
-                return srv.RequestChangesResponse(False, reasons, old, old)
-            new = [to_json(location.value) for location, _ in wanted]
-            written = self.follow(location for location, _ in wanted)
-        self.wait_for_parameters(written)
-        return srv.RequestChangesResponse(True, reasons, old, new)
-
     def wait_for_parameters(self, written: int) -> None:
         """Wait until parameters have followed, as `follow` has returned it."""
         if not self.mirror.wait(written, FOLLOW_TIMEOUT):
             rospy.logwarn('the change is in force, but its parameter could not be set yet')
-
-    def _planned(
-        self, ids: Sequence[int], texts: Sequence[str], requester: str
-    ) -> Tuple[List[Tuple[Location, Any]], List[str], List[str]]:
-        """What a request would change: (locations with checked values, reasons against it and present values, one a
-        location of the request)."""
-        wanted, reasons, old = [], [], []
-        for location_id, text in zip(ids, texts):
-            before = reason = ''
-            try:
-                location = self.known(location_id)
-                before = to_json(location.value)
-                wanted.append((location, self.changeable(location, requester).checked(from_json(text))))
-            except Refused as refused:
-                reason = str(refused)
-            reasons.append(reason)
-            old.append(before)
-        return wanted, reasons, old
 
     def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
         """The current values of several locations; serves `~rosslt/get_values`."""
@@ -246,66 +192,14 @@ class Owner:
                 reasons.append(str(refused))
         return srv.GetValuesResponse(texts, reasons)
 
-    def undo(self, request_id: str = '', requester: str = 'undo') -> List[Change]:
-        """Take back what a request has changed here.
-
-        Args:
-            request_id: '' for the last one that has not been taken back.
-            requester: who asks.
-
-        Returns:
-            [(location, value until now, value that it has again)], empty where there is nothing to take back.
-
-        Raises:
-            Refused: no change is taken now, a setter refuses the old value, or the location was changed since.
-        """
-        with self.lock:
-            requests, wanted = self._reservations.once_free(lambda: self.to_undo(request_id, requester))
-            reasons, undone = self.apply(wanted, requester, record=False)
-            if any(reasons):
-                raise Refused('; '.join(filter(None, reasons)))
-            for request in requests:
-                request.undone = True
-            written = self.follow(location for location, _ in wanted)
-        self.wait_for_parameters(written)
-        return undone
-
     def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]:
-        """What takes a request back: the requests of that id, and [(location, value that it gets again)].
+        """Find what takes a request back: the requests of that id, and [(location, value that it gets again)].
 
         Raises:
             Refused: no change is taken now, or the location was changed since.
         """
         requests, back = self.history.to_undo(request_id, self.locations.by_id)
         return requests, [(self.changeable(location, requester), old) for location, old in back.items()]
-
-    def reset(self, ids: Sequence[int], requester: str) -> Tuple[List[str], List[Change]]:
-        """Restore the values in the code, of all locations or none; as of the service ResetLocations.
-
-        Returns:
-            (reasons of refusals, [(location, value until now, value now)]).
-        """
-        with self.lock:
-            try:
-                _, wanted = self._reservations.once_free(lambda: ([], self._to_reset(ids, requester)))
-            except Refused as refused:
-                return [str(refused)], []
-            reasons, changed = self.apply(wanted, requester)
-            if any(reasons):
-                return list(filter(None, reasons)), []
-            written = self.follow(location for location, _ in wanted)
-        self.wait_for_parameters(written)
-        return [], changed
-
-    def _to_reset(self, ids: Sequence[int], requester: str) -> List[Tuple[Location, Any]]:
-        """What restores the values in the code; raises Refused."""
-        wanted = []
-        for location in [self.known(one) for one in ids] or list(self.locations.by_id.values()):
-            if location.literal is not None and location.value != location.literal:
-                wanted.append((self.changeable(location, requester), location.literal))
-            elif location.literal is None and ids:
-                raise Refused(f'{location.name} is no literal: there is no value in the code to restore')
-        return wanted
 
     def applied(self, changes: Sequence[Change], requester: str, request_id: str = '', record: bool = True) -> None:
         """Publish changes that have been applied, and add them to the history."""
@@ -429,34 +323,14 @@ class Owner:
         with self.lock:
             return srv.GetHistoryResponse(self.history.messages(request.request_id, request.limit))
 
-    def _undo_request(self, request: srv.UndoRequestRequest) -> srv.UndoRequestResponse:
-        requester = _caller(request, request.requester)
-        try:
-            changes = self.undo(request.request_id, requester)
-        except Refused as refused:
-            return srv.UndoRequestResponse(False, str(refused), [])
-        told = _messages(changes, requester)
-        return srv.UndoRequestResponse(bool(told), '' if told else NOTHING_TO_UNDO, told)
-
-    def _reset(self, request: srv.ResetLocationsRequest) -> srv.ResetLocationsResponse:
-        requester = _caller(request, request.requester)
-        reasons, changes = self.reset(request.location_ids, requester)
-        return srv.ResetLocationsResponse(not reasons, reasons, _messages(changes, requester))
-
-    def _undo(self, _request: TriggerRequest) -> TriggerResponse:
-        try:
-            back = self.undo()
-        except Refused as refused:
-            return TriggerResponse(False, str(refused))
-        text = ', '.join(f'{location.name} = {to_json(value)}' for location, _, value in back)
-        return TriggerResponse(bool(back), text or NOTHING_TO_UNDO)
-
     def _source_change(self, change: msg.SourceChange) -> None:
         if rospy.names.canonicalize_name(change.node) != self.name:
             return
         requester = change.requester or change._connection_header.get('callerid', '')
-        response = self.change_sources(srv.ChangeSourcesRequest([change.location_id], [change.value], requester))
-        if not response.applied:
+        response = self.change_sources(
+            srv.ChangeSourcesRequest(requester=requester, location_ids=[change.location_id], values=[change.value])
+        )
+        if response.state != APPLIED:
             rospy.logerr('/rosslt/source_change from %s is refused: %s', requester, response.reasons[0])
 
     def _parameter_set(self, location: LiteralLocation, value: Any) -> None:
@@ -489,12 +363,3 @@ class Owner:
             self.mirror.left_behind.pop(name, None)
         else:
             self.mirror.left_behind[name] = value  # perhaps that of a location which is created later
-
-
-def _caller(request: Any, requester: str) -> str:
-    """Who asks: as the request says, else the node that it came from."""
-    return requester or request._connection_header.get('callerid', '')
-
-
-def _messages(changes: Sequence[Change], requester: str) -> List[msg.AppliedChange]:
-    return [applied_change(rospy.Time.now(), *change, requester) for change in changes]

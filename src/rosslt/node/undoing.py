@@ -1,15 +1,17 @@
-"""Which change is the last one, and which nodes have a part in it."""
+"""Finding what takes changes back: the last one, the nodes that have a part in it, and what the code says."""
 
 from typing import Any, Dict, Iterable, List, Optional, Tuple
 
-from rosslt import msg, srv
+from rosslt import msg, srv, values
+from rosslt.node.directory import Place
+from rosslt.node.json_scalars import from_json
 from rosslt.node.service_calls import ask_all
 
 
 def histories(
     nodes: Iterable[str], request_id: str, timeout: float
 ) -> Tuple[Dict[str, List[msg.RecordedChange]], Dict[str, str]]:
-    """What nodes remember of changes.
+    """The changes that nodes remember.
 
     Args:
         nodes: their full names.
@@ -33,3 +35,12 @@ def last_change(found: Dict[str, List[msg.RecordedChange]]) -> Optional[msg.Reco
     left = [[recorded for recorded in changes if not recorded.undone] for changes in found.values()]
     last = [changes[-1] for changes in left if changes]
     return max(last, key=lambda recorded: (recorded.change.stamp, recorded.request_id)) if last else None
+
+
+def values_in_code(places: Iterable[Place]) -> Dict[values.Source, Any]:
+    """{Source: what the code says} of those locations whose value is another one."""
+    return {
+        place.source: from_json(place.location.literal)
+        for place in places
+        if place.location.literal and place.value != from_json(place.location.literal)
+    }

@@ -6,7 +6,7 @@ from typing import Any, Callable, List
 
 import rospy
 
-from rosslt import files, node, srv, values
+from rosslt import files, node, values
 from rosslt.web.flows import Flows
 from rosslt.web.locations import Locations
 from rosslt.web.markdown import block
@@ -67,14 +67,16 @@ class Buttons:
             self._tell(client, other, ', '.join(map(_told, changes)))
 
     def _reset(self, name: str, client: Any) -> None:
-        request = srv.ResetLocationsRequest([], rospy.get_name())
-        answers, silent = node.ask_all('reset', srv.ResetLocations, {name: request}, TIMEOUT)
+        found, silent = node.directory().ask([name], TIMEOUT)
         if name in silent:
             self._tell(client, name, 'it does not answer: ' + silent[name])
-        elif not answers[name].applied:
-            self._tell(client, name, 'it refuses: ' + '; '.join(answers[name].reasons))
-        else:
-            self._tell(client, name, ', '.join(map(_told, answers[name].changes)) or 'all is as the code says')
+            return
+        changed = node.request_values(node.values_in_code(found[name]), TIMEOUT)
+        told = [
+            f'{node.directory().name(source)}: {node.to_json(old)} → {node.to_json(new)}'
+            for source, (old, new) in changed.items()
+        ]
+        self._tell(client, name, ', '.join(told) or 'all is as the code says')
 
     def _show_flow(self, name: str, client: Any) -> None:
         """Show which fields of which topics the numbers affect, and through which nodes."""

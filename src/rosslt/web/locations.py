@@ -49,12 +49,11 @@ class Locations:
     """All locations, node by node.
 
     Args:
-        requester: who asks for changes, as histories say it.
         changed: called when one has another value.
     """
 
-    def __init__(self, requester: str, changed: Callable[[], None]) -> None:
-        self._requester, self._changed = requester, changed
+    def __init__(self, changed: Callable[[], None]) -> None:
+        self._changed = changed
         self._lock = threading.Lock()
         self._news = threading.Condition(self._lock)
         self._places: Dict[str, Dict[int, Place]] = {}
@@ -160,20 +159,18 @@ class Locations:
             wish = self._wishes.pop(key)
             request_id = self._request_id(key, wish.hand)
         name, location_id = key
-        request = srv.RequestChangesRequest(request_id, self._requester, [location_id], [node.to_json(wish.value)])
-        answers, silent = node.ask_all('request_changes', srv.RequestChanges, {name: request}, TIMEOUT)
-        if name in silent:
-            wish.refused('{} does not answer: {}'.format(name, silent[name]))
-        elif not answers[name].applied:
-            source = values.Source(name, location_id)
-            wish.refused(refusal(node.ChangeRejected('', {source: '; '.join(answers[name].reasons)})))
-        else:
-            with self._lock:
-                place = self._places.get(name, {}).get(location_id)
-                if place is not None:
-                    place.location.value = answers[name].new_values[0]
-                    self._fresh.add(key)
-            self._changed()
+        source = values.Source(name, location_id)
+        try:
+            changed = node.request_values({source: wish.value}, TIMEOUT, request_id)
+        except values.Error as error:
+            wish.refused(refusal(error))
+            return
+        with self._lock:
+            place = self._places.get(name, {}).get(location_id)
+            if place is not None:
+                place.location.value = node.to_json(changed[source].new)
+                self._fresh.add(key)
+        self._changed()
 
     def _request_id(self, key: Key, hand: str) -> str:
         """The id of a request: that of the last one where a hand goes on moving what it has just moved."""

@@ -67,7 +67,7 @@ class Page:
         self._rounds = Rounds(FRAME_RATE)
         scene = Scene(Settings(draws_all=True))
         descriptions = Descriptions()
-        drags = Drags(scene, Rules(), descriptions.name, rospy.get_name())
+        drags = Drags(scene, Rules(), descriptions.name, rospy.get_name(), node.NodeErrors())
         self._scene = scene
         self._frames = Frames(self._server, fixed_frame)
         self._things = Things(self._server, scene, self._frames, descriptions, self._say)
@@ -77,7 +77,7 @@ class Page:
         flows = Flows(self._server)
         self._details = Details(Offers(scene, drags, descriptions), self._things, flows)
         self._things.picked = self._details.show
-        self._locations = Locations(rospy.get_name(), self._rounds.begin)
+        self._locations = Locations(self._rounds.begin)
         everything = self._server.gui.add_button('Data flow')
         everything.on_click(lambda event: flows.open(event.client, 'Data flow', lambda: None))
         self._fields = Fields(self._server, flows, descriptions)

@@ -7,7 +7,8 @@ from rosslt.cli.completers import topics
 from rosslt.cli.diagnosis import FAULT, Examination, Losses, Traffic
 from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
-from rosslt.cli.master import SystemState, find_master, full_name, system_state
+from rosslt.cli.fields import joined
+from rosslt.cli.master import SystemState, find_master, full_name, split_topic, system_state
 from rosslt.cli.output import is_terminal, write_row
 from rosslt.cli.reading import Inbox
 from rosslt.cli.suggestions import did_you_mean
@@ -16,18 +17,19 @@ from rosslt.cli.verb import LOOK, Argument
 GROUP = LOOK
 SUMMARY = 'why something on a topic cannot be dragged or forced'
 DESCRIPTION = """Look at all that a change needs, and say what is missing: publishers that send provenance, nodes that
-take the change, messages that show it, handles in RViz; and at which lines a node that `rosslt run` runs makes plain
-numbers of tracked ones. Without a TOPIC it looks at those that RViz draws and at those
-with provenance. The exit code is 1 where a fault was found."""
+take the change, fields without a source, messages that show it, handles in RViz; and at which lines a node that `rosslt
+run` runs makes plain numbers of tracked ones. Without a TOPIC it looks at those that RViz draws and at those with
+provenance. The exit code is 1 where a fault was found."""
 EXAMPLE = """\
 examples:
   rosslt doctor
   rosslt doctor /target
+  rosslt doctor /target/pose/position/z
 
 In a pipe each finding is a line of columns between tabs: topic, type, ok or note or fault, text.
 """
 ARGUMENTS = [
-    Argument('topic', nargs='?', completer=topics, metavar='TOPIC', help='look at this topic alone'),
+    Argument('topic', nargs='?', completer=topics, metavar='TOPIC[/FIELD]', help='look at this topic or field alone'),
     Argument('--time', type=float, default=3.0, metavar='S', help='how long to listen (default: 3)'),
 ]
 
@@ -41,17 +43,20 @@ _OWN = ('/update', '/update_full', '/feedback', '/rosslt/changes', '/rosslt/sour
 def run(options: argparse.Namespace) -> int:
     master = find_master()
     state = system_state(master)
-    types = dict(master.getTopicTypes())
+    types, field = dict(master.getTopicTypes()), ''
     if options.topic:
         wanted = [full_name(options.topic)]
         if wanted[0] not in types:
-            raise Failure(f'there is no topic {wanted[0]}{did_you_mean(wanted[0], types)}')
+            try:
+                wanted[0], _, field = split_topic(master, options.topic)
+            except Failure:
+                raise Failure(f'there is no topic {wanted[0]}{did_you_mean(wanted[0], types)}') from None
     else:
         wanted = sorted(topic for topic in state.publishers if not topic.startswith('/rosout') and topic != '/clock')
         wanted = [topic for topic in wanted if not topic.endswith(_OWN)]
     with Inbox(_listened(state, wanted)) as inbox:
         losses = Losses(state, wanted, options.time)
-        traffic = Traffic(inbox.during(options.time), options.time)
+        traffic = Traffic(inbox.during(options.time), options.time, joined(field, ''))
     directory = Directory()
     directory.learn(traffic.all_sources())
     examination = Examination(master, state, traffic, directory, losses)

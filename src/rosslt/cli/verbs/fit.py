@@ -46,14 +46,6 @@ ARGUMENTS = [
 ]
 
 
-class Requester:
-    """What the command has of a node that asks others: its name, and what it knows of their locations."""
-
-    def __init__(self, name: str, directory: Directory) -> None:
-        self.name = name
-        self.directory = directory
-
-
 def run(options: argparse.Namespace) -> None:
     if len(options.fields) != len(options.to):
         raise Failure(f'found {len(options.fields)} fields and {len(options.to)} after --to: give as many of each')
@@ -136,13 +128,7 @@ def _apply(directory: Directory, fitted: values.Fit) -> None:
     """
     start_node()
     try:
-        node.force_value_as(
-            Requester(rospy.get_name(), directory),
-            [values.track(old, source) for source, old in fitted.old.items()],
-            list(fitted.values.values()),
-            None,
-            TIMEOUT,
-        )
+        node.request_values_as(node.Requester(rospy.get_name(), directory), fitted.values, TIMEOUT)
     except values.Error as error:
         raise Failure(str(error)) from None
 

@@ -10,7 +10,7 @@ from rosslt import node, values
 from rosslt.cli.completers import fields, locations, nodes
 from rosslt.cli.directory import TIMEOUT, Directory
 from rosslt.cli.failure import Failure, Misused
-from rosslt.cli.fields import field_of, source_values, target
+from rosslt.cli.fields import conditions, field_of, path_where, source_values, target
 from rosslt.cli.hearing import heard_publishers
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change
@@ -30,6 +30,8 @@ examples:
   rosslt force /target/pose/position/x 1.5
   rosslt force /target/pose/position "{x: 1.5, y: 0.0}" --dry-run
   rosslt force /target/pose/position/x 1.5 --source /talker/radius
+  rosslt force /markers/markers/pose/position/x 1.5 --where ns=base,id=3
+  rosslt force /joint_states/position 0.5 --where name=elbow
 
 In a pipe each change is a line of columns between tabs: NODE/LOCATION, old value, new value, file:line:column; and,
 where something was changed, after how many messages and milliseconds it was seen.
@@ -44,19 +46,17 @@ ARGUMENTS = [
         help='change this location alone: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as rosslt echo says',
     ),
     Argument('--node', completer=nodes, metavar='NODE', help='in the messages of this node'),
+    Argument(
+        '--where',
+        default='',
+        metavar='F=V,...',
+        help='of several things on the topic, the one with these fields: ns=base,id=3, or name=elbow',
+    ),
     Argument('--dry-run', action='store_true', help='print what would change; change nothing'),
     Argument('--rounds', type=int, default=5, metavar='N', help='solve at most N messages (default: 5)'),
     Argument('--keep-anyway', action='store_true', help='leave the changes also where VALUE is not reached'),
     Argument('--timeout', type=float, default=5.0, metavar='S', help='seconds to wait for a message (default: 5)'),
 ]
-
-
-class Requester:
-    """What the command has of a node that asks others: its name, and what it knows of their locations."""
-
-    def __init__(self, name: str, directory: Directory) -> None:
-        self.name = name
-        self.directory = directory
 
 
 def run(options: argparse.Namespace) -> None:
@@ -66,8 +66,17 @@ def run(options: argparse.Namespace) -> None:
     topic, _, field = split_topic(master, options.field)
     values.describe_sources_with(directory.describe)
     with Inbox([topic]) as inbox:
-        heard = heard_publishers(master, inbox, topic, options.timeout, options.node)
-        parts = {received.publisher: field_of(received.message, field) for received in heard}
+        where = conditions(options.where)
+        heard = heard_publishers(
+            master,
+            inbox,
+            topic,
+            options.timeout,
+            options.node,
+            lambda received: path_where(received.message, field, dict(where)) is not None,
+        )
+        paths = {received.publisher: path_where(received.message, field, dict(where)) or '' for received in heard}
+        parts = {received.publisher: field_of(received.message, paths[received.publisher]) for received in heard}
         directory.learn({source for part in parts.values() for source in values.sources(part)})
         publisher, source = _chosen(directory, parts, options.source)
         part = parts[publisher]
@@ -81,6 +90,7 @@ def run(options: argparse.Namespace) -> None:
                 file=sys.stderr,
             )
         heard_one = next(received for received in heard if received.publisher == publisher)
+        field = paths[publisher]
         wanted = target(heard_one.message, field, options.value)
         if options.dry_run:
             _show(directory, _planned(directory, part, wanted, source), is_planned=True)
@@ -107,7 +117,7 @@ def _forced(
     inbox.clear()
     try:
         return node.close_loop(
-            Requester(rospy.get_name(), directory),
+            node.Requester(rospy.get_name(), directory),
             inbox,
             received,
             field,

@@ -2,12 +2,12 @@
 
 import argparse
 
-from rosslt import srv
+from rosslt import node
 from rosslt.cli.completers import nodes_and_locations
-from rosslt.cli.directory import Directory, call, find
+from rosslt.cli.directory import Directory, change, find, locations_of
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master, full_name, tracked_nodes
-from rosslt.cli.output import is_terminal, write_applied
+from rosslt.cli.output import is_terminal, write_change
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
@@ -33,15 +33,15 @@ ARGUMENTS = [
 
 def run(options: argparse.Namespace) -> None:
     master, directory = find_master(), Directory()
-    name, ids = full_name(options.location.partition('#')[0]), []
+    name = full_name(options.location.partition('#')[0])
     if '#' in options.location or name not in tracked_nodes(master):
-        place = find(master, directory, options.location)
-        name, ids = place.node, [place.location.id]
-    answer = call(master, name, 'reset', srv.ResetLocations, srv.ResetLocationsRequest(ids, 'rosslt reset'))
-    if not answer.applied:
-        raise Failure('{} refuses: {}'.format(name, '; '.join(answer.reasons)))
-    directory.ask([name])
-    for change in answer.changes:
-        write_applied(directory, name, change)
-    if not answer.changes and is_terminal():
+        places = [find(master, directory, options.location)]
+        if not places[0].location.literal:
+            raise Failure(f'{places[0].name} is no literal: there is no value in the code to restore')
+    else:
+        places = locations_of(master, directory, name)
+    changed = change(master, directory, 'rosslt reset', node.values_in_code(places))
+    for source, (old, new) in changed.items():
+        write_change(directory, source, node.to_json(old), node.to_json(new))
+    if not changed and is_terminal():
         print('nothing to change: it is as the code says')

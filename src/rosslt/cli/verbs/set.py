@@ -2,9 +2,9 @@
 
 import argparse
 
-from rosslt import node, srv
+from rosslt import node
 from rosslt.cli.completers import locations
-from rosslt.cli.directory import Directory, call, find
+from rosslt.cli.directory import Directory, change, find
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
 from rosslt.cli.output import write_change
@@ -31,8 +31,5 @@ def run(options: argparse.Namespace) -> None:
         value = parse_scalar(options.value, place.location.type)
     except ValueError as error:
         raise Failure(f'{place.name}: {error}') from None
-    request = srv.ChangeSourcesRequest([place.location.id], [node.to_json(value)], 'rosslt set')
-    answer = call(master, place.node, 'change_sources', srv.ChangeSources, request)
-    if not answer.applied:
-        raise Failure('{} refuses: {}'.format(place.node, '; '.join(answer.reasons)))
-    write_change(directory, place.source, answer.old_values[0], answer.new_values[0])
+    ((old, new),) = change(master, directory, 'rosslt set', {place.source: value}).values()
+    write_change(directory, place.source, node.to_json(old), node.to_json(new))

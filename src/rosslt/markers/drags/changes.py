@@ -1,5 +1,6 @@
 """From the pose that a drag asks for to new values of the sources, and the request to their owners."""
 
+import contextlib
 import math
 from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
@@ -36,7 +37,7 @@ def plan(
     last: Optional[Mapping[values.Source, Any]] = None,
     may_leap: bool = False,
 ) -> Plan:
-    """What the sources of tracked values must become so that these become their targets, or come as near as they can.
+    """Plan what the sources of tracked values become so that these become their targets, or come as near as they can.
 
     Args:
         tracked, targets: tracked values and as many numbers.
@@ -45,12 +46,13 @@ def plan(
         began: {Source: value} where the drag began, of the sources that it has changed. The plan is made from there, so
             that a hand that comes back brings them back.
         last: {Source: value} of the last answer of this drag that brought the values to their targets, to be followed
-            without a jump.
+            without a jump; by default the present values.
         may_leap: whether an answer that can only be reached by a jump is one, too.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
     """
+    here = last or values.source_values(tracked)
     if began:
         tracked = values.reapply(list(tracked), began)
     present = values.source_values(tracked)
@@ -58,13 +60,13 @@ def plan(
     if source is not None:
         limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
     try:
-        return Plan(present, values.continued(tracked, targets, last or {}, **limits))
+        return Plan(present, values.continued(tracked, targets, here, **limits))
     except values.NotInvertible:
-        if last and may_leap:
-            return plan(tracked, targets, source, timeout)
-        if last:
-            # As near as it comes from the last good values.
-            tracked = values.reapply(list(tracked), last)
+        if may_leap:
+            with contextlib.suppress(values.NotInvertible):
+                return Plan(present, values.solve(list(tracked), list(targets), **limits))
+        # As near as it comes from the last good values.
+        tracked = values.reapply(list(tracked), here)
         after, gap = _nearest(tracked, targets, values.source_values(tracked), limits)
         after = {**(last or {}), **after}
         stops = _stops({**present, **after}, limits['bounds'])
@@ -90,8 +92,8 @@ def default_sources(tracked: Sequence[Any], read_only: Collection[values.Source]
     return [source for source in values.sources(tracked) if source in found]
 
 
-def to_request(found: Plan, applied: Dict[values.Source, Any]) -> Dict[values.Source, Tuple[Any, Any]]:
-    """What has to be asked of the owners for a plan, {Source: (value that it has, new value)}.
+def to_request(found: Plan, applied: Dict[values.Source, Any]) -> Dict[values.Source, Any]:
+    """{Source: new value} of those that have to be asked of the owners for a plan.
 
     Args:
         found: made from a message.
@@ -100,29 +102,7 @@ def to_request(found: Plan, applied: Dict[values.Source, Any]) -> Dict[values.So
     """
     present = {**found.before, **{source: value for source, value in applied.items() if source in found.before}}
     wanted = {**found.before, **found.after}
-    return {source: (value, wanted[source]) for source, value in present.items() if wanted[source] != value}
-
-
-def request(wanted: Dict[values.Source, Tuple[Any, Any]], timeout: float, request_id: str) -> Dict[values.Source, Any]:
-    """Request new values of sources from their owners.
-
-    Args:
-        wanted: {Source: (present value, new value)}.
-        timeout: how long to wait for the owners' answers, in seconds.
-        request_id: that of the drag, all of whose changes are one in the owners' histories.
-
-    Returns:
-        {Source: Change(old, new)} as the owners report.
-
-    Raises:
-        node.ChangeRejected, node.SourceUnreachable: as of `node.force_value`.
-    """
-    return node.force_value(
-        [values.track(present, source) for source, (present, _) in wanted.items()],
-        [new for _, new in wanted.values()],
-        timeout=timeout,
-        request_id=request_id,
-    )
+    return {source: wanted[source] for source, value in present.items() if wanted[source] != value}
 
 
 def held_for(source: values.Source, tracked: Sequence[Any]) -> List[values.Source]:
@@ -134,7 +114,7 @@ def held_for(source: values.Source, tracked: Sequence[Any]) -> List[values.Sourc
 def _nearest(
     tracked: Sequence[Any], targets: Sequence[float], present: Dict[values.Source, Any], limits: Dict[str, Any]
 ) -> Tuple[Dict[values.Source, Any], float]:
-    """As `values.nearest`, with the sources of the lowest rank that help: counters and times do not change."""
+    """Answer like `values.nearest`, with the sources of the lowest rank that help: counters and times do not change."""
     ranks = limits.get('rank', {})
     found: Dict[values.Source, Any] = {}
     gap = math.inf

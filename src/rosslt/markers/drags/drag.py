@@ -5,7 +5,6 @@ import time
 from typing import Any, Dict, Optional
 
 from rosslt import node, values
-from rosslt.markers.drags.guard import Guard
 from rosslt.markers.geometry import PoseTuple, are_same_rotation, normalized, turn_without_noise, without_noise
 from rosslt.markers.scene.handle import Handle
 
@@ -14,11 +13,10 @@ NOISE = 1e-6
 
 
 class Drag:
-    """What a hand has done so far.
+    """A hand on a handle, and what it has done so far.
 
     Args:
         handle: what it holds.
-        leap_limit: as of a Guard.
         request_id: an id that goes with all changes of this drag, so that they are one in the owners' history.
         hand: whose hand it is, where a view is shown to several people.
 
@@ -26,40 +24,33 @@ class Drag:
         pose: where the hand has it now.
         start: where the hand took hold of it.
         asked: the last pose that the sources have been asked for.
-        applied_at: the last one where they followed, None before the first.
         solved: the thing as it was when its sources were last asked for.
-        is_withheld: whether the answer for that pose leaps, and was held back.
         is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
         since: when the hand took hold of it, in seconds since 1970.
         heard: when the hand last did something.
-        answered: when the owners last answered.
+        requested, answered: when the owners were last asked, and when they answered.
         fault: what is wrong with what the hand reports, or None.
         refusal: the error of the last request, or None.
         before, after: {Source: value} of what it has changed.
         followed: {Source: value} of the last answer that brought the handle to where the hand was.
-        motion: whether the thing moves by itself, as far as has been seen since the hand took hold of it.
     """
 
-    def __init__(self, handle: Handle, leap_limit: float, request_id: str, hand: str = '') -> None:
+    def __init__(self, handle: Handle, request_id: str, hand: str = '') -> None:
         self.handle, self.request_id, self.hand = handle, request_id, hand
         self.solved = handle
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
         self.start: PoseTuple = handle.pose
-        self.guard = Guard(leap_limit, handle.size)
         self.is_moved = self.is_turned = self.is_over = False
-        self.is_withheld = self.is_exact = False
-        self.applied_at: Optional[PoseTuple] = None
+        self.is_exact = False
         self.since, self.heard = time.time(), time.monotonic()
-        self.due = self.answered = 0.0
+        self.due = self.requested = self.answered = 0.0
         self.fault: Optional[str] = None
         self.refusal: Optional[Exception] = None
         self.before: Dict[values.Source, Any] = {}
         self.after: Dict[values.Source, Any] = {}
         self.followed: Dict[values.Source, Any] = {}
-        self.motion = node.Motion()
-        self._seen: Optional[Handle] = None
 
     def begin(self, frame: str, pose: PoseTuple) -> None:
         """The hand took hold of it at a pose: that of a thing that moves is no longer the one of the last message."""
@@ -74,12 +65,6 @@ class Drag:
         # Only what the hand has changed is asked for, and that even where it goes back to where it was.
         self.is_moved = self.is_moved or self.pose[:3] != self.start[:3]
         self.is_turned = self.is_turned or not are_same_rotation(self.pose[3:], self.start[3:], NOISE**2)
-
-    def see(self, handle: Optional[Handle]) -> None:
-        """The thing as the latest message has it."""
-        if handle is not None and handle is not self._seen:
-            self._seen = handle
-            self.motion.see(list(handle.tracked))
 
     def misfit(self, handle: Handle) -> Optional[str]:
         """Why a pose of this drag means nothing for a handle of the same name in a later message, or None."""
@@ -107,6 +92,11 @@ class Drag:
         x, y, z = without_noise(self.start[:3], pose[:3], NOISE)
         start = (self.start[3], self.start[4], self.start[5], self.start[6])
         return (x, y, z, *turn_without_noise(start, normalized(*pose[3:]), NOISE))
+
+    @property
+    def changes(self) -> Dict[values.Source, node.Change]:
+        """{Source: Change} of what it has changed."""
+        return {source: node.Change(old, self.after[source]) for source, old in self.before.items()}
 
     def remember(self, changes: Dict[values.Source, Any]) -> None:
         """Keep what it has changed, {Source: Change}, to be undone."""

@@ -10,14 +10,14 @@ import collections
 import threading
 import time
 import traceback
-from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
 
 from rosslt import node, values
 from rosslt.markers.drags import changes, wording
-from rosslt.markers.drags.check import Check
 from rosslt.markers.drags.drag import Drag
+from rosslt.markers.drags.drop import Drop
 from rosslt.markers.drags.other_views import REPEAT_PERIOD, OtherViews
 from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.scene.handle import Handle
@@ -43,13 +43,11 @@ class Rules(NamedTuple):
         is_live: whether they follow while the mouse moves, or when the button is released.
         rate: how often they follow while it moves, in Hz.
         timeout: how long an owner may take to answer, in seconds.
-        leap_limit: as of a Guard.
     """
 
     is_live: bool = True
     rate: float = 20.0
     timeout: float = 1.0
-    leap_limit: float = 10.0
 
 
 class Drags:
@@ -60,16 +58,24 @@ class Drags:
         rules: how sources follow.
         name_of: what a source is called, for people.
         view: the name of this view among others that show the same things.
+        errors: hears of errors in nodes; a change that makes one raise is taken back.
 
     Attributes:
         chosen: {name of a handle: the Source that its drags change}.
     """
 
-    def __init__(self, scene: Scene, rules: Rules, name_of: Callable[[Any], str], view: str = '') -> None:
-        self._scene, self._rules, self._name_of = scene, rules, name_of
+    def __init__(
+        self,
+        scene: Scene,
+        rules: Rules,
+        name_of: Callable[[Any], str],
+        view: str = '',
+        errors: Optional[node.NodeErrors] = None,
+    ) -> None:
+        self._scene, self._rules, self._name_of, self._errors = scene, rules, name_of, errors
         self._held: Dict[str, Drag] = {}
         self._over: Deque[Drag] = collections.deque()
-        self._checks: Dict[str, Check] = {}  # name of a handle -> whether it is shown where it was dropped
+        self._drops: Dict[str, Drop] = {}  # by the names of handles
         self._wake = threading.Condition()
         self.chosen: Dict[str, Optional[values.Source]] = {}
         self._past: Dict[str, Deque[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
@@ -125,7 +131,6 @@ class Drags:
             drag = self._held.get(name)
             if drag is not None and drag.hand == hand:
                 drag.heard = time.monotonic()
-                drag.see(self._scene.handle(name))
 
     def release(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
         """A hand has let go of a handle; False where it did not have it."""
@@ -148,7 +153,7 @@ class Drags:
             self._scene.say(handle, 'nothing to undo')
             return
         request_id, nodes = past[-1]
-        self._checks.pop(name, None)
+        self._drops.pop(name, None)
         undone = node.undo_request(request_id, nodes, rospy.get_name(), self._rules.timeout)
         if undone.reasons:
             reason = '; '.join(dict.fromkeys(undone.reasons.values()))
@@ -164,8 +169,8 @@ class Drags:
             handle = self._scene.handle(name)
             if handle is None or self._others.first(name) is not None:
                 return None
-            self._checks.pop(name, None)
-            drag = self._held[name] = Drag(handle, self._rules.leap_limit, node.new_request_id(), hand)
+            self._drops.pop(name, None)
+            drag = self._held[name] = Drag(handle, node.new_request_id(), hand)
             if pose is not None:
                 drag.begin(frame, pose)
             self._scene.hold(name)
@@ -173,7 +178,6 @@ class Drags:
         if drag.hand != hand:
             return None
         drag.heard = time.monotonic()
-        drag.see(self._scene.handle(name))
         return drag
 
     def _end_for(self, name: str, fault: Optional[str] = None) -> None:
@@ -192,11 +196,11 @@ class Drags:
             with self._wake:
                 drag = self._next()
             try:
-                self._correct_what_was_dropped()
+                self._look_at_what_was_dropped()
             except rospy.ROSInterruptException:
                 return
             except Exception:
-                rospy.logerr('a check of what was dropped failed\n%s', traceback.format_exc())
+                rospy.logerr('what was dropped could not be looked at\n%s', traceback.format_exc())
             if drag is None:
                 self._scene.say_what_is_not_shown()
                 continue
@@ -208,14 +212,24 @@ class Drags:
                 rospy.logerr('%s: the drag failed\n%s', drag.handle.name, traceback.format_exc())
                 self._scene.let_go(drag.handle.name)
 
-    def _correct_what_was_dropped(self) -> None:
-        """Solve again for things that are shown elsewhere than they were dropped: their nodes took other branches."""
-        for name, check in list(self._checks.items()):
-            is_elsewhere = check.is_elsewhere(self._scene.handle(name))
-            if is_elsewhere is None or self._checks.pop(name, None) is not check:
+    def _look_at_what_was_dropped(self) -> None:
+        """Take back what is not shown where it was dropped, although its sources were changed again and again."""
+        for name, drop in list(self._drops.items()):
+            error = ''
+            if self._errors is not None and not drop.loop.observer.new:
+                error = self._errors.raised_since({source.node for source in drop.drag.before}, drop.drag.requested)
+            if not error:
+                drop.see(self._scene.handle(name))
+                if not drop.loop.is_over:
+                    continue
+            if self._drops.get(name) is not drop:
                 continue
-            if is_elsewhere and self._is_in_force(check.drag):
-                self._correct(check)
+            del self._drops[name]
+            if (error or drop.is_elsewhere) and self._is_in_force(drop.drag):
+                refusal = drop.drag.refusal
+                why = error or 'its node shows it elsewhere than it was dropped, and computes it in another way'
+                reason = '; ' + wording.refusal(refusal) if refusal else ''
+                self._scene.say(drop.drag.handle, f'{why}{reason}; {self._take_back(drop.drag)}')
 
     def _is_in_force(self, drag: Drag) -> bool:
         """Whether all sources still have what a drag gave them: what somebody else has changed since is left alone."""
@@ -225,17 +239,17 @@ class Drags:
         except values.Error:
             return False
 
-    def _correct(self, check: Check) -> None:
-        drag, rounds = check.drag, check.rounds - 1
+    def _change_again(self, drag: Drag) -> Dict[values.Source, node.Change]:
+        """Solve again for a thing that is shown elsewhere than it was dropped; gives what its drag has changed by now,
+        {} where it has changed nothing more."""
+        if not self._is_in_force(drag):
+            return {}
         before = dict(drag.after)
-        refusal = self._force(drag, drag.pose) if rounds >= 0 else None
-        if refusal is None and rounds >= 0 and drag.after != before:
-            self._remember(drag)
-            self._checks[drag.handle.name] = Check(drag, self._scene.handle(drag.handle.name), rounds)
-            return
-        reason = '; ' + wording.refusal(refusal) if refusal else ''
-        text = f'its node shows it elsewhere than it was dropped, and computes it in another way{reason}; '
-        self._scene.say(drag.handle, text + self._take_back(drag))
+        drag.refusal = self._force(drag, drag.pose)
+        if drag.refusal is not None or drag.after == before:
+            return {}
+        self._remember(drag)
+        return drag.changes
 
     def _take_back(self, drag: Drag) -> str:
         """Restore what the sources were before a drag, as a force that is not reached does; what came of it."""
@@ -266,7 +280,7 @@ class Drags:
             drag = self._over.popleft()
             drag.is_over = True
             return drag
-        wait = CHECK_PERIOD if self._checks else REPEAT_PERIOD
+        wait = CHECK_PERIOD if self._drops else REPEAT_PERIOD
         for drag in self._held.values():
             if self._rules.is_live and drag.asked != drag.pose:
                 wait = min(wait, drag.due - now)
@@ -281,7 +295,8 @@ class Drags:
         pose, is_last = drag.pose, drag.is_over
         # An owner that was silent until after the release is not asked again: it has been waited for.
         is_silent = isinstance(drag.refusal, node.SourceUnreachable) and drag.answered > drag.heard
-        is_new = pose != drag.asked or (is_last and drag.is_withheld)
+        # An answer that leaps is made when the hand lets go.
+        is_new = pose != drag.asked or (is_last and pose != drag.start and not drag.is_exact and not drag.refusal)
         if drag.fault is None and is_new and not (is_last and is_silent):
             drag.refusal = self._force(drag, pose)
             drag.asked, drag.answered = pose, time.monotonic()
@@ -301,10 +316,9 @@ class Drags:
         elif drag.before:
             self._remember(drag)
         if name not in self._held:  # no hand has taken it again meanwhile
-            has_followed = not refusal and not drag.is_withheld
-            self._scene.let_go(name, drag.after if has_followed else None)
-            if has_followed and drag.after and drag.is_exact and not drag.motion.is_seen:
-                self._checks[name] = Check(drag, self._scene.handle(name))
+            self._scene.let_go(name, None if refusal else drag.after)
+            if not refusal and drag.after and drag.is_exact:
+                self._drops[name] = Drop(drag, self._scene.handle(name), lambda: self._change_again(drag))
         if refusal:
             rospy.logwarn('%s snaps back: %s', name, refusal)
 
@@ -322,13 +336,10 @@ class Drags:
         try:
             chosen = self.chosen.get(handle.name)
             plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.before, drag.followed, drag.is_over)
-            if plan.after and self._is_leap(drag, handle, pose, plan, tracked):
-                return None
             wanted = changes.to_request(plan, drag.after)
             if wanted:
-                drag.solved = handle
-                drag.remember(changes.request(wanted, timeout, drag.request_id))
-                drag.applied_at = pose
+                drag.solved, drag.requested = handle, time.monotonic()
+                drag.remember(node.request_values(wanted, timeout, drag.request_id))
             if plan.is_exact:
                 drag.followed = {source: drag.after.get(source, new) for source, new in plan.after.items()}
         except values.Error as error:
@@ -338,22 +349,6 @@ class Drags:
         drag.is_exact = plan.gap <= NOTICEABLE
         self._say_how_far(handle, plan)
         return None
-
-    def _is_leap(self, drag: Drag, handle: Handle, pose: PoseTuple, plan: changes.Plan, tracked: Sequence[Any]) -> bool:
-        """Whether an answer is held back, as a source would move by far more than the hand."""
-        # What has been applied already may not be in the last message yet.
-        before = {**plan.before, **{source: value for source, value in drag.after.items() if source in plan.before}}
-        source = drag.guard.leap(drag.applied_at or drag.start, pose, before, plan.after, tracked)
-        # On release it is applied: the handle has shown the value, or the sources have not followed this drag at all.
-        if source is None or (drag.is_over and (drag.is_withheld or drag.applied_at is None)):
-            drag.is_withheld = False
-            return False
-        drag.is_withheld = True
-        text = '{} would leap from {:.4g} to {:.4g}'.format(
-            self._name_of(source), plan.before[source], plan.after[source]
-        )
-        self._scene.say(handle, text if drag.is_over else text + ': release here to apply it')
-        return True
 
     def _say_how_far(self, handle: Handle, plan: changes.Plan) -> None:
         # A whole number rarely fits exactly; that is not worth a message.

@@ -6,6 +6,7 @@ from typing import List
 import rospy
 from rosgraph_msgs.msg import Log
 
+from rosslt import node
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.other_views import HeldTopic
@@ -41,14 +42,13 @@ def run() -> None:
         is_live=update == 'live',
         rate=_positive('~rate', Rules().rate),
         timeout=_positive('~timeout', Rules().timeout),
-        leap_limit=_positive('~leap_limit', Rules().leap_limit),
     )
     notes = Notes(_positive('~text_height', 0.2))
     topics = _names('~topics')
 
     scene = Scene(settings)
     descriptions = Descriptions()
-    drags = Drags(scene, rules, descriptions.name, rospy.get_name())
+    drags = Drags(scene, rules, descriptions.name, rospy.get_name(), node.NodeErrors())
     display = Display(Server(rospy.get_name()), scene, descriptions, notes)
     menus = Menus(Offers(scene, drags, descriptions), display)
     display.connect(drags, menus.add)

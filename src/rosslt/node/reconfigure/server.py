@@ -122,7 +122,12 @@ class Server(rospy.SubscribeListener):
             self._drag = what, now, request_id
         # written with NaN and its like, which the owner refuses as it does elsewhere
         texts = [json.dumps(value) for value in wanted.values()]
-        answer = self._owner.request_changes(
-            srv.RequestChangesRequest(request_id, client, [location.id for location in wanted], texts)
+        answer = self._owner.change_sources(
+            srv.ChangeSourcesRequest(
+                request_id=request_id,
+                requester=client,
+                location_ids=[location.id for location in wanted],
+                values=texts,
+            )
         )
         return [f'{location.name}: {reason}' for location, reason in zip(wanted, answer.reasons) if reason]

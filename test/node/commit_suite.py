@@ -8,15 +8,7 @@ import unittest
 
 import rospy
 from rosslt.msg import AppliedChange
-from rosslt.srv import (
-    ChangeSources,
-    DecideChanges,
-    GetHistory,
-    ListLocations,
-    LockLocations,
-    RequestChanges,
-    ReserveChanges,
-)
+from rosslt.srv import ChangeSources, GetHistory, ListLocations, LockLocations
 
 import rosslt
 from rosslt import node as rosslt_node
@@ -43,16 +35,6 @@ SETTER = """
     rospy.spin()
     """
 
-#: A node of a version that knows nothing of reserving.
-OLDER = """
-    from rosslt.node.rospy_internals import get_service_manager
-    rosslt.location(1.0, name='offset', maximum=10.0)
-    for service in list(get_service_manager().map.values()):
-        if service.resolved_name.endswith(('/reserve_changes', '/decide_changes')):
-            service.shutdown()
-    rospy.spin()
-    """
-
 
 def location_id(node, name):
     list_locations = rospy.ServiceProxy(node + '/rosslt/list_locations', ListLocations)
@@ -74,6 +56,10 @@ def present(node, name):
     return rosslt.untracked(rosslt.reevaluate(tracked(node, name), timeout=5.0))
 
 
+def change_sources(node):
+    return rospy.ServiceProxy(node + '/rosslt/change_sources', ChangeSources)
+
+
 def source(value):
     return rosslt.sources(value)[0]
 
@@ -86,19 +72,26 @@ class Both:
         self.nodes = [node for node, _, _ in pairs]
         self.lease = lease
         for node, name, value in pairs:
-            answer = self.reserve(node, name, value)
-            assert answer.reserved, answer
+            answer = self.prepare(node, name, value)
+            assert answer.state == 'prepared', answer
 
-    def reserve(self, node, name, value):
-        service = rospy.ServiceProxy(node + '/rosslt/reserve_changes', ReserveChanges)
-        ids = [location_id(node, name)]
-        return service(self.transaction_id, self.transaction_id, '/hand', self.nodes, self.lease, ids, [str(value)])
+    def prepare(self, node, name, value):
+        return change_sources(node)(
+            request_id=self.transaction_id,
+            requester='/hand',
+            location_ids=[location_id(node, name)],
+            values=[str(value)],
+            phase='prepare',
+            transaction_id=self.transaction_id,
+            nodes=self.nodes,
+            lease=self.lease,
+        )
 
-    def decide(self, node, decision):
-        return rospy.ServiceProxy(node + '/rosslt/decide_changes', DecideChanges)(self.transaction_id, decision)
+    def decide(self, node, phase):
+        return change_sources(node)(transaction_id=self.transaction_id, phase=phase)
 
 
-class Together(unittest.TestCase):
+class Commits(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.nodes = [Node('left', OWNER), Node('right', OWNER)]
@@ -126,7 +119,7 @@ class Together(unittest.TestCase):
         self.assertEqual(self.offsets(), [3.0, 4.0])
         for node in ('/left', '/right'):
             (entry,) = rospy.ServiceProxy(node + '/rosslt/get_history', GetHistory)('one', 0).changes
-            self.assertEqual((entry.change.requester, entry.undone), ('/together', False))
+            self.assertEqual((entry.change.requester, entry.undone), ('/commit', False))
 
     def test_where_one_node_refuses_none_changes_and_nothing_is_told(self):
         told = []
@@ -227,37 +220,38 @@ class Together(unittest.TestCase):
 
     def test_a_requester_that_dies_before_anything_is_applied_leaves_nothing(self):
         request = Both('dead', ('/left', 'offset', 3.0), ('/right', 'offset', 4.0), lease=0.3)
-        wait_until(lambda: request.decide('/left', '').state == 'ended', 'it ends by itself')
-        wait_until(lambda: request.decide('/right', '').state == 'ended', 'it ends by itself')
+        wait_until(lambda: request.decide('/left', 'state').state == 'aborted', 'it ends by itself')
+        wait_until(lambda: request.decide('/right', 'state').state == 'aborted', 'it ends by itself')
         self.assertEqual(self.offsets(), [1.0, 1.0])
         rosslt.force_value(self.pair(), [5.0, 6.0])
         self.assertEqual(self.offsets(), [5.0, 6.0])
 
     def test_what_a_requester_that_dies_has_begun_is_finished_by_the_nodes(self):
         request = Both('half', ('/left', 'offset', 3.0), ('/right', 'offset', 4.0), lease=0.3)
-        self.assertEqual(request.decide('/left', 'apply').state, 'applied')
+        self.assertEqual(request.decide('/left', 'commit').state, 'applied')
         wait_until(lambda: self.offsets() == [3.0, 4.0], 'the other node follows')
         undone = rosslt_node.undo_request('half', ['/left', '/right'], '/hand', 5.0)
         self.assertEqual((undone.reasons, self.offsets()), ({}, [1.0, 1.0]))
 
     def test_what_a_requester_that_dies_has_begun_is_not_finished_where_it_was_taken_back_meanwhile(self):
         request = Both('gone', ('/left', 'offset', 3.0), ('/right', 'offset', 4.0), lease=0.3)
-        self.assertEqual(request.decide('/left', 'apply').state, 'applied')
+        self.assertEqual(request.decide('/left', 'commit').state, 'applied')
         undone = rosslt_node.undo_request('gone', ['/left'], '/hand', 5.0)
         self.assertEqual(undone.reasons, {})
-        wait_until(lambda: request.decide('/right', '').state != 'reserved', 'the other node has asked')
-        self.assertEqual(request.decide('/right', '').state, 'ended')
+        wait_until(lambda: request.decide('/right', 'state').state != 'prepared', 'the other node has asked')
+        self.assertEqual(request.decide('/right', 'state').state, 'aborted')
         self.assertEqual(self.offsets(), [1.0, 1.0])
 
     def test_what_waits_for_a_reserved_location_is_refused_where_it_is_locked_meanwhile(self):
         """Whoever locks is told that nothing changes any more."""
         lock = rospy.ServiceProxy('/left/rosslt/lock_locations', LockLocations)
         ids = [location_id('/left', 'offset'), location_id('/left', 'gain')]
-        change = rospy.ServiceProxy('/left/rosslt/request_changes', RequestChanges)
-        reserve = rospy.ServiceProxy('/left/rosslt/reserve_changes', ReserveChanges)
+        wanted = {'requester': '/hand', 'location_ids': ids, 'values': ['7.0', '7.0']}
+        prepared = {'phase': 'prepare', 'transaction_id': 'waiting', 'request_id': 'waiting', 'lease': 5.0}
+        change = change_sources('/left')
         calls = {
-            'applied': lambda: change('', '/hand', ids, ['7.0', '7.0']),
-            'reserved': lambda: reserve('waiting', 'waiting', '/hand', ['/left'], 5.0, ids, ['7.0', '7.0']),
+            'at once': lambda: change(**wanted),
+            'prepared': lambda: change(nodes=['/left'], **wanted, **prepared),
         }
         self.addCleanup(lock, 'unlock', ids[:1], 'ada', '')
         for is_done, call in calls.items():
@@ -267,28 +261,28 @@ class Together(unittest.TestCase):
             waiting.start()
             waiting.join(0.1)  # it waits by then, or is refused at once when it comes
             lock('lock', ids[:1], 'ada', 'the robot is running')
-            request.decide('/left', 'take back')
+            request.decide('/left', 'abort')
             waiting.join()
-            self.assertFalse(getattr(answers[0], is_done), answers[0])
+            self.assertEqual(answers[0].state, 'refused', answers[0])
             self.assertEqual(present('/left', 'offset'), 1.0)
             lock('unlock', ids[:1], 'ada', '')
 
-    def test_a_word_that_comes_too_late_changes_nothing(self):
+    def test_a_decision_that_comes_too_late_changes_nothing(self):
         request = Both('late', ('/left', 'offset', 3.0), lease=1e-6)
-        wait_until(lambda: request.decide('/left', 'apply').state == 'ended', 'its time is over')
-        answer = request.decide('/left', 'apply')
-        self.assertEqual(answer.state, 'ended')
-        self.assertEqual(request.decide('/left', 'take back').state, 'ended')
-        self.assertEqual(request.decide('/right', 'apply').state, '')
+        answer = request.decide('/left', 'commit')
+        self.assertEqual((answer.state, answer.reasons), ('prepared', ['the time for it was over']))
+        wait_until(lambda: request.decide('/left', 'commit').state == 'aborted', 'it ends by itself')
+        self.assertEqual(request.decide('/left', 'abort').state, 'aborted')
+        self.assertEqual(request.decide('/right', 'commit').state, '')
 
-    def test_a_second_word_changes_nothing_more(self):
+    def test_a_second_decision_changes_nothing_more(self):
         request = Both('twice', ('/left', 'offset', 3.0))
-        self.assertEqual(request.decide('/left', 'apply').state, 'applied')
+        self.assertEqual(request.decide('/left', 'commit').state, 'applied')
         rosslt.force_value(tracked('/left', 'offset', 3.0), 5.0)
-        self.assertEqual(request.decide('/left', 'apply').state, 'applied')
+        self.assertEqual(request.decide('/left', 'commit').state, 'applied')
         self.assertEqual(present('/left', 'offset'), 5.0)
         with self.assertRaises(rospy.ServiceException):
-            request.reserve('/left', 'offset', 6.0)
+            request.prepare('/left', 'offset', 6.0)
 
     def test_another_change_waits_for_a_reserved_location_or_is_told_why_not(self):
         request = Both('held', ('/left', 'offset', 3.0), ('/right', 'offset', 3.0))
@@ -297,11 +291,11 @@ class Together(unittest.TestCase):
         ):
             rosslt.force_value(tracked('/left', 'offset'), 9.0, timeout=5.0)
         rosslt.force_value(tracked('/left', 'gain', 2.0), 2.5)  # another location is free
-        freed = threading.Timer(0.1, request.decide, ('/left', 'apply'))
+        freed = threading.Timer(0.1, request.decide, ('/left', 'commit'))
         freed.start()
         changed = rosslt.force_value(tracked('/left', 'offset', 3.0), 9.0, timeout=5.0)
         self.assertEqual(list(changed.values()), [(3.0, 9.0)])
-        request.decide('/right', 'take back')
+        request.decide('/right', 'abort')
 
     def test_two_requesters_never_wait_for_each_other_and_never_mix(self):
         errors = []
@@ -335,7 +329,7 @@ class Together(unittest.TestCase):
         rosslt.force_value(tracked('/right', 'offset', 4.0), 5.0)
         undone = rosslt_node.undo_request('whole', ['/left', '/right'], '/hand', 5.0)
         self.assertEqual((undone.changes, list(undone.reasons)), ({}, ['/right']))
-        self.assertIn('offset has been changed since by /together', undone.reasons['/right'])
+        self.assertIn('offset has been changed since by /commit', undone.reasons['/right'])
         self.assertEqual(self.offsets(), [3.0, 5.0])
 
     def test_own_locations_take_part(self):
@@ -347,46 +341,38 @@ class Together(unittest.TestCase):
             rosslt.force_value([own, unknown], [7.0, 8.0])
         self.assertEqual(rosslt.reevaluate(own), 5.0)
 
-    def test_a_node_of_an_earlier_version_takes_part_and_goes_first(self):
-        with Node('older', OLDER) as older:
-            wait_until(lambda: not older.offers('rosslt/decide_changes'), 'it reserves nothing')
-            pair = [tracked('/left', 'offset'), tracked('/older', 'offset')]
-            rosslt.force_value(pair, [3.0, 4.0])
-            self.assertEqual((present('/left', 'offset'), present('/older', 'offset')), (3.0, 4.0))
-            service = rospy.ServiceProxy('/older/rosslt/change_sources', ChangeSources)
-            self.assertTrue(service([source(pair[1]).location_id], ['1.0'], 'a test').applied)
-            with Node('refusing', SETTER) as refusing:
-                refusing.process.stdin.write('refuse\n')
-                refusing.process.stdin.flush()
-                slow = tracked('/refusing', 'slow')
-                with self.assertRaisesRegex(rosslt.ChangeRejected, 'hot; taken back: /older/offset'):
-                    rosslt.force_value([pair[1], slow], [5.0, 6.0])
-            self.assertEqual(present('/older', 'offset'), 1.0)
-
     def test_requests_that_make_no_sense_are_refused(self):
-        service = rospy.ServiceProxy('/left/rosslt/reserve_changes', ReserveChanges)
-        one = location_id('/left', 'offset')
-        for request in (
-            ('', 'r', '', ['/left'], 1.0, [one], ['1']),
-            ('t', 'r', '', ['/left'], 1.0, [one], []),
-            ('t', '', '', ['/left'], 1.0, [], []),
-            ('t', 'r', '', ['/left'], float('nan'), [one], ['1']),
-            ('t', 'r', '', ['/left'], -1.0, [one], ['1']),
-            ('t', 'r', '', ['left'], 1.0, [one], ['1']),
-            ('t', 'r', '', ['/le ft'], 1.0, [one], ['1']),
-            ('t', 'r', '', ['/left'] * 101, 1.0, [one], ['1']),
+        service, one = change_sources('/left'), location_id('/left', 'offset')
+        sound = {
+            'phase': 'prepare',
+            'transaction_id': 't',
+            'request_id': 'r',
+            'nodes': ['/left'],
+            'lease': 1.0,
+            'location_ids': [one],
+            'values': ['1'],
+        }
+        for fault in (
+            {'transaction_id': ''},
+            {'values': []},
+            {'request_id': '', 'location_ids': [], 'values': []},
+            {'lease': float('nan')},
+            {'lease': -1.0},
+            {'nodes': ['left']},
+            {'nodes': ['/le ft']},
+            {'nodes': ['/left'] * 101},
+            {'phase': 'perhaps'},
         ):
             with self.assertRaises(rospy.ServiceException):
-                service(*request)
-        with self.assertRaises(rospy.ServiceException):
-            rospy.ServiceProxy('/left/rosslt/decide_changes', DecideChanges)('t', 'perhaps')
+                service(**{**sound, **fault})
         for text in ('[1]', '"text"', '1e999', ''):
-            self.assertFalse(service('t' + text, 'r', '', ['/left'], 1.0, [one], [text]).reserved)
+            answer = service(**{**sound, 'transaction_id': 't' + text, 'values': [text]})
+            self.assertEqual(answer.state, 'refused')
         self.assertEqual(json.loads(str(present('/left', 'offset'))), 1.0)
 
 
 if __name__ == '__main__':
     import rostest
 
-    rosslt.init_node('together')
-    rostest.rosrun('rosslt', 'together', '__main__')
+    rosslt.init_node('commit')
+    rostest.rosrun('rosslt', 'commit', '__main__')

@@ -1,11 +1,11 @@
-"""What is seen of a field after a change of its sources: whether it has the wanted value, and stays so."""
+"""Observations of a field after a change of its sources: whether it has the wanted value, and stays so."""
 
 import time
-from typing import Any, Dict, FrozenSet, List, NamedTuple, Optional, Set
+from typing import Any, Dict, FrozenSet, List, NamedTuple, Optional
 
 from rosslt import messages, values
-from rosslt.node.branches import Expression
 from rosslt.node.client import Change
+from rosslt.node.expression_diff import Expression
 from rosslt.values import Source
 
 #: How long a second message is waited for, which shows whether a field stays as it is, in seconds.
@@ -17,14 +17,11 @@ OTHER_THINGS = 0.5
 #: How many times as far as it moves by itself a moving field may be from the target.
 LEEWAY = 3.0
 
-#: How many messages have come at least between the one that was solved and the first one that shows it.
+#: The fewest messages that have come between the one that was solved and the first one that shows the change.
 FEWEST_STEPS = 2
 
-#: From how many versions of one expression on that differ in their numbers alone something moves by itself.
-FEWEST_MOMENTS = 3
 
-
-class Sight(NamedTuple):
+class Observation(NamedTuple):
     """A field as a message has it.
 
     Attributes:
@@ -44,14 +41,14 @@ class Sight(NamedTuple):
     is_reached: bool
 
 
-def sight_of(part: Any, wanted: Any, type_: str = '', number: int = 0) -> Sight:
-    """The Sight of a part of a message that has just come.
+def observe(part: Any, wanted: Any, type_: str = '', number: int = 0) -> Observation:
+    """The Observation of a part of a message that has just come.
 
     Args:
         part, wanted, type_: as of `messages.is_reached`.
         number: of the message.
     """
-    return Sight(
+    return Observation(
         number,
         time.monotonic(),
         part,
@@ -61,8 +58,8 @@ def sight_of(part: Any, wanted: Any, type_: str = '', number: int = 0) -> Sight:
     )
 
 
-class Look:
-    """What the messages after a change show.
+class ChangeObserver:
+    """Sorts the messages after a change by what they show of it.
 
     Args:
         changed: {Source: Change}.
@@ -70,60 +67,66 @@ class Look:
 
     Attributes:
         end: when to stop looking, a time of `time.monotonic`.
-        reached: the first of two sights in a row with the wanted value, where a second one comes soon; or None.
-        new: the sights that show the change.
+        new: the observations that show the change.
         other: those without any of the changed sources: the field was computed from others.
         old: how many still had an old value of a changed source.
         missing: how many messages had no such field.
+        moves: whether the field moves by itself: it differs from one of `new` to the next.
+        moving: the indices of the numbers in its expression that do.
     """
 
     def __init__(self, changed: Dict[Source, Change], timeout: float) -> None:
         self._changed = changed
         self._last_end = self.end = time.monotonic() + timeout
-        self.new: List[Sight] = []
-        self.other: List[Sight] = []
+        self.new: List[Observation] = []
+        self.other: List[Observation] = []
         self.old = self.missing = 0
+        self.moves = False
+        self.moving: FrozenSet[int] = frozenset()
 
     @property
-    def reached(self) -> Optional[Sight]:
+    def reached(self) -> Optional[Observation]:
+        """The first of two observations in a row with the wanted value, where a second one comes soon; or None."""
         if not self.new or not self.new[-1].is_reached:
             return None
         return self.new[-2] if len(self.new) > 1 and self.new[-2].is_reached else self.new[-1]
 
-    def is_over_after(self, sight: Optional[Sight], is_latched: bool = False) -> bool:
-        """Take a sight in.
+    def take(self, observation: Optional[Observation], is_latched: bool = False) -> bool:
+        """Take an observation in.
 
         Args:
-            sight: None where the message has no such field.
+            observation: None where the message has no such field.
             is_latched: whether its publisher sends again only what has changed.
 
         Returns:
             Whether no more has to be looked at.
         """
-        if sight is None:
+        if observation is None:
             self.missing += 1
-        elif not sight.is_reached and self._is_older(sight.expression):
+        elif not observation.is_reached and self._is_older(observation.expression):
             self.old += 1
-        elif sight.is_reached or self._changed.keys() & set(sight.expression.sources):
-            self.new.append(sight)
-            return (sight.is_reached and is_latched) or self._is_last(sight)
+        elif observation.is_reached or self._changed.keys() & set(observation.expression.sources):
+            return self._is_last(observation) or (observation.is_reached and is_latched)
         elif not self.new:
-            self.other.append(sight)
+            self.other.append(observation)
             # A topic may tell of several things in turn: the one that has changed would come within this time.
-            return len(self.other) > 1 and sight.at - self.other[0].at >= OTHER_THINGS
+            return len(self.other) > 1 and observation.at - self.other[0].at >= OTHER_THINGS
         return False
 
-    def _is_last(self, sight: Sight) -> bool:
+    def _is_last(self, observation: Observation) -> bool:
+        self.new.append(observation)
         if len(self.new) == 1:
-            self.end = min(self._last_end, sight.at + SECOND_MESSAGE)
+            self.end = min(self._last_end, observation.at + SECOND_MESSAGE)
             return False
         before = self.new[-2]
-        if sight.is_reached and before.is_reached:
+        self.moving |= before.expression.difference(observation.expression).numbers.keys()
+        self.moves = self.moves or not messages.is_reached(observation.part, values.untracked(before.part))
+        if observation.is_reached and before.is_reached:
             return True
-        if sight.distance >= before.distance * (1 - 1e-12):
+        if observation.distance >= before.distance * (1 - 1e-12):
             return True
         # it comes nearer by itself
-        self.end = sight.at + SECOND_MESSAGE if sight.is_reached else self._last_end
+        self.end = observation.at + SECOND_MESSAGE if observation.is_reached else self._last_end
         return False
 
     def _is_older(self, expression: Expression) -> bool:
@@ -138,27 +141,11 @@ class Look:
                 return True
         return False
 
-    @property
-    def moving(self) -> FrozenSet[int]:
-        """The places of the numbers that differ from one sight to the next, although no source was changed."""
-        places: Set[int] = set()
-        for one, other in zip(self.new, self.new[1:]):
-            places.update(one.expression.difference(other.expression).numbers)
-        return frozenset(places)
-
-    @property
-    def moves(self) -> bool:
-        """Whether the field moves by itself."""
-        return any(
-            not messages.is_reached(other.part, values.untracked(one.part))
-            for one, other in zip(self.new, self.new[1:])
-        )
-
-    def is_solved_for_its_moment(self, solved: Sight) -> bool:
+    def is_solved_for_its_moment(self, solved: Observation) -> bool:
         """Whether the field moves by itself, and is no further from the target than it has moved since it was solved.
 
         Args:
-            solved: the sight that was solved.
+            solved: the observation that was solved.
         """
         if not self.moves or solved.expression.difference(self.new[0].expression).is_branch(self.moving):
             return False
@@ -169,29 +156,6 @@ class Look:
             # messages may have been read later than they came, which says little of the time between them
             reach = max(reach, LEEWAY * step * max(steps, FEWEST_STEPS))
         return self.new[0].distance <= reach
-
-
-class Motion:
-    """Whether something moves by itself, from what messages show of it while its sources may change.
-
-    Other numbers come into its expression then: the time, a counter. They do where its node takes another branch, too,
-    but of branches there are few.
-    """
-
-    def __init__(self) -> None:
-        self._seen: List[Expression] = []
-
-    def see(self, part: Any) -> None:
-        """Take in what a message has: a list of tracked values."""
-        if not self.is_seen:
-            expression = Expression(part)
-            if all(one.difference(expression).numbers for one in self._seen):
-                self._seen.append(expression)
-
-    @property
-    def is_seen(self) -> bool:
-        """Whether there is no other explanation."""
-        return len(self._seen) >= FEWEST_MOMENTS
 
 
 def is_equal(one: Any, other: Any) -> bool:

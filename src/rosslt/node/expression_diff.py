@@ -1,4 +1,4 @@
-"""Whether a node computes a field in another way than before: what differs between two of its expressions.
+"""The difference between two expressions of a field: whether its node computes it in another way than before.
 
 An expression shows which locations a node has used, what it has done to them, and the numbers in its code that are no
 locations. Where a node takes another branch (`a if x < 5 else b`), some of them come and others go.
@@ -17,41 +17,36 @@ MOST_NAMED = 4
 
 
 class Difference(NamedTuple):
-    """What differs between two expressions.
+    """The difference between two expressions.
 
     Attributes:
         gone, came: the sources that only the first one, or only the second one has.
         is_other_form: whether the operations are others.
-        numbers: {place: (number before, number after)}, those that are no sources; empty where the form is another one.
-        came_numbers, gone_numbers: where the form is another one, the numbers that only one of them has, but 0 and 1.
+        numbers: {index: (number before, number after)}, those that are no sources; empty where the form is another one.
     """
 
     gone: List[Source]
     came: List[Source]
     is_other_form: bool
     numbers: Dict[int, Tuple[Any, Any]]
-    came_numbers: List[Any]
-    gone_numbers: List[Any]
 
     def is_branch(self, moving: FrozenSet[int] = frozenset()) -> bool:
         """Whether it shows another branch.
 
         Args:
-            moving: the places of numbers that change by themselves from message to message.
+            moving: the indices of numbers that change by themselves from message to message.
         """
         return bool(self.gone or self.came or self.is_other_form or self.numbers.keys() - moving)
 
     def describe(self, name_of: Callable[[Source], str]) -> str:
-        """What came and went, in words."""
-        gone = [*map(name_of, self.gone), *map(_short, self.gone_numbers[:MOST_NAMED])]
-        came = [*map(name_of, self.came), *map(_short, self.came_numbers[:MOST_NAMED])]
-        parts = [f'{name} went' for name in gone] + [f'{name} came' for name in came]
+        """The difference in words."""
+        parts = [f'{name_of(one)} went' for one in self.gone] + [f'{name_of(one)} came' for one in self.came]
         parts += ['{} became {}'.format(*map(_short, pair)) for pair in list(self.numbers.values())[:MOST_NAMED]]
         return ', '.join(parts) or 'other operations'
 
 
 class Expression:
-    """How a part of a message was computed, without the values of its sources.
+    """The expression that computed a part of a message, without the values of its sources.
 
     Args:
         part: a scalar, a message or an array, with tracked leaves.
@@ -61,11 +56,11 @@ class Expression:
         tracked = [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
         instructions, roots = values.disassemble(tracked)
         self.sources: List[Source] = values.sources(tracked)
-        #: The values of each source that were used; of a counter or an integral several.
+        #: {source: its values that were used}; of a counter or an integral several.
         self.readings: Dict[Source, List[Any]] = {}
         self._numbers: List[Tuple[Any, float]] = []  # (number, size of what it belongs to)
         form: List[Any] = [tuple(roots)]
-        at: List[Any] = []  # the value of each source, by place
+        at: List[Any] = []  # the value of each source, by index
         for kind, *rest in instructions:
             at.append(rest[1] if kind == SOURCE else None)
             if kind == SOURCE:
@@ -76,33 +71,25 @@ class Expression:
                 form.append(CONSTANT)
             elif kind == AFFINE:
                 value, terms, is_exact = rest
-                form.append((AFFINE, tuple(place for place, _ in terms), is_exact))
+                form.append((AFFINE, tuple(index for index, _ in terms), is_exact))
                 if is_exact:
-                    size = abs(value) + sum(abs(slope * at[place]) for place, slope in terms)
+                    size = abs(value) + sum(abs(slope * at[index]) for index, slope in terms)
                     self._numbers += [(slope, 0.0) for _, slope in terms]
-                    self._numbers.append((value - sum(slope * at[place] for place, slope in terms), size))
+                    self._numbers.append((value - sum(slope * at[index] for index, slope in terms), size))
             else:
                 form.append((kind.name, *rest))
         self._form = tuple(form)
 
     def difference(self, other: 'Expression') -> Difference:
-        """What another expression has that this one has not, and the other way round."""
+        """The Difference from this expression to another one."""
         is_other = self._form != other._form
         numbers = {} if is_other else dict(enumerate(zip(self._numbers, other._numbers)))
         return Difference(
             [source for source in self.sources if source not in other.sources],
             [source for source in other.sources if source not in self.sources],
             is_other,
-            {place: (old[0], new[0]) for place, (old, new) in numbers.items() if not _are_equal(old, new)},
-            _only_in(other._numbers, self._numbers) if is_other else [],
-            _only_in(self._numbers, other._numbers) if is_other else [],
+            {index: (old[0], new[0]) for index, (old, new) in numbers.items() if not _are_equal(old, new)},
         )
-
-
-def _only_in(numbers: List[Tuple[Any, float]], others: List[Tuple[Any, float]]) -> List[Any]:
-    return [
-        one[0] for one in numbers if not any(_are_equal(one, other) for other in [*others, (0, one[1]), (1, one[1])])
-    ]
 
 
 def _are_equal(old: Tuple[Any, float], new: Tuple[Any, float]) -> bool:

@@ -1,0 +1,69 @@
+"""What was dropped: whether it is shown where it was let go, as its node may compute it in another way by now."""
+
+import time
+from typing import Callable, Dict, Optional
+
+from rosslt import messages, node, values
+from rosslt.markers.drags.drag import NOISE, Drag
+from rosslt.markers.scene.handle import Handle
+
+#: How many times sources are changed at most, the drag itself among them.
+ROUNDS = 5
+
+#: How long to wait for a message that shows the change, in seconds.
+TIMEOUT = 5.0
+
+
+class Drop:
+    """Feeds a ClosedLoop with the messages after a drop.
+
+    What moves by itself is not elsewhere: it was dropped where it was at its moment. Where the latest message has the
+    thing in another frame, or another thing in its place, it is left alone.
+
+    Args:
+        drag: it is over, and sources have followed it.
+        handle: the thing as the last message before has it, or None.
+        change: changes the sources again for what is seen; gives {Source: Change}, empty where it cannot.
+    """
+
+    def __init__(
+        self, drag: Drag, handle: Optional[Handle], change: Callable[[], Dict[values.Source, node.Change]]
+    ) -> None:
+        self.drag = drag
+        self._handle = handle
+        self._is_lost = False
+        self.loop = node.ClosedLoop(lambda _: change(), ROUNDS, TIMEOUT, node.STILL)
+        self.loop.follow(self._observed(drag.solved), drag.changes)
+
+    def see(self, handle: Optional[Handle]) -> None:
+        """Take in the thing as the latest message has it, or None."""
+        if handle is not None and handle is not self._handle:
+            self._handle = handle
+            if self.drag.misfit(handle) is not None:
+                self._is_lost = True
+                self.loop.stop()
+            elif not self._is_of_the_way(handle):
+                self.loop.take(self._observed(handle))
+        if not self.loop.is_over and time.monotonic() >= self.loop.end:
+            self.loop.pass_time()
+
+    @property
+    def is_elsewhere(self) -> bool:
+        """Whether the thing stays elsewhere, whatever its sources were made."""
+        loop = self.loop
+        return loop.is_over and not loop.is_reached and loop.last is not None and not self._is_lost
+
+    def _is_of_the_way(self, handle: Handle) -> bool:
+        """Whether a message was computed from what the hand has passed on its way."""
+        present = values.source_values(handle.wanted(self.drag.pose, self.drag.is_moved, self.drag.is_turned)[0])
+        return any(
+            source in present and not messages.is_sent_as(new, present[source])
+            for source, new in self.drag.after.items()
+        )
+
+    def _observed(self, handle: Handle) -> node.Observation:
+        tracked, targets = handle.wanted(self.drag.pose, self.drag.is_moved, self.drag.is_turned)
+        are_there = [
+            abs(float(value) - target) <= NOISE * max(1.0, abs(target)) for value, target in zip(tracked, targets)
+        ]
+        return node.observe(list(tracked), list(targets))._replace(is_reached=all(are_there))

@@ -1,0 +1,363 @@
+"""Changes of this node's locations: applied at once, or its part in the two-phase commit of several nodes.
+
+A node that takes part says whether it would apply its part, and reserves the locations (phase `prepare`); then the
+requester has all nodes `commit` or `abort`. What is prepared ends by itself. Where the requester is not heard of again,
+the node asks the others: if one of them has applied its part, this one does as well. `commit_coordinator` is the side
+of the requester.
+"""
+
+import math
+import threading
+import time
+from collections import OrderedDict
+from typing import Any, ContextManager, Dict, Iterable, List, Optional, Protocol, Sequence, Tuple
+
+import rosgraph
+import rospy
+
+from rosslt import srv
+from rosslt.node.history import NOTHING_TO_UNDO, History, Request, applied_change
+from rosslt.node.json_scalars import Refused, from_json
+from rosslt.node.locations import Location
+from rosslt.node.service_calls import ask_all
+
+#: States of a change, as ChangeSources says them.
+APPLIED, REFUSED, PREPARED, ABORTED, UNKNOWN = 'applied', 'refused', 'prepared', 'aborted', ''
+
+#: Phases of a change.
+AT_ONCE, PREPARE, COMMIT, ABORT, ASK = '', 'prepare', 'commit', 'abort', 'state'
+
+#: How long a requester may take to have changes aborted after its time is over, in seconds.
+ABORT_TIMEOUT = 1.0
+
+#: After the lease of what is prepared, the node waits so long before it asks the others, in seconds: a requester that
+#: is still there has decided by then.
+GRACE = ABORT_TIMEOUT + 0.5
+
+#: How long the others may take to say what they have done, in seconds.
+ASK_TIMEOUT = 1.0
+
+#: The longest lease, in seconds, and how many nodes may take part.
+LONGEST, MOST_NODES = 5.0, 100
+
+#: How long another change waits for a location that is reserved, in seconds.
+PATIENCE = 0.5
+
+#: How many transactions are remembered after their end, so that a late decision about one of them is recognized.
+REMEMBERED = 1000
+
+#: A location, its value before and after.
+Change = Tuple[Location, Any, Any]
+
+
+class Owner(Protocol):
+    """What is used of this node as the owner of locations; `server.Owner` is it."""
+
+    name: str
+    history: History
+
+    @property
+    def lock(self) -> ContextManager[Any]: ...
+
+    def known(self, location_id: int) -> Location: ...
+
+    def changeable(self, location: Location, requester: str) -> Location: ...
+
+    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]: ...
+
+    def apply(
+        self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
+    ) -> Tuple[List[str], List[Change]]: ...
+
+    def follow(self, changed: Iterable[Location]) -> int: ...
+
+    def wait_for_parameters(self, written: int) -> None: ...
+
+
+class _Transaction:
+    """A change that was asked for, and its state."""
+
+    def __init__(self, request: srv.ChangeSourcesRequest) -> None:
+        self.id: str = request.transaction_id
+        self.request_id: str = request.request_id
+        self.requester: str = request.requester or _caller(request)
+        self.nodes: List[str] = list(request.nodes)
+        self.end = time.monotonic() + (min(request.lease, LONGEST) if request.phase == PREPARE else PATIENCE)
+        self.asked = list(zip(request.location_ids, request.values))
+        self.state = PREPARED
+        self.reasons: List[str] = []
+        self.wanted: List[Tuple[Location, Any]] = []
+        self.undoes: List[Request] = []
+        self.changes: List[Change] = []
+        self.made: Optional[Request] = None  # in the history, once it is applied
+        self.turns: Dict[Location, int] = {}
+
+    @property
+    def is_undo(self) -> bool:
+        """Whether it takes a request back."""
+        return not self.asked
+
+    def refuse(self, reason: str) -> None:
+        """Refuse all of it for one reason."""
+        self.state = REFUSED
+        self.reasons = [reason] * max(1, len(self.asked))
+
+
+class CommitParticipant:
+    """Changes the locations of this node, and remembers the transactions that it takes part in.
+
+    Args:
+        owner: this node as the owner of locations.
+    """
+
+    def __init__(self, owner: Owner) -> None:
+        self._owner = owner
+        self._by_id: OrderedDict[str, _Transaction] = OrderedDict()
+        self._holders: Dict[Location, _Transaction] = {}
+        self._free = threading.Condition(owner.lock)  # type: ignore[arg-type]
+        self._is_watched = False
+
+    def wait_for(self, locations: Iterable[Location], timeout: float = PATIENCE) -> bool:
+        """Wait until locations are free; the lock is held, and given up while this waits.
+
+        Returns:
+            Whether it had to wait: meanwhile, others may have changed, locked or removed them.
+
+        Raises:
+            Refused: they are still reserved after `timeout` seconds.
+        """
+        wanted, has_waited = list(locations), False
+        end = time.monotonic() + timeout
+        while True:
+            location = next(filter(self._holders.__contains__, wanted), None)
+            if location is None:
+                return has_waited
+            has_waited = True
+            holder = self._holders[location]
+            if not self._free.wait(max(0.0, end - time.monotonic())) and time.monotonic() >= end:
+                raise Refused(
+                    f'{location.name} is just being changed by {holder.requester or "somebody"}, together with '
+                    f'{" and ".join(holder.nodes) or "others"}: try again'
+                )
+
+    def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse:
+        """Change locations, all or none, or do one phase of it; serves `~rosslt/change_sources`."""
+        _check(request)
+        with self._owner.lock:
+            if request.phase in (AT_ONCE, PREPARE):
+                change = self._prepared(request)
+                if request.phase == AT_ONCE and change.state == PREPARED:
+                    self._apply(change)
+                reasons = change.reasons
+            else:
+                known = self._by_id.get(request.transaction_id)
+                if known is None:
+                    reason = 'this node does not know the change: it was restarted since'
+                    return srv.ChangeSourcesResponse(UNKNOWN, [reason], [])
+                change, reasons = known, self._decided(known, request.phase)
+            written = self._owner.follow([location for location, _ in change.wanted])
+            changes = [applied_change(rospy.Time.now(), *one, change.requester) for one in change.changes]
+        if request.phase in (AT_ONCE, COMMIT, ABORT):
+            self._owner.wait_for_parameters(written)
+        return srv.ChangeSourcesResponse(change.state, reasons, changes)
+
+    def _prepared(self, request: srv.ChangeSourcesRequest) -> _Transaction:
+        """The transaction of a request: prepared, or refused."""
+        change = _Transaction(request)
+        if request.phase == PREPARE and change.id in self._by_id:
+            raise rospy.ServiceException(f'{change.id} was prepared or decided before')
+        try:
+            self._plan(change)
+            # others may have changed, locked or removed something meanwhile
+            while change.state == PREPARED and self.wait_for(
+                [location for location, _ in change.wanted], change.end - time.monotonic()
+            ):
+                self._plan(change)
+        except Refused as refused:
+            change.refuse(str(refused))
+        if request.phase == PREPARE and change.state == PREPARED:
+            self._by_id[change.id] = change
+            self._holders.update((location, change) for location, _ in change.wanted)
+            self._forget_oldest()
+            self._watch()
+        return change
+
+    def _plan(self, change: _Transaction) -> None:
+        """Find out what is to be changed.
+
+        Raises:
+            Refused: the request cannot be taken back.
+        """
+        if change.is_undo:
+            change.undoes, change.wanted = self._owner.to_undo(change.request_id, change.requester)
+            if not change.wanted:
+                raise Refused(NOTHING_TO_UNDO)
+            return
+        change.wanted, change.reasons = [], []
+        for location_id, text in change.asked:
+            try:
+                location = self._owner.changeable(self._owner.known(location_id), change.requester)
+                change.wanted.append((location, location.checked(from_json(text))))
+                change.reasons.append('')
+            except Refused as refused:
+                change.reasons.append(str(refused))
+        if any(change.reasons):
+            change.state = REFUSED
+
+    def _apply(self, change: _Transaction) -> None:
+        """Put what is prepared in force."""
+        self._release(change)
+        for location, _ in change.wanted:
+            try:
+                is_there = self._owner.known(location.id) is location
+            except Refused:
+                is_there = False
+            if not is_there:
+                change.refuse(f'{location.name} is there no more')
+                return
+        change.reasons, change.changes = self._owner.apply(
+            change.wanted, change.requester, change.request_id, record=not change.is_undo
+        )
+        if any(change.reasons):
+            if change.is_undo:
+                change.refuse('; '.join(filter(None, change.reasons)))
+            change.state = REFUSED
+            return
+        if not change.is_undo:
+            change.made = self._owner.history.latest(change.request_id)
+        change.turns = {location: location.turn for location, _, _ in change.changes}
+        for request in change.undoes:
+            request.undone = True
+        change.state = APPLIED
+
+    def _decided(self, change: _Transaction, phase: str) -> List[str]:
+        """Commit or abort what was prepared; returns the reasons why it is not what was decided."""
+        if change.state == APPLIED and change.made is not None and change.made.undone:
+            change.state = ABORTED  # the others, which ask what to do, must not follow
+        if phase == COMMIT and change.state == PREPARED:
+            if time.monotonic() > change.end:
+                return ['the time for it was over'] * max(1, len(change.asked))
+            self._apply(change)
+        elif phase == ABORT:
+            if change.state == PREPARED:
+                self._abort(change)
+            elif change.state == APPLIED:
+                return self._take_back(change)
+        return change.reasons
+
+    def _take_back(self, change: _Transaction) -> List[str]:
+        """Give locations the values again that they had before; returns the reason against it."""
+        for location, turn in change.turns.items():
+            if location.turn != turn:
+                return [f'{location.name} has been changed since']
+        reasons, changes = self._owner.apply(
+            [(location, old) for location, old, _ in reversed(change.changes)], change.requester, record=False
+        )
+        if any(reasons):
+            return list(filter(None, reasons))
+        change.state, change.changes = ABORTED, changes
+        if change.is_undo:
+            for request in change.undoes:
+                request.undone = False
+        else:
+            self._owner.history.withdraw(change.request_id, {location: new for location, _, new in changes})
+        return []
+
+    def _abort(self, change: _Transaction) -> None:
+        change.state = ABORTED
+        self._release(change)
+
+    def _release(self, change: _Transaction) -> None:
+        for location, _ in change.wanted:
+            if self._holders.get(location) is change:
+                del self._holders[location]
+        self._free.notify_all()
+
+    def _forget_oldest(self) -> None:
+        while len(self._by_id) > REMEMBERED:
+            oldest = next((one for one, it in self._by_id.items() if it.state != PREPARED), None)
+            if oldest is None:
+                return
+            del self._by_id[oldest]
+
+    def _watch(self) -> None:
+        """See to it that what is prepared ends also where its requester is not heard of again."""
+        if not self._is_watched:
+            self._is_watched = True
+            threading.Thread(target=self._work, name='rosslt commits', daemon=True).start()
+        self._free.notify_all()
+
+    def _work(self) -> None:
+        asked: Dict[str, None] = {}
+        while not rospy.is_shutdown():
+            with self._owner.lock:
+                waiting = [one for one in self._by_id.values() if one.state == PREPARED]
+                asked = {one.id: None for one in waiting if one.id in asked}
+                overdue = [one for one in waiting if one.id not in asked]
+                now = time.monotonic()
+                first = min((one.end + GRACE for one in overdue), default=None)
+                if first is None or first > now:
+                    self._free.wait(None if first is None else first - now)
+                    continue
+                overdue = [one for one in overdue if one.end + GRACE <= now]
+                asked.update((one.id, None) for one in overdue)
+            for one in overdue:
+                threading.Thread(target=self._settle, args=(one,), name='rosslt commit', daemon=True).start()
+
+    def _settle(self, change: _Transaction) -> None:
+        """Do what the other nodes have done: the requester has not come back."""
+        others = [node for node in change.nodes if node != self._owner.name]
+        question = srv.ChangeSourcesRequest(transaction_id=change.id, phase=ASK)
+        try:
+            answers, _ = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(others, question), ASK_TIMEOUT)
+        except rospy.ROSInterruptException:
+            return
+        appliers = sorted(node for node, answer in answers.items() if answer.state == APPLIED)
+        with self._owner.lock:
+            if change.state != PREPARED:
+                return
+            if not appliers:
+                self._abort(change)
+                return
+            self._apply(change)
+            refused = '; '.join(filter(None, change.reasons))
+            rospy.logwarn(
+                '%s was not heard of again: its change is applied here, as in %s%s',
+                change.requester,
+                ' and '.join(appliers),
+                refused and '; refused: ' + refused,
+            )
+            self._owner.follow([location for location, _ in change.wanted])
+
+
+def _caller(request: srv.ChangeSourcesRequest) -> str:
+    """The node that a request came from; '' where this process has made it."""
+    return (getattr(request, '_connection_header', None) or {}).get('callerid', '')
+
+
+def _check(request: srv.ChangeSourcesRequest) -> None:
+    """Raises rospy.ServiceException where a request makes no sense."""
+    problem: Optional[str] = None
+    if request.phase not in (AT_ONCE, PREPARE, COMMIT, ABORT, ASK):
+        problem = f'{request.phase!r} is no phase: prepare, commit, abort, state or nothing'
+    elif len(request.location_ids) != len(request.values):
+        problem = f'{len(request.location_ids)} location ids with {len(request.values)} values'
+    elif request.phase == PREPARE:
+        problem = _problem_of_prepare(request)
+    if problem is not None:
+        raise rospy.ServiceException(problem)
+
+
+def _problem_of_prepare(request: srv.ChangeSourcesRequest) -> Optional[str]:
+    if not request.transaction_id:
+        return 'the transaction_id is empty'
+    if not request.location_ids and not request.request_id:
+        return 'neither locations nor a request to take back'
+    if not (math.isfinite(request.lease) and request.lease > 0):
+        return f'a lease of {request.lease} s'
+    if len(request.nodes) > MOST_NODES:
+        return f'{len(request.nodes)} nodes; at most {MOST_NODES} may take part'
+    for node in request.nodes:
+        if not (node.startswith('/') and rosgraph.names.is_legal_name(node)):
+            return f'{node!r} is no full name of a node'
+    return None
