@@ -6,11 +6,12 @@ locations (`<node>/rosslt/reserve_changes`); then the requester has all of them 
 the others: if one of them has applied its part, this one does as well.
 """
 
+import contextlib
 import math
 import threading
 import time
 from collections import OrderedDict
-from typing import Any, Callable, ContextManager, Dict, Iterable, List, Optional, Protocol, Sequence, Tuple
+from typing import Any, Callable, ContextManager, Dict, Iterable, Iterator, List, Optional, Protocol, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -78,13 +79,28 @@ class Owner(Protocol):
     def wait_for_parameters(self, written: int) -> None: ...
 
 
-class _Reserved:
+class _Holder:
+    """Whoever changes locations right now.
+
+    Attributes:
+        requester: who asked for it.
+        together: the rest of the sentence, `, together with /arm`.
+    """
+
+    together = ''
+
+    def __init__(self, requester: str) -> None:
+        self.requester = requester
+
+
+class _Reserved(_Holder):
     """A change that was asked for, and what has become of it."""
 
     def __init__(self, request: srv.ReserveChangesRequest, lease: float) -> None:
+        super().__init__(request.requester)
+        self.deciding = threading.Lock()  # held while it is applied or taken back
         self.transaction_id: str = request.transaction_id
         self.request_id: str = request.request_id
-        self.requester: str = request.requester
         self.nodes: List[str] = list(request.nodes)
         self.end = time.monotonic() + lease
         self.state = RESERVED
@@ -95,11 +111,7 @@ class _Reserved:
         self.changes: List[Change] = []
         self.made: Optional[Request] = None  # in the history, once it is applied
         self.turns: Dict[Location, int] = {}
-
-    @property
-    def names(self) -> str:
-        """The other nodes, as a sentence has them."""
-        return ' and '.join(self.nodes) or 'others'
+        self.together = f', together with {" and ".join(self.nodes) or "others"}'
 
 
 class Reservations:
@@ -112,7 +124,7 @@ class Reservations:
     def __init__(self, owner: Owner) -> None:
         self._owner = owner
         self._by_id: OrderedDict[str, _Reserved] = OrderedDict()
-        self._holders: Dict[Location, _Reserved] = {}
+        self._holders: Dict[Location, _Holder] = {}
         self._free = threading.Condition(owner.lock)  # type: ignore[arg-type]
         self._is_watched = False
 
@@ -142,9 +154,21 @@ class Reservations:
             has_waited = True
             if not self._free.wait(max(0.0, end - time.monotonic())) and time.monotonic() >= end:
                 raise Refused(
-                    f'{location.name} is just being changed by {holder.requester or "somebody"}, together with '
-                    f'{holder.names}: try again'
+                    f'{location.name} is just being changed by {holder.requester or "somebody"}{holder.together}: '
+                    'try again'
                 )
+
+    @contextlib.contextmanager
+    def hold(self, locations: Iterable[Location], requester: str) -> Iterator[None]:
+        """Have others wait for locations that are being changed; the lock is held."""
+        held = dict.fromkeys([one for one in locations if one not in self._holders], _Holder(requester))
+        self._holders.update(held)
+        try:
+            yield
+        finally:
+            for location in held:
+                del self._holders[location]
+            self._free.notify_all()
 
     def once_free(self, plan: Callable[[], Planned]) -> Planned:
         """What `plan` finds to change, once none of it is reserved. The lock is held, and given up while this waits:
@@ -179,11 +203,10 @@ class Reservations:
         """Apply changes that were reserved, or take them back; serves `~rosslt/decide_changes`."""
         if request.decision not in (APPLY, TAKE_BACK, ASK):
             raise rospy.ServiceException(f'{request.decision!r} is no decision: apply, take back or nothing')
-        written = 0
-        with self._owner.lock:
-            reserved = self._by_id.get(request.transaction_id)
-            if reserved is None:
-                return srv.DecideChangesResponse('', 'this node does not know the change: it was restarted since', [])
+        reserved = self._by_id.get(request.transaction_id)
+        if reserved is None:
+            return srv.DecideChangesResponse('', 'this node does not know the change: it was restarted since', [])
+        with reserved.deciding, self._owner.lock:
             if reserved.state == APPLIED and reserved.made is not None and reserved.made.undone:
                 reserved.state = TAKEN_BACK  # the others, which ask what to do, must not follow
             reason, changes = '', reserved.changes
@@ -330,7 +353,7 @@ class Reservations:
         except rospy.ROSInterruptException:
             return
         appliers = sorted(node for node, answer in answers.items() if answer.state == APPLIED)
-        with self._owner.lock:
+        with reserved.deciding, self._owner.lock:
             if reserved.state != RESERVED:
                 return
             if appliers:

@@ -27,6 +27,7 @@ from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.parameter_trees import Branch, Default, Leaf, ParameterTrees, unless_deleted, warn_of_int
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
+from rosslt.node.refresh import READINGS
 from rosslt.node.reservations import Reservations
 from rosslt.node.serialization import Sending
 from rosslt.node.source_files import SOURCE_FILES
@@ -91,7 +92,7 @@ class Owner:
                 if isinstance(location, LiteralLocation):
                     self._follow(location)
             self._topic = LocationTopic(self.name, self._all_described)
-            self.locations.when_other(self.told_otherwise)
+            self.locations.on_locations_changed(self.publish_locations)
             self._topic.update()
         self._show_to_reconfigure = reconfigure.serve(self)
         rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
@@ -109,8 +110,8 @@ class Owner:
         MASTER_WATCH.renewals.append(self._renew)
         MASTER_WATCH.start()
 
-    def told_otherwise(self) -> None:
-        """What is told of the locations is other than before: there are others, or others may change them."""
+    def publish_locations(self) -> None:
+        """Publish the locations soon: there are others than before, or others may change them."""
         if self._topic is not None:
             self._topic.update()
         self._show_to_reconfigure()
@@ -203,12 +204,12 @@ class Owner:
             except Refused as refused:
                 reasons = [str(refused)] * len(wanted)
             if not any(reasons):
-                reasons, _ = self.apply(wanted, request.requester, request.request_id)
+                reasons, changes = self.apply(wanted, request.requester, request.request_id)
             if any(reasons):
                 return srv.RequestChangesResponse(False, reasons, old, old)
-            new = [to_json(location.value) for location, _ in wanted]
             written = self.follow(location for location, _ in wanted)
         self.wait_for_parameters(written)
+        old, new = ([to_json(change[index]) for change in changes] for index in (1, 2))
         return srv.RequestChangesResponse(True, reasons, old, new)
 
     def wait_for_parameters(self, written: int) -> None:
@@ -221,30 +222,33 @@ class Owner:
     ) -> Tuple[List[Tuple[Location, Any]], List[str], List[str]]:
         """What a request would change: (locations with checked values, reasons against it and present values, one a
         location of the request)."""
-        wanted, reasons, old = [], [], []
-        for location_id, text in zip(ids, texts):
-            before = reason = ''
+        # First, as getters are called without the lock: what is checked here must still hold when it is applied.
+        old, reasons = self._present(ids)
+        wanted = []
+        for index, (location_id, text) in enumerate(zip(ids, texts)):
             try:
                 location = self.known(location_id)
-                before = to_json(location.value)
                 wanted.append((location, self.changeable(location, requester).checked(from_json(text))))
             except Refused as refused:
-                reason = str(refused)
-            reasons.append(reason)
-            old.append(before)
+                reasons[index] = str(refused)
         return wanted, reasons, old
 
     def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
         """The current values of several locations; serves `~rosslt/get_values`."""
+        return srv.GetValuesResponse(*self._present(request.location_ids))
+
+    def _present(self, ids: Sequence[int]) -> Tuple[List[str], List[str]]:
+        """(The present values of locations, why there is none), one of both empty for each."""
         texts, reasons = [], []
-        for location_id in request.location_ids:
+        for location_id in ids:
+            text = reason = ''
             try:
-                texts.append(to_json(self.known(location_id).value))
-                reasons.append('')
+                text = to_json(self.known(location_id).value)
             except Refused as refused:
-                texts.append('')
-                reasons.append(str(refused))
-        return srv.GetValuesResponse(texts, reasons)
+                reason = str(refused)
+            texts.append(text)
+            reasons.append(reason)
+        return texts, reasons
 
     def undo(self, request_id: str = '', requester: str = 'undo') -> List[Change]:
         """Take back what a request has changed here.
@@ -338,30 +342,32 @@ class Owner:
     def apply(
         self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
     ) -> Tuple[List[str], List[Change]]:
-        """Put checked values in force, all or none; the lock is held.
+        """Put checked values in force, all or none; the lock is held, and given up while setters are called.
 
         Returns:
             (the reasons of refusals, one a location, empty where there is none; what has changed).
         """
-        before: List[Tuple[Location, Any]] = []
-        for location, value in wanted:
-            before.append((location, location.value))
-            try:
-                location.put(value)
-            except Refused as refused:
-                rospy.logerr('%s: %s', location.name, refused)
-                self._put_back(before[:-1])
-                reasons = [''] * len(wanted)
-                reasons[len(before) - 1] = str(refused)
-                return reasons, []
-        changes = [(location, old, location.value) for location, old in before]
+        changes: List[Change] = []
+        with self._reservations.hold([location for location, _ in wanted], requester):
+            for location, value in wanted:
+                try:
+                    changes.append((location, *location.set_outside(value)))
+                except Refused as refused:
+                    rospy.logerr('%s: %s', location.name, refused)
+                    self._put_back(changes)
+                    reasons = [''] * len(wanted)
+                    reasons[len(changes)] = str(refused)
+                    return reasons, []
+            with READINGS.lock:
+                for location, _, new in changes:
+                    location.put(new)
         self.applied(changes, requester, request_id, record)
         return [''] * len(wanted), changes
 
-    def _put_back(self, before: Sequence[Tuple[Location, Any]]) -> None:
-        for location, old in reversed(before):
+    def _put_back(self, changes: Sequence[Change]) -> None:
+        for location, old, _ in reversed(changes):
             try:
-                location.put(old)
+                location.set_outside(old)
             except Refused as refused:
                 rospy.logerr('%s stays changed in spite of a refusal elsewhere: %s', location.name, refused)
 
@@ -381,12 +387,13 @@ class Owner:
 
     def _all_described(self) -> List[msg.Location]:
         with self.lock:
-            return [described(one, one.name in self.access.locks) for one in self.locations.by_id.values()]
+            present = list(self.locations.by_id.values())
+        return [described(one, one.name in self.access.locks) for one in present]
 
     def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
         with self.lock:
             edits, left = SOURCE_FILES.edits(self.locations.by_id.values())
-            read = [location.id for location in self.locations.by_id.values() if location.said is not None]
+            read = [location.id for location in self.locations.by_id.values() if location.value_in_code is not None]
         return srv.ListEditsResponse(
             [
                 msg.FileEdit(
@@ -399,7 +406,7 @@ class Owner:
             read,
         )
 
-    def reread(self, location: Location, said: Any, is_saved_here: bool) -> bool:
+    def reread(self, location: Location, value_in_code: Any, is_saved_here: bool) -> bool:
         """Take in what the code says of a location since it was edited, and have it in force.
 
         Args:
@@ -412,15 +419,15 @@ class Owner:
             Refused: the location does not take it; it stays as it is.
         """
         with self.lock:
-            said = location.checked(said)
-            if said == location.said:
+            value = location.checked(value_in_code)
+            if value == location.value_in_code:
                 return False
-            if location.value != said and not is_saved_here:
+            if location.value != value and not is_saved_here:
                 self.wait_for_reserved([location])
-                reasons, _ = self.apply([(self.changeable(location, 'editor'), said)], 'editor')
+                reasons, _ = self.apply([(self.changeable(location, 'editor'), value)], 'editor')
                 if any(reasons):
                     raise Refused(reasons[0])
-            location.reread(said)
+            location.reread(value)
             if location.parameter is not None:
                 self.mirror.renew_literal(location.parameter)
             return True
@@ -480,7 +487,7 @@ class Owner:
             except Refused as refused:
                 rospy.logerr('%s/rosslt/%s: %s', self.name, name, refused)
             else:
-                self.told_otherwise()
+                self.publish_locations()
         elif name in Sending.WORDS:
             fault = Sending.set(name, value)
             if fault:
