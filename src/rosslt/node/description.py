@@ -40,5 +40,4 @@ def _value_or_fault(location: Location) -> Tuple[str, str]:
     try:
         return to_json(location.value), ''
     except Refused as refused:
-        # what a user's function raises may hold anything
-        return '', str(refused).encode('utf-8', 'replace').decode('utf-8')
+        return '', str(refused)

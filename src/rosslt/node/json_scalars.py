@@ -5,7 +5,10 @@ from typing import Any
 
 
 class Refused(Exception):
-    """A value that a location refuses; the text is the reason."""
+    """A value that a location refuses; the text is the reason, as a message can hold it."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason.encode('utf-8', 'replace').decode('utf-8'))
 
 
 def to_json(value: Any) -> str:
