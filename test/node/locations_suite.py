@@ -200,14 +200,15 @@ class External(unittest.TestCase):
         slow = rosslt.location(
             getter=with_my_lock(lambda: self.held['value']), setter=with_my_lock(self.set), name='shares_a_lock'
         )
-        for call in (lambda: rosslt.force_value(slow, 5.0, timeout=30.0), lambda: listed('shares_a_lock')):
+        both = (lambda: rosslt.force_value(slow, 5.0, timeout=30.0)), (lambda: listed('shares_a_lock'))
+        for calls, call in enumerate(both, 1):
             is_called.clear(), made.clear()
             with mine:
                 threading.Thread(target=lambda call=call: dones.append(call()), daemon=True).start()
                 self.assertTrue(is_called.wait(10.0))
                 threading.Thread(target=make, daemon=True).start()
                 self.assertTrue(made.wait(10.0), 'it waits for the lock of the user')
-            wait_until(lambda count=len(dones): len(dones) > count, 'the call ends')
+            wait_until(lambda calls=calls: len(dones) == calls, 'the call ends')
         self.assertEqual(self.held['value'], 5.0)
 
     def test_a_location_that_is_being_changed_is_not_changed_by_others(self):

@@ -22,7 +22,7 @@ def has_become(name, expected):
 
 def test_every_location_has_a_field(talker, browser):
     browser.wait_for_text('talker.py')
-    names = {'radius', 'side', 'mast', 'huge', 'fixed', 'is_on', 'place', '~parking'}
+    names = {'radius', 'side', 'mast', 'huge', 'fixed', 'is_on', 'place', 'port', '~parking'}
     browser.wait(lambda: names <= set(browser.labels()), 'all fields are there')
     assert browser.row('radius').find_elements('css selector', '[role=slider]')
     assert float(browser.value('side')) == -1.0
@@ -31,6 +31,8 @@ def test_every_location_has_a_field(talker, browser):
     assert browser.value('huge') == str(10**30)
     assert not browser.field('huge').is_enabled()
     assert browser.field('side').is_enabled()
+    assert browser.value('port') == 'the getter of port raises OSError: the port is closed'
+    assert not browser.field('port').is_enabled()
     browser.picture('numbers')
 
 

@@ -72,8 +72,8 @@ def identity_of(site: CallSite, key: Any) -> str:
 
 
 def name_of(site: CallSite, key: Any) -> str:
-    """A parameter's name for a call site that was given none, made of its file, function, variable and a few digits that
-    tell it from others there: `talker_target_radius_3f2a91c0`."""
+    """The parameter's name for a call site that was given none: its file, function, variable and a few digits that tell
+    it from others there, `talker_target_radius_3f2a91c0`."""
     stem = os.path.splitext(os.path.basename(site.file))[0]
     parts = [part for part in (stem, site.function, site.target, _digits(identity_of(site, None))) if part]
     name = re.sub(r'\W+', '_', '_'.join(parts), flags=re.ASCII)

@@ -181,7 +181,7 @@ class _Leaf(NamedTuple):
     counts: Dict[Source, int]
     undecided: FrozenSet[Source]
     outdated: Optional[_Outdated] = None
-    changes: Dict[Source, Any] = {}
+    changes: Optional[Dict[Source, Any]] = None
     fresh: Any = None
 
     def sent_again(self) -> '_Leaf':

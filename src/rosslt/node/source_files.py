@@ -156,7 +156,9 @@ def _place(
             f'it is no number, no truth value and no text in one piece and on one line of its own at {location.place}'
         )
     if not files.alike(location.value, location.value_in_code):
-        raise NotWritten(f'{location.value!r} is of another kind than {location.value_in_code!r}, which {location.place} said')
+        raise NotWritten(
+            f'{location.value!r} is of another kind than {location.value_in_code!r}, which {location.place} said'
+        )
     if location.is_shared:
         raise NotWritten(f'its name is given in several places of the code, not at {location.place} alone')
     if any(other.value != location.value for other in readers[index]):

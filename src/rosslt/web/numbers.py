@@ -132,15 +132,15 @@ class Numbers:
         if field.widget.label != label:
             field.widget.label = label
         is_quiet = time.monotonic() - field.touched > HAND_IS_ON_IT and field.typed is None
-        value = str(place.value) if kind[0] == 'too large' else place.value
+        value = _text(place) if kind[0] == 'text only' else place.value
         if is_quiet and field.widget.value != value:
             field.widget.value = value
 
     def _widget(self, place: Place, order: float) -> Any:
         gui, value = self._server.gui, place.value
         options = {'disabled': place.read_only, 'hint': _hint(place), 'order': order}
-        if _kind(place)[0] == 'too large':
-            return gui.add_text(_label(place), str(value), **{**options, 'disabled': True})
+        if _kind(place)[0] == 'text only':
+            return gui.add_text(_label(place), _text(place), **{**options, 'disabled': True})
         if place.location.type == 'bool':
             return gui.add_checkbox(_label(place), bool(value), **options)
         if place.location.type == 'str':
@@ -159,7 +159,7 @@ class Numbers:
             return
         with self._lock:
             field = self._fields.get(key)
-            if field is None or field.place.read_only or field.kind[0] == 'too large':
+            if field is None or field.place.read_only or field.kind[0] == 'text only':
                 return
             value, field.touched = field.widget.value, time.monotonic()
             if field.kind[0] in ('slider', 'bool'):
@@ -188,13 +188,18 @@ class Numbers:
 def _kind(place: Place) -> Tuple[Any, ...]:
     """All that the drawing of a field depends on: the kind of field first."""
     location = place.location
-    kind = location.type
+    kind = 'text only' if location.fault else location.type
     if kind in ('int', 'float'):
         low, high = place.minimum, place.maximum
         kind = 'slider' if low is not None and high is not None and low < high else 'number'
         if any(isinstance(one, int) and abs(one) > LARGEST for one in (place.value, low, high)):
-            kind = 'too large'
+            kind = 'text only'
     return (kind, location.type, location.minimum, location.maximum, location.read_only, location.file, location.line)
+
+
+def _text(place: Place) -> str:
+    """What stands in a field that takes no change: why there is no value, or one that is too large."""
+    return place.location.fault or str(place.value)
 
 
 def _step(number: Any, length: float) -> Any:
