@@ -175,6 +175,26 @@ class TestList:
             ['rosnode', 'cleanup'], input='y\n', text=True, stdout=subprocess.DEVNULL, timeout=60, check=True
         )
 
+    def test_says_why_a_location_has_no_value_and_lists_the_others(self, talker):
+        code = """
+            def get():
+                if made:
+                    raise OSError('the port is closed')
+                return 1.0
+            made = []
+            made.append(rosslt.location(getter=get, setter=print, name='port'))
+            rosslt.location(2.0, name='beside')
+            rospy.spin()
+            """
+        with Node('faulty', code):
+            wait_until(lambda: len(rosslt('list', '/faulty').stdout.splitlines()) == 2, 'both are listed')
+            listed = {line[0]: line[1:] for line in lines('list', '/faulty')}
+            why = 'the getter of port raises OSError: the port is closed'
+            assert (listed['/faulty/port'][1], listed['/faulty/port'][-1]) == ('', why)
+            assert listed['/faulty/beside'][1] == '2.0'
+            assert why in on_terminal('list', '/faulty')
+            assert failure('get', '/faulty/port') == f'rosslt get: /faulty/port has no value: {why}'
+
     def test_of_a_node_that_is_not_there_fails(self, talker):
         assert failure('list', '/nobody') == 'rosslt list: there is no node /nobody with locations'
 

@@ -1,13 +1,9 @@
 """A node that sends a message that grows, without a pause, answers those who list, set and force its locations."""
 
 import pytest
-from geometry_msgs.msg import Point32
-from sensor_msgs.msg import PointCloud
 from std_msgs.msg import Int32
 
-from rosslt import values
 from rosslt.messages.codec.wire_format import FIELD_LIMIT
-from rosslt.node import refresh
 from support.shell import rosslt as command
 from support.unmodified import Listener, Unmodified
 
@@ -68,22 +64,3 @@ def test_a_node_that_floods_answers(master, tmp_path, code, height):
         result = command('force', '/flood/points[3].z', '0.25', '--timeout', '60')
         assert result.returncode == 0, result.stderr
         assert f'/flooding/{height}' in result.stdout
-
-
-def test_all_of_a_large_message_follows_a_change_a_part_at_a_time(monkeypatch):
-    monkeypatch.setattr(refresh, 'MOST_AT_ONCE', 300)
-    monkeypatch.setattr(refresh, 'MOST_IN_A_SECOND', 0)
-    monkeypatch.setattr(refresh, 'READINGS', refresh.ReplacedReadings())
-    source = values.Source('/node', 1)
-    before, after = values.track(1.0, source), values.track(2.0, source)
-    cloud = PointCloud()
-    cloud.points = [Point32(before * 2, before + number, 0.0) for number in range(500)]
-    refresh.READINGS.replace(before, after)
-    refresher = refresh.Refresher()
-    changed = []
-    for _ in range(4):
-        sent = refresher.fresh(cloud)
-        changed.append(sum((one.x == 4.0) + (one.y == at + 2.0) for at, one in enumerate(sent.points)))
-    assert changed == [300, 600, 900, 1000]
-    assert cloud.points[0].x == 2.0
-    assert refresh.Refresher().fresh(cloud, was_sent=True).points[499].x == 4.0  # of one that is sent once

@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
 """What holds for the locations of a node: identity, current values, the parameters behind them."""
 
+import math
 import os
 import re
 import subprocess
 import textwrap
+import threading
 import unittest
-from collections import OrderedDict
+from collections import OrderedDict, namedtuple
 
 import rosgraph
 import rospy
 from geometry_msgs.msg import Point, PoseStamped
-from rosslt.srv import ListLocations
+from rosslt.msg import LocationList
+from rosslt.srv import ChangeSources, GetHistory, GetValues, ListLocations
 
 import rosslt
 from support.processes import Node, wait_until
@@ -22,6 +25,9 @@ for source in rosslt.sources(values):
 print(json.dumps(rosslt.untracked(values)), flush=True)
 rospy.spin()
 """
+
+
+Gains = namedtuple('Gains', ['p', 'rest'])
 
 
 def rosparam(*arguments):
@@ -89,6 +95,33 @@ class Literals(unittest.TestCase):
         self.assertEqual(dict(value), {'gains': [1.0, 2], 'on': 1, 'name': 'a'})
         self.assertEqual(len(rosslt.sources(dict(value))), 4)
 
+    def test_keys_of_every_kind_are_locations_of_their_own(self):
+        keys = ['+x', '-x', 'é', 'è', 'a b', 'a-b', 'Küche', (0, 1), (0, -1), '1', 1]
+        for name in (None, 'keys'):
+            values = [rosslt.location(1.0, name=name, key=key) for key in keys]
+            self.assertEqual(len(set(rosslt.sources(values))), len(keys))
+        tree = rosslt.location({1: 1.0, '1': 2.0, 'Küche': {'a/b': 3.0}, 'Kuche/a': {'b': 4.0}}, name='odd_keys')
+        self.assertEqual(tree, {1: 1.0, '1': 2.0, 'Küche': {'a/b': 3.0}, 'Kuche/a': {'b': 4.0}})
+        rosslt.force_value(tree['1'], 5.0)
+        self.assertEqual(rosslt.reevaluate(tree)['1'], 5.0)
+        for location in rospy.ServiceProxy('~rosslt/list_locations', ListLocations)().locations:
+            self.assertTrue(rosgraph.names.is_legal_name(location.name), location.name)
+
+    def test_a_namedtuple_is_given_back_as_such(self):
+        gains = rosslt.location(Gains(0.5, {'i': (1.0, 2.0)}), name='gains')
+        self.assertEqual((type(gains), gains), (Gains, Gains(0.5, {'i': (1.0, 2.0)})))
+        self.assertEqual(listed('gains/p').value, '0.5')
+
+    def test_a_text_that_no_message_can_hold_is_refused(self):
+        name = rosslt.location('lamp', name='text')
+        change = rospy.ServiceProxy('~rosslt/change_sources', ChangeSources)
+        answer = change([rosslt.sources(name)[0].location_id], ['"\\ud800"'], 'a test')
+        self.assertFalse(answer.applied)
+        self.assertIn('half a surrogate pair', answer.reasons[0])
+        self.assertEqual(listed('text').value, '"lamp"')
+        with self.assertRaisesRegex(ValueError, 'half a surrogate pair'):
+            rosslt.location('\ud800', name='half')
+
     def test_a_name_is_taken_once(self):
         rosslt.location(1.0, name='taken')
         with self.assertRaisesRegex(ValueError, r'taken at locations_suite.py:\d+:\d+ meets taken at'):
@@ -146,6 +179,120 @@ class External(unittest.TestCase):
         with self.assertRaisesRegex(rosslt.ChangeRejected, 'the file is full'):
             rosslt.force_value([first, second], [5.0, 20.0])
         self.assertEqual((other['value'], self.held['value']), (1.0, 2.0))
+
+    def test_a_setter_and_a_getter_may_wait_for_who_makes_a_location(self):
+        mine, is_called, made = threading.Lock(), threading.Event(), threading.Event()
+
+        def with_my_lock(function):
+            def called(*arguments):
+                is_called.set()
+                with mine:
+                    return function(*arguments)
+
+            return called
+
+        def make():
+            rosslt.location(1.0, name=f'made_{len(dones)}')
+            rosslt.get_param(f'~made_{len(dones)}', 1.0)
+            made.set()
+
+        dones = []
+        slow = rosslt.location(
+            getter=with_my_lock(lambda: self.held['value']), setter=with_my_lock(self.set), name='shares_a_lock'
+        )
+        both = (lambda: rosslt.force_value(slow, 5.0, timeout=30.0)), (lambda: listed('shares_a_lock'))
+        for calls, call in enumerate(both, 1):
+            is_called.clear(), made.clear()
+            with mine:
+                threading.Thread(target=lambda call=call: dones.append(call()), daemon=True).start()
+                self.assertTrue(is_called.wait(10.0))
+                threading.Thread(target=make, daemon=True).start()
+                self.assertTrue(made.wait(10.0), 'it waits for the lock of the user')
+            wait_until(lambda calls=calls: len(dones) == calls, 'the call ends')
+        self.assertEqual(self.held['value'], 5.0)
+
+    def test_a_location_that_is_being_changed_is_not_changed_by_others(self):
+        is_called, may_end = threading.Event(), threading.Event()
+
+        def set_slowly(value):
+            is_called.set()
+            may_end.wait(30.0)
+            self.set(value)
+
+        slow = rosslt.location(getter=lambda: self.held['value'], setter=set_slowly, name='slow')
+        other = rosslt.location(1.0, name='not_slow')
+        first = threading.Thread(target=rosslt.force_value, args=(slow, 5.0), kwargs={'timeout': 30.0})
+        first.start()
+        self.assertTrue(is_called.wait(10.0))
+        with self.assertRaisesRegex(rosslt.ChangeRejected, 'slow is just being changed by /locations'):
+            rosslt.force_value([slow, other], [6.0, 7.0], timeout=30.0)
+        rosslt.force_value(other, 8.0)
+        may_end.set()
+        first.join(10.0)
+        self.assertEqual(self.held['value'], 5.0)
+        self.assertEqual(rosslt.reevaluate([slow, other]), [5.0, 8.0])
+
+    def test_a_getter_that_fails_is_listed_with_its_fault_and_all_others_with_their_values(self):
+        def get():
+            if isinstance(self.held['value'], Exception):
+                raise self.held['value']
+            return self.held['value']
+
+        broken = rosslt.location(getter=get, setter=self.set, name='broken')
+        told = []
+        subscriber = rospy.Subscriber('~rosslt/locations', LocationList, told.append)
+        self.addCleanup(subscriber.unregister)
+        values = rospy.ServiceProxy('~rosslt/get_values', GetValues)
+        for turn, (fault, text) in enumerate(
+            (
+                (RuntimeError('the port is closed \udc80'), 'RuntimeError: the port is closed'),
+                (math.nan, 'nan is not a finite number'),
+                ('\ud800', 'half a surrogate pair'),
+                (None, 'gives None, and no float'),
+            )
+        ):
+            self.held['value'] = fault
+            self.assertEqual((listed('broken').value, text in listed('broken').fault), ('', True), text)
+            beside = rosslt.location(3.0, name=f'beside_{turn}')
+            self.assertEqual((listed(f'beside_{turn}').value, listed(f'beside_{turn}').fault), ('3.0', ''))
+            wait_until(
+                lambda turn=turn, text=text: told
+                and {f'beside_{turn}', 'broken'} <= {one.name for one in told[-1].locations}
+                and any(text in one.fault for one in told[-1].locations),
+                'the topic of locations tells it',
+            )
+            self.assertIn(text, values([rosslt.sources(broken)[0].location_id]).reasons[0])
+            with self.assertRaisesRegex(rosslt.ChangeRejected, re.escape(text)):
+                rosslt.force_value([broken, beside], [4.0, 4.0])
+            self.assertEqual(rosslt.reevaluate(beside), 3.0)
+        self.held['value'] = 2.0
+        self.assertEqual((listed('broken').value, listed('broken').fault), ('2.0', ''))
+
+    def test_where_a_getter_fails_after_its_setter_all_values_are_put_back(self):
+        fails = []
+
+        def set_and_fail(value):
+            self.set(value)
+            fails[:] = [True] * (value == 5.0)
+
+        def get():
+            if fails:
+                raise RuntimeError('the port is closed')
+            return self.held['value']
+
+        other = {'value': 1.0}
+        first = rosslt.location(
+            getter=lambda: other['value'], name='before_it_fails', setter=lambda value: other.update(value=value)
+        )
+        second = rosslt.location(getter=get, setter=set_and_fail, name='fails_after_it_is_set')
+        plain = rosslt.location(1.0, name='beside_it')
+        changes = rospy.ServiceProxy('~rosslt/get_history', GetHistory)
+        before = len(changes().changes)
+        with self.assertRaisesRegex(rosslt.ChangeRejected, 'raises RuntimeError: the port is closed'):
+            rosslt.force_value([plain, first, second], [9.0, 9.0, 5.0])
+        self.assertEqual((other['value'], self.held['value']), (1.0, 2.0))
+        self.assertEqual(rosslt.reevaluate([plain, first, second]), [1.0, 1.0, 2.0])
+        self.assertEqual(len(changes().changes), before)
 
     def test_without_a_setter_it_is_read_only(self):
         value = rosslt.location(getter=lambda: 1.0, name='only_read')

@@ -8,6 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+import rosgraph
+
+from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of, word_of
 
 MODULE = Path(__file__).resolve().parents[2] / 'src' / 'rosslt' / 'node' / 'call_sites.py'
 
@@ -165,3 +168,92 @@ def test_another_text_another_function_and_another_equal_line_change_it(tmp_path
 
 def test_an_edited_number_changes_no_identity(tmp_path):
     assert identities(tmp_path, "x = 1.5 * len(here('a'))\n") == identities(tmp_path, "x = 2e3 * len(here('a'))\n")
+
+
+def test_equal_lines_that_set_different_variables_are_told_apart(tmp_path):
+    text = "def f():\n    q1 = here('a')\n    q2 = here('b')\n\nf()\n"
+    swapped = "def f():\n    q2 = here('b')\n    q1 = here('a')\n\nf()\n"
+    assert identities(tmp_path, text) == identities(tmp_path, swapped)
+
+
+def test_an_entry_of_a_dict_an_argument_and_an_unpacked_variable_keep_their_identity_when_others_are_edited(tmp_path):
+    for text in (
+        "x, y = 1 + len([here('a')]), 2 + len([here('b')])\n",
+        "dict(x=(1, here('a')), y=(2, here('b')))\n",
+        "dict({'x': (1, here('a')), 'y': (2, here('b'))})\n",
+    ):
+        edited = text.replace('1', '-5e3')
+        assert identities(tmp_path, text) == identities(tmp_path, edited)
+
+
+@pytest.mark.parametrize('character', ['\x0c', '\x0b', '\x1c', '\x85', '\u2028'], ids=ascii)
+def test_what_ends_no_line_for_python_shifts_no_identity(tmp_path, character):
+    text = "x = '{}'\na = here('a')\nb = here('b')\nc = here('c')\n"
+    assert identities(tmp_path, text.format(character)) == identities(tmp_path, text.format(''))
+
+
+def numbers_by_identity(tmp_path, lines, wrapped):
+    """{identity of a call: the number that it is given}, as the calls are made in a run of the lines."""
+    found = {}
+
+    def here(number):
+        found[call_site(sys._getframe(1)).identity] = number
+
+    path = tmp_path / f'{len(list(tmp_path.iterdir()))}.py'
+    path.write_text(wrapped.format(''.join(f'    {line}\n' for line in lines)))
+    exec(compile(path.read_text(), str(path), 'exec'), {'here': here, '__name__': 'lines'})
+    assert len(found) == sum(line.count('here') for line in lines)
+    return found
+
+
+@pytest.mark.parametrize('wrapped', ['def f():\n{}\nf()\n', 'points = [\n{}]\n', 'if True:\n{}'])
+@pytest.mark.parametrize('line', ['here({}),', 'here({}), here({}1)'])
+def test_no_edit_of_equal_lines_gives_a_number_the_identity_of_another(tmp_path, wrapped, line):
+    if wrapped.startswith('points') and not line.endswith(','):
+        line += ','
+    one, two, three, four = (line.format(number, number) for number in (1.5, 2.5, -3.5, 4.5))
+    edits = [
+        [two, one, three],
+        [three, two, one],
+        [one, two],
+        [two, three],
+        [four, one, two, three],
+        [one, two, three, four],
+        [one, one, two, three],
+        [one, two, three, three],
+        [four, two, one],
+        [two, three, one],
+        [one],
+        [three],
+    ]
+    before = numbers_by_identity(tmp_path, [one, two, three], wrapped)
+    for lines in edits:
+        after = numbers_by_identity(tmp_path, lines, wrapped)
+        assert {identity: after[identity] for identity in before.keys() & after.keys()} == {
+            identity: before[identity] for identity in before.keys() & after.keys()
+        }
+    edited = numbers_by_identity(tmp_path, [one, two, three + '  # a comment'], wrapped)
+    assert edited == before
+
+
+KEYS = [
+    *('+x', '-x', 'x', '_x', ' x', 'a b', 'a-b', 'a_b', 'é', 'è', 'Küche', '', 'a/b', 'a\nb', 'None', '1', '01', '-1'),
+    *((0, 1), (0, -1), (0,), 0, 1, -1, 2, 0.5, -0.5, 5.0, 'a_b_' + '0' * 8, '\ud800', 'x' * 300),
+]
+
+
+def test_different_keys_are_different_words_of_ros_names():
+    words = {word_of(key) for key in KEYS}
+    assert len(words) == len(KEYS)
+    for word in words:
+        assert rosgraph.names.is_legal_name('/talker/rosslt/name/' + word)
+
+
+def test_usual_keys_stay_as_they_are():
+    assert [word_of(key) for key in ('left_arm', 'Base2', 0, 17)] == ['left_arm', 'Base2', '0', '17']
+
+
+def test_a_key_of_a_call_without_a_name_is_part_of_its_identity(tmp_path):
+    site = CallSite(str(tmp_path / 'x.py'), 1, 1, '', identity='same')
+    assert len({identity_of(site, key) for key in [None, *KEYS]}) == len(KEYS) + 1
+    assert len({name_of(site, key) for key in [None, *KEYS]}) == len(KEYS) + 1

@@ -23,7 +23,13 @@ TALKER = """
             raise ValueError('the mast is 5 m high at most')
         mast.append(height)
 
-    mast, climb = [1.0], [5.0]
+    def get_port():
+        if port:
+            raise OSError('the port is closed')
+        return 1.0
+
+    mast, climb, port = [1.0], [5.0], []
+    port.append(rosslt.location(getter=get_port, setter=print, name='port'))
     rate = rospy.Rate(20)
     while not rospy.is_shutdown():
         goal = PoseStamped()

@@ -23,7 +23,7 @@ def has_become(name, expected):
 
 def test_every_location_has_a_field(talker, browser):
     browser.wait_for_text('talker.py')
-    names = {'radius', 'side', 'mast', 'huge', 'fixed', 'is_on', 'place', 'altitude', '~parking'}
+    names = {'radius', 'side', 'mast', 'huge', 'fixed', 'is_on', 'place', 'altitude', 'port', '~parking'}
     browser.wait(lambda: names <= set(browser.labels()), 'all fields are there')
     assert browser.row('radius').find_elements('css selector', '[role=slider]')
     assert float(browser.value('side')) == -1.0
@@ -32,6 +32,8 @@ def test_every_location_has_a_field(talker, browser):
     assert browser.value('huge') == str(10**30)
     assert browser.value('altitude') == '12.0', 'a getter may be beyond the bounds'
     assert browser.field('side').is_enabled()
+    assert browser.value('port') == 'the getter of port raises OSError: the port is closed'
+    assert not browser.field('port').is_enabled()
     browser.picture('numbers')
 
 

@@ -206,7 +206,7 @@ class Cells(list):
                     self._too_early = True
                     return None
             node.start()
-        # Who changes a value has this lock, and looks into readings: no lock of this module is held here.
+        # Changing a value takes this lock and looks into readings: no lock of this module is held here.
         with node.locations_lock():
             found = self.locations.get(number)
             if found is None:

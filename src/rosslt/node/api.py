@@ -26,7 +26,7 @@ import rospy
 
 from rosslt import files, srv, values
 from rosslt.node import client, closed_loop, listening
-from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
+from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of, word_of
 from rosslt.node.commit_participant import APPLIED
 from rosslt.node.composed import readable
 from rosslt.node.directory import Directory
@@ -271,7 +271,7 @@ def is_saved_here(digest: str) -> bool:
         return SOURCE_FILES.is_saved_here(digest)
 
 
-def reread(location: Location, said: Any, is_saved_here: bool = False) -> bool:
+def reread(location: Location, value_in_code: Any, is_saved_here: bool = False) -> bool:
     """Take in what the code says of a location since it was edited, and have it in force.
 
     Args:
@@ -284,7 +284,7 @@ def reread(location: Location, said: Any, is_saved_here: bool = False) -> bool:
         ValueError: the location does not take it; it stays as it is.
     """
     try:
-        return _owner.reread(location, said, is_saved_here)
+        return _owner.reread(location, value_in_code, is_saved_here)
     except Refused as refused:
         raise ValueError(str(refused)) from None
 
@@ -296,7 +296,7 @@ def read_at(file: str) -> Dict[int, Location]:
         there = [
             one
             for one in _owner.locations.by_id.values()
-            if one.said is not None and os.path.realpath(one.site.file) == os.path.realpath(file)
+            if one.value_in_code is not None and os.path.realpath(one.site.file) == os.path.realpath(file)
         ]
         return {index: one for index, one in ((one.find_in(source), one) for one in there) if index is not None}
 
@@ -507,9 +507,11 @@ def started(call: str) -> Owner:
 
 def _named(name: Optional[str], key: Any, site: CallSite) -> Tuple[str, str]:
     """The name of the locations that a call creates, and what identifies them."""
+    plain = values.plain_scalar(key)
+    key = key if plain is None else plain
     if name is None:
         return name_of(site, key), identity_of(site, key)
-    full = name if key is None else '{}/{}'.format(name, re.sub(r'\W', '_', str(key)))
+    full = name if key is None else f'{name}/{word_of(key)}'
     if not re.fullmatch(r'[A-Za-z]\w*(/\w+)*', full, flags=re.ASCII):
         raise ValueError(f'{full!r} is not a name for a location: give words of letters, digits and _, joined by /')
     _check_setting(full)

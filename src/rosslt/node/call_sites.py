@@ -1,16 +1,18 @@
-"""Where a location is created: the call, its place in a file, and what identifies it after the file was edited.
+"""Finds the call that creates a location: its position in a file, and what identifies it after the file was edited.
 
-The places come from the syntax tree of the file, so that they are the same on every version of Python.
+Positions come from the syntax tree of the file and identities from its tokens, so that both are the same on every
+version of Python.
 """
 
 import ast
-import contextlib
 import copy
 import dis
 import functools
 import hashlib
 import io
+import keyword
 import linecache
+import operator
 import os
 import re
 import tokenize
@@ -24,13 +26,10 @@ _FIRST_MARK = 1_000_000
 class CallSite(NamedTuple):
     """A call in a file: line and column count from 1, `text` is the line.
 
-    What identifies it when lines come and go above it: the function that it is in, and its place among the calls in
-    lines of equal text there.
-
     Attributes:
         function: the names of the classes and functions around it, `Talker.target`; '' at the top of the file.
         target: the variable, attribute or keyword that is set to it, '' where there is none.
-        nth, total: which one it is among the calls in such lines of the function, and of how many.
+        identity: identifies it within its file, also after edits elsewhere.
     """
 
     file: str
@@ -39,12 +38,11 @@ class CallSite(NamedTuple):
     text: str
     function: str = ''
     target: str = ''
-    nth: int = 0
-    total: int = 1
+    identity: str = ''
 
     @property
     def place(self) -> str:
-        """The place as people read it: `talker.py:12:9`."""
+        """Its position as people read it: `talker.py:12:9`."""
         return f'{os.path.basename(self.file)}:{self.line}:{self.column}'
 
 
@@ -64,28 +62,59 @@ def call_site(frame: FrameType) -> CallSite:
     if position is not None:
         line, column = position[0], position[1] + 1
     text = lines[line - 1] if line <= len(lines) else ''
-    calls = [found.offset for found in dis.get_instructions(code) if found.opname.startswith('CALL')]
-    index = sum(offset < frame.f_lasti for offset in calls)
-    return CallSite(code.co_filename, line, column, text, code.co_name, '', index, len(calls))
+    return CallSite(code.co_filename, line, column, text, code.co_name, '', _identity_in_code(frame))
 
 
 def identity_of(site: CallSite, key: Any) -> str:
-    """What identifies a location at a call site: not the number that is written there, which may be
-    edited, nor the line, which may move."""
-    place = f'{site.function}\n{_without_numbers(site.text)}\n{site.nth} of {site.total}'
-    return f'{os.path.realpath(site.file)}\n{place}\n{key}'
+    """What identifies a location: its call and its key. Neither the number that is written there, which may be edited,
+    nor the line, which may move."""
+    return f'{os.path.realpath(site.file)}\n{site.identity}\n{"" if key is None else word_of(key)}'
 
 
 def name_of(site: CallSite, key: Any) -> str:
-    """A parameter's name for a call site that was given none, of its file, function, variable and a few digits that
-    tell it from others there: `talker_target_radius_3f2a`."""
+    """The parameter's name for a call site that was given none: its file, function, variable and a few digits that tell
+    it from others there, `talker_target_radius_3f2a91c0`."""
     stem = os.path.splitext(os.path.basename(site.file))[0]
-    digits = hashlib.blake2b(identity_of(site, None).encode('utf-8'), digest_size=2).hexdigest()
-    parts = [part for part in (stem, site.function, site.target, digits) if part]
-    if key is not None:
-        parts.append(str(key))
+    parts = [part for part in (stem, site.function, site.target, _digits(identity_of(site, None))) if part]
     name = re.sub(r'\W+', '_', '_'.join(parts), flags=re.ASCII)
-    return name if name[0].isalpha() else 'l_' + name
+    name = name if name[0].isalpha() else 'l_' + name
+    return name if key is None else f'{name}_{word_of(key)}'
+
+
+def word_of(key: Any) -> str:
+    """A key as a word of a ROS name, another one for each key.
+
+    Whole numbers from 0 on and Python names stay as they are; anything else gets digits that stand for its type and its
+    `str()`.
+    """
+    if type(key) is str and key.isascii() and key.isidentifier() and not _ENDS_IN_DIGITS(key):
+        return key
+    try:
+        number = operator.index(key)
+    except TypeError:
+        kind, text = type(key).__name__, str(key)
+    else:
+        kind, text = 'int', str(number)
+        if number >= 0:
+            return text
+    return f'{re.sub(r"[^A-Za-z0-9]+", "_", text)}_{_digits(kind + text)}'
+
+
+#: Whether a word may be one that `word_of` has put digits behind.
+_ENDS_IN_DIGITS = re.compile(r'.*_[0-9a-f]{8}\Z').match
+
+
+def _digits(text: str) -> str:
+    return hashlib.blake2b(text.encode('utf-8', 'surrogatepass'), digest_size=4).hexdigest()
+
+
+def _identity_in_code(frame: FrameType) -> str:
+    """Identifies a call without the text of its file: its number among the calls of that very code."""
+    code = frame.f_code
+    calls = [found.offset for found in dis.get_instructions(code) if found.opname.startswith('CALL')]
+    constants = [constant for constant in code.co_consts if isinstance(constant, (str, int, float))]
+    nth = sum(offset < frame.f_lasti for offset in calls)
+    return f'{code.co_name}\n{code.co_names}{code.co_varnames}{constants}\n{nth} of {len(calls)}'
 
 
 class _Call(NamedTuple):
@@ -93,23 +122,21 @@ class _Call(NamedTuple):
 
     Attributes:
         start, end: line from 1 and column from 0, in bytes.
-        first_line: the line that it begins in.
-        text: its lines, without comments.
-        others: as of CallSite.
+        text: the line that it begins in.
+        surroundings: what is around it.
+        identity: as of CallSite.
     """
 
     start: Tuple[int, int]
     end: Tuple[int, int]
-    first_line: str
     text: str
-    function: str
-    target: str
-    nth: int = 0
-    total: int = 1
+    surroundings: '_Surroundings'
+    identity: str = ''
 
     def site(self, file: str) -> CallSite:
-        column = len(self.first_line.encode('utf-8')[: self.start[1]].decode('utf-8', 'replace')) + 1
-        return CallSite(file, self.start[0], column, self.text, self.function, self.target, self.nth, self.total)
+        column = len(self.text.encode('utf-8')[: self.start[1]].decode('utf-8', 'replace')) + 1
+        function, target, _ = self.surroundings
+        return CallSite(file, self.start[0], column, self.text, function, target, self.identity)
 
 
 class _Module:
@@ -118,34 +145,26 @@ class _Module:
     Attributes:
         tree: its syntax tree.
         calls: in the order in which `ast.walk` meets them.
-        by_end: the same, by where they end, which is another place for each.
+        by_end: the same, by where they end, which differs for each.
     """
 
     def __init__(self, text: str) -> None:
         self.tree = ast.parse(text)
         self._compiled: Optional[List[Tuple[CodeType, CodeType]]] = None
-        lines = _lines_without_comments(text)
-        with_comments = text.splitlines()
-        functions: Dict[ast.AST, str] = {}
-        targets: Dict[ast.AST, str] = {}
-        _name_surroundings(self.tree, functions, targets)
+        lines = text.split('\n')  # as the parser does: a form feed ends no line
+        surroundings = _surroundings(self.tree)
         found = [
             _Call(
                 (node.lineno, node.col_offset),
                 (node.end_lineno or 0, node.end_col_offset or 0),
-                with_comments[node.lineno - 1],
-                '\n'.join(lines[node.lineno - 1 : node.end_lineno]),
-                functions[node],
-                targets[node],
+                lines[node.lineno - 1],
+                surroundings[node],
             )
             for node in ast.walk(self.tree)
             if isinstance(node, ast.Call)
         ]
-        equal: Dict[Tuple[str, str], List[_Call]] = {}
-        for call in sorted(found, key=lambda call: (call.start, call.end)):
-            equal.setdefault((call.function, _without_numbers(call.text)), []).append(call)
-        places = {call.end: (index, len(group)) for group in equal.values() for index, call in enumerate(group)}
-        self.calls = [call._replace(nth=places[call.end][0], total=places[call.end][1]) for call in found]
+        identities = _identities(found, text)
+        self.calls = [call._replace(identity=identities[call.end]) for call in found]
         self.by_end = {call.end: call for call in self.calls}
 
     def compiled(self) -> List[Tuple[CodeType, CodeType]]:
@@ -161,7 +180,7 @@ def _parsed(text: str) -> Optional[_Module]:
         return None
     try:
         return _Module(text)
-    except (SyntaxError, ValueError, RecursionError):
+    except (SyntaxError, ValueError, RecursionError, tokenize.TokenError):
         return None  # the running code is not from this text: the file was edited meanwhile, or is not a Python file
 
 
@@ -239,21 +258,50 @@ def _line_at(code: CodeType, offset: int) -> int:
     return line
 
 
-def _name_surroundings(tree: ast.AST, functions: Dict[ast.AST, str], targets: Dict[ast.AST, str]) -> None:
-    """Note for each node in which function it is, and what is set to it."""
-    waiting: List[Tuple[ast.AST, str, str]] = [(tree, '', '')]
+class _Surroundings(NamedTuple):
+    """What is around a part of a syntax tree.
+
+    Attributes:
+        function, target: as of CallSite.
+        slot: which arguments of calls and which entries of dicts it is in. Elements of a list have none: one that is
+            moved there is the same number still.
+    """
+
+    function: str = ''
+    target: str = ''
+    slot: Tuple[str, ...] = ()
+
+
+def _surroundings(tree: ast.AST) -> Dict[ast.AST, _Surroundings]:
+    """What is around each part of a syntax tree."""
+    found: Dict[ast.AST, _Surroundings] = {}
+    waiting = [(tree, _Surroundings())]
+    unpacked: Dict[ast.AST, str] = {}  # what each value of `x, y = 1, 2` is assigned to
     while waiting:
-        node, function, target = waiting.pop()
-        functions[node], targets[node] = function, target
+        node, around = waiting.pop()
+        if node in unpacked:
+            around = around._replace(target=unpacked[node])
+        found[node] = around
+        inner: Dict[Any, _Surroundings] = {}  # of the parts that are in something else than their siblings
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-            function, target = f'{function}.{node.name}'.lstrip('.'), ''
+            around = _Surroundings(f'{around.function}.{node.name}'.lstrip('.'))
         elif isinstance(node, ast.Assign):
-            target = _target_name(node.targets[0])
+            around = around._replace(target=_target_name(node.targets[0]))
+            targets, value = node.targets[0], node.value
+            if isinstance(targets, ast.Tuple) and isinstance(value, ast.Tuple) and len(targets.elts) == len(value.elts):
+                unpacked.update(zip(value.elts, map(_target_name, targets.elts)))
         elif isinstance(node, ast.AnnAssign):
-            target = _target_name(node.target)
+            around = around._replace(target=_target_name(node.target))
         elif isinstance(node, ast.keyword) and node.arg:
-            target = node.arg
-        waiting.extend((child, function, target) for child in ast.iter_child_nodes(node))
+            around = around._replace(target=node.arg, slot=(*around.slot, node.arg))
+        elif isinstance(node, ast.Call):
+            slots = {part: str(index) for index, part in enumerate(node.args)}
+            inner = {part: around._replace(slot=(*around.slot, slot)) for part, slot in slots.items()}
+        elif isinstance(node, ast.Dict):
+            keys = {part: key.value for key, part in zip(node.keys, node.values) if isinstance(key, ast.Constant)}
+            inner = {part: around._replace(slot=(*around.slot, repr(key))) for part, key in keys.items()}
+        waiting.extend((child, inner.get(child, around)) for child in ast.iter_child_nodes(node))
+    return found
 
 
 def _target_name(target: ast.AST) -> str:
@@ -262,16 +310,60 @@ def _target_name(target: ast.AST) -> str:
     return target.id if isinstance(target, ast.Name) else ''
 
 
-def _without_numbers(text: str) -> str:
-    """A text without white space, all numbers in it the same: they may be edited."""
-    return re.sub(r'[-+]?[\d.]+(e[-+]?\d+)?', '0', ''.join(text.split()))
+def _identities(calls: List[_Call], text: str) -> Dict[Tuple[int, int], str]:
+    """What identifies each call of a text, by where it ends: its surroundings, and its logical line without numbers,
+    which may be edited.
+
+    Calls that only their order tells apart have the numbers in all of their lines besides: nobody can say which of them
+    is which after one of these was edited, and a change that was meant for one must not come to another.
+    """
+    with_numbers, without_numbers = _logical_lines(text)
+    alike: Dict[Tuple[Any, str], List[_Call]] = {}
+    for call in sorted(calls, key=lambda call: (call.start, call.end)):
+        alike.setdefault((call.surroundings, without_numbers[call.start[0]]), []).append(call)
+    identities = {}
+    for ((function, target, slot), line), group in alike.items():
+        known = f'{function}\n{line}\n{target}\n{slot}'
+        numbers = [with_numbers[call.start[0]] for call in group] if len(group) > 1 else []
+        for nth, call in enumerate(group):
+            identities[call.end] = '\n'.join([known, f'{nth} of {len(group)}', *numbers])
+    return identities
 
 
-def _lines_without_comments(text: str) -> List[str]:
-    lines = text.splitlines()
-    with contextlib.suppress(tokenize.TokenError, SyntaxError):
-        for token in tokenize.generate_tokens(io.StringIO(text).readline):
-            if token.type == tokenize.COMMENT:
-                row, column = token.start
-                lines[row - 1] = lines[row - 1][:column]
-    return lines
+#: Tokens that say nothing of what a line computes.
+_LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT}
+
+
+def _logical_lines(text: str) -> Tuple[Dict[int, str], Dict[int, str]]:
+    """The tokens of the logical line that each line of a text is in, with its numbers, and with 0 in place of each."""
+    with_numbers: Dict[int, str] = {}
+    without_numbers: Dict[int, str] = {}
+    tokens: List[tokenize.TokenInfo] = []
+    first = 1
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type in (tokenize.NEWLINE, tokenize.ENDMARKER):
+            rows = range(first, token.start[0] + 1)
+            with_numbers.update(dict.fromkeys(rows, ' '.join([one.string for one in tokens])))
+            without_numbers.update(dict.fromkeys(rows, _without_numbers(tokens)))
+            tokens, first = [], token.start[0] + 1
+        elif token.type not in _LAYOUT:
+            tokens.append(token)
+    return with_numbers, without_numbers
+
+
+def _without_numbers(tokens: List[tokenize.TokenInfo]) -> str:
+    """A logical line with 0 in place of each number and its sign."""
+    words: List[str] = []
+    for index, token in enumerate(tokens):
+        if token.type != tokenize.NUMBER:
+            words.append(token.string)
+            continue
+        if index and tokens[index - 1].string in ('+', '-') and (index == 1 or _ends_nothing(tokens[index - 2])):
+            words.pop()
+        words.append('0')
+    return ' '.join(words)
+
+
+def _ends_nothing(token: tokenize.TokenInfo) -> bool:
+    """Whether a + or - behind a token is the sign of a number."""
+    return keyword.iskeyword(token.string) or (token.type == tokenize.OP and token.string not in (')', ']', '}'))

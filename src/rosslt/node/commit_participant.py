@@ -6,11 +6,12 @@ the node asks the others: if one of them has applied its part, this one does as 
 of the requester.
 """
 
+import contextlib
 import math
 import threading
 import time
 from collections import OrderedDict
-from typing import Any, ContextManager, Dict, Iterable, List, Optional, Protocol, Sequence, Tuple
+from typing import Any, ContextManager, Dict, Iterable, Iterator, List, Optional, Protocol, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -74,14 +75,30 @@ class Owner(Protocol):
     def wait_for_parameters(self, written: int) -> None: ...
 
 
-class _Transaction:
+class _Holder:
+    """Whoever changes locations right now.
+
+    Attributes:
+        requester: who asked for it.
+        together: the rest of the sentence, `, together with /arm`.
+    """
+
+    together = ''
+
+    def __init__(self, requester: str) -> None:
+        self.requester = requester
+
+
+class _Transaction(_Holder):
     """A change that was asked for, and its state."""
 
     def __init__(self, request: srv.ChangeSourcesRequest) -> None:
+        super().__init__(request.requester or _caller(request))
+        self.deciding = threading.Lock()  # held while it is applied or taken back
         self.id: str = request.transaction_id
         self.request_id: str = request.request_id
-        self.requester: str = request.requester or _caller(request)
         self.nodes: List[str] = list(request.nodes)
+        self.together = f', together with {" and ".join(self.nodes) or "others"}'
         self.end = time.monotonic() + (min(request.lease, LONGEST) if request.phase == PREPARE else PATIENCE)
         self.asked = list(zip(request.location_ids, request.values))
         self.state = PREPARED
@@ -113,7 +130,7 @@ class CommitParticipant:
     def __init__(self, owner: Owner) -> None:
         self._owner = owner
         self._by_id: OrderedDict[str, _Transaction] = OrderedDict()
-        self._holders: Dict[Location, _Transaction] = {}
+        self._holders: Dict[Location, _Holder] = {}
         self._free = threading.Condition(owner.lock)  # type: ignore[arg-type]
         self._is_watched = False
 
@@ -136,24 +153,39 @@ class CommitParticipant:
             holder = self._holders[location]
             if not self._free.wait(max(0.0, end - time.monotonic())) and time.monotonic() >= end:
                 raise Refused(
-                    f'{location.name} is just being changed by {holder.requester or "somebody"}, together with '
-                    f'{" and ".join(holder.nodes) or "others"}: try again'
+                    f'{location.name} is just being changed by {holder.requester or "somebody"}{holder.together}: '
+                    'try again'
                 )
+
+    @contextlib.contextmanager
+    def hold(self, locations: Iterable[Location], requester: str) -> Iterator[None]:
+        """Have others wait for locations that are being changed; the lock is held."""
+        held = dict.fromkeys([one for one in locations if one not in self._holders], _Holder(requester))
+        self._holders.update(held)
+        try:
+            yield
+        finally:
+            for location in held:
+                del self._holders[location]
+            self._free.notify_all()
 
     def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse:
         """Change locations, all or none, or do one phase of it; serves `~rosslt/change_sources`."""
         _check(request)
-        with self._owner.lock:
-            if request.phase in (AT_ONCE, PREPARE):
+        known = self._by_id.get(request.transaction_id)
+        if known is None and request.phase not in (AT_ONCE, PREPARE):
+            reason = 'this node does not know the change: it was restarted since'
+            return srv.ChangeSourcesResponse(UNKNOWN, [reason], [])
+        with contextlib.ExitStack() as locks:
+            if known is not None:
+                locks.enter_context(known.deciding)
+            locks.enter_context(self._owner.lock)
+            if known is None or request.phase in (AT_ONCE, PREPARE):
                 change = self._prepared(request)
                 if request.phase == AT_ONCE and change.state == PREPARED:
                     self._apply(change)
                 reasons = change.reasons
             else:
-                known = self._by_id.get(request.transaction_id)
-                if known is None:
-                    reason = 'this node does not know the change: it was restarted since'
-                    return srv.ChangeSourcesResponse(UNKNOWN, [reason], [])
                 change, reasons = known, self._decided(known, request.phase)
             written = self._owner.follow([location for location, _ in change.wanted])
             changes = [applied_change(rospy.Time.now(), *one, change.requester) for one in change.changes]
@@ -313,7 +345,7 @@ class CommitParticipant:
         except rospy.ROSInterruptException:
             return
         appliers = sorted(node for node, answer in answers.items() if answer.state == APPLIED)
-        with self._owner.lock:
+        with change.deciding, self._owner.lock:
             if change.state != PREPARED:
                 return
             if not appliers:

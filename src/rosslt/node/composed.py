@@ -5,6 +5,7 @@ import functools
 from typing import Any, Callable, List, Tuple
 
 from rosslt import values
+from rosslt.node.call_sites import word_of
 from rosslt.node.locations import Location, Readable
 
 _Read = Callable[[], Any]
@@ -52,12 +53,13 @@ def _reader(literal: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
         place = leaf(plain, path)
         return lambda: place.tracked
     if isinstance(literal, dict):
-        branches = {key: _reader(part, (*path, str(key)), leaf) for key, part in literal.items()}
+        branches = {key: _reader(part, (*path, word_of(key)), leaf) for key, part in literal.items()}
         return lambda: {key: read() for key, read in branches.items()}
     if isinstance(literal, (list, tuple)):
-        kind = type(literal)
-        parts = [_reader(part, (*path, str(index)), leaf) for index, part in enumerate(literal)]
-        return lambda: kind([read() for read in parts])
+        names = getattr(literal, '_fields', None) or map(str, range(len(literal)))  # those of a namedtuple
+        make = getattr(literal, '_make', type(literal))
+        parts = [_reader(part, (*path, name), leaf) for name, part in zip(names, literal)]
+        return lambda: make([read() for read in parts])
     if hasattr(literal, '_slot_types'):
         return _message_reader(literal, path, leaf)
     raise TypeError(

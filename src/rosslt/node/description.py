@@ -1,10 +1,10 @@
 """What a node reports about one of its locations."""
 
 import os
-from typing import Any
+from typing import Any, Tuple
 
 from rosslt import msg
-from rosslt.node.json_scalars import to_json
+from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations import Location
 
 
@@ -14,15 +14,17 @@ def described(location: Location, is_locked: bool = False) -> msg.Location:
     def text(value: Any) -> str:
         return '' if value is None else to_json(value)
 
+    value, fault = _value_or_fault(location)
     return msg.Location(
         id=location.id,
         name=location.name,
         is_named=location.is_named,
-        file=os.path.realpath(location.site.file),
+        file=os.fsencode(os.path.realpath(location.site.file)).decode('utf-8', 'replace'),
         line=location.site.line,
         column=location.site.column,
         type=location.type.__name__,
-        value=to_json(location.value),
+        value=value,
+        fault=fault,
         literal=text(location.literal),
         minimum=text(location.minimum),
         maximum=text(location.maximum),
@@ -31,3 +33,11 @@ def described(location: Location, is_locked: bool = False) -> msg.Location:
         weight=location.weight or 0.0,
         rank=location.rank,
     )
+
+
+def _value_or_fault(location: Location) -> Tuple[str, str]:
+    """The value of a location, and why it has none; one of both is ''."""
+    try:
+        return to_json(location.value), ''
+    except Refused as refused:
+        return '', str(refused)

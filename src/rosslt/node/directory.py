@@ -65,8 +65,8 @@ class Place(NamedTuple):
 
     @property
     def value(self) -> Any:
-        """Its plain value when its owner was asked."""
-        return from_json(self.location.value)
+        """Its plain value when its owner was asked; None where it had none, as `location.fault` says."""
+        return from_json(self.location.value) if self.location.value else None
 
     @property
     def minimum(self) -> Any:

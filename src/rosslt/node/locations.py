@@ -6,15 +6,34 @@ outside. This module knows places and values; that parameters and services stand
 of its neighbours `parameters` and `server`.
 """
 
+import contextlib
 import hashlib
 import math
+import threading
 from types import CodeType, FrameType
-from typing import Any, Callable, Dict, List, Optional, Protocol, Tuple, Type, Union
+from typing import Any, Callable, Dict, Iterator, List, Optional, Protocol, Tuple, Type, Union
 
 from rosslt import files, values
 from rosslt.node.call_sites import CallSite
-from rosslt.node.json_scalars import Refused
+from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.refresh import READINGS
+
+#: Held while locations come and go, and while their values change. It is given up for each call of a user's function.
+LOCK = threading.RLock()
+
+
+@contextlib.contextmanager
+def _lock_given_up() -> Iterator[None]:
+    """Give LOCK up where this thread holds it, and take it again as often, as `threading.Condition.wait` does."""
+    lock: Any = LOCK
+    if not lock._is_owned():
+        yield
+        return
+    state = lock._release_save()
+    try:
+        yield
+    finally:
+        lock._acquire_restore(state)
 
 
 class Location:
@@ -97,8 +116,8 @@ class Location:
         return None
 
     @property
-    def said(self) -> Any:
-        """What the code says where its value was read; None where it was not read there."""
+    def value_in_code(self) -> Any:
+        """The value that the code gives where it was read; None where it was not read there."""
         return self.literal
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
@@ -108,7 +127,11 @@ class Location:
 
     @property
     def value(self) -> Any:
-        """The plain value in force."""
+        """The plain value in force.
+
+        Raises:
+            Refused: it has none, or one that cannot be sent.
+        """
         raise NotImplementedError
 
     @property
@@ -139,23 +162,29 @@ class Location:
             value = int(value)
         if type(value) is not self.type:
             raise Refused(f'{self.name} is a {self.type.__name__}, and {given!r} is not')
-        if self.type is float and not math.isfinite(value):
-            raise Refused(f'{value!r} is not a finite number')
+        to_json(value)
         if self.minimum is not None and value < self.minimum:
             raise Refused(f'{value!r} is below its minimum {self.minimum!r}')
         if self.maximum is not None and value > self.maximum:
             raise Refused(f'{value!r} is above its maximum {self.maximum!r}')
         return value
 
-    def reread(self, said: Any) -> None:
+    def reread(self, value_in_code: Any) -> None:
         """Take in what the code says since it was edited; the value in force stays."""
 
-    def put(self, value: Any) -> None:
-        """Make a checked value the one in force.
+    def set_outside(self, value: Any) -> Tuple[Any, Any]:
+        """Have what stands outside of this node's memory take a checked value, before `put` makes it the one in force.
+
+        Returns:
+            (the value before, the value after).
 
         Raises:
-            Refused: what stands behind the location does not take it.
+            Refused: it does not take it, and is as before.
         """
+        return self.value, value
+
+    def put(self, value: Any) -> None:
+        """Make a value that `set_outside` has returned the one in force."""
         raise NotImplementedError
 
 
@@ -210,8 +239,8 @@ class LiteralLocation(HeldLocation):
     def find_in(self, source: files.SourceText) -> Optional[int]:
         return source.argument_of_call(self.site.line, self.site.column, 0, 'value')
 
-    def reread(self, said: Any) -> None:
-        self._literal = said
+    def reread(self, value_in_code: Any) -> None:
+        self._literal = value_in_code
 
 
 class ParameterLocation(HeldLocation):
@@ -228,7 +257,7 @@ class ParameterLocation(HeldLocation):
         self.default: Any = None
 
     @property
-    def said(self) -> Any:
+    def value_in_code(self) -> Any:
         return self.default
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
@@ -236,8 +265,8 @@ class ParameterLocation(HeldLocation):
             return None
         return source.argument_of_call(self.site.line, self.site.column, 1, 'default')
 
-    def reread(self, said: Any) -> None:
-        self.default = said
+    def reread(self, value_in_code: Any) -> None:
+        self.default = value_in_code
 
     def retype(self, value: Any) -> None:
         """Make `value` the one in force, and its type the location's."""
@@ -254,7 +283,7 @@ class ExternalLocation(Location):
         setter: takes a new value; what it raises is the reason of a refusal. None: read-only.
     """
 
-    __slots__ = ('_getter', '_setter', '_reading')
+    __slots__ = ('_getter', '_setter', '_reading', '_before_change')
 
     def __init__(
         self,
@@ -268,17 +297,35 @@ class ExternalLocation(Location):
     ) -> None:
         self._getter, self._setter = getter, setter
         self._reading: Any = None
-        super().__init__(identity, name, site, self.value, read_only=read_only or setter is None, **limits)
+        self._before_change: Any = None
+        super().__init__(identity, name, site, self._read(), read_only=read_only or setter is None, **limits)
 
-    @property
-    def value(self) -> Any:
-        value = self._getter()
+    def _read(self) -> Any:
+        with _lock_given_up():
+            value = self._getter()
         plain = values.plain_scalar(value)
         return value if plain is None else plain
 
     @property
+    def value(self) -> Any:
+        try:
+            value = self._read()
+        except Exception as error:  # the user's function
+            raise Refused(f'the getter of {self.name} raises {_text(error)}') from error
+        if type(value) not in (float, int, str, bool):
+            raise Refused(f'the getter of {self.name} gives {value!r:.200}, and no float, int, str or bool')
+        try:
+            to_json(value)
+        except Refused as refused:
+            raise Refused(f'the getter of {self.name} gives what cannot be sent: {refused}') from None
+        return value
+
+    @property
     def tracked(self) -> Any:
-        value, reading = self.value, self._reading
+        return self._reading_of(self._read())
+
+    def _reading_of(self, value: Any) -> Any:
+        reading = self._reading
         if reading is None or values.untracked(reading) != value or type(values.untracked(reading)) is not type(value):
             reading = self._reading = values.track(value, self.source)
         return reading
@@ -287,20 +334,36 @@ class ExternalLocation(Location):
         super().name_node(node)
         self._reading = None
 
-    def put(self, value: Any) -> None:
+    def set_outside(self, value: Any) -> Tuple[Any, Any]:
+        old = self.value
+        self._before_change = self._reading  # others may read it while it is set
+        self._set(value)
+        try:
+            return old, self.value
+        except Refused:
+            self._set(old)
+            raise
+
+    def _set(self, value: Any) -> None:
         if self._setter is None:
             raise Refused(f'{self.name} has no setter')
-        before = self._reading
         try:
-            self._setter(value)
+            with _lock_given_up():
+                self._setter(value)
         except values.Error as error:  # an error of rosslt already has a complete text
             raise Refused(str(error)) from error
         except Exception as error:  # the user's function: any exception is a refusal
-            raise Refused(f'{type(error).__name__}: {error}') from error
+            raise Refused(_text(error)) from error
+
+    def put(self, value: Any) -> None:
         # A value that changed by itself is a record of a moment; one that was set here replaces the older ones.
-        latest = self.tracked
+        before, latest = self._before_change, self._reading_of(value)
         if before is not None and latest is not before:
             READINGS.replace(before, latest)
+
+
+def _text(error: Exception) -> str:
+    return f'{type(error).__name__}: {error}'
 
 
 class Readable(Protocol):
@@ -318,7 +381,7 @@ class Locations:
         node: the full name of this node, '' until it is known.
         by_id: {id: Location}, in the order of their creation.
         by_call: {(id of the code, place in it, name, key): Readable} of the calls that were made, as of `at_call`.
-        lock: held while locations come and go, and while their values change.
+        lock: LOCK.
     """
 
     def __init__(self) -> None:
@@ -328,12 +391,12 @@ class Locations:
         self.by_call: Dict[Any, Readable] = {}
         self._codes: Dict[int, CodeType] = {}
         self._namespaces: Dict[str, Dict[str, Location]] = {}
-        self._others: Callable[[], None] = lambda: None
-        self.lock = READINGS.lock
+        self._locations_changed: Callable[[], None] = lambda: None
+        self.lock = LOCK
 
-    def when_other(self, function: Callable[[], None]) -> None:
+    def on_locations_changed(self, function: Callable[[], None]) -> None:
         """Have a function called whenever a location was created or dropped."""
-        self._others = function
+        self._locations_changed = function
 
     def name_node(self, node: str) -> None:
         """Set the name of this node."""
@@ -369,14 +432,14 @@ class Locations:
             ValueError: its name or its id is taken by another place.
         """
         with self.lock:
-            other = self.meeting(location.name) or self.by_id.get(location.id)
+            other = self.conflicting_location(location.name) or self.by_id.get(location.id)
             if other is None:
                 if self.node:
                     location.name_node(self.node)
                 self._by_name[location.name] = self.by_id[location.id] = location
                 for namespace in namespaces_of(location.name):
                     self._namespaces.setdefault(namespace, {})[location.name] = location
-                self._others()
+                self._locations_changed()
                 return location
             if _is_same(other, location):
                 other.changed += location.changed
@@ -391,7 +454,7 @@ class Locations:
         """Whether there is a location of that name."""
         return name in self._by_name
 
-    def meeting(self, name: str, is_namespace: bool = False) -> Optional[Location]:
+    def conflicting_location(self, name: str, is_namespace: bool = False) -> Optional[Location]:
         """A location that would share a parameter with this name: a parameter is a value or a namespace.
 
         Args:
@@ -411,7 +474,7 @@ class Locations:
             del self._by_name[location.name], self.by_id[location.id]
             for namespace in namespaces_of(location.name):
                 del self._namespaces[namespace][location.name]
-            self._others()
+            self._locations_changed()
 
 
 def _is_same(other: Location, location: Location) -> bool:
@@ -443,7 +506,7 @@ def _difference(other: Location, location: Location) -> str:
         return ''
     if not _has_same_literal(other, location):
         return f', which says {other.literal!r} where this one says {location.literal!r}'
-    return ', which has other bounds'
+    return '' if _has_limits_of(other, location) else ', which has other bounds'
 
 
 def namespaces_of(name: str) -> List[str]:
@@ -479,4 +542,4 @@ def checked_limits(minimum: Any, maximum: Any, weight: Any) -> Dict[str, Union[i
 
 
 def _location_id(identity: str) -> int:
-    return int.from_bytes(hashlib.blake2b(identity.encode('utf-8'), digest_size=6).digest(), 'big')
+    return int.from_bytes(hashlib.blake2b(identity.encode('utf-8', 'surrogatepass'), digest_size=6).digest(), 'big')

@@ -29,7 +29,7 @@ class Owner(Protocol):
 
     def wait_for_parameters(self, written: int) -> None: ...
 
-    def told_otherwise(self) -> None: ...
+    def publish_locations(self) -> None: ...
 
 
 class Locking:
@@ -58,7 +58,7 @@ class Locking:
             ids = {location.name: location.id for location in owner.locations.by_id.values()}
             told = {ids.get(name, 0): lock for name, lock in owner.access.locks.items() if name in ids or name == WHOLE}
         if request.action != ASK:
-            owner.told_otherwise()
+            owner.publish_locations()
             owner.wait_for_parameters(written)
         return srv.LockLocationsResponse(
             owner.access.accepts,

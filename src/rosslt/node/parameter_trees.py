@@ -63,7 +63,7 @@ class ParameterTrees:
     def are_met_by(self, key: str, value: Any) -> bool:
         """Whether a parameter of that value cannot be there beside others that were read: one of them would have to be
         a dict, and is none."""
-        return self._owner.locations.meeting(key, isinstance(value, dict)) is not None
+        return self._owner.locations.conflicting_location(key, isinstance(value, dict)) is not None
 
     def drop(self, key: str) -> None:
         """Forget what reads a parameter that has become a dict, or is none any more, and what reads those above and

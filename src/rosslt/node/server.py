@@ -26,6 +26,7 @@ from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.parameter_trees import Branch, Default, Leaf, ParameterTrees, unless_deleted, warn_of_int
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
+from rosslt.node.refresh import READINGS
 from rosslt.node.serialization import Sending
 from rosslt.node.source_files import SOURCE_FILES
 
@@ -66,9 +67,9 @@ class Owner:
         self.history = History()
         self._callbacks = Callbacks()
         self._topic: Optional[LocationTopic] = None
-        participant = CommitParticipant(self)
-        self.wait_for_reserved = participant.wait_for
-        self.change_sources = participant.change_sources
+        self._participant = CommitParticipant(self)
+        self.wait_for_reserved = self._participant.wait_for
+        self.change_sources = self._participant.change_sources
         self._show_to_reconfigure: Callable[[], None] = lambda: None
         values.describe_sources_with(self.directory.describe)
 
@@ -88,7 +89,7 @@ class Owner:
                 if isinstance(location, LiteralLocation):
                     self._follow(location)
             self._topic = LocationTopic(self.name, self._all_described)
-            self.locations.when_other(self.told_otherwise)
+            self.locations.on_locations_changed(self.publish_locations)
             self._topic.update()
         self._show_to_reconfigure = reconfigure.serve(self)
         rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
@@ -101,8 +102,8 @@ class Owner:
         MASTER_WATCH.renewals.append(self._renew)
         MASTER_WATCH.start()
 
-    def told_otherwise(self) -> None:
-        """What is told of the locations is other than before: there are others, or others may change them."""
+    def publish_locations(self) -> None:
+        """Publish the locations soon: there are others than before, or others may change them."""
         if self._topic is not None:
             self._topic.update()
         self._show_to_reconfigure()
@@ -182,15 +183,20 @@ class Owner:
 
     def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
         """The current values of several locations; serves `~rosslt/get_values`."""
+        return srv.GetValuesResponse(*self._present(request.location_ids))
+
+    def _present(self, ids: Sequence[int]) -> Tuple[List[str], List[str]]:
+        """(The present values of locations, why there is none), one of both empty for each."""
         texts, reasons = [], []
-        for location_id in request.location_ids:
+        for location_id in ids:
+            text = reason = ''
             try:
-                texts.append(to_json(self.known(location_id).value))
-                reasons.append('')
+                text = to_json(self.known(location_id).value)
             except Refused as refused:
-                texts.append('')
-                reasons.append(str(refused))
-        return srv.GetValuesResponse(texts, reasons)
+                reason = str(refused)
+            texts.append(text)
+            reasons.append(reason)
+        return texts, reasons
 
     def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]:
         """Find what takes a request back: the requests of that id, and [(location, value that it gets again)].
@@ -232,30 +238,32 @@ class Owner:
     def apply(
         self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
     ) -> Tuple[List[str], List[Change]]:
-        """Put checked values in force, all or none; the lock is held.
+        """Put checked values in force, all or none; the lock is held, and given up while setters are called.
 
         Returns:
             (the reasons of refusals, one a location, empty where there is none; what has changed).
         """
-        before: List[Tuple[Location, Any]] = []
-        for location, value in wanted:
-            before.append((location, location.value))
-            try:
-                location.put(value)
-            except Refused as refused:
-                rospy.logerr('%s: %s', location.name, refused)
-                self._put_back(before[:-1])
-                reasons = [''] * len(wanted)
-                reasons[len(before) - 1] = str(refused)
-                return reasons, []
-        changes = [(location, old, location.value) for location, old in before]
+        changes: List[Change] = []
+        with self._participant.hold([location for location, _ in wanted], requester):
+            for location, value in wanted:
+                try:
+                    changes.append((location, *location.set_outside(value)))
+                except Refused as refused:
+                    rospy.logerr('%s: %s', location.name, refused)
+                    self._put_back(changes)
+                    reasons = [''] * len(wanted)
+                    reasons[len(changes)] = str(refused)
+                    return reasons, []
+            with READINGS.lock:
+                for location, _, new in changes:
+                    location.put(new)
         self.applied(changes, requester, request_id, record)
         return [''] * len(wanted), changes
 
-    def _put_back(self, before: Sequence[Tuple[Location, Any]]) -> None:
-        for location, old in reversed(before):
+    def _put_back(self, changes: Sequence[Change]) -> None:
+        for location, old, _ in reversed(changes):
             try:
-                location.put(old)
+                location.set_outside(old)
             except Refused as refused:
                 rospy.logerr('%s stays changed in spite of a refusal elsewhere: %s', location.name, refused)
 
@@ -275,12 +283,13 @@ class Owner:
 
     def _all_described(self) -> List[msg.Location]:
         with self.lock:
-            return [described(one, one.name in self.access.locks) for one in self.locations.by_id.values()]
+            present = list(self.locations.by_id.values())
+        return [described(one, one.name in self.access.locks) for one in present]
 
     def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
         with self.lock:
             edits, left = SOURCE_FILES.edits(self.locations.by_id.values())
-            read = [location.id for location in self.locations.by_id.values() if location.said is not None]
+            read = [location.id for location in self.locations.by_id.values() if location.value_in_code is not None]
         return srv.ListEditsResponse(
             [
                 msg.FileEdit(
@@ -293,7 +302,7 @@ class Owner:
             read,
         )
 
-    def reread(self, location: Location, said: Any, is_saved_here: bool) -> bool:
+    def reread(self, location: Location, value_in_code: Any, is_saved_here: bool) -> bool:
         """Take in what the code says of a location since it was edited, and have it in force.
 
         Args:
@@ -306,15 +315,15 @@ class Owner:
             Refused: the location does not take it; it stays as it is.
         """
         with self.lock:
-            said = location.checked(said)
-            if said == location.said:
+            value = location.checked(value_in_code)
+            if value == location.value_in_code:
                 return False
-            if location.value != said and not is_saved_here:
+            if location.value != value and not is_saved_here:
                 self.wait_for_reserved([location])
-                reasons, _ = self.apply([(self.changeable(location, 'editor'), said)], 'editor')
+                reasons, _ = self.apply([(self.changeable(location, 'editor'), value)], 'editor')
                 if any(reasons):
                     raise Refused(reasons[0])
-            location.reread(said)
+            location.reread(value)
             if location.parameter is not None:
                 self.mirror.renew_literal(location.parameter)
             return True
@@ -354,7 +363,7 @@ class Owner:
             except Refused as refused:
                 rospy.logerr('%s/rosslt/%s: %s', self.name, name, refused)
             else:
-                self.told_otherwise()
+                self.publish_locations()
         elif name in Sending.WORDS:
             fault = Sending.set(name, value)
             if fault:

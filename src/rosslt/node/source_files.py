@@ -88,12 +88,12 @@ class SourceFiles:
         """
         by_file: Dict[str, List[Location]] = {}
         for location in locations:
-            if location.said is not None:
+            if location.value_in_code is not None:
                 by_file.setdefault(os.path.realpath(location.site.file), []).append(location)
         edits: List[Tuple[Location, files.Edit]] = []
         left: List[Tuple[Location, str]] = []
         for path, those in by_file.items():
-            changed = [one for one in those if not files.equal(one.value, one.said) or one in self._offered]
+            changed = [one for one in those if not files.equal(one.value, one.value_in_code) or one in self._offered]
             if not changed:
                 continue
             try:
@@ -155,8 +155,10 @@ def _place(
         raise NotWritten(
             f'it is no number, no truth value and no text in one piece and on one line of its own at {location.place}'
         )
-    if not files.alike(location.value, location.said):
-        raise NotWritten(f'{location.value!r} is of another kind than {location.said!r}, which {location.place} said')
+    if not files.alike(location.value, location.value_in_code):
+        raise NotWritten(
+            f'{location.value!r} is of another kind than {location.value_in_code!r}, which {location.place} said'
+        )
     if location.is_shared:
         raise NotWritten(f'its name is given in several places of the code, not at {location.place} alone')
     if any(other.value != location.value for other in readers[index]):
@@ -168,10 +170,10 @@ def _place(
 
 def _check_unedited(location: Location, written: Written, offered: Collection[Any]) -> None:
     """Raise NotWritten where somebody else has edited the literal itself."""
-    if not any(files.equal(written.value, one) for one in (location.said, location.value, *offered)):
+    if not any(files.equal(written.value, one) for one in (location.value_in_code, location.value, *offered)):
         raise NotWritten(
             f'what stands at {location.place} was edited since it was read: '
-            f'{written.source.path} says {written.value!r} instead of {location.said!r}'
+            f'{written.source.path} says {written.value!r} instead of {location.value_in_code!r}'
         )
 
 

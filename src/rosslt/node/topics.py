@@ -136,8 +136,7 @@ class Publisher(rospy.Publisher):
         Args:
             latched: the Latched of the last message, if it still is.
         """
-        with READINGS.lock:  # not in the middle of a change of several locations
-            message = latched.changed(self._refresher)
+        message = latched.changed(self._refresher)
         impl = self.impl
         lock = getattr(impl, 'publock', None)
         if message is None or lock is None:

@@ -93,7 +93,7 @@ class LiveScript:
         self._add, self._remove = add, remove
         self._take, self._report, self._settings = take, report, settings
         self._remember = remember
-        # Whoever holds it calls nobody who holds the lock of the node's locations: changes come with that one held.
+        # No location is made or forgotten while it is held.
         self._lock = threading.RLock()
         self._refused: Optional[str] = None  # a text in the file that cannot come into force
         # (time at which it was no longer in force, _State), since somebody saved a text

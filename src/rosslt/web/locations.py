@@ -86,7 +86,7 @@ class Locations:
     def is_changed(self, place: Place) -> bool:
         """Whether a location has another value than the code says, or than a parameter had at first."""
         first = place.location.literal or self._first.get((place.node, place.location.id), '')
-        return bool(first) and not _is_same_json(first, place.location.value)
+        return bool(first and place.location.value) and not _is_same_json(first, place.location.value)
 
     def wish(self, place: Place, value: Any, hand: str, refused: Callable[[str], None]) -> None:
         """Have a location changed soon; a later wish takes the place of one that still waits.

@@ -143,8 +143,9 @@ class Numbers:
 
     def _widget(self, place: Place, order: float) -> Any:
         gui, value = self._server.gui, _shown(place)
-        options = {'disabled': place.read_only, 'hint': _hint(place), 'order': order}
-        if place.location.type == 'bool':
+        fault = place.location.fault
+        options = {'disabled': bool(place.read_only or fault), 'hint': _hint(place), 'order': order}
+        if place.location.type == 'bool' and not fault:
             return gui.add_checkbox(_label(place), value, **options)
         if not _has_slider(place):
             return gui.add_text(_label(place), value, **options)
@@ -157,7 +158,7 @@ class Numbers:
             return
         with self._lock:
             field = self._fields.get(key)
-            if field is None or field.place.read_only:
+            if field is None or field.place.read_only or field.place.location.fault:
                 return
             value, field.touched = field.widget.value, time.monotonic()
             if field.kind[0] in ('slider', 'bool'):
@@ -192,13 +193,13 @@ class Numbers:
 def _kind(place: Place) -> Tuple[Any, ...]:
     """All that the drawing of a field depends on: the kind of field first."""
     location = place.location
-    kind = 'slider' if _has_slider(place) else location.type
+    kind = 'fault' if location.fault else 'slider' if _has_slider(place) else location.type
     return (kind, location.type, location.minimum, location.maximum, location.read_only, location.file, location.line)
 
 
 def _has_slider(place: Place) -> bool:
     """Whether a location is a number between two bounds; a getter may be beyond them."""
-    if place.location.type not in ('int', 'float') or place.minimum is None or place.maximum is None:
+    if place.location.fault or place.location.type not in ('int', 'float') or place.minimum is None or place.maximum is None:
         return False
     parts = place.minimum, place.value, place.maximum
     return (
@@ -209,7 +210,9 @@ def _has_slider(place: Place) -> bool:
 
 
 def _shown(place: Place) -> Any:
-    """What the field of a location shows."""
+    """What the field of a location shows: its value, or why it has none."""
+    if place.location.fault:
+        return place.location.fault
     if place.location.type == 'bool':
         return bool(place.value)
     if _has_slider(place):

@@ -5,6 +5,7 @@ import argparse
 from rosslt import node
 from rosslt.cli.completers import locations
 from rosslt.cli.directory import Directory, find
+from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
 from rosslt.cli.verb import LOOK, Argument
 
@@ -22,5 +23,7 @@ ARGUMENTS = [
 
 def run(options: argparse.Namespace) -> None:
     place = find(find_master(), Directory(), options.location)
+    if place.location.fault:
+        raise Failure(f'{place.name} has no value: {place.location.fault}')
     # a text is printed as it is, so that a shell can use it
     print(place.value if isinstance(place.value, str) else node.to_json(place.value))

@@ -69,6 +69,7 @@ def _show(node: str, places: List[Place], access: srv.LockLocationsResponse) -> 
                 None,
                 (
                     f'the code says {place.location.literal}' if place.location.remembered else '',
+                    place.location.fault,
                     note_of(access, place.location.id),
                 ),
             )
@@ -95,5 +96,5 @@ def _write(_node: str, places: List[Place], access: srv.LockLocationsResponse) -
             'read-only' if location.read_only else '',
             place.file,
             location.literal if location.remembered else '',
-            '; '.join(filter(None, [*notes_of(access), note_of(access, location.id)])),
+            '; '.join(filter(None, [location.fault, *notes_of(access), note_of(access, location.id)])),
         )

@@ -88,7 +88,7 @@ def _write_yaml(master: rosgraph.Master, name: str, options: argparse.Namespace)
         # a literal's location is the parameter below the node's name
         location = place.location.name
         path = (location if location.startswith('/') else f'{name}/rosslt/{location}').strip('/').split('/')
-        if not _put(parameters, saved, path, place.value):
+        if place.location.fault or not _put(parameters, saved, path, place.value):
             left_out.append(place.local_name)
     text = yaml.safe_dump(saved, default_flow_style=False, allow_unicode=True) if saved else ''
     try:

@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Se
 
 from dynamic_reconfigure import msg
 
+from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import Location
 
 #: What dynamic_reconfigure's messages and its client keep in the dictionary of a group, beside parameters by name.
@@ -100,8 +101,8 @@ def _readable(location: Location) -> Tuple[Any, str]:
     """The value of a location, and why dynamic_reconfigure cannot show it, '' where it can."""
     try:
         value = location.value
-    except Exception as error:  # a user's getter: others are shown all the same
-        return None, f'its getter raises {type(error).__name__}: {error}'
+    except Refused as refused:  # others are shown all the same
+        return None, str(refused)
     if location.type is float and type(value) is int:
         value = float(value)
     if type(value) is not location.type:
