@@ -62,7 +62,7 @@ while not rospy.is_shutdown():
 
 def forget(name):
     """Have nothing of a node outlive it but its files, as after a restart of the master."""
-    for key in ('rosslt', 'rosslt_literals', 'far', 'frame', 'shown'):
+    for key in ('rosslt', 'rosslt_records', 'far', 'frame', 'shown'):
         if rospy.has_param(f'{name}/{key}'):
             rospy.delete_param(f'{name}/{key}')
 

@@ -40,7 +40,7 @@ from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
 from rosslt.node.no_master import NO_MASTER
-from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, take_fractions, when_parameter_changes
+from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.saving import Unsaved, changes_to_save
@@ -116,6 +116,7 @@ __all__ = [
     'sight_of',
     'start',
     'parameter_was_set',
+    'serve_parameter',
     'take_fractions',
     'tf_counterparts',
     'tf_functions',
@@ -123,5 +124,4 @@ __all__ = [
     'undo',
     'undo_request',
     'wait_for_message',
-    'when_parameter_changes',
 ]
