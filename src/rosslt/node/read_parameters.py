@@ -277,14 +277,14 @@ class ReadParameters(Parameter):
             units = dict.fromkeys(map(self._unit_of, changed))
             defaults = [key for key in self._defaults if any(is_within(name, key) for name in changed)]
             refused, self._refused = self._refused, {}
+        found: List[Tuple[str, Any]] = []
         for key in units:
             self._write(key)
         with self._owner.lock:
-            back = [(key, self._plain(key, part_of(self._known, key))) for key in refused]
-            records = [
-                (self._owner.mirror.record_key(key), [self._plain(key, part_of(self._known, key))]) for key in defaults
-            ]
-            return back + records
+            for key in (key for key in (*refused, *defaults) if part_of(self._known, key) is not None):
+                value = self._plain(key, part_of(self._known, key))
+                found.append((key, value) if key in refused else (self._owner.mirror.record_key(key), [value]))
+        return found
 
     def _unit_of(self, name: str) -> str:
         """The parameter that is written whole where a location has changed."""
