@@ -65,7 +65,7 @@ VALUES = [
 KEYS = [
     *('rosslt/gain', 'rosslt/count', 'rosslt/frame', 'rosslt/on', 'rosslt/tree', 'rosslt/tree/a', 'rosslt/tree/b'),
     *('rosslt', 'rosslt/history', 'rosslt/accept_changes', 'rosslt/accept_changes_from', 'rosslt/change_locks'),
-    *('rosslt/gain/x', 'rosslt/unknown', 'rosslt_literals', 'rosslt_literals/gain', 'own', 'own/p', 'own/q'),
+    *('rosslt/gain/x', 'rosslt/unknown', 'rosslt_records', 'rosslt_records/gain', 'own', 'own/p', 'own/q'),
 ]
 
 
@@ -87,7 +87,7 @@ def test_a_node_lives_on_whatever_stands_in_the_place_of_its_parameters(master, 
         assert '/owner/gain\tfloat\t' in listed.stdout
         owner.stop(9)
         owner.start()  # with what was left there
-        for key in ('rosslt', 'rosslt_literals', 'own'):
+        for key in ('rosslt', 'rosslt_records', 'own'):
             server.deleteParam('/hunter', '/owner/' + key)
         wait_until(lambda: rosslt('set', '/owner/gain', '7').returncode == 0, 'its locations can be changed again')
         # a parameter is still followed

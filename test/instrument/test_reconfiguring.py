@@ -2,9 +2,11 @@
 
 import dynamic_reconfigure.msg
 import dynamic_reconfigure.srv
+import pytest
 import rospy
 from geometry_msgs.msg import PointStamped
 
+import rosslt
 from rosslt import node, values
 from support.processes import wait_until
 from support.shell import rosslt as command
@@ -72,6 +74,8 @@ def test_what_a_reconfigure_callback_gets_is_tracked_and_changed_either_way(mast
         assert values.is_tracked(message.point.x)
         assert rospy.get_param('/reconfigured/radius') == 0.5
         assert reconfigure(radius=9.0) == {'radius': 5.0}  # what it may be at most
+        with pytest.raises(rosslt.NotInvertible, match='above its maximum 5.0|bound'):
+            node.force_value(message.point.x, 6.0)
         heard.comes(lambda message: (message.point.x, message.point.y) == (5.0, 10.0))
         result = command('force', '/reconfigured/point/x', '1.25')
         assert (result.returncode, result.stderr) == (0, '')
@@ -96,3 +100,34 @@ def test_a_parameter_that_was_read_before_there_is_a_server_of_it_is_the_source_
         assert (message.point.x, message.point.z) == (1.5, 1.5)
         node.force_value(message.point.x, 4.0)
         heard.comes(lambda message: (message.point.x, message.point.z) == (4.0, 4.0))
+
+
+def test_a_default_in_the_code_that_a_server_overrules_is_not_saved(master, tmp_path):
+    reads_first = "self.first = rospy.get_param('~radius', 1.5)\n        self.server ="
+    code = RECONFIGURED.lstrip().replace('self.server =', reads_first)
+    if rospy.has_param('/reconfigured'):  # what another test has set
+        rospy.delete_param('/reconfigured')
+    with Unmodified(tmp_path, 'reconfigured', code) as started, Listener('reconfigured', PointStamped) as heard:
+        node.force_value(heard.comes(lambda message: values.is_tracked(message.point.x)).point.x, 4.0)
+        result = command('save', '/reconfigured')
+        assert result.returncode == 1
+        assert '~radius (this node starts from the default of its dynamic_reconfigure server' in result.stderr
+        assert started.file.read_text(encoding='utf-8') == code
+
+
+TIMED = """
+import time
+rospy.init_node('reconfigured')
+start = time.monotonic()
+Server(config_type(), lambda config, level: config)
+print(time.monotonic() - start, flush=True)
+"""
+
+
+def test_a_server_of_many_numbers_is_there_at_once(master, tmp_path):
+    code = RECONFIGURED.lstrip()
+    many = "parameters = [parameter(f'p{number}', 'double', 1.5, 0.0, 5.0) for number in range(10)]"
+    code = code.replace('    made.config_description', f'    {many}\n    made.config_description')
+    code = code[: code.index('class Reconfigured')] + TIMED
+    with Unmodified(tmp_path, 'reconfigured', code) as started:
+        assert float(started.end()[1]) < 2.0

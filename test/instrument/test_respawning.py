@@ -277,6 +277,6 @@ def nothing_left_behind(master):
     """No parameter of a node outlives its test."""
     yield
     for name in ('returning', 'moving', 'twins', 'settings', 'counted', 'launched'):
-        for key in ('', '/rosslt', '/rosslt_literals', '/rosslt_ids', '/rosslt_defaults'):
+        for key in ('', '/rosslt', '/rosslt_records'):
             if rospy.has_param(f'/{name}{key}'):
                 rospy.delete_param(f'/{name}{key}')

@@ -62,7 +62,7 @@ while not rospy.is_shutdown():
 
 def forget(name):
     """Have nothing of a node outlive it but its files, as after a restart of the master."""
-    for key in ('rosslt', 'rosslt_literals', 'far', 'frame', 'shown'):
+    for key in ('rosslt', 'rosslt_records', 'far', 'frame', 'shown', 'goal'):
         if rospy.has_param(f'{name}/{key}'):
             rospy.delete_param(f'{name}/{key}')
 
@@ -192,6 +192,31 @@ def test_texts_and_truth_values_are_written_where_they_were_read_and_published_a
     forget('/orbit')
     with Unmodified(tmp_path, 'orbit', started.file.read_text(encoding='utf-8')):
         assert heard.next().header.frame_id == 'other'
+
+
+def test_lists_and_dicts_are_written_into_the_default_and_a_node_starts_again_with_what_was_set(
+    master, hearing, tmp_path
+):
+    goal = "rospy.get_param('~goal', {'at': [7.5, 1e3], 'frame': 'map'})"
+    code = ORBIT.replace("rospy.get_param('~far', 7.5)", f"{goal}['at'][0]")
+    heard = hearing('orbit', PointStamped)
+    with Unmodified(tmp_path, 'orbit', code) as started:
+        rosslt.force_value(heard.next().point.z, 21.0)
+        heard.next(lambda message: message.point.z == 21.0)
+        assert rospy.get_param('/orbit/goal') == {'at': [12.5, 1e3], 'frame': 'map'}
+        started.stop()
+    with Unmodified(tmp_path, 'orbit', code, tracked=False) as plain:
+        assert heard.next().point.z == 21.0
+        plain.stop()
+    with Unmodified(tmp_path, 'orbit', code) as started:
+        assert heard.next().point.z == 21.0
+        assert save('/orbit') == f'/orbit/~goal/at/0\t7.5\t12.5\t{started.file}\n'
+        assert started.file.read_text(encoding='utf-8') == code.replace('7.5', '12.5')
+        assert save('/orbit') == ''
+        edit(started.file, ("'at': [12.5, 1e3]", "'at': [3.0, 1e3]"))
+        heard.next(lambda message: message.point.z == 2.0)
+        started.stop()
+    forget('/orbit')
 
 
 def edit(path, *pairs):

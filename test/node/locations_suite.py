@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What holds for the locations of a node: identity, current values, the parameters behind them."""
 
+import json
 import math
 import os
 import re
@@ -8,6 +9,7 @@ import subprocess
 import textwrap
 import threading
 import unittest
+import unittest.mock
 from collections import OrderedDict, namedtuple
 
 import rosgraph
@@ -17,6 +19,7 @@ from rosslt.msg import LocationList
 from rosslt.srv import ChangeSources, GetHistory, GetValues, ListLocations
 
 import rosslt
+from rosslt.node.parameters import ParameterMirror
 from support.processes import Node, wait_until
 
 SHOW = """
@@ -427,6 +430,126 @@ class ParametersAsSources(unittest.TestCase):
         wait_until(lambda: rosslt.get_param('/short') == [5.0], 'it is seen')
         with self.assertRaisesRegex(rosslt.ChangeRejected, 'has no location'):
             rosslt.force_value(second, 3.0)
+
+    def test_a_set_of_one_element_survives_a_change_of_another(self):
+        rospy.set_param('/shared', [0.0, 0.0])
+        first, other = rosslt.get_param('/shared')[0], rosgraph.Master('/another')
+        for number in range(1, 51):
+            present = other.getParam('/shared')
+            other.setParam('/shared', [present[0], float(number)])
+            rosslt.force_value(first, -float(number))  # before this node can have heard of it
+            self.assertEqual(other.getParam('/shared'), [-float(number), float(number)])
+            self.assertEqual(rosslt.get_param('/shared'), [-float(number), float(number)])
+
+    def test_what_another_process_sets_while_this_one_writes_is_kept(self):
+        rospy.set_param('/crossed', [0.0, 0.0, 0.0])
+        first, other = rosslt.get_param('/crossed')[0], rosgraph.Master('/another')
+        exchange = ParameterMirror.exchange
+
+        def overtaken(mirror, key, value):
+            if overtakes:
+                other.setParam(key, overtakes.pop())
+            return exchange(mirror, key, value)
+
+        overtakes = [[0.0, 5.0, 0.0, 7.0], [0.0, 4.0, 0.0]]
+        with unittest.mock.patch.object(ParameterMirror, 'exchange', overtaken):
+            rosslt.force_value(first, 1.0)
+        self.assertEqual(other.getParam('/crossed'), [1.0, 5.0, 0.0, 7.0])
+        self.assertEqual(rosslt.get_param('/crossed'), [1.0, 5.0, 0.0, 7.0])
+
+    def test_one_rosparam_set_of_a_list_is_one_request_and_taken_back_as_one(self):
+        rospy.set_param('/listed', [1.0, 2.0, 3.0])
+        rosslt.get_param('/listed')
+        before = len(self.history('/listed'))
+        rospy.set_param('/listed', [4.0, 5.0, 6.0])
+        wait_until(lambda: rosslt.get_param('/listed') == [4.0, 5.0, 6.0], 'it is seen')
+        told = self.history('/listed')[before:]
+        self.assertEqual((len(told), len({one.request_id for one in told})), (3, 1))
+        rosslt.undo()
+        self.assertEqual(rospy.get_param('/listed'), [1.0, 2.0, 3.0])
+
+    def history(self, key):
+        changes = rospy.ServiceProxy('~rosslt/get_history', GetHistory)('', 0).changes
+        return [one for one in changes if one.change.name.startswith(key + '/')]
+
+    def test_no_location_vanishes_while_a_list_is_set(self):
+        rospy.set_param('/steady', [0.0] * 100)
+        ids = [rosslt.sources(part)[0].location_id for part in rosslt.get_param('/steady')]
+        get_values = rospy.ServiceProxy('~rosslt/get_values', GetValues, persistent=True)
+        for number in range(1, 6):
+            rospy.set_param('/steady', [float(number)] * 100)
+            answer = get_values(ids)
+            while json.loads(answer.values[-1]) != number:
+                self.assertFalse(any(answer.reasons))
+                answer = get_values(ids)
+
+    def test_a_default_that_is_a_dict_is_set_whole_and_keeps_changes(self):
+        default = {'a': 1.0, 'b': {'c': 2.0}}
+        rosslt.force_value(rosslt.get_param('~tree', default)['b']['c'], 5.0)
+        self.assertEqual(rospy.get_param('~tree'), {'a': 1.0, 'b': {'c': 5.0}})
+        self.assertEqual(rosslt.get_param('~tree', default), {'a': 1.0, 'b': {'c': 5.0}})
+        rosslt.force_value(rosslt.get_param('~tree', default)['a'], 3.0)
+        self.assertEqual(rosslt.get_param('~tree', default), {'a': 3.0, 'b': {'c': 5.0}})
+        self.assertEqual(rospy.get_param('~tree'), {'a': 3.0, 'b': {'c': 5.0}})
+
+    def test_a_part_of_a_tree_that_is_deleted_or_added_is_so_for_the_node(self):
+        rospy.set_param('/family', {'a': 1.0, 'b': 2.0})
+        gone = rosslt.get_param('/family')['b']
+        rospy.delete_param('/family/b')
+        wait_until(lambda: rosslt.get_param('/family') == {'a': 1.0}, 'it is deleted')
+        with self.assertRaisesRegex(rosslt.ChangeRejected, 'has no location'):
+            rosslt.force_value(gone, 3.0)
+        rospy.set_param('/family/c', {'d': 4.0})
+        wait_until(lambda: rosslt.get_param('/family') == {'a': 1.0, 'c': {'d': 4.0}}, 'it is added')
+        rosslt.force_value(rosslt.get_param('/family')['c']['d'], 5.0)
+        self.assertEqual(rospy.get_param('/family'), {'a': 1.0, 'c': {'d': 5.0}})
+
+    def test_a_deleted_parameter_is_its_default_again(self):
+        rospy.set_param('/comes_and_goes', 3.0)
+        self.assertEqual(rosslt.get_param('/comes_and_goes', 0.5), 3.0)
+        rospy.delete_param('/comes_and_goes')
+        wait_until(lambda: rosslt.get_param('/comes_and_goes', 0.5) == 0.5, 'it is deleted')
+        self.assertEqual(rosslt.get_param('/comes_and_goes', 7.5), 7.5)
+        with self.assertRaises(KeyError):
+            rosslt.get_param('/comes_and_goes')
+        rosslt.force_value(rosslt.get_param('/comes_and_goes', 0.5), 2.0)
+        self.assertEqual(rospy.get_param('/comes_and_goes'), 2.0)
+        self.assertEqual(rosslt.get_param('/comes_and_goes', 7.5), 2.0)
+
+    def test_an_infinite_parameter_reads_as_such_and_is_a_source_where_it_is_finite(self):
+        rospy.set_param('/unlimited', math.inf)
+        self.assertEqual(rosslt.get_param('/unlimited'), math.inf)
+        rospy.set_param('/limit', 1.0)
+        limit = rosslt.get_param('/limit')
+        rosparam('set', '/limit', '.inf')
+        wait_until(lambda: rosslt.get_param('/limit') == math.inf, 'it is seen')
+        listed = rospy.ServiceProxy('~rosslt/list_locations', ListLocations)
+        self.assertNotIn('/limit', [one.name for one in listed([]).locations])
+        for key in '/unlimited', '/limit':
+            rospy.set_param(key, 2.0)
+            wait_until(lambda key=key: rosslt.get_param(key) == 2.0, 'it is seen')
+            rosslt.force_value(rosslt.get_param(key), 3.0)
+        self.assertEqual([rospy.get_param('/unlimited'), rosslt.reevaluate(limit)], [3.0, 3.0])
+
+    def test_names_that_no_parameter_can_have_are_read_as_without_tracking(self):
+        default = {1: 2.0, 'a/b': 3.0, '': 4.0, 'a': {'b': 5.0}}
+        read = rosslt.get_param('~odd', default)
+        self.assertEqual(read, default)
+        self.assertEqual([rosslt.is_tracked(read['a/b']), rosslt.is_tracked(read['a']['b'])], [False, True])
+
+    def test_a_locked_node_has_a_parameter_set_back(self):
+        rospy.set_param('/kept', {'list': [1.0, 2.0], 'x': 1.0})
+        rosslt.get_param('/kept')
+        rospy.set_param('~rosslt/accept_changes', False)
+        try:
+            for value in ({'list': [1.0]}, 5.0, {'list': [1.0, 2.0], 'x': 3.0}):
+                rospy.set_param('/kept', value)
+                wait_until(lambda: rospy.get_param('/kept') == {'list': [1.0, 2.0], 'x': 1.0}, 'it is set back')
+            rospy.delete_param('/kept/list')
+            wait_until(lambda: rospy.has_param('/kept/list'), 'it is set back')
+        finally:
+            rospy.set_param('~rosslt/accept_changes', True)
+        self.assertEqual(rosslt.get_param('/kept'), {'list': [1.0, 2.0], 'x': 1.0})
 
 
 class Restarts(unittest.TestCase):

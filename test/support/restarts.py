@@ -45,7 +45,7 @@ HANDLES = {
 PARAMETERS = {
     MARKERS: {
         '/visualization_talker/%s/%s' % (namespace, name)
-        for namespace in ('rosslt', 'rosslt_literals')
+        for namespace in ('rosslt', 'rosslt_records')
         for name in ('x', 'y', 'z')
     },
     QUADCOPTER: {'/interactive_script/rosslt_script/names', '/interactive_script/rosslt_script/text'},

@@ -101,8 +101,16 @@ class SourceText:
         """The index of the number that begins there; both count from 1, in characters."""
         return self._indices.get((line, column))
 
-    def argument_of_call(self, line: int, column: int, position: int, keyword: str) -> Optional[int]:
-        """The index of the literal that is an argument of the call that begins there; None where it is none."""
+    def argument_of_call(
+        self, line: int, column: int, position: int, keyword: str, path: Sequence[str] = ()
+    ) -> Optional[int]:
+        """The index of the literal that is an argument of the call that begins there; None where it is none.
+
+        Args:
+            line, column: of the call; both count from 1.
+            position, keyword: of the argument.
+            path: the indices and keys from the argument to a literal in it, where that is a list or a dict.
+        """
         positions = Positions(self.text)
         start = positions.of(line, 0) + column - 1
         calls = [
@@ -116,7 +124,7 @@ class SourceText:
         node = min(calls, key=lambda call: (call.end_lineno or 0, call.end_col_offset or 0))
         given = [one.value for one in node.keywords if one.arg == keyword]
         given += node.args[position : position + 1]
-        for argument in given:
+        for argument in filter(None, (_part_at(one, path) for one in given)):
             begin = positions.of(argument.lineno, argument.col_offset)
             end = positions.of(argument.end_lineno or 0, argument.end_col_offset or 0)
             for index, literal in enumerate(self.literals):
@@ -182,6 +190,18 @@ class SourceText:
         """A place in the text, in bytes of the content."""
         # Where a byte order mark is skipped, encoding puts it back, also in front of no text.
         return len(self.text[:place].encode(self._encoding))
+
+
+def _part_at(node: Optional[ast.AST], path: Sequence[str]) -> Any:
+    """The expression at a path of indices and keys in the list or dict that an expression writes out."""
+    for step in path:
+        parts: Dict[str, ast.AST] = {}
+        if isinstance(node, ast.List):
+            parts = {str(index): part for index, part in enumerate(node.elts)}
+        elif isinstance(node, ast.Dict):
+            parts = {key.value: part for key, part in zip(node.keys, node.values) if isinstance(key, ast.Constant)}
+        node = parts.get(step)
+    return node
 
 
 def _is_same(one: Any, other: Any) -> bool:

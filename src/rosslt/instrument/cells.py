@@ -321,11 +321,6 @@ class CellLocation(node.LiteralLocation):
         if literal.verdict == NUMBER or literal.rule == 'no turn':
             self.type = float
 
-    @property
-    def is_known_by_name(self) -> bool:
-        # Of several literals of one name, the one that is sent first gets it.
-        return False
-
     def make_known(self) -> None:
         """Have it listed and changed; its name is another one where that is taken."""
         try:

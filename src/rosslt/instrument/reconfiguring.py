@@ -4,6 +4,7 @@ The server itself goes on with plain numbers, as it asks for exact types.
 """
 
 import copy
+import functools
 import sys
 import types
 from typing import Any, Callable
@@ -37,9 +38,13 @@ def tracked_server(original: Any, extract_params: Callable[[Any], Any]) -> Any:
                     if not rospy.has_param(key):
                         rospy.set_param(key, self.config[name])
                     node.parameter_was_set(key)  # the node may have read it before, while it was not set
-                    node.read_parameter(frame, key)
-                    node.bound_parameter(key, parameter['min'], parameter['max'])
-                    node.when_parameter_changes(key, lambda name=name: self._follow(name))  # type: ignore[misc]
+                    node.serve_parameter(
+                        node.read_parameter(frame, key),
+                        functools.partial(self._follow, name),
+                        self.type.min[name],
+                        self.type.max[name],
+                        'this node starts from the default of its dynamic_reconfigure server, or from a launch file',
+                    )
 
         def _follow(self, name: str) -> None:
             """A parameter has changed, by other ways than this server's."""

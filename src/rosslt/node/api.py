@@ -324,7 +324,7 @@ def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
 def read_parameter(where: Union[FrameType, CallSite], name: str, *default: Any, as_float: bool = False) -> Any:
     """`get_param` for the call that a frame is making, or for one that has been made at a place."""
     key = rospy.resolve_name(name).rstrip('/') or '/'  # '~' is '/node/'
-    return _owner.parameter(key, where, *default, as_float=as_float).read()
+    return _owner.parameters.read(key, where, *default, as_float=as_float)
 
 
 def undo() -> Dict[values.Source, client.Change]:

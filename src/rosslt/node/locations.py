@@ -53,6 +53,7 @@ class Location:
         read_only: True where no change is taken.
         weight: how hard it is to move, against 1.0 of others; None where nobody has said it.
         rank: how willingly it is changed where several locations could be: 0 first.
+        unsaved: why its value cannot be written where the code says it; '' where it can.
         parameter: the Parameter that follows it, or None.
         remembered: True while the value in force is one that the parameter had when the node started.
         changed: called without arguments when a change of its value is in force.
@@ -78,6 +79,7 @@ class Location:
         'turn',
     )
     rank = 0
+    unsaved = ''
 
     def __init__(
         self,
@@ -231,11 +233,6 @@ class LiteralLocation(HeldLocation):
     def literal(self) -> Any:
         return self._literal
 
-    @property
-    def is_known_by_name(self) -> bool:
-        """Whether its name is that of no other literal in an earlier or a later run of the node."""
-        return self.is_named
-
     def find_in(self, source: files.SourceText) -> Optional[int]:
         return source.argument_of_call(self.site.line, self.site.column, 0, 'value')
 
@@ -247,26 +244,25 @@ class ParameterLocation(HeldLocation):
     """The location of a scalar in a ROS parameter; its type is what the parameter says.
 
     Attributes:
-        default: the default in the code where that was read, as the parameter was not set; else None.
+        unsaved: why its value cannot be written into the default in the code; '' where it can.
     """
 
-    __slots__ = ('default',)
+    __slots__ = ('unsaved',)
 
     def __init__(self, identity: str, name: str, site: CallSite, value: Any) -> None:
         super().__init__(identity, name, site, value)
-        self.default: Any = None
+        self.unsaved = ''
 
     @property
     def value_in_code(self) -> Any:
-        return self.default
+        return self.parameter.default_of(self.name)[0]
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
-        if self.default is None:
-            return None
-        return source.argument_of_call(self.site.line, self.site.column, 1, 'default')
+        value, path = self.parameter.default_of(self.name)
+        return None if value is None else source.argument_of_call(self.site.line, self.site.column, 1, 'default', path)
 
     def reread(self, value_in_code: Any) -> None:
-        self.default = value_in_code
+        self.parameter.reread(self.name, value_in_code)
 
     def retype(self, value: Any) -> None:
         """Make `value` the one in force, and its type the location's."""

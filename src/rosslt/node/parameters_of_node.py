@@ -1,7 +1,7 @@
 """Parameters that a program reads which `rosslt run` runs: their types, their bounds, and when they change."""
 
 import math
-from typing import Callable, Optional
+from typing import Any, Callable, Optional
 
 import rospy
 
@@ -9,59 +9,46 @@ from rosslt import values
 from rosslt.node.api import started
 from rosslt.node.locations import ParameterLocation
 
-#: How long a parameter that this process has set is waited for, in seconds.
-TIMEOUT = 1.0
-
 
 def is_whole_parameter(source: values.Source) -> bool:
     """Whether a source is a ROS parameter that this node reads, and takes whole numbers only."""
-    owner = started('get_param')
-    location = owner.locations.by_id.get(source.location_id) if source.node == owner.name else None
-    return isinstance(location, ParameterLocation) and location.type is int
+    location = _parameter(source)
+    return location is not None and location.type is int
 
 
 def take_fractions(source: values.Source) -> None:
     """Have a parameter for which `is_whole_parameter` holds take fractions from now on: it means a float."""
+    location = _parameter(source)
+    if location is not None:
+        started('get_param').parameters.take_fractions(location.name)
+
+
+def _parameter(source: values.Source) -> Optional[ParameterLocation]:
     owner = started('get_param')
-    with owner.lock:
-        location = owner.locations.by_id[source.location_id]
-        if isinstance(location, ParameterLocation):
-            location.parameter.as_float = True
-            location.retype(float(location.value))
+    location = owner.locations.by_id.get(source.location_id) if source.node == owner.name else None
+    return location if isinstance(location, ParameterLocation) else None
 
 
-def when_parameter_changes(key: str, function: Callable[[], None]) -> None:
-    """Have a function called when a number that this node reads as a parameter has changed.
+def serve_parameter(number: Any, changed: Callable[[], None], minimum: Any, maximum: Any, unsaved: str) -> None:
+    """Have a number that was read as a parameter follow a server of this node that keeps it.
 
     Args:
-        key: the parameter's full name.
+        number: what was read.
+        changed: called when it has changed.
+        minimum, maximum: the bounds of the server, infinite where there are none.
+        unsaved: why the default in the code is not what it starts from.
     """
     owner = started('get_param')
     with owner.lock:
-        for location in owner.locations.by_id.values():
-            if location.name == key:
-                location.changed += (function,)
-
-
-def bound_parameter(key: str, minimum: float, maximum: float) -> None:
-    """Have changes of a number that this node reads as a parameter keep bounds; infinite ones are none.
-
-    Args:
-        key: the parameter's full name.
-    """
-    owner = started('get_param')
-    with owner.lock:
-        for location in owner.locations.by_id.values():
-            if location.name == key:
-                location.minimum, location.maximum = map(_if_finite, (minimum, maximum))
-    owner.told_otherwise()
-
-
-def _if_finite(bound: float) -> Optional[float]:
-    return bound if math.isfinite(bound) else None
+        for source in values.sources(number):
+            location = _parameter(source)
+            if location is not None:
+                location.changed += (changed,)
+                location.minimum, location.maximum = (one if math.isfinite(one) else None for one in (minimum, maximum))
+                location.unsaved = unsaved
+        owner.publish_locations()
 
 
 def parameter_was_set(name: str) -> None:
     """Have a parameter that this process has just set or deleted be read as it is now."""
-    mirror = started('set_param').mirror
-    mirror.wait(mirror.read_again(rospy.resolve_name(name).rstrip('/')), TIMEOUT)
+    started('set_param').parameters.learn(rospy.resolve_name(name).rstrip('/') or '/')

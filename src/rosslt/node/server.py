@@ -5,15 +5,13 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 `locations`, and the parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/source_change`.
 """
 
-from types import FrameType
-from typing import Any, Callable, Iterable, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterable, List, Optional, Sequence, Tuple
 
 import rospy
 
 from rosslt import msg, srv, values
 from rosslt.node import access, reconfigure
 from rosslt.node.access import Access
-from rosslt.node.call_sites import CallSite, call_site
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.commit_participant import APPLIED, CommitParticipant
 from rosslt.node.description import described
@@ -24,8 +22,8 @@ from rosslt.node.location_topic import LocationTopic
 from rosslt.node.locations import LiteralLocation, Location, Locations
 from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MASTER_WATCH
-from rosslt.node.parameter_trees import Branch, Default, Leaf, ParameterTrees, unless_deleted, warn_of_int
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
+from rosslt.node.read_parameters import ReadParameters
 from rosslt.node.refresh import READINGS
 from rosslt.node.serialization import Sending
 from rosslt.node.source_files import SOURCE_FILES
@@ -51,6 +49,7 @@ class Owner:
         name: the full name of the node, '' until `serve`.
         locations: its Locations.
         mirror: the ParameterMirror behind them.
+        parameters: those that this node reads as sources.
         directory: what is known of sources, its own and others'.
         lock: that of the locations.
         access: who may change what.
@@ -61,9 +60,9 @@ class Owner:
         self.locations = Locations()
         self.lock = self.locations.lock
         self.access = Access()
-        self.mirror = ParameterMirror(self._namespace_set)
+        self.parameters = ReadParameters(self)
+        self.mirror = ParameterMirror(self._namespace_set, self.parameters.learn)
         self.directory = Directory(self._described, lambda: self.name)
-        self._trees = ParameterTrees(self)
         self.history = History()
         self._callbacks = Callbacks()
         self._topic: Optional[LocationTopic] = None
@@ -77,6 +76,7 @@ class Owner:
         """Make this node's locations known and changeable; rospy has been told the node's name before."""
         with self.lock:
             self.mirror.start(rospy.get_name())
+            self.parameters.follow()
             if ANONYMOUS.search(rospy.get_name()):
                 self.mirror.leave_nothing()
             self.mirror.add(self.access.start(rospy.get_name()))
@@ -111,6 +111,7 @@ class Owner:
     def _renew(self) -> None:
         """The master was restarted, and knows no parameters of this node."""
         self.mirror.renew()
+        self.parameters.follow(is_new_master=True)
         if self.access.locks and self.access.parameter is not None:
             self.mirror.write(self.access.parameter)
 
@@ -141,40 +142,7 @@ class Owner:
     def _take_over(self, location: LiteralLocation) -> None:
         """Put a parameter behind the location of a literal, and start with what it says if it was set beforehand."""
         location.parameter = LiteralParameter(self.name, location, self._parameter_set)
-        location.parameter.take_over(self.mirror.left_behind, self.mirror.literals, self.mirror.ids)
-
-    def parameter(
-        self, key: str, where: Union[FrameType, CallSite], *default: Any, as_float: bool = False
-    ) -> Union[Branch, Leaf, Default]:
-        """What reads the ROS parameter of that full name as a source; `where` as of `read_parameter`, all else as of
-        `get_param`.
-
-        Raises:
-            KeyError: the parameter is not set, and there is no default.
-        """
-        known = self._trees.get(key)
-        if known is None:
-            with self.lock:
-                try:
-                    value, is_default = self.mirror.read(key), False
-                except KeyError:
-                    if not default:
-                        raise
-                    value, is_default = default[0], True
-                    if self._trees.are_met_by(key, value):  # it cannot be set beside them
-                        return Default(value)
-                site = where if isinstance(where, CallSite) else call_site(where)
-                known = self._trees.at(key, site, value)
-                if is_default or (default and self.mirror.was_default(key, value)):
-                    SOURCE_FILES.keep(site.file)
-                    known.note_default(default[0], is_set=not is_default)
-                if not as_float:
-                    warn_of_int(key, site, value, default)
-        reader = unless_deleted(known, default)
-        if as_float and not reader.as_float:
-            with self.lock:
-                reader.make_float()
-        return reader
+        location.parameter.take_over(self.mirror.left_behind, self.mirror.records)
 
     def wait_for_parameters(self, written: int) -> None:
         """Wait until parameters have followed, as `follow` has returned it."""

@@ -150,6 +150,8 @@ def _place(
     Raises:
         NotWritten: nowhere, or it must not be written there.
     """
+    if location.unsaved:
+        raise NotWritten(location.unsaved)
     index = location.find_in(original)
     if index is None:
         raise NotWritten(

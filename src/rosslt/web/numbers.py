@@ -199,7 +199,12 @@ def _kind(place: Place) -> Tuple[Any, ...]:
 
 def _has_slider(place: Place) -> bool:
     """Whether a location is a number between two bounds; a getter may be beyond them."""
-    if place.location.fault or place.location.type not in ('int', 'float') or place.minimum is None or place.maximum is None:
+    if (
+        place.location.fault
+        or place.location.type not in ('int', 'float')
+        or place.minimum is None
+        or place.maximum is None
+    ):
         return False
     parts = place.minimum, place.value, place.maximum
     return (
