@@ -82,27 +82,19 @@ def rewrite(
 class _Rewriter:
     def __init__(self, changes: Mapping[Source, Any]) -> None:
         self._changes = dict(changes)
-        self._patcher = messages.Patcher(changes)
         self._decoder = Decoder()
 
     def rewritten(self, name: str, topic: Topic, raw: Tuple[Any, ...]) -> Optional[bytes]:
         """The data of a message with the other source values; None where it has no value."""
         data, message_class = raw[1], raw[-1]
-        patched = self._patcher.patched(data, message_class)
-        if patched is None:
-            return self._decoded(name, topic, data, message_class)
-        topic.changed += patched.is_changed
-        topic.is_approximate = topic.is_approximate or patched.is_linearized
-        return patched.data
-
-    def _decoded(self, name: str, topic: Topic, data: bytes, message_class: Any) -> Optional[bytes]:
-        """The same by decoding the message."""
         message = self._decoder.decode(data, message_class, name).message
         fields = messages.tracked_fields(message)
         if not fields:  # what cannot be read of its provenance may be read elsewhere
             topic.unresolved += _is_unresolved(data, message_class)
             return data
         leaves = [leaf for _, leaf, _ in fields]
+        if self._changes.keys().isdisjoint(values.sources(leaves)):
+            return data
         try:
             new = values.reapply(leaves, self._changes)
             messages.set_leaves(

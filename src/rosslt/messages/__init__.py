@@ -6,8 +6,7 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 - `field_path`: parts of messages by the paths that people write.
 - `codec`: provenance as bytes (docs/wire_format.md); `inband` and `tracked_types`: how these travel with a message.
 - `sharing`: decoding what differs from the message before.
-- `patching`: messages with other source values, by changing their bytes; `byte_places`: where leaves are in these.
-- `msg_files`: the generator of tracked message types; `location_header`: the header of the paper's C++ library.
+- `msg_files`: the generator of tracked message types.
 """
 
 from rosslt.messages.codec import Allowance, Announcer, SparingProvenance, attach, encode, provenance_to_send
@@ -34,10 +33,8 @@ from rosslt.messages.inband import (
     split_provenance,
 )
 from rosslt.messages.leaves import set_leaves, tracked_fields, tracked_leaves, with_leaves
-from rosslt.messages.location_header import LocationHeader, PaperIds, from_paper_header, to_paper_header
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
-from rosslt.messages.patching import Patched, Patcher
 from rosslt.messages.sharing import SharingDecoder
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 
@@ -46,14 +43,10 @@ __all__ = [
     'Announcer',
     'BadHeader',
     'Decoded',
-    'LocationHeader',
     'MessagePath',
     'SharingDecoder',
     'SparingProvenance',
     'NoSuchPart',
-    'PaperIds',
-    'Patched',
-    'Patcher',
     'UnknownOutline',
     'UnknownType',
     'append_provenance',
@@ -64,7 +57,6 @@ __all__ = [
     'decoder',
     'distance',
     'encode',
-    'from_paper_header',
     'in_full',
     'is_reached',
     'is_sent_as',
@@ -81,7 +73,6 @@ __all__ = [
     'select_types',
     'set_leaves',
     'split_provenance',
-    'to_paper_header',
     'tracked_fields',
     'tracked_leaves',
     'tracked_names',
