@@ -50,7 +50,7 @@ from rosslt.node.sights import Look, Motion, Sight, sight_of
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
-from rosslt.node.topics import Publisher, SharingSubscriber, Subscriber, wait_for_message
+from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 from rosslt.node.undoing import histories, last_change
 
 __all__ = [
@@ -73,7 +73,6 @@ __all__ = [
     'ServiceProxy',
     'Sight',
     'SourceUnreachable',
-    'SharingSubscriber',
     'Subscriber',
     'Undone',
     'Unsaved',

@@ -76,7 +76,7 @@ class Watch:
         def take(message: Any) -> None:
             self._scene.take(topic, message, is_shown)
 
-        self._subscribers[topic] = (kind, node.SharingSubscriber(topic, message_class, take))
+        self._subscribers[topic] = (kind, node.Subscriber(topic, message_class, take, keep_provenance=True))
         rospy.loginfo('watching %s (%s)', topic, kind)
 
     def _visible_class(self, topic: str, kind: str) -> Optional[Tuple[Any, bool]]:
