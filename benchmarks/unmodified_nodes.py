@@ -97,7 +97,9 @@ class Trial:
             self.subscribers[topic].unregister()
             message_class = roslib.message.get_message_class(kind)
             if message_class:
-                self.subscribers[topic] = rosslt.Subscriber(topic, message_class, self._take, topic)
+                self.subscribers[topic] = rosslt.Subscriber(
+                    topic, message_class, self._take, topic, keep_provenance=True
+                )
         _wait_until(lambda: all(self.previous.get(topic) for topic in self.kinds), 5)
 
     def _take(self, message, topic):

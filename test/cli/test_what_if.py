@@ -7,7 +7,6 @@ import pytest
 import rosbag
 
 from rosslt import messages, values
-from rosslt.cli import what_if
 from support.processes import Node, wait_until
 from support.shell import failure, lines, on_terminal, rosslt
 
@@ -144,34 +143,6 @@ def test_times_connections_and_provenance_stay(runs):
         for one, other in zip(recorded, held(runs / 'back.bag')[topic]):
             for (_, value), (_, wanted) in zip(values.leaves(one), values.leaves(other)):
                 assert value == pytest.approx(wanted, rel=rounding(topic), abs=1e-12)
-
-
-def test_decoding_each_message_gives_the_same(runs, monkeypatch):
-    recorded = values.source_values(
-        [leaf for _, leaf, _ in messages.tracked_fields(messages.decode(*first(runs / 'run.bag', 'odometry')).message)]
-    )
-    speed = next(source for source, value in recorded.items() if value == 0.5)
-    asked = []
-    for name in ('patched.bag', 'decoded.bag'):
-        with rosbag.Bag(str(runs / 'run.bag')) as bag, rosbag.Bag(str(runs / name), 'w') as output:
-            result = what_if.rewrite(bag, output, {speed: 0.8}, lambda done, total: None)
-        asked.append({topic: (found.count, found.changed) for topic, found in result.topics.items()})
-        # from here on, no message is changed without being decoded
-        monkeypatch.setattr(messages.Patcher, 'patched', lambda *_: None)
-    assert asked[0] == asked[1]
-    one, other = held(runs / 'patched.bag'), held(runs / 'decoded.bag')
-    for topic in TOPICS:
-        for (_, value), (_, wanted) in zip(values.leaves(one[topic]), values.leaves(other[topic])):
-            assert value == pytest.approx(wanted, rel=rounding(topic), abs=1e-12)
-
-
-def first(path, name):
-    """The first message of a topic, serialized, and its class."""
-    with rosbag.Bag(str(path)) as bag:
-        for topic, raw, _ in bag.read_messages(raw=True):
-            if topic.lstrip('/') == name:
-                return raw[1], raw[-1]
-    raise LookupError(name)
 
 
 def test_a_person_sees_how_fast_it_is(runs):

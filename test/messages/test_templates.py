@@ -34,7 +34,6 @@ def nothing_met():
 
 def forget():
     encoder._known_templates.clear()
-    decoder._remembered.cache_clear()
     decoder._known_headers.clear()
 
 

@@ -7,20 +7,20 @@ from pathlib import Path
 from geometry_msgs.msg import Point
 
 from rosslt import Source, track
-from rosslt.messages import Announcer, append_provenance, attach, decode, split_provenance
+from rosslt.messages import append_provenance, attach, split_provenance
 from support.filling import assert_arrived
 
 PAGE = Path(__file__).resolve().parents[2] / 'docs' / 'wire_format.md'
 SENT = re.compile(r'^((?:[0-9a-f]{2} )*[0-9a-f]{2})(?:  |$)', re.MULTILINE)
 
 
-def example(heading='## A worked example'):
-    section = PAGE.read_text(encoding='utf-8').split(heading)[1]
+def example():
+    section = PAGE.read_text(encoding='utf-8').split('## A worked example')[1]
     return bytes.fromhex(' '.join(SENT.findall(section.split('```')[1])))
 
 
-def message(x=0.25):
-    x = track(x, Source('/script', 0x21D6A37D9B01))
+def message():
+    x = track(0.25, Source('/script', 0x21D6A37D9B01))
     n = track(3, Source('/script', 7))
     return Point(x, 2.5 * x + n, x * n)
 
@@ -37,16 +37,3 @@ def test_the_example_is_understood():
     received = Point().deserialize(plain)
     attach(received, provenance)
     assert_arrived(message(), received)
-
-
-def test_the_example_of_a_reference_is_what_is_sent_and_understood():
-    announcer = Announcer(Point, lambda: PAGE, lambda: 0.0)
-    for each in (message(), message(), message(0.5)):
-        buff = io.BytesIO()
-        each.serialize(buff)
-        append_provenance(each, buff, announcer=announcer)
-    assert buff.getvalue().hex(' ') == example('## References').hex(' ')
-    decode(example(), Point)
-    received, error = decode(example('## References'), Point)
-    assert error is None
-    assert_arrived(message(0.5), received)

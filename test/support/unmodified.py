@@ -80,7 +80,7 @@ class Listener:
     def __init__(self, topic, kind):
         self.last = None
         self.arrived = threading.Event()
-        self._subscriber = rosslt.Subscriber(topic, kind, self._take)
+        self._subscriber = rosslt.Subscriber(topic, kind, self._take, keep_provenance=True)
 
     def _take(self, message):
         self.last = message

@@ -9,19 +9,16 @@ from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from rosslt import NotInvertible, evaluate, is_tracked, solve, sources, track, untracked
-from rosslt.values import affine, are_made_alike, assemble, disassemble, lazy, reapply
-from rosslt.values.tracked import is_made_alike
+from rosslt.values import affine, assemble, disassemble, lazy, reapply
 from support.expressions import (
     ROWS,
     SOURCES,
     applied,
     expressions,
-    grown,
     linear_expressions,
     numbers,
     pools,
     scalars,
-    steps,
     usable,
 )
 
@@ -232,20 +229,6 @@ def test_the_terms_of_an_affine_value_foretell_it(value, new):
         assume(size < 1e6)
         foretold = untracked(value) + slope * (new - at)
         assert abs(evaluate(value, {source: new}) - foretold) <= 1e-6 * max(1.0, size)
-
-
-@many
-@given(
-    st.lists(numbers, min_size=3, max_size=3), st.lists(numbers, min_size=3, max_size=3), st.lists(steps, max_size=8)
-)
-def test_whether_values_are_made_alike_does_not_depend_on_how_they_are_compared(first, second, choices):
-    pool, again, other = (
-        grown([track(value, source) for value, source in zip(values, sources_)], choices)
-        for values, sources_ in ((first, SOURCES), (second, SOURCES), (first, SOURCES[::-1]))
-    )
-    for value in pool:
-        for one in (*pool, *again, *other, untracked(value)):
-            assert are_made_alike([value], [one]) == is_made_alike(value, one)
 
 
 def test_an_untracked_value_stays_one():

@@ -17,7 +17,7 @@ import pytest
 
 import rosslt
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
-from rosslt.values import MATH, affine, are_made_alike, assemble, reapply, replaced_fields, select_tracked
+from rosslt.values import MATH, affine, assemble, reapply
 from rosslt.values.operations.row import BY_NAME
 
 A, B, C = Source('/node', 1), Source('/node', 2), Source('/other', 1)
@@ -454,41 +454,3 @@ def test_errors_are_shown_by_their_public_names(x):
     for error in (rosslt.Error, rosslt.NotInvertible, rosslt.NotTracked):
         assert pickle.loads(pickle.dumps(error('why'))).args == ('why',)
         assert error.__module__ == 'rosslt'
-
-
-def test_values_are_made_alike_by_the_same_operations_from_the_same_sources():
-    x, y, again = track(1.0, A), track(2.0, B), track(5.0, A)
-    made = 2 * x + y * y
-    assert are_made_alike([made, x], [3 * again + y * y, again])
-    for other in (2 * y + y * y, 2 * x + y * x, 2 * x - y * y, x * 2 + y * y, 2 * x + y, 2 * x, untracked(made)):
-        assert not are_made_alike([x, made], [x, other])
-    doubled, also = x, again
-    for _ in range(60):
-        doubled, also = doubled * doubled / 2, also * also / 2
-    assert are_made_alike([doubled], [also])
-
-
-def test_fields_are_known_again_and_those_with_other_values_are_found():
-    x, y = track(1.0, A), track(300.0, B)
-    before, found = [], []
-    select_tracked((x, 2.0, y), 700, ('d', 'd', 'f'), before)
-    select_tracked((x, 2.0, y), 700, ('d', 'd', 'f'), found, before)
-    assert found == before == [(700, x, 'd'), (702, y, 'f')]
-    assert all(one is other for one, other in zip(found, before))
-    assert replaced_fields(found, before) == []
-    moved = []
-    select_tracked((x, 2.0, x + 1), 700, ('d', 'd', 'f'), moved, before)
-    assert moved[0] is before[0]
-    assert replaced_fields(moved, before) == [1]
-    for others in (moved[:1], [(700, x, 'd'), (701, y, 'f')], [(700, x, 'd'), (702, y, 'd')]):
-        assert replaced_fields(others, before) is None
-
-
-def test_the_tracked_ones_among_values_are_selected_with_their_indices_and_kinds():
-    x, n, flag, text = (track(value, A) for value in (1.0, 2, True, 'three'))
-    found = [(0, x, 'd')]
-    select_tracked(
-        (1.0, x, None, n, 2, flag, False, [x], text, 'three', Fraction(1, 3)), 5, tuple('dfdibbbdssd'), found
-    )
-    assert [(index, kind) for index, _, kind in found] == [(0, 'd'), (6, 'f'), (8, 'i'), (10, 'b'), (13, 's')]
-    assert all(one is value for (_, one, _), value in zip(found, (x, x, n, flag, text)))

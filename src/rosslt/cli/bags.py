@@ -8,17 +8,14 @@ from typing import Any, Dict, Iterator, Optional, Sequence, Tuple
 import genpy
 import rosbag
 
-from rosslt import messages as codec
 from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import is_below
 from rosslt.cli.reading import Decoder, Received
+from rosslt.messages import LastProvenance
 
 #: What nodes send on <node>/rosslt/locations.
 _LOCATIONS_TYPE = 'rosslt/LocationList'
-
-#: How far ahead a provenance is looked for that a message refers to, in seconds.
-_AHEAD = genpy.Duration(60)
 
 #: What rosbag raises where bytes of a bag are not right: of its own, in unpacking, in decompressing, in names.
 _UNREADABLE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, OSError, EOFError, UnicodeDecodeError)
@@ -49,35 +46,25 @@ def opened(path: str) -> Iterator[rosbag.Bag]:
 
 
 def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Received]:
-    """The messages of a bag as Received, in the order in which they were recorded."""
-    decoder = Decoder()
-    for topic, (type_, data, _, _, message_class), _, header in serialized(bag, topics):
+    """The messages of a bag as Received, in the order in which they were recorded.
+
+    Plain ones between whole ones have the provenance of the last of these.
+    """
+    decoder, last = Decoder(), LastProvenance()
+    for topic, (type_, data, _, _, message_class), stamp, header in serialized(bag, topics):
         publisher = header.get('callerid', b'')
         # rosbag reads the fields of a connection's header as bytes
         publisher = publisher.decode('utf-8', 'replace') if isinstance(publisher, bytes) else publisher
         # rosbag has one class for all types of the same fields, such as Point and Vector3
-        yield decoder.decode(data, message_class, topic, publisher)._replace(type=type_)
+        received = decoder.decode(data, message_class, topic, publisher)
+        yield received._replace(
+            type=type_, message=last.completed(received.message, (topic, publisher), stamp.to_sec())
+        )
 
 
 def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Tuple[str, Any, genpy.Time, Any]]:
-    """What `bag.read_messages(topics, raw=True, return_connection_header=True)` gives, with each provenance in full.
-
-    A recording may begin with messages that refer to a provenance which was sent before: it comes again a little later.
-    """
-    searched: Dict[str, genpy.Time] = {}
-    for topic, raw, stamp, header in _read(bag, topics, raw=True, return_connection_header=True):
-        data = raw[1]
-        try:
-            data = codec.in_full(data, raw[-1])
-        except codec.UnknownOutline:
-            if stamp >= searched.get(topic, stamp):
-                found = _found_ahead(bag, topic, raw, stamp)
-                if found is None:
-                    searched[topic] = stamp + _AHEAD
-                data = found or data
-        except codec.BadHeader:
-            pass  # whoever decodes it says so
-        yield topic, (raw[0], data, *raw[2:]), stamp, header
+    """What `bag.read_messages(topics, raw=True, return_connection_header=True)` gives."""
+    return _read(bag, topics, raw=True, return_connection_header=True)
 
 
 def _read(bag: rosbag.Bag, topics: Optional[Sequence[str]], **options: Any) -> Iterator[Any]:
@@ -86,17 +73,6 @@ def _read(bag: rosbag.Bag, topics: Optional[Sequence[str]], **options: Any) -> I
         yield from bag.read_messages(topics, **options)
     except LookupError as error:
         raise rosbag.ROSBagException(f'a record names {error}, which the bag does not have') from None
-
-
-def _found_ahead(bag: rosbag.Bag, topic: str, raw: Sequence[Any], stamp: genpy.Time) -> Optional[bytes]:
-    """A serialized message with its provenance in full; None where no message soon after it has what it refers to."""
-    for _, later, _ in _read(bag, [topic], start_time=stamp, end_time=stamp + _AHEAD, raw=True):
-        try:
-            if codec.in_full(later[1], later[-1]) is later[1]:
-                return codec.in_full(raw[1], raw[-1])
-        except codec.BadHeader:
-            continue
-    return None
 
 
 class ConnectionWriter:

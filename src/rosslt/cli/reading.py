@@ -65,8 +65,6 @@ class Decoder:
     def decode(self, data: bytes, message_class: Any, topic: str, publisher: str = '') -> Received:
         """The Received that serialized data is."""
         message, error = messages.decode(data, message_class)
-        if isinstance(error, messages.UnknownOutline):
-            error = None  # for a second, until its publisher repeats it
         if error is not None and (topic, publisher) not in self._reported:
             self._reported.add((topic, publisher))
             print(
@@ -93,6 +91,7 @@ class Inbox:
     def __init__(self, topics: Iterable[str]) -> None:
         self._queue: queue.Queue[Received] = queue.Queue(_BACKLOG)
         self._decoder = Decoder()
+        self._last = messages.LastProvenance()
         start_node()
         self._subscribers: List[rospy.Subscriber] = [
             rospy.Subscriber(topic, rospy.AnyMsg, self._take, topic) for topic in topics
@@ -106,7 +105,8 @@ class Inbox:
             # rospy itself listens to /clock where use_sim_time is set, and all subscribers of a topic in a process
             # share the class of the first one
             received = Received(topic, header['callerid'], message._type, message)
-        self._queue.put(received._replace(is_latched=header.get('latching') == '1'))
+        message = self._last.completed(received.message, (topic, received.publisher))
+        self._queue.put(received._replace(message=message, is_latched=header.get('latching') == '1'))
 
     def next(self, timeout: Optional[float] = None) -> Received:
         """The next Received.

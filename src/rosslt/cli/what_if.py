@@ -26,12 +26,12 @@ class Topic:
         count: how many there are.
         changed: how many have other values now.
         left_out: how many have no value any more, as `reason` says, and were left out.
-        unresolved: how many refer to a provenance that is not in the bag, and stay as they were recorded.
-        is_approximate: whether the first of them come from a linearization, which holds near the recorded values only.
+        is_approximate: whether some of them come from the provenance of the message before, or the first of them from a
+            linearization, which holds near the recorded values only.
     """
 
     def __init__(self) -> None:
-        self.count = self.changed = self.left_out = self.unresolved = 0
+        self.count = self.changed = self.left_out = 0
         self.is_approximate = False
         self.reason = ''
 
@@ -68,7 +68,7 @@ def rewrite(
     for done, (name, raw, stamp, header) in enumerate(bags.serialized(bag)):
         topic = topics.setdefault(name, Topic())
         topic.count += 1
-        data = rewriter.rewritten(name, topic, raw)
+        data = rewriter.rewritten(name, topic, raw, stamp.to_sec(), header)
         if data is not None:
             writer.write(name, (raw[0], data, *raw[2:]), stamp, header)
         if time.perf_counter() > due:
@@ -82,27 +82,23 @@ def rewrite(
 class _Rewriter:
     def __init__(self, changes: Mapping[Source, Any]) -> None:
         self._changes = dict(changes)
-        self._patcher = messages.Patcher(changes)
         self._decoder = Decoder()
+        self._last = messages.LastProvenance()
 
-    def rewritten(self, name: str, topic: Topic, raw: Tuple[Any, ...]) -> Optional[bytes]:
+    def rewritten(
+        self, name: str, topic: Topic, raw: Tuple[Any, ...], stamp: float, header: Mapping[str, Any]
+    ) -> Optional[bytes]:
         """The data of a message with the other source values; None where it has no value."""
         data, message_class = raw[1], raw[-1]
-        patched = self._patcher.patched(data, message_class)
-        if patched is None:
-            return self._decoded(name, topic, data, message_class)
-        topic.changed += patched.is_changed
-        topic.is_approximate = topic.is_approximate or patched.is_linearized
-        return patched.data
-
-    def _decoded(self, name: str, topic: Topic, data: bytes, message_class: Any) -> Optional[bytes]:
-        """The same by decoding the message."""
-        message = self._decoder.decode(data, message_class, name).message
+        received = self._decoder.decode(data, message_class, name).message
+        message = self._last.completed(received, (name, header.get('callerid')), stamp)
+        topic.is_approximate = topic.is_approximate or message is not received
         fields = messages.tracked_fields(message)
-        if not fields:  # what cannot be read of its provenance may be read elsewhere
-            topic.unresolved += _is_unresolved(data, message_class)
+        if not fields:
             return data
         leaves = [leaf for _, leaf, _ in fields]
+        if self._changes.keys().isdisjoint(values.sources(leaves)):
+            return data
         try:
             new = values.reapply(leaves, self._changes)
             messages.set_leaves(
@@ -134,17 +130,6 @@ def _fitting(made: Any, leaf: Any, kind: str) -> Any:
     if isinstance(plain, complex):
         raise ValueError(f'{values.explain(leaf)} would be {plain!r}')
     return made
-
-
-def _is_unresolved(data: bytes, message_class: Any) -> bool:
-    """Whether a serialized message refers to a provenance that was not received."""
-    try:
-        messages.in_full(data, message_class)
-    except messages.UnknownOutline:
-        return True
-    except messages.BadHeader:
-        pass  # the decoder has said so
-    return False
 
 
 def _is_linearized(leaf: Any) -> bool:

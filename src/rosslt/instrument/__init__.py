@@ -3,9 +3,8 @@
 It may import the rooms `node`, `messages`, `files` and `values`, and rospy. From the bottom up: `lifetimes`, `states`
 and `verdicts` judge which number literals of a program are locations, by its text alone; `literals` finds them;
 `rewriting` makes readings of them, and `loader` loads what it made, from a cache mostly; `cells` holds their values
-and makes those known that reach a message; `sampling` records in some rounds where recording all takes too long;
-`routing` gives the node what keeps provenance in the place of what it imports; `reloading` takes in what somebody
-edits; `runner` runs it as Python would.
+and makes those known that reach a message; `routing` gives the node what keeps provenance in the place of what it
+imports; `reloading` takes in what somebody edits; `runner` runs it as Python would.
 """
 
 from typing import Any

@@ -5,14 +5,14 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 - `fields`: what the fields of a message class are; `codegen`: code compiled for the class that walks them.
 - `field_path`: parts of messages by the paths that people write.
 - `codec`: provenance as bytes (docs/wire_format.md); `inband` and `tracked_types`: how these travel with a message.
-- `sharing`: decoding what differs from the message before.
-- `patching`: messages with other source values, by changing their bytes; `byte_places`: where leaves are in these.
-- `msg_files`: the generator of tracked message types; `location_header`: the header of the paper's C++ library.
+- `sampling`: which messages are whole, and the last provenance of each thing for those that are plain.
+- `msg_files`: the generator of tracked message types.
 """
 
-from rosslt.messages.codec import Allowance, Announcer, SparingProvenance, attach, encode, provenance_to_send
+from rosslt.messages.codec import attach, encode, provenance_to_send
 from rosslt.messages.codegen.blanks import blank
-from rosslt.messages.errors import BadHeader, UnknownOutline, UnknownType
+from rosslt.messages.codegen.walkers import plain_check
+from rosslt.messages.errors import BadHeader, UnknownType
 from rosslt.messages.field_path import (
     NoSuchPart,
     check_range,
@@ -27,34 +27,24 @@ from rosslt.messages.inband import (
     append_provenance,
     decode,
     decoder,
-    in_full,
-    plain_check,
     provenance_size,
     read_tracked,
     split_provenance,
 )
 from rosslt.messages.leaves import set_leaves, tracked_fields, tracked_leaves, with_leaves
-from rosslt.messages.location_header import LocationHeader, PaperIds, from_paper_header, to_paper_header
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
-from rosslt.messages.patching import Patched, Patcher
-from rosslt.messages.sharing import SharingDecoder
+from rosslt.messages.sampling import SHARE, LastProvenance, SampledProvenance
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 
 __all__ = [
-    'Allowance',
-    'Announcer',
+    'SHARE',
     'BadHeader',
     'Decoded',
-    'LocationHeader',
+    'LastProvenance',
     'MessagePath',
-    'SharingDecoder',
-    'SparingProvenance',
     'NoSuchPart',
-    'PaperIds',
-    'Patched',
-    'Patcher',
-    'UnknownOutline',
+    'SampledProvenance',
     'UnknownType',
     'append_provenance',
     'attach',
@@ -64,8 +54,6 @@ __all__ = [
     'decoder',
     'distance',
     'encode',
-    'from_paper_header',
-    'in_full',
     'is_reached',
     'is_sent_as',
     'is_tracked_type',
@@ -81,7 +69,6 @@ __all__ = [
     'select_types',
     'set_leaves',
     'split_provenance',
-    'to_paper_header',
     'tracked_fields',
     'tracked_leaves',
     'tracked_names',

@@ -9,13 +9,6 @@ class BadHeader(Error):
     __module__ = 'rosslt'
 
 
-class UnknownOutline(BadHeader):
-    """The provenance of a message refers to one that has not been received. The message is as it was.
-
-    That is so for at most a second after a subscriber has come, or a message was lost (see docs/messages.md).
-    """
-
-
 class UnknownType(Error):
     """No definition of a message type was found, or none that can be read; the error says where it was looked for."""
 

@@ -142,13 +142,13 @@ def _compiled(full_name: str, texts: Dict[str, str]) -> type:
     return namespace[specs[full_name].short_name]
 
 
-def wrap(message: Any, tracked_class: Any, full_history: bool = False) -> Any:
+def wrap(message: Any, tracked_class: Any, provenance: Optional[bytes] = None) -> Any:
     """A tracked message that holds an ordinary one and the provenance of its tracked leaves.
 
     Args:
         message: an ordinary message; it is not copied.
         tracked_class: of the message's type.
-        full_history: as of `encode`.
+        provenance: as `encode` gave it; by default it is encoded now.
 
     Raises:
         TypeError: the message is of another type.
@@ -156,7 +156,7 @@ def wrap(message: Any, tracked_class: Any, full_history: bool = False) -> Any:
     tracked: Any = tracked_class()
     if message._md5sum != plain_type(tracked_class)._md5sum:
         raise TypeError('expected a %s for %s, found a %s' % (tracked._slot_types[1], tracked._type, message._type))
-    tracked.provenance.data = provenance_to_send(message, full_history)
+    tracked.provenance.data = provenance_to_send(message) if provenance is None else provenance
     tracked.data = message
     return packed_arrays(tracked_class)(tracked)
 

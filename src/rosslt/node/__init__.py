@@ -53,7 +53,7 @@ from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
-from rosslt.node.topics import Publisher, SharingSubscriber, Subscriber, wait_for_message
+from rosslt.node.topics import Publisher, Subscriber, wait_for_message
 from rosslt.node.undoing import histories, last_change, values_in_code
 
 __all__ = [
@@ -78,7 +78,6 @@ __all__ = [
     'Service',
     'ServiceProxy',
     'SourceUnreachable',
-    'SharingSubscriber',
     'Subscriber',
     'Undone',
     'Unsaved',

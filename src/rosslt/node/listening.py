@@ -49,11 +49,14 @@ class Listener:
         message_class = genpy.message.get_message_class(types[topic])
         if message_class is None:
             raise messages.UnknownType(f'{topic} has the type {types[topic]}, which is not installed here')
+        self._last = messages.LastProvenance()
         self._subscriber = Subscriber(topic, message_class, self._take)
 
     def _take(self, message: Any) -> None:
         header = message._connection_header or {}
         heard = Heard(header.get('callerid', ''), message, header.get('latching') == '1')
+        if self._last.is_between(message, heard.publisher):
+            return  # another whole one is soon there
         while True:
             try:
                 self._queue.put_nowait(heard)

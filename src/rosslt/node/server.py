@@ -33,7 +33,7 @@ from rosslt.node.source_files import SOURCE_FILES
 FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
-SETTINGS = {*Sending.WORDS} | access.SETTINGS
+SETTINGS = Sending.NAMES | access.SETTINGS
 
 #: A location, its value before and after.
 Change = Tuple[Location, Any, Any]
@@ -332,7 +332,7 @@ class Owner:
                 rospy.logerr('%s/rosslt/%s: %s', self.name, name, refused)
             else:
                 self.publish_locations()
-        elif name in Sending.WORDS:
+        elif name in Sending.NAMES:
             fault = Sending.set(name, value)
             if fault:
                 rospy.logerr('%s/rosslt/%s is %s', self.name, name, fault)

@@ -31,6 +31,7 @@ from rosslt.node.serialization import (
     report_bad_header,
     serialization_fault,
     serializer,
+    whole_provenance,
 )
 
 #: What rospy warns of.
@@ -63,14 +64,15 @@ class Publisher(rospy.Publisher):
         wraps = messages.is_tracked_type(data_class)
         self._plain_class = messages.plain_type(data_class) if wraps else data_class
         self._refresher = Refresher()
-        provenance = self._provenance()
-        announcer = None if data_class._type.endswith(_OF_ACTIONS) else messages.Announcer(data_class, self._audience)
+        self._sampled = messages.SampledProvenance(lambda: Sending.rate)
+        self._is_always_whole = data_class._type.endswith(_OF_ACTIONS)
         self._serializable: Callable[[Any], Any] = (
-            self._wrapped if wraps else serializer(data_class, self._refresher, provenance, announcer)
+            self._wrapped if wraps else serializer(data_class, self._refresher, self._provenance)
         )
         self._latched: Optional[Latched] = None
         if subscriber_listener is not None:
-            in_full = self._wrapped if wraps else serializer(data_class, self._refresher, provenance)
+            whole = functools.partial(self._wrapped, provenance=whole_provenance)
+            in_full = whole if wraps else serializer(data_class, self._refresher)
             subscriber_listener = _Listener(
                 subscriber_listener, lambda message: message if _has_its_provenance(message) else in_full(message)
             )
@@ -85,15 +87,13 @@ class Publisher(rospy.Publisher):
         self.impl.set_queue_size(present.get(self.impl))
         MASTER_WATCH.start()
 
-    def _provenance(self) -> Provenance:
-        """What gives the provenance of each message."""
-        return messages.provenance_to_send
-
-    def _audience(self) -> Optional[object]:
-        """Whom each message goes to; None where they may come later, as those of a latched topic."""
+    def _provenance(self, message: Any) -> bytes:
+        """The provenance of a message that is sent now: all of it, or none between those that are written at a rate."""
         impl = self.impl
-        # rospy makes another list when somebody subscribes
-        return None if getattr(impl, 'is_latch', True) else impl.connections
+        if self._is_always_whole or getattr(impl, 'is_latch', True):
+            return whole_provenance(message)
+        # rospy makes another list of connections when somebody subscribes
+        return self._sampled.to_send(message, Sending.full_history, (READINGS.count, id(impl.connections)))
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also where the type is
@@ -151,10 +151,10 @@ class Publisher(rospy.Publisher):
         """What rospy gets in place of a message."""
         return message if _has_its_provenance(message) else self._serializable(message)
 
-    def _wrapped(self, message: Any) -> Any:
+    def _wrapped(self, message: Any, provenance: Optional[Provenance] = None) -> Any:
         if READINGS.replaced:
             message = self._refresher.fresh(message)
-        return messages.wrap(message, self.data_class, Sending.full_history)
+        return messages.wrap(message, self.data_class, (provenance or self._provenance)(message))
 
 
 def _plain_options(args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> Tuple[Tuple[Any, ...], Dict[str, Any]]:
@@ -199,9 +199,10 @@ class Subscriber(rospy.Subscriber):
     Args:
         name, data_class, callback, and all others: as of `rospy.Subscriber`; `data_class` may be a tracked
             type.
+        keep_provenance: have plain messages between whole ones come with the last provenance of the same thing, for
+            who looks at messages or changes them; who computes from them takes the whole ones. Messages are not to be
+            changed then: one that is the same as the one before may have the very objects of that.
     """
-
-    _shares = False
 
     def __init__(
         self,
@@ -210,13 +211,16 @@ class Subscriber(rospy.Subscriber):
         callback: Optional[Callable[..., Any]] = None,
         callback_args: Any = None,
         *args: Any,
+        keep_provenance: bool = False,
         **kwargs: Any,
     ) -> None:
         args, kwargs = _plain_options(args, kwargs)
+        if callback is not None and keep_provenance:
+            callback = _keeping(callback)
         if callback is not None and messages.is_tracked_type(data_class):
             callback = self._unwrapping(callback)
         mend_connecting()
-        reading = received_class(data_class, rospy.resolve_name(name), self._shares)
+        reading = received_class(data_class, rospy.resolve_name(name), keep_provenance)
         super().__init__(name, reading, callback, callback_args, *args, **kwargs)
         if data_class is not rospy.AnyMsg:
             _read_in_band(self.impl, data_class, reading)
@@ -234,14 +238,17 @@ class Subscriber(rospy.Subscriber):
         return unwrapped
 
 
-class SharingSubscriber(Subscriber):
-    """A subscriber whose callback only reads what it gets.
+def _keeping(callback: Callable[..., Any]) -> Callable[..., None]:
+    last = messages.LastProvenance()
 
-    A message has in it the very objects of the message before, as far as they are the same, and as long as all
-    subscribers of the topic in this process are such ones: see `messages.SharingDecoder`.
-    """
+    @functools.wraps(callback)
+    def kept(message: Any, *callback_args: Any) -> None:
+        header = message._connection_header
+        message = last.completed(message, (header or {}).get('callerid', ''))
+        message._connection_header = header
+        callback(message, *callback_args)
 
-    _shares = True
+    return kept
 
 
 def wait_for_message(topic: str, topic_type: Any, timeout: Optional[float] = None) -> Any:

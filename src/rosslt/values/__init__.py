@@ -9,22 +9,11 @@ import importlib
 from typing import Any, Callable, Dict
 
 from .accelerator import reading
-from .affine import SHORTENING, affine, affine_shape
+from .affine import SHORTENING, affine
 from .calls import operation
 from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
-from .fields import (
-    HOLDS,
-    HOLDS_NOT,
-    IS_PLAIN,
-    WrittenFields,
-    compare_fields,
-    field_walk,
-    replaced_fields,
-    select_tracked,
-    written_fields,
-)
 from .fit import Fit, fit
 from .functions import MATH, keeping, recorder, stripper, to_bool, to_float, to_int
 from .graph import evaluate, sources
@@ -41,11 +30,9 @@ from .sources import Source, UnnamedSource, describe_source, describe_sources_wi
 from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import (
     add_class,
-    are_made_alike,
     from_affine,
     lazy,
     lazy_of,
-    made_alike,
     origins,
     plain_scalar,
     source_of_functions,
@@ -56,9 +43,6 @@ from .tree import each_leaf, is_tracked, leaves, untracked
 __all__ = [
     'AFFINE',
     'CONSTANT',
-    'HOLDS',
-    'HOLDS_NOT',
-    'IS_PLAIN',
     'MATH',
     'OPERATIONS',
     'RECORDING',
@@ -72,13 +56,9 @@ __all__ = [
     'Operation',
     'Source',
     'UnnamedSource',
-    'WrittenFields',
     'add_class',
     'affine',
-    'affine_shape',
-    'are_made_alike',
     'assemble',
-    'compare_fields',
     'compute_ufuncs_with',
     'continued',
     'describe_source',
@@ -87,7 +67,6 @@ __all__ = [
     'each_leaf',
     'evaluate',
     'explain',
-    'field_walk',
     'fit',
     'from_affine',
     'is_same',
@@ -97,7 +76,6 @@ __all__ = [
     'lazy_of',
     'leaves',
     'linearized',
-    'made_alike',
     'nearest',
     'numpy_functions',
     'operation',
@@ -107,9 +85,7 @@ __all__ = [
     'reading',
     'reapply',
     'recorder',
-    'replaced_fields',
     'resume_recording',
-    'select_tracked',
     'slopes',
     'solve',
     'source_of_functions',
@@ -121,7 +97,6 @@ __all__ = [
     'to_int',
     'track',
     'untracked',
-    'written_fields',
 ]
 
 

@@ -245,22 +245,6 @@ def affine(x: Any) -> Optional[Tuple[Tuple[Source, Any, Any], ...]]:
     return tuple([(leaf._record[1], leaf._plain, slope) for leaf, slope in terms]) if exact else None
 
 
-def affine_shape(
-    fields: List[Tuple[int, Any, str]], small: float
-) -> Optional[Tuple[Tuple[Any, ...], List[float], List[float]]]:
-    """What affine fields are made of, their floats and all else apart.
-
-    Args:
-        fields: of each its index, its value and its kind, as `select_tracked` finds them.
-        small: slopes that are whole numbers nearer to 0 than that belong to all else.
-
-    Returns:
-        (a key that is the same where all else is, the values of the sources, the slopes), the last two each once and in
-        order of appearance; None where the compiled core does not know, or is not there.
-    """
-    return None if CORE is None else CORE.affine_shape(fields, small)
-
-
 affine_of_python = affine
 if CORE is not None:
     affine = CORE.affine

@@ -5,7 +5,7 @@ tuple `(form, first, second)` that `operations.Form` describes. The record is re
 means the same, so readers take it once and need no lock. Recording an operation is O(1) and copies nothing.
 """
 
-from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Set, Tuple
 
 from .accelerator import CORE
 from .operations import AFFINE, LAZY, SOURCE
@@ -174,60 +174,6 @@ def source_of_functions(value: Any) -> Optional[Source]:
     while form.single_operand and form.operation.arity == 1:
         form, first, _ = resolve(first)
     return first if form is SOURCE else None
-
-
-def are_made_alike(values: Sequence[Any], others: Sequence[Any]) -> bool:
-    """Whether values were each made as another one was, as of `is_made_alike`.
-
-    Args:
-        values: any values.
-        others: as many.
-    """
-    return all(map(is_made_alike, values, others))
-
-
-def made_alike(values: Sequence[Any], others: Sequence[Any]) -> List[bool]:
-    """Of each of some values, whether it was made as another one was, as of `is_made_alike`.
-
-    Args:
-        values: any values.
-        others: as many.
-    """
-    return list(map(is_made_alike, values, others))
-
-
-if CORE is not None:
-    are_made_alike = CORE.are_made_alike
-    made_alike = CORE.made_alike
-
-
-def is_made_alike(value: Any, other: Any) -> bool:
-    """Whether two values were made by the same operations from the same sources, of whatever values and constants."""
-    pairs: List[Tuple[Any, Any]] = [(value, other)]
-    seen: Set[Tuple[int, int]] = set()
-    while pairs:
-        one, another = pairs.pop()
-        if one is another:
-            continue
-        if type(one) is not type(another) or type(one) not in TRACKED:
-            return False
-        place = id(one), id(another)
-        if place in seen:
-            continue
-        seen.add(place)
-        form, first, second = resolve(one)
-        other_form, other_first, other_second = resolve(another)
-        if form is not other_form:
-            return False
-        if form is SOURCE:
-            if first != other_first:
-                return False
-            continue
-        operands, others = form.operands(first, second), other_form.operands(other_first, other_second)
-        if len(operands) != len(others):
-            return False
-        pairs.extend(zip(operands, others))
-    return True
 
 
 def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:

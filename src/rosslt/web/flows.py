@@ -66,7 +66,7 @@ class Ear:
         for topic, kind in types.items():
             message_class = None if topic in self._subscribers else roslib.message.get_message_class(kind)
             if message_class is not None:
-                subscriber = node.SharingSubscriber(topic, message_class, self._take, topic)
+                subscriber = node.Subscriber(topic, message_class, self._take, topic, keep_provenance=True)
                 self._subscribers[topic] = (kind, subscriber)
 
     def provenance(self) -> ProvenanceMap:

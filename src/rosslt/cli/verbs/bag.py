@@ -128,14 +128,11 @@ def _rewrite(file: str, settings: Sequence[str], output: str) -> None:
     for name, topic in sorted(result.topics.items()):
         if topic.left_out:
             print(f'rosslt bag: {topic.left_out} messages on {name} are left out: {topic.reason}', file=sys.stderr)
-        if topic.unresolved:
+        if topic.is_approximate:
             print(
-                f'rosslt bag: {topic.unresolved} messages on {name} stay as they were recorded: '
-                'they refer to a provenance that is not in the bag',
+                f'rosslt bag: messages on {name} are approximate: their provenance is linearized, or that of the message before',
                 file=sys.stderr,
             )
-        if topic.is_approximate:
-            print(f'rosslt bag: messages on {name} are approximate: their provenance is linearized', file=sys.stderr)
 
 
 @contextlib.contextmanager

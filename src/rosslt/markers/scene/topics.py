@@ -78,7 +78,7 @@ class Watch:
             with contained(f'a message on {topic} cannot be read'):
                 self._scene.take(topic, message, is_shown)
 
-        self._subscribers[topic] = (kind, node.SharingSubscriber(topic, message_class, take))
+        self._subscribers[topic] = (kind, node.Subscriber(topic, message_class, take, keep_provenance=True))
         rospy.loginfo('watching %s (%s)', topic, kind)
 
     def _visible_class(self, topic: str, kind: str) -> Optional[Tuple[Any, bool]]:

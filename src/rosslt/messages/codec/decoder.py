@@ -10,9 +10,9 @@ import operator
 from typing import Any, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.bounded_cache import BoundedCache
-from rosslt.messages.codec.expressions import ReceivedInstructions, read_instructions
+from rosslt.messages.codec.expressions import read_instructions
 from rosslt.messages.codec.received_expressions import ReceivedExpressions
-from rosslt.messages.codec.table_reader import FloatBlocks, ReceivedTables, read_tables
+from rosslt.messages.codec.table_reader import ReceivedTables, read_tables
 from rosslt.messages.codec.templates import Template
 from rosslt.messages.codec.varint import Reader
 from rosslt.messages.codec.wire_format import (
@@ -26,9 +26,8 @@ from rosslt.messages.codec.wire_format import (
     SUMMED_LIMIT,
     VERSION,
 )
-from rosslt.messages.codegen.leaf_access import LeafWriter, Load, leaf_writer
 from rosslt.messages.codegen.walkers import BYTES_LIMIT as ARRAY_BYTES_LIMIT
-from rosslt.messages.codegen.walkers import END, PLAIN
+from rosslt.messages.codegen.walkers import END, TRACKED
 from rosslt.messages.errors import BadHeader
 from rosslt.messages.leaves import Located, LocatedArray, locate, put_located
 from rosslt.values import Source, lazy_of, untracked
@@ -62,12 +61,7 @@ def attach(message: Any, data: bytes) -> None:
     if not data:
         return
     data = bytes(data)
-    if len(data) <= MAX_REMEMBERED_SIZE:
-        header, writer, loads = _remembered(message.__class__, data)
-        if writer is not None and writer.write(message, loads):
-            return
-    else:
-        header = read_header(data)
+    header = _header(message.__class__, data)
     arrays: List[LocatedArray] = []
     found = locate(message, header.wanted, arrays)
     missing = header.wanted[len(found)]
@@ -79,20 +73,11 @@ def attach(message: Any, data: bytes) -> None:
     put_located(found, header.tracked(found), arrays)
 
 
-@functools.lru_cache(maxsize=256)
-def _remembered(message_class: type, data: bytes) -> 'Tuple[ReceivedHeader, Optional[LeafWriter], Sequence[Load]]':
-    """The header in `data`, and what writes its fields to the leaves before the first array, with their loads, where
-    that is possible. Remembered, since publishers mostly say what they have said in the message before."""
-    header, writer = _header_and_writer(message_class, data)
-    return header, writer, header.loads(writer.kinds) if writer else ()
-
-
 class _KnownHeader(NamedTuple):
     """A header that was checked before."""
 
     template: Template
     header: 'ReceivedHeader'
-    writer: Optional[LeafWriter]
 
 
 _known_headers: BoundedCache[Tuple[_KnownHeader, ...]] = BoundedCache(128)
@@ -100,29 +85,24 @@ _known_headers: BoundedCache[Tuple[_KnownHeader, ...]] = BoundedCache(128)
 the search: a template is used where all bytes around the floats are equal."""
 
 
-def _header_and_writer(message_class: type, data: bytes) -> 'Tuple[ReceivedHeader, Optional[LeafWriter]]':
-    """A header, from one that was checked before where it differs from that in its floats only; and its writer."""
-    key = message_class, len(data), data[-4:]
-    known = _known_headers.get(key) or ()
-    for template, header, writer in known:
-        floats = template.match(data)
-        if floats is not None:
-            return header.with_floats(*floats), writer
-    header = read_header(data)
-    writer = header.writer(message_class)
-    if header.is_affine:
-        newest = _KnownHeader(header.template(data), header, writer)
-        _known_headers.put(key, (newest, *known[: MAX_TEMPLATES - 1]))
-    return header, writer
-
-
-def header_like(message_class: type, data: bytes) -> 'ReceivedHeader':
+def _header(message_class: type, data: bytes) -> 'ReceivedHeader':
     """The header in `data`, from one that was checked before where there is one that differs in its floats only.
 
     Raises:
         BadHeader: its form is not right.
     """
-    return _header_and_writer(message_class, data)[0] if len(data) <= MAX_REMEMBERED_SIZE else read_header(data)
+    if len(data) > MAX_REMEMBERED_SIZE:
+        return read_header(data)
+    key = message_class, len(data), data[-4:]
+    known = _known_headers.get(key) or ()
+    for template, header in known:
+        floats = template.match(data)
+        if floats is not None:
+            return header.with_floats(*floats)
+    header = read_header(data)
+    if header.is_affine:
+        _known_headers.put(key, (_KnownHeader(header.template(data), header), *known[: MAX_TEMPLATES - 1]))
+    return header
 
 
 class ReceivedFields(NamedTuple):
@@ -141,7 +121,7 @@ class ReceivedFields(NamedTuple):
 class ReceivedHeader:
     """A provenance that came from outside, its form checked (see `read_header`)."""
 
-    __slots__ = ('_expressions', '_expressions_from', '_fields', '_loads', '_tables')
+    __slots__ = ('_expressions', '_expressions_from', '_fields', '_tables')
 
     def __init__(
         self, fields: ReceivedFields, tables: ReceivedTables, expressions: Optional[ReceivedExpressions]
@@ -150,17 +130,11 @@ class ReceivedHeader:
         self._tables = tables
         self._expressions = expressions
         self._expressions_from = tables.sources.size + len(tables.source_lists)
-        self._loads: Tuple[Sequence[str], Sequence[Load]] = ((), ())
 
     @property
     def wanted(self) -> Sequence[int]:
         """The indices of the leaves, rising, and END."""
         return self._fields.wanted
-
-    @property
-    def blocks(self) -> FloatBlocks:
-        """Where its floats are in the data that this, or one that is like this, was read from."""
-        return self._tables.blocks
 
     @property
     def is_affine(self) -> bool:
@@ -174,32 +148,6 @@ class ReceivedHeader:
     def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReceivedHeader':
         """The same header with other floats, which are finite, as values and coefficients."""
         return ReceivedHeader(self._fields, self._tables.with_floats(values, slopes), self._expressions)
-
-    def part(self, numbers: Sequence[int]) -> 'ReceivedHeader':
-        """The same header with some of its fields, by their rising numbers."""
-        fields = self._fields
-        if len(numbers) == len(fields.origins):
-            return self
-        wanted, origins, slopes = ([each[number] for number in numbers] for each in fields[:3])
-        return ReceivedHeader(
-            ReceivedFields((*wanted, END), origins, slopes, fields.is_numeric), self._tables, self._expressions
-        )
-
-    def writer(self, message_class: type) -> Optional[LeafWriter]:
-        """What writes the fields to the leaves before the first array; None where that is not possible."""
-        return leaf_writer(message_class, tuple(self.wanted[:-1])) if self._fields.is_numeric else None
-
-    def loads(self, kinds: Sequence[str]) -> Sequence[Load]:
-        """Of each field what makes its provenance, as `lazy` asks for it."""
-        known, loads = self._loads
-        if kinds != known:
-            load = self._load
-            loads = [
-                functools.partial(load, origin, slope, kind)
-                for origin, slope, kind in zip(self._fields.origins, self._fields.slopes, kinds)
-            ]
-            self._loads = kinds, loads
-        return loads
 
     def tracked(self, found: Sequence[Located]) -> List[Any]:
         """The tracked values of the located leaves.
@@ -217,7 +165,7 @@ class ReceivedHeader:
 
     def _plain(self, found: Sequence[Any]) -> List[Any]:
         """The scalars that leaves hold, without the provenance that they have already."""
-        values = [untracked(value) if type(value) in PLAIN else value for value in found]
+        values = [untracked(value) if type(value) in TRACKED else value for value in found]
         for index, value in zip(self._fields.wanted, values):
             if type(value) not in SCALAR_TYPES:
                 raise BadHeader(
@@ -289,26 +237,6 @@ def read_header(data: bytes) -> ReceivedHeader:
     Raises:
         BadHeader: its form is not right.
     """
-    fields, tables, instructions = read_parts(data)
-    if instructions is None:
-        return ReceivedHeader(fields, tables, None)
-    return ReceivedHeader(fields, tables, ReceivedExpressions(functools.partial(instructions.resolved, tables)))
-
-
-class ReceivedParts(NamedTuple):
-    """A provenance that came from outside in its parts, their form checked."""
-
-    fields: ReceivedFields
-    tables: ReceivedTables
-    instructions: Optional[ReceivedInstructions]
-
-
-def read_parts(data: bytes) -> ReceivedParts:
-    """The parts of a provenance that came from outside.
-
-    Raises:
-        BadHeader: its form is not right.
-    """
     if len(data) > BYTES_LIMIT:
         raise BadHeader('bad provenance: found %d bytes, the limit is %d' % (len(data), BYTES_LIMIT))
     if data[:1] != bytes((VERSION,)):
@@ -329,7 +257,10 @@ def read_parts(data: bytes) -> ReceivedParts:
     if count and not (max(origins) < tables.sources.size and max(slopes) < len(tables.coefficients)):
         _check_numbers(reader, tables, len(instructions.read) if instructions else 0, wanted, origins, slopes)
     is_numeric = not any(slopes) or _has_numbers_only(tables, origins, slopes)
-    return ReceivedParts(ReceivedFields((*wanted, END), origins, slopes, is_numeric), tables, instructions)
+    fields = ReceivedFields((*wanted, END), origins, slopes, is_numeric)
+    if instructions is None:
+        return ReceivedHeader(fields, tables, None)
+    return ReceivedHeader(fields, tables, ReceivedExpressions(functools.partial(instructions.resolved, tables)))
 
 
 def _check_numbers(

@@ -6,7 +6,7 @@ of which sources, with which coefficients.
 
 import functools
 import itertools
-from typing import Any, Collection, Container, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.bounded_cache import BoundedCache
 from rosslt.messages.codec.expressions import (
@@ -18,7 +18,7 @@ from rosslt.messages.codec.expressions import (
 )
 from rosslt.messages.codec.table_writer import TableWriter, Unencodable
 from rosslt.messages.codec.templates import AffineField, Parts, Shape, Template, Terms, shape_of
-from rosslt.messages.codec.varint import SMALL, packed
+from rosslt.messages.codec.varint import packed
 from rosslt.messages.codec.wire_format import (
     BYTES_LIMIT,
     FIELD_LIMIT,
@@ -28,27 +28,21 @@ from rosslt.messages.codec.wire_format import (
     INSTRUCTION_LIMIT,
     VERSION,
 )
-from rosslt.messages.codegen.leaf_access import leaf_readers
-from rosslt.messages.codegen.walkers import PLAIN, TRACKED, walkers
+from rosslt.messages.codegen.walkers import TRACKED, walkers
 from rosslt.messages.fault_log import warn_once
 from rosslt.messages.fields import TYPE_OF_KIND
 from rosslt.values import (
     AFFINE,
     SOURCE,
-    Source,
     affine,
-    affine_shape,
     disassemble,
     each_leaf,
     linearized,
-    origins,
     untracked,
 )
 
 Leaf = Tuple[int, Any, str]
 """The index of a tracked leaf, its value and its kind, as the walkers collect them."""
-
-_KIND_OF = {tracked: kind for kind, plain in TYPE_OF_KIND.items() for tracked in PLAIN if PLAIN[tracked] is plain}
 
 MAX_TEMPLATE_FIELDS = 64
 """The most fields of a message whose template is remembered for the next one."""
@@ -66,21 +60,10 @@ def encode(message: Any, full_history: bool = False) -> bytes:
         b'' where no leaf is tracked. A leaf whose provenance cannot be sent (see docs/messages.md) is left out, with a
         warning on rosout.
     """
-    readers = leaf_readers(message.__class__)
-    gathered = readers.gather(message) if readers else None
-    if gathered:
-        which, values = gathered
-        sources = origins(values)
-        if sources is not None and len(sources) <= MAX_TEMPLATE_FIELDS:
-            data = _encoded_sources(message._type, which, sources)
-            if len(data) <= BYTES_LIMIT:
-                return data
-        found = [(index, value, _KIND_OF[type(value)]) for index, value in zip(_indices(which), values)]
-    else:
-        found, _ = sent_fields(message)
+    found = sent_fields(message)
     count, data = len(found), b''
     while found:
-        data = _like_the_last(message._type, found, full_history)
+        data = _encoded(message._type, found, full_history)
         if len(data) <= BYTES_LIMIT:
             break
         del found[len(found) // 2 :]
@@ -96,17 +79,13 @@ def encode(message: Any, full_history: bool = False) -> bytes:
     return data
 
 
-def sent_fields(message: Any, before: Sequence[Leaf] = ()) -> Tuple[List[Leaf], int]:
-    """The tracked leaves of a message whose provenance can be sent, and how many leaves it has in all.
+def sent_fields(message: Any) -> List[Leaf]:
+    """The tracked leaves of a message whose provenance can be sent.
 
     A message may be larger with each time that it is sent: what is beyond the limit is not looked at.
-
-    Args:
-        message: the message.
-        before: the leaves of an earlier one; what is the same in its place is given as it is.
     """
     found: List[Leaf] = []
-    size = walkers(message.__class__).collect(message, 0, found, FIELD_LIMIT, before)
+    walkers(message.__class__).collect(message, 0, found, FIELD_LIMIT)
     if len(found) > FIELD_LIMIT:
         warn_once(
             (message._type, FIELD_LIMIT),
@@ -116,7 +95,7 @@ def sent_fields(message: Any, before: Sequence[Leaf] = ()) -> Tuple[List[Leaf], 
             _Path(message, FIELD_LIMIT),
         )
         del found[FIELD_LIMIT:]
-    return found, size
+    return found
 
 
 class _Path:
@@ -135,25 +114,6 @@ class _Path:
         return next(itertools.islice(tracked, self._number, None))
 
 
-_last: Dict[Tuple[str, bool], Tuple[Sequence[Leaf], bytes]] = {}
-"""What was encoded last of a message type: its leaves, and the result."""
-
-
-def _like_the_last(message_type: str, leaves: List[Leaf], full_history: bool) -> bytes:
-    """`_encoded`, remembered for the next message: what stands still is the same values again and again."""
-    key = message_type, full_history
-    before, data = _last.get(key, ((), b''))
-    # What moves shows at the first leaf that does.
-    if len(before) != len(leaves) or not all(map(_is_leaf, leaves, before)):
-        data = _encoded(message_type, leaves, full_history)
-        _last[key] = tuple(leaves), data
-    return data
-
-
-def _is_leaf(leaf: Leaf, other: Leaf) -> bool:
-    return leaf[1] is other[1] and leaf[0] == other[0]
-
-
 def provenance_to_send(message: Any, full_history: bool = False) -> bytes:
     """`encode`, for a message that must be sent in any case: b'' with a warning on rosout where encoding fails in a way
     that no check foresaw."""
@@ -163,19 +123,6 @@ def provenance_to_send(message: Any, full_history: bool = False) -> bytes:
         fault = 'a %s is sent untracked: encoding its provenance failed with %s: %s'
         warn_once((message._type, type(error)), fault, message._type, type(error).__name__, error)
         return b''
-
-
-@functools.lru_cache(maxsize=256)
-def _encoded_sources(message_type: str, which: int, sources: Tuple[Source, ...]) -> bytes:
-    """`_encoded`, remembered, for leaves that are their sources themselves: those with `1 << index` in `which`."""
-    fields: List[AffineField] = [(index, source, ()) for index, source in zip(_indices(which), sources)]
-    return _Encoder(message_type).encoded(fields, (), False)
-
-
-@functools.lru_cache(maxsize=256)
-def _indices(which: int) -> Tuple[int, ...]:
-    """The places of the bits that are set."""
-    return tuple([index for index in range(which.bit_length()) if which >> index & 1])
 
 
 def fits(kind: str, terms: Sequence[Tuple[Any, Any, Any]]) -> bool:
@@ -191,10 +138,6 @@ def _is_same(value: Any, leaf: Any) -> bool:
 
 def _encoded(message_type: str, leaves: List[Leaf], full_history: bool) -> bytes:
     """The provenance of tracked leaves, whatever its size."""
-    if len(leaves) <= MAX_TEMPLATE_FIELDS and not full_history:
-        data = _encoded_shape(message_type, leaves)
-        if data is not None:
-            return data
     fields: List[AffineField] = []
     expressions: List[Leaf] = []
     for leaf in leaves:
@@ -210,70 +153,12 @@ def _encoded(message_type: str, leaves: List[Leaf], full_history: bool) -> bytes
     return _Encoder(message_type).encoded(fields, expressions, full_history)
 
 
-class Written(NamedTuple):
-    """A provenance, of which fields can be left out."""
-
-    data: bytes
-    placed: Sequence[Tuple[int, int, int]]
-    """What its last columns hold: of each field its leaf, what it is made of and its coefficient."""
-    has_coefficients: bool
-    witnesses: Collection[int]
-    """Some of the leaves that are sums: the sources of these are those of all."""
-
-    def only(self, leaves: Container[int]) -> bytes:
-        """The provenance of those leaves alone. What it says of sources is not shortened."""
-        kept = [field for field in self.placed if field[0] in leaves]
-        if len(kept) == len(self.placed):
-            return self.data
-        columns = _columns_of(self.placed, self.has_coefficients)
-        return self.data[: -len(columns)] + _columns_of(kept, self.has_coefficients) if kept else b''
-
-
 def _columns_of(fields: Sequence[Tuple[int, int, int]], has_coefficients: bool) -> bytes:
     """The columns of fields, their leaves rising."""
     indices = [index for index, _, _ in fields]
     columns = packed([len(fields)]) + packed([index - before - 1 for index, before in zip(indices, [-1, *indices])])
     columns += packed([origin for _, origin, _ in fields])
     return columns + packed([slope for _, _, slope in fields]) if has_coefficients else columns
-
-
-def encoded_with_slopes(message_type: str, leaves: Sequence[Leaf], moving: Container[int]) -> Written:
-    """The provenance of tracked leaves, whatever its size, which holds for later values of some of them as well.
-
-    Args:
-        message_type: of the message.
-        leaves: the tracked ones.
-        moving: the indices of those leaves. Of what is not affine in its sources, the slopes are written that it has
-            now; what has none is left out.
-    """
-    fields: List[AffineField] = []
-    expressions: List[Leaf] = []
-    witnesses: Dict[Source, int] = {}
-    for leaf in leaves:
-        index, value, kind = leaf
-        terms = _affine(value)
-        if index in moving and terms is None and type(untracked(value)) in (float, int):
-            terms = _present_slopes(value)
-        if terms and fits(kind, terms):
-            field = _field(leaf, terms)
-            fields.append(field)
-            for source, _, _ in field[2]:
-                witnesses.setdefault(source, index)
-        elif index not in moving or origins([value]):
-            expressions.append(leaf)
-    encoder = _Encoder(message_type)
-    data = encoder.encoded(fields, expressions, False)
-    has_coefficients = bool(encoder.tables.flags() & HAS_COEFFICIENTS)
-    return Written(data, encoder.placed, has_coefficients, frozenset(witnesses.values()))
-
-
-def _present_slopes(value: Any) -> Terms:
-    """The slopes of a value that is not affine; `()` where some are larger than any float."""
-    try:
-        terms = [term for term in linearized(value) if type(term[1]) in (float, int)]
-    except ArithmeticError:
-        return ()
-    return tuple([term for term in terms if term[2]] or terms[:1])
 
 
 def _affine(value: Any) -> Optional[Terms]:
@@ -329,20 +214,6 @@ def _encoded_affine(message_type: str, fields: List[AffineField]) -> bytes:
     return _Encoder(message_type).encoded(fields, (), False)
 
 
-def _encoded_shape(message_type: str, leaves: List[Leaf]) -> Optional[bytes]:
-    """`_encoded_affine`, straight from the leaves; None where that has to do it."""
-    found = affine_shape(leaves, SMALL)
-    if found is None:
-        return None
-    shape = Shape(*found)
-    key = message_type, shape.key
-    known = _known_templates.get(key)
-    if known is None:
-        known = _template_for(message_type, [_field(leaf, affine(leaf[1]) or ()) for leaf in leaves])
-        _known_templates.put(key, known)
-    return None if known.template is None else known.fill(shape)
-
-
 def _template_for(message_type: str, fields: List[AffineField]) -> _KnownTemplate:
     """The template of the provenance of these fields."""
     encoder = _Encoder(message_type)
@@ -367,8 +238,6 @@ class _Encoder:
         self.fields: List[Tuple[int, int, Any, bool]] = []
         self._instructions: List[tuple] = []
         self._roots: Dict[int, int] = {}
-        # The fields as they were written last.
-        self.placed: Sequence[Tuple[int, int, int]] = ()
 
     def encoded(self, fields: Sequence[AffineField], expressions: Sequence[Leaf], full_history: bool) -> bytes:
         self.add_fields(fields)
@@ -487,6 +356,5 @@ class _Encoder:
         flags = tables.flags() | (HAS_INSTRUCTIONS if self._instructions else 0)
         tail = [packed_instructions(self._instructions, tables, numbers)] if self._instructions else []
         tail.append(_columns_of(fields, bool(flags & HAS_COEFFICIENTS)))
-        self.placed = fields
         parts = tables.parts(numbers)
         return parts._replace(head=bytes((VERSION, flags)) + parts.head, tail=parts.tail + b''.join(tail))

@@ -7,7 +7,7 @@ them is first needed, operation by operation with a bound on each result.
 import math
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
-from rosslt.messages.codegen.walkers import PLAIN
+from rosslt.messages.codegen.walkers import TRACKED
 from rosslt.messages.fault_log import warn_once
 from rosslt.values import Operation, assemble, untracked
 
@@ -47,7 +47,7 @@ class ReceivedExpressions:
         if error is not None:
             # Raised here, it would reach the code that reads the value, which did not send the message.
             fault = str(error) or type(error).__name__
-        elif type(made) in PLAIN and agrees(made, expected, kind):
+        elif type(made) in TRACKED and agrees(made, expected, kind):
             return made
         else:
             fault = 'it makes %.60r' % made

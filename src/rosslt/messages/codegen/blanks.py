@@ -1,5 +1,4 @@
-"""Code that makes messages of a class, empty or with the parts of another one, in a small part of the time that genpy's
-constructors take.
+"""Code that makes empty messages of a class in a small part of the time that genpy's constructors take.
 
 These go through the names of all fields, and ask of each time in a message whether it is made of whole numbers.
 """
@@ -29,13 +28,3 @@ def blank(message_class: Any) -> Callable[[], Any]:
     lines.append(' return ' + made(message_class()))
     exec(compile('\n'.join(lines), '<blank %s>' % message_class._type, 'exec'), constants)
     return constants['make']
-
-
-@functools.lru_cache(maxsize=None)
-def copier(message_class: Any) -> Callable[[Any], Any]:
-    """A function that makes a message with the very parts of another one, compiled when first asked for."""
-    constants: Dict[str, Any] = {'new': object.__new__, 'message_class': message_class}
-    lines = ['def copied(message):', ' made = new(message_class)']
-    lines.extend([' made.%s = message.%s' % (field, field) for field in message_class.__slots__])
-    exec(compile('\n'.join([*lines, ' return made']), '<copy of %s>' % message_class._type, 'exec'), constants)
-    return constants['copied']

@@ -2,28 +2,20 @@
 
 Looking at each field by its name costs more than serializing the message does, so the walks are written out as straight
 code: attribute by attribute where a type is fixed, one loop for each array. An array whose elements have arrays
-themselves is left to a function for its elements. Where there is a compiled core, it collects the tracked leaves.
+themselves is left to a function for its elements.
 """
 
 import functools
 import operator
 import struct
-import sys
 from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from rosslt.messages.fields import BYTES, SCALARS, VARIABLE, Field, Layout, kind_of
 from rosslt.values import TRACKED_CLASSES as TRACKED
-from rosslt.values import Source, WrittenFields, compare_fields, field_walk, select_tracked, track
-
-#: The classes of tracked values, and what each is without its provenance.
-PLAIN = {type(track(value, Source('', 0))): type(value) for value in (0.0, 0, False, '')}
 
 BYTES_LIMIT = 1 << 18
 """Arrays of bytes longer than that are taken for data, of which no single byte is tracked: to be tracked, they would
 have to be received as lists, eight times their size."""
-
-SINGLE = -2
-"""Stands for the length of a field that is no array."""
 
 END = 1 << 62
 """Stands behind the last wanted index; no message has so many leaves."""
@@ -34,12 +26,8 @@ class Walkers(NamedTuple):
 
     layout: Layout
     collect: Callable[..., Any]
-    """`collect(message, 0, found, limit=END, before=())` appends `(index, value, kind)` for each tracked leaf, little
-    more than so many, and returns how many leaves there are in all; what was found before in an earlier message, and is
-    the same, is appended as it is."""
-    compare: Callable[[Any, WrittenFields], Tuple[bytes, int, int]]
-    """`compare(message, written)`: what `values.compare_fields` tells of the tracked leaves of a message, how many they
-    are, and how many leaves there are in all."""
+    """`collect(message, 0, found, limit=END)` appends `(index, value, kind)` for each tracked leaf, little more than so
+    many, and returns how many leaves there are in all."""
     locate: Callable[..., Any]
     """`locate(message, 0, wanted, 0, found.append, arrays.append)` appends `(owner, key, value, kind)` for each wanted
     leaf; `wanted` holds indices that rise, and END at last. It ends at a byte in an array of more than BYTES_LIMIT. An
@@ -47,51 +35,34 @@ class Walkers(NamedTuple):
     end: Callable[..., Any]
     """`end(data, 0, len(data))`: where the serialized message that data begins with ends. Beyond the data, or
     struct.error, where it is cut short."""
-    measure: Callable[..., Any]
-    """`measure(data, 0, len(data), found.append)`: as `end`, and appends the length of each text and of each array of
-    variable length, in the order of serialization."""
 
 
 @functools.lru_cache(maxsize=None)
 def walkers(message_class: Any) -> Walkers:
     """The walks of a message class, compiled when first asked for."""
     layout = Layout(message_class)
-    collect, locate, *others = _WalkerCompiler(layout).compiled()
-    walk = _field_walk(layout, layout.name)
-    if walk is not None:
-        return Walkers(layout, walk, walk.compare, locate, *others)
-
-    def compare(message: Any, written: WrittenFields) -> Tuple[bytes, int, int]:
-        found: List[Tuple[int, Any, str]] = []
-        size = collect(message, 0, found)
-
-        def plain_at(indices: List[int]) -> List[Tuple[Any, str]]:
-            leaves: List[Any] = []
-            wanted = [*(index for index in indices if index < size), END]
-            locate(message, 0, wanted, 0, leaves.append, [].append)
-            return [(value, kind) for _, _, value, kind in leaves]
-
-        return compare_fields(found, written, plain_at), len(found), size
-
-    return Walkers(layout, collect, compare, locate, *others)
+    return Walkers(layout, *_WalkerCompiler(layout).compiled())
 
 
-def _field_walk(layout: Layout, type_: str) -> Any:
-    """The core's walk of a message type; None without the core."""
-    members = []
-    for field in layout.members(type_) or ():
-        what = kind_of(field.type) if field.type in SCALARS else _field_walk(layout, field.type)
-        length = SINGLE if field.length is None else field.length
-        most = BYTES_LIMIT if field.type in BYTES else sys.maxsize
-        members.append((field.name, what, length, most))
-    return field_walk(tuple(members), items_of)
+@functools.lru_cache(maxsize=None)
+def plain_check(message_class: Any) -> Optional[Callable[[Any], bool]]:
+    """A function that tells whether a message has no tracked leaf, so that nothing has to be appended.
 
-
-def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
-    """The tracked leaves of a message: of each its index, its value, and its kind as of `layout`."""
-    found: List[Tuple[int, Any, str]] = []
-    walkers(message.__class__).collect(message, 0, found)
-    return found
+    Returns:
+        `is_plain(message)`; None for a class with arrays, where the check takes as long as collecting.
+    """
+    layout = Layout(message_class)
+    leaves = layout.flat(layout.name)
+    if leaves is None:
+        return None
+    code = ['def is_plain(message):']
+    for lines, value in reached('message', (path for path, _ in leaves)):
+        code += [' ' + line for line in lines]
+        code += [' if type(%s) in TRACKED: return False' % value]
+    constants: Dict[str, Any] = {'TRACKED': TRACKED}
+    exec(compile('\n'.join([*code, ' return True']), '<check of %s>' % layout.name, 'exec'), constants)
+    made: Callable[[Any], bool] = constants['is_plain']
+    return made
 
 
 def items_of(array: Any) -> Any:
@@ -131,15 +102,17 @@ def _getter(path: str) -> Tuple[Optional[Callable[[Any], Any]], str]:
 
 
 class _WalkerCompiler:
-    """Writes the walks of one message class: functions `collect_N`, `locate_N`, `end_N` and `measure_N` for each type N
-    that is walked by a function of its own: the message type itself, and elements of arrays that have arrays."""
+    """Writes the walks of one message class.
+
+    They are functions `collect_N`, `locate_N` and `end_N` for each type N that is walked by a function of its own: the
+    message type itself, and elements of arrays that have arrays.
+    """
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
         self._numbers = {layout.name: 0}
         self._constants: Dict[str, Any] = {
             'TRACKED': TRACKED,
-            'select': select_tracked,
             'items_of': items_of,
             'listed': listed,
             'END': END,
@@ -154,12 +127,11 @@ class _WalkerCompiler:
             type_ = list(self._numbers)[written]
             self._write_collect(written, type_)
             self._write_locate(written, type_)
-            self._write_end(written, type_, False)
-            self._write_end(written, type_, True)
+            self._write_end(written, type_)
             written += 1
         code = compile('\n'.join(self._lines), '<walks of %s>' % self._layout.name, 'exec')
         exec(code, self._constants)
-        return [self._constants[walk + '_0'] for walk in ('collect', 'locate', 'end', 'measure')]
+        return [self._constants[walk + '_0'] for walk in ('collect', 'locate', 'end')]
 
     def _number(self, type_: str) -> int:
         return self._numbers.setdefault(type_, len(self._numbers))
@@ -192,7 +164,7 @@ class _WalkerCompiler:
     # behind its last.
 
     def _write_collect(self, number: int, type_: str) -> None:
-        self._write(0, 'def collect_%d(m, b, found, limit=END, before=()):', number)
+        self._write(0, 'def collect_%d(m, b, found, limit=END):', number)
         for run in self._runs(type_):
             if isinstance(run, list):
                 self._write_collect_leaves(1, 'm', run)
@@ -201,14 +173,12 @@ class _WalkerCompiler:
         self._write(1, 'return b')
 
     def _write_collect_leaves(self, depth: int, name: str, leaves: List[Tuple[str, str]]) -> None:
-        read = []
-        for lines, value in reached(name, (path for path, _ in leaves)):
+        paths = (path for path, _ in leaves)
+        for number, ((_, scalar), (lines, value)) in enumerate(zip(leaves, reached(name, paths))):
             for line in lines:
                 self._write(depth, '%s', line)
-            read.append(value)
-        kinds = 'KINDS_%d' % len(self._constants)
-        self._constants[kinds] = tuple([kind_of(scalar) for _, scalar in leaves])
-        self._write(depth, 'select((%s,), b, %s, found, before)', ', '.join(read), kinds)
+            self._write(depth, 'v = %s', value)
+            self._write(depth, 'if type(v) in TRACKED: found.append((b + %d, v, %r))', number, kind_of(scalar))
         self._write(depth, 'b += %d', len(leaves))
 
     def _write_collect_array(self, path: str, field: Field) -> None:
@@ -226,7 +196,7 @@ class _WalkerCompiler:
             self._write(5, 'if len(found) > limit: break')
             self._write(1, 'b += %s', count)
         elif leaves is None:
-            self._write(1, 'for e in a: b = collect_%d(e, b, found, limit, before)', self._number(field.type))
+            self._write(1, 'for e in a: b = collect_%d(e, b, found, limit)', self._number(field.type))
         elif leaves:
             self._write(1, 'n = b + len(a) * %d', len(leaves))
             self._write(1, 'for e in a:')
@@ -308,24 +278,15 @@ class _WalkerCompiler:
 
     # `p` is where the next field begins, `z` where the data ends.
 
-    def _write_end(self, number: int, type_: str, measures: bool) -> None:
-        """`measure` where the lengths are wanted too, else `end`."""
-        walk, more = ('measure', ', add') if measures else ('end', '')
-        self._write(0, 'def %s_%d(d, p, z%s):', walk, number, more)
+    def _write_end(self, number: int, type_: str) -> None:
+        self._write(0, 'def end_%d(d, p, z):', number)
         fixed = 0
-
-        def skip_text(depth: int, fixed: int) -> None:
-            if measures:
-                self._write(depth, 'n = length_at(d, p + %d)[0]', fixed)
-                self._write(depth, 'add(n)')
-            self._write(depth, 'p += %d + %s', fixed + 4, 'n' if measures else 'length_at(d, p + %d)[0]' % fixed)
-
         for run in self._runs(type_):
             if isinstance(run, list):
                 for _, scalar in run:
                     size = self._layout.size(scalar)
                     if size is None:
-                        skip_text(1, fixed)
+                        self._write(1, 'p += %d + length_at(d, p + %d)[0]', fixed + 4, fixed)
                         fixed = 0
                     else:
                         fixed += size
@@ -340,15 +301,13 @@ class _WalkerCompiler:
                 fixed = 0
             if field.length == VARIABLE:
                 self._write(1, 'n = length_at(d, p)[0]')
-                if measures:
-                    self._write(1, 'add(n)')
                 self._write(1, 'p += 4' + (' + n * %d' % size if size is not None else ''))
             if size is not None:
                 continue
             self._write(1, 'for _ in range(%s):', 'n' if field.length == VARIABLE else field.length)
             if field.type == 'string':
-                skip_text(2, 0)
+                self._write(2, 'p += 4 + length_at(d, p)[0]')
             else:
-                self._write(2, 'p = %s_%d(d, p, z%s)', walk, self._number(field.type), more)
+                self._write(2, 'p = end_%d(d, p, z)', self._number(field.type))
             self._write(2, 'if p > z: return p')
         self._write(1, 'return p + %d', fixed)

@@ -5,6 +5,7 @@ from typing import Any, List, Optional
 import tf2_ros
 from tf2_msgs.msg import TFMessage
 
+from rosslt import messages
 from rosslt.node.topics import Subscriber
 
 
@@ -24,7 +25,15 @@ class TransformListener(tf2_ros.TransformListener):
             Subscriber(topic, TFMessage, queue_size=queue_size, buff_size=buff_size, tcp_nodelay=tcp_nodelay)
             for topic in ('/tf', '/tf_static')
         ]
+        self._last = messages.LastProvenance()
         super().__init__(buffer, queue_size, buff_size, tcp_nodelay)
+
+    def callback(self, data: TFMessage) -> None:
+        """Take transforms: those between whole messages with the provenance that they had last."""
+        header = data._connection_header
+        completed = self._last.completed(data, header['callerid'])
+        completed._connection_header = header
+        super().callback(completed)
 
     def unregister(self) -> None:
         """Stop listening."""

@@ -46,7 +46,7 @@ enum { OTHER, ANY_SINGLE, ANY_BOTH, OPERATOR };
 /* --- what `complete` is told (module.c) ---------------------------------------------------------------------- */
 
 extern PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
-    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *alike_of_python, *affine_of_python;
+    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python;
 extern int limit, max_shared_size;
 
 /* Names of attributes and arguments. */
@@ -223,17 +223,6 @@ typedef struct {
 /* The terms of a value, by its operations from the first one on, left before right. */
 int find_terms(Terms *terms, PyObject *node);
 
-/* --- the fields of messages (fields.c, walks.c, likeness.c) ---------------------------------------------------- */
-
-/* Append a tracked value to the fields found, as it was before where it is the same: 0 with an error. */
-int append_field(PyObject *found, PyObject *before, Py_ssize_t index, PyObject *value, PyObject *kind);
-
-/* As `is_made_alike` in tracked.py, which is asked where the core does not know: -1 with an error. */
-int is_made_alike(PyObject *one, PyObject *other);
-
-/* Make the class of walks, and put it in the module: -1 with an error. */
-int add_walks(PyObject *module);
-
 /* --- the functions of the other files, as module.c documents them --------------------------------------------- */
 
 PyObject *along_chain(PyObject *module, PyObject *const *args, Py_ssize_t count); /* chains.c */
@@ -241,10 +230,6 @@ PyObject *solve_chain(PyObject *module, PyObject *const *args, Py_ssize_t count)
 PyObject *add_nodes(PyObject *module, PyObject *args); /* nodes.c */
 PyObject *swept(PyObject *module, PyObject *value);    /* folds.c */
 PyObject *affine_terms(PyObject *module, PyObject *value); /* terms.c */
-PyObject *affine_shape(PyObject *module, PyObject *const *args, Py_ssize_t count); /* shapes.c */
-PyObject *replaced_fields(PyObject *module, PyObject *const *args, Py_ssize_t count); /* fields.c */
-PyObject *are_made_alike(PyObject *module, PyObject *const *args, Py_ssize_t count); /* likeness.c */
-PyObject *made_alike(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);
 PyObject *make_stripper(PyObject *module, PyObject *args);

@@ -2,10 +2,10 @@
 
 #include "core.h"
 
-#define INTERFACE 11 /* what `accelerator.py` asks for */
+#define INTERFACE 12 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
-    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *alike_of_python, *affine_of_python;
+    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python;
 int limit, max_shared_size;
 
 PyObject *names[NAMES];
@@ -18,10 +18,10 @@ static const char *const texts[NAMES] = {
 /* Tell the core what it records and what it hands over. */
 static PyObject *complete(PyObject *module, PyObject *args)
 {
-    PyObject *of_operators, *of_fallbacks, *told[13];
-    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!OOOOOii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type,
+    PyObject *of_operators, *of_fallbacks, *told[12];
+    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!OOOOii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type,
                           &of_fallbacks, &told[0], &told[1], &told[2], &told[3], &told[4], &told[5], &PyTuple_Type,
-                          &told[6], &PySet_Type, &told[7], &told[8], &told[9], &told[10], &told[11], &told[12],
+                          &told[6], &PySet_Type, &told[7], &told[8], &told[9], &told[10], &told[11],
                           &limit, &max_shared_size)) {
         return NULL;
     }
@@ -30,14 +30,14 @@ static PyObject *complete(PyObject *module, PyObject *args)
     }
     PyObject **places[] = {&negation,  &source_form,    &lazy_form,       &shorten,     &resolve,
                            &new_other, &source_classes, &tracked_classes, &affine_form, &slopes_or_zeros,
-                           &absolute_form, &alike_of_python, &affine_of_python};
+                           &absolute_form, &affine_of_python};
     for (int at = 0; at < 3 * OPERATORS; at++) {
         Py_XSETREF(forms[at], Py_NewRef(PyTuple_GET_ITEM(of_operators, at)));
     }
     for (int at = 0; at < OPERATORS; at++) {
         Py_XSETREF(fallbacks[at], Py_NewRef(PyTuple_GET_ITEM(of_fallbacks, at)));
     }
-    for (int at = 0; at < 13; at++) Py_XSETREF(*places[at], Py_NewRef(told[at]));
+    for (int at = 0; at < 12; at++) Py_XSETREF(*places[at], Py_NewRef(told[at]));
     Py_RETURN_NONE;
 }
 
@@ -50,17 +50,9 @@ static PyMethodDef functions[] = {
     {"solve_chain", (PyCFunction)(void (*)(void))solve_chain, METH_FASTCALL,
      "solve_chain(value, target, relative): {Source: value}, None without an answer, or NotImplemented."},
     {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
-    {"replaced_fields", (PyCFunction)(void (*)(void))replaced_fields, METH_FASTCALL,
-     "replaced_fields(found, before): as in fields.py."},
     {"swept", swept, METH_O, "swept(value): as in affine.py, or NotImplemented."},
-    {"affine_shape", (PyCFunction)(void (*)(void))affine_shape, METH_FASTCALL,
-     "affine_shape(fields, small): as in affine.py."},
     {"affine", affine_terms, METH_O, "affine(value): as in affine.py."},
     {"reading", reading, METH_VARARGS, "reading(function, known, name, doc): as in accelerator.py."},
-    {"are_made_alike", (PyCFunction)(void (*)(void))are_made_alike, METH_FASTCALL,
-     "are_made_alike(values, others): as in tracked.py."},
-    {"made_alike", (PyCFunction)(void (*)(void))made_alike, METH_FASTCALL,
-     "made_alike(values, others): as in tracked.py."},
     {"recorder", make_recorder, METH_VARARGS,
      "recorder(forward, (left, right, both), arity, otherwise, name, doc): as in functions.py."},
     {"keeping", make_keeper, METH_VARARGS, "keeping(of_plain, of_tracked, name, doc): as in functions.py."},
@@ -85,6 +77,6 @@ PyMODINIT_FUNC PyInit__core(void)
     }
     PyObject *module = PyModule_Create(&definition);
     if (module == NULL) return NULL;
-    if (add_classes(module) < 0 || add_walks(module) < 0 || PyModule_AddIntConstant(module, "INTERFACE", INTERFACE) < 0) Py_CLEAR(module);
+    if (add_classes(module) < 0 || PyModule_AddIntConstant(module, "INTERFACE", INTERFACE) < 0) Py_CLEAR(module);
     return module;
 }

@@ -1,0 +1,190 @@
+"""Provenance is sampled: a publisher writes it at a rate, and who asks for it keeps the last one of each thing.
+
+A message is either whole, with the provenance of all its tracked leaves, or plain. What is one thing for publishers and
+readers alike, `ThingReader` says.
+"""
+
+import functools
+import threading
+import time
+from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Optional, Tuple
+
+from rosslt.messages.codec import provenance_to_send
+from rosslt.messages.codegen.walkers import END, walkers
+from rosslt.messages.fields import INSTANTS, SCALARS, Layout, kind_of
+from rosslt.messages.leaves import locate, with_leaves
+from rosslt.values import TRACKED_CLASSES, lazy_of, untracked
+
+SHARE = 0.05
+"""The share of a core that writing the provenance of one thing may take: what takes long is written less often."""
+
+KEPT = 2.0
+"""For how many seconds a provenance is kept: a publisher of that thing would have written another one since."""
+
+MOST_THINGS = 1024
+"""The most things that a publisher, or a reader, remembers."""
+
+ThingReader = Callable[[Any], Tuple[Hashable, ...]]
+"""Names the thing that a message is about, by its texts and whole numbers: frames, namespace and id of a marker. Of an
+array, its first element counts; the number and the times of headers do not."""
+
+
+@functools.lru_cache(maxsize=None)
+def thing_reader(message_class: Any) -> ThingReader:
+    """The ThingReader of a message class, compiled when first asked for."""
+    layout = walkers(message_class).layout
+    functions: Dict[str, Any] = {}
+    reader: ThingReader = functions[_write_reader(layout, layout.name, functions)]
+    return reader
+
+
+def _write_reader(layout: Layout, type_: str, functions: Dict[str, Any]) -> str:
+    """Compile the ThingReader of a type into functions that call each other; returns its name."""
+    read: List[str] = []
+
+    def descend(owner: str, path: str) -> None:
+        for field in layout.definitions[owner]:
+            part = '%s.%s' % (path, field.name)
+            if field.type in INSTANTS or (field.type in SCALARS and field.length is not None):
+                continue
+            if field.length is not None:
+                name = _write_reader(layout, field.type, functions)
+                if functions[name] is not _read_nothing:
+                    read.append('%s(%s[0]) if %s else ()' % (name, part, part))
+            elif field.type not in SCALARS:
+                descend(field.type, part)
+            elif kind_of(field.type) in 'is' and (owner, field.name) != ('std_msgs/Header', 'seq'):
+                read.append(part)
+
+    descend(type_, 'm')
+    name = 'thing_%d' % len(functions)
+    functions[name] = _read_nothing
+    if read:
+        code = 'lambda m: (%s,)' % ', '.join(read)
+        functions[name] = eval(compile(code, '<thing of %s>' % type_, 'eval'), functions)
+    return name
+
+
+def _read_nothing(message: Any) -> Tuple[Hashable, ...]:
+    return ()
+
+
+class SampledProvenance:
+    """Decides for one publisher which of its messages are whole.
+
+    Args:
+        rate: gives how many messages of one thing are whole in a second, at most.
+        clock: gives seconds.
+    """
+
+    def __init__(self, rate: Callable[[], float], clock: Callable[[], float] = time.monotonic) -> None:
+        self._rate = rate
+        self._clock = clock
+        self._due: Dict[Hashable, float] = {}
+        self._state: Any = None
+
+    def to_send(self, message: Any, full_history: bool, state: Any) -> bytes:
+        """The provenance of a message that is sent now: b'' where it is sent plain.
+
+        Args:
+            message: an ordinary one.
+            full_history: as of `encode`.
+            state: whatever differs after a change, and after somebody has subscribed: the next message is whole.
+        """
+        if state != self._state:
+            self._due.clear()
+            self._state = state
+        now = self._clock()
+        try:
+            thing = thing_reader(message.__class__)(message)
+            due = self._due.get(thing)
+        except (TypeError, AttributeError):
+            return b''  # it is serializing the message that says what is wrong
+        if due is not None and now < due:
+            return b''
+        start = time.thread_time()
+        data = provenance_to_send(message, full_history)
+        if data:
+            if len(self._due) >= MOST_THINGS:
+                self._due.clear()
+            pause = max(1 / self._rate(), (time.thread_time() - start) / SHARE)
+            # what comes a little late does not make all that follows late
+            self._due[_plain(thing)] = max(now, (due or 0.0) + pause) if due else now + pause
+        return data
+
+
+def _plain(thing: Tuple[Any, ...]) -> Hashable:
+    return tuple(
+        [
+            _plain(each) if type(each) is tuple else untracked(each) if type(each) in TRACKED_CLASSES else each
+            for each in thing
+        ]
+    )
+
+
+class LastProvenance:
+    """Keeps the last provenance of each thing, for a reader. Several threads may use it."""
+
+    def __init__(self) -> None:
+        self._kept: Dict[Hashable, _Kept] = {}
+        self._lock = threading.Lock()
+
+    def completed(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> Any:
+        """A message with its provenance where it is whole, else with that of the last whole message of the same thing.
+
+        A leaf that has moved since keeps the sources that it had then: its expression is that one plus the difference.
+
+        Args:
+            message: as received; not changed.
+            publisher: of the message, with the topic where messages of several are read.
+            now: when it came, in seconds; by default now.
+
+        Returns:
+            itself where it is whole, or nothing is kept; else a copy.
+        """
+        kept = self._of(message, publisher, time.monotonic() if now is None else now)
+        if kept is None:
+            return message
+        found = locate(message, kept.wanted, [])
+        values = [_moved(tracked, leaf[2]) for tracked, leaf in zip(kept.leaves, found)]
+        return with_leaves(message, dict(zip(kept.wanted, values))) if values else message
+
+    def is_between(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> bool:
+        """Whether a message is plain because its publisher has sent a whole one of the same thing a moment ago."""
+        return self._of(message, publisher, time.monotonic() if now is None else now) is not None
+
+    def _of(self, message: Any, publisher: Hashable, now: float) -> 'Optional[_Kept]':
+        """What is kept of the thing of a plain message; of a whole one, its provenance is kept, and None returned."""
+        fields: List[Tuple[int, Any, str]] = []
+        size = walkers(message.__class__).collect(message, 0, fields)
+        thing = publisher, thing_reader(message.__class__)(message)
+        with self._lock:
+            if fields:
+                if len(self._kept) >= MOST_THINGS:
+                    self._kept.clear()
+                self._kept[thing] = _Kept(
+                    [*(index for index, _, _ in fields), END], [each[1] for each in fields], size, now
+                )
+                return None
+            kept = self._kept.get(thing)
+        return kept if kept is not None and kept.size == size and now <= kept.at + KEPT else None
+
+
+class _Kept(NamedTuple):
+    """The provenance of a whole message."""
+
+    wanted: List[int]
+    """The indices of its tracked leaves, and END."""
+    leaves: List[Any]
+    size: int
+    """The number of all leaves of the message."""
+    at: float
+
+
+def _moved(tracked: Any, value: Any) -> Any:
+    """A plain value with the provenance that it had a moment ago; itself where it is no number and another one now."""
+    plain = untracked(tracked)
+    if type(value) is type(plain) and (value == plain or value != value):
+        return tracked
+    is_number = type(value) in (float, int) and type(plain) is type(value)
+    return lazy_of([value], lambda _, __: tracked)[0] if is_number else value
