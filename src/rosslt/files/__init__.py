@@ -29,7 +29,6 @@ from rosslt.files.watching import FileWatch
 if TYPE_CHECKING:
     from rosslt.files.inline_yaml import inline_edits
     from rosslt.files.yaml_text import YamlChange, yaml_edits
-    from rosslt.files.yaml_text import with_values as yaml_with_values
 
 __all__ = [
     'LITERALS',
@@ -66,7 +65,6 @@ __all__ = [
     'without_numbers',
     'write',
     'yaml_edits',
-    'yaml_with_values',
 ]
 
 
@@ -76,8 +74,8 @@ def __getattr__(name: str) -> Any:
         from rosslt.files.inline_yaml import inline_edits
 
         return inline_edits
-    if name in ('YamlChange', 'yaml_edits', 'yaml_with_values'):
+    if name in ('YamlChange', 'yaml_edits'):
         from rosslt.files import yaml_text
 
-        return getattr(yaml_text, name.replace('yaml_with', 'with'))
+        return getattr(yaml_text, name)
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
