@@ -22,7 +22,16 @@ from rosslt.files.replacing import (
     replace,
     replace_bytes,
 )
-from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest_of, followed, replaced
+from rosslt.files.source_text import (
+    Edit,
+    SourceText,
+    as_they_read,
+    changed_elsewhere,
+    digest_of,
+    followed,
+    replaced,
+    respelled,
+)
 from rosslt.files.transaction import unified_diff, write
 from rosslt.files.watching import FileWatch
 
@@ -43,6 +52,7 @@ __all__ = [
     'FileWatch',
     'YamlChange',
     'alike',
+    'as_they_read',
     'changed_elsewhere',
     'digest_of',
     'equal',
@@ -61,6 +71,7 @@ __all__ = [
     'replace',
     'replace_bytes',
     'replaced',
+    'respelled',
     'unified_diff',
     'without_numbers',
     'write',
