@@ -405,13 +405,22 @@ class TestSave:
         for location, value in changed.items():
             wait_until(lambda: rosslt('get', '/talker/' + location).stdout == value + '\n', location)  # noqa: B023
 
+    def test_writes_a_file_that_is_not_called_yaml_only_where_it_is_asked_for(self, talker, tmp_path):
+        odd = tmp_path / 'sensor_tf'
+        refused = rosslt('save', '/talker', str(odd))
+        assert refused.returncode == 2
+        assert f'{odd} does not end in .yaml; if it is the file to write, say -o {odd}' in refused.stderr
+        assert not odd.exists()
+        assert rosslt('save', '/talker', '-o', str(odd)).returncode == 0
+        assert yaml.safe_load(odd.read_text(encoding='utf-8'))['talker']['parking']
+
     def test_prints_it_where_the_file_is_a_dash(self, talker):
         assert yaml.safe_load(rosslt('save', '/talker', '-').stdout)['talker']['rosslt']['radius'] == 2.0
 
     def test_says_why_it_cannot_write(self, talker):
         assert (
-            failure('save', '/talker', '/no/such/folder/file')
-            == 'rosslt save: cannot write /no/such/folder/file: No such file or directory'
+            failure('save', '/talker', '/no/such/folder/file.yaml')
+            == 'rosslt save: cannot write /no/such/folder/file.yaml: No such file or directory'
         )
 
 

@@ -51,13 +51,15 @@ class Parameters(unittest.TestCase):
             self.assertEqual(copy.read_text(), ORIGINAL.replace('[2.0, 1.0,  1.50]', '[2.5, -0.25,  1.75]'))
             self.assertIn('already', self.save_in(copy).message)
 
-    def test_saving_into_a_file_of_another_shape_is_refused_with_the_place(self):
+    def test_saving_into_a_file_of_another_shape_is_refused(self):
         with tempfile.TemporaryDirectory() as directory:
             copy = Path(directory, 'tour.yaml')
             copy.write_text('pause: 1.0\nwaypoints: [[1, 2, 3]]\n')
             answer = self.save_in(copy)
             self.assertFalse(answer.success)
-            self.assertIn('tour.yaml:2:12: the file has another shape', answer.message)
+            self.assertIn('the file has no waypoints/1/0 any more', answer.message)
+            copy.write_text(ORIGINAL + '  - [9, 9, 9]\n')
+            self.assertIn('it has more in waypoints than the 3 waypoints', self.save_in(copy).message)
             self.assertFalse(self.save_in(Path(directory, 'none.yaml')).success)
 
     def test_what_is_no_waypoint_is_named_and_the_ones_before_stay(self):

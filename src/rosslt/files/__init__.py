@@ -22,14 +22,22 @@ from rosslt.files.replacing import (
     replace,
     replace_bytes,
 )
-from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest_of, followed, replaced
+from rosslt.files.source_text import (
+    Edit,
+    SourceText,
+    as_they_read,
+    changed_elsewhere,
+    digest_of,
+    followed,
+    replaced,
+    respelled,
+)
 from rosslt.files.transaction import unified_diff, write
 from rosslt.files.watching import FileWatch
 
 if TYPE_CHECKING:
     from rosslt.files.inline_yaml import inline_edits
     from rosslt.files.yaml_text import YamlChange, yaml_edits
-    from rosslt.files.yaml_text import with_values as yaml_with_values
 
 __all__ = [
     'LITERALS',
@@ -44,6 +52,7 @@ __all__ = [
     'FileWatch',
     'YamlChange',
     'alike',
+    'as_they_read',
     'changed_elsewhere',
     'digest_of',
     'equal',
@@ -62,11 +71,11 @@ __all__ = [
     'replace',
     'replace_bytes',
     'replaced',
+    'respelled',
     'unified_diff',
     'without_numbers',
     'write',
     'yaml_edits',
-    'yaml_with_values',
 ]
 
 
@@ -76,8 +85,8 @@ def __getattr__(name: str) -> Any:
         from rosslt.files.inline_yaml import inline_edits
 
         return inline_edits
-    if name in ('YamlChange', 'yaml_edits', 'yaml_with_values'):
+    if name in ('YamlChange', 'yaml_edits'):
         from rosslt.files import yaml_text
 
-        return getattr(yaml_text, name.replace('yaml_with', 'with'))
+        return getattr(yaml_text, name)
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -5,7 +5,7 @@ import hashlib
 import io
 import tokenize
 from collections import Counter
-from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
+from typing import Any, Callable, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
 from rosslt.files.errors import FileError
 from rosslt.files.notation import alike, in_manner_of, text_in_manner_of
@@ -145,17 +145,9 @@ class SourceText:
         wanted = {index: value for index, value in values.items() if not _is_same(self.literals[index].value, value)}
         spelled = {index: self._spelled(index, value) for index, value in wanted.items()}
         for index, value in wanted.items():
-            literal = self.literals[index]
-            if not alike(literal.value, value):
-                raise FileError(self.path, literal.line, literal.column, f'{spelled[index]} cannot stand here')
-        if not self._reads(spelled, wanted):
-            # Parentheses for the places where a number with another sign would mean something else: 2 ** 2, return-1
-            for index, spelling in spelled.items():
-                if not self._reads({index: spelling}, {index: wanted[index]}):
-                    spelled[index] = f'({spelling})'
-            if not self._reads(spelled, wanted):
-                first = self.literals[min(spelled)]
-                raise FileError(self.path, first.line, first.column, f'{spelled[min(spelled)]} cannot stand here')
+            if not alike(self.literals[index].value, value):
+                raise cannot_stand(self.path, self.literals[index], spelled[index])
+        spelled = as_they_read(self.path, self.literals, spelled, lambda some: self._reads(some, wanted))
         made = []
         for index, spelling in sorted(spelled.items()):
             literal = self.literals[index]
@@ -172,14 +164,11 @@ class SourceText:
 
     def _reads(self, spelled: Dict[int, str], values: Dict[int, Any]) -> bool:
         """Whether the text with other spellings has these values, and is the same program otherwise."""
-        text = self.text
-        for index in sorted(spelled, key=lambda index: self.literals[index].start, reverse=True):
-            text = text[: self.literals[index].start] + spelled[index] + text[self.literals[index].end :]
         try:
-            made = SourceText(self.path, text.encode(self._encoding))
+            made = SourceText(self.path, respelled(self.text, self.literals, spelled).encode(self._encoding))
         except FileError:
             return False
-        expected = [values.get(index, literal.value) for index, literal in enumerate(self.literals)]
+        expected = [values[index] if index in spelled else literal.value for index, literal in enumerate(self.literals)]
         return (
             (len(made.numbers), len(made.literals)) == (len(self.numbers), len(expected))
             and all(_is_same(literal.value, value) for literal, value in zip(made.literals, expected))
@@ -202,6 +191,42 @@ def _part_at(node: Optional[ast.AST], path: Sequence[str]) -> Any:
             parts = {key.value: part for key, part in zip(node.keys, node.values) if isinstance(key, ast.Constant)}
         node = parts.get(step)
     return node
+
+
+def respelled(text: str, literals: Sequence[Union[Number, Word]], spelled: Dict[int, str]) -> str:
+    """A text with other spellings of its literals, {index: text}, and every other character as it is."""
+    for index in sorted(spelled, key=lambda index: literals[index].start, reverse=True):
+        text = text[: literals[index].start] + spelled[index] + text[literals[index].end :]
+    return text
+
+
+def as_they_read(
+    file: str,
+    literals: Sequence[Union[Number, Word]],
+    spelled: Dict[int, str],
+    reads: Callable[[Dict[int, str]], bool],
+) -> Dict[int, str]:
+    """Spellings of literals, {index: text}, in parentheses where a number with another sign would mean something else:
+    `2 ** 2`, `return-1`.
+
+    Args:
+        file: its path, for errors.
+        reads: whether the text with some of the spellings says what it should, and is the same program otherwise.
+
+    Raises:
+        FileError: they cannot stand where these literals do.
+    """
+    if reads(spelled):
+        return spelled
+    made = {index: spelling if reads({index: spelling}) else f'({spelling})' for index, spelling in spelled.items()}
+    if not reads(made):
+        first = min(made)
+        raise cannot_stand(file, literals[first], spelled[first])
+    return made
+
+
+def cannot_stand(file: str, literal: Union[Number, Word], spelling: str) -> FileError:
+    return FileError(file, literal.line, literal.column, f'{spelling} cannot stand here')
 
 
 def _is_same(one: Any, other: Any) -> bool:

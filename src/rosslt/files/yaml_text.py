@@ -3,7 +3,7 @@
 import math
 import re
 from collections import Counter
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import yaml
 
@@ -17,43 +17,14 @@ PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
 #: The tags that rosparam reads angles by, and what it writes them with where they have none.
 _ANGLES = {'!degrees': 'deg', '!radians': 'rad'}
 
-#: {(start, end) in the text: what takes its place, or None where it stays}
-Edits = Dict[Tuple[int, int], Optional[str]]
-
-
-def with_values(text: str, data: Any, file: str) -> str:
-    """A YAML text with other scalars.
-
-    Args:
-        text: the YAML.
-        data: what it is to say: dicts, lists and scalars in the shape of the text. What a dict lacks stays as it is.
-        file: its path, for errors.
-
-    Raises:
-        FileError: the text is no YAML, or is of another shape than the data.
-    """
-    try:
-        root, present = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        raise FileError(file, line, column, getattr(error, 'problem', None) or str(error)) from None
-    edits: Edits = {}
-    _collect(root, present, data, edits, file)
-    for (start, end), spelling in sorted(edits.items(), key=lambda edit: edit[0], reverse=True):
-        if spelling is not None:
-            properties = PROPERTIES.match(text, start, end)
-            start = properties.end() if properties else start
-            text = text[:start] + spelling + text[end:]
-    return text
-
 
 class YamlChange(NamedTuple):
     """A number, a text or a truth value of a YAML file that is to be another one.
 
     Attributes:
         path: of keys and indices, from the root of the document.
-        said: what stood there when the file was read, and what may have been saved there since.
+        said: what stood there when the file was read, and what may have been saved there since; empty for whatever
+            stands there.
         value: what should stand there.
         what: what people call it.
     """
@@ -83,14 +54,15 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
     edits, left = [], []
     for change in changes:
         try:
-            node = _node_at(root, change.path, uses)
+            node = _node_at(root, change.path)
             start, end = node.start_mark.index, node.end_mark.index
             properties = PROPERTIES.match(text, start, end)
             start = properties.end() if properties else start
             old, present = text[start:end], _constructed(node)
             if equal(present, change.value):
                 continue
-            if not any(equal(present, one) for one in change.said):
+            _node_at(root, change.path, uses)
+            if change.said and not any(equal(present, one) for one in change.said):
                 raise ValueError(f'it was edited since it was loaded: {file} says {old} instead of {change.said[0]!r}')
             if not alike(present, change.value):
                 raise ValueError(f'{change.value!r} is of another kind than {present!r}, which {file} says')
@@ -121,8 +93,8 @@ def _count_uses(node: Any, uses: Counter) -> None:
             waiting += node.value
 
 
-def _node_at(node: Any, path: Sequence[Union[str, int]], uses: Counter) -> Any:
-    """The scalar at a path; ValueError where there is none that is used once."""
+def _node_at(node: Any, path: Sequence[Union[str, int]], uses: Optional[Counter] = None) -> Any:
+    """The scalar at a path; ValueError where there is none, or, with `uses`, where it is used more than once."""
     for step in path:
         found: List[Any] = []
         if isinstance(node, yaml.MappingNode):
@@ -132,7 +104,7 @@ def _node_at(node: Any, path: Sequence[Union[str, int]], uses: Counter) -> Any:
         if len(found) != 1:
             raise ValueError(f'the file has no {"/".join(map(str, path))} any more')
         node = found[0]
-        if uses[id(node)] > 1:
+        if uses and uses[id(node)] > 1:
             raise ValueError('it is one value in several places, and would have to be two')
     if not isinstance(node, yaml.ScalarNode):
         raise ValueError(f'{"/".join(map(str, path))} is no single value any more')
@@ -148,7 +120,7 @@ def ranges_at(text: str, paths: Sequence[Sequence[Union[str, int]]]) -> List[Tup
         return []
     for path in paths:
         try:
-            node = _node_at(root, path, Counter())
+            node = _node_at(root, path)
         except ValueError:
             continue
         found.add((node.start_mark.index, node.end_mark.index))
@@ -246,7 +218,7 @@ def _says_instead(before: str, after: str, node: Any, change: YamlChange) -> boo
             )
             for index, (one, other) in enumerate(zip(old, new))
         )
-        now = _node_at(yaml.compose(after, Loader=yaml.SafeLoader), change.path, Counter())
+        now = _node_at(yaml.compose(after, Loader=yaml.SafeLoader), change.path)
     except (yaml.YAMLError, ValueError):
         return False
     return is_same and now.end_mark.line == now.start_mark.line and equal(_constructed(now), change.value)
@@ -273,28 +245,3 @@ def _angle(old: str, value: float, read: Callable[[str], Any]) -> Optional[str]:
         if repr(read(text)) == repr(value):
             return text
     return None
-
-
-def _collect(node: Any, present: Any, wanted: Any, edits: Edits, file: str) -> None:
-    """Note {(start, end): new text, or None where it stays} for the scalars of a YAML node."""
-    mark: Any = getattr(node, 'start_mark', None)
-    line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-    if isinstance(node, yaml.MappingNode) and isinstance(wanted, dict) and wanted.keys() <= present.keys():
-        for key, part in node.value:
-            if key.value in wanted:
-                _collect(part, present[key.value], wanted[key.value], edits, file)
-    elif isinstance(node, yaml.SequenceNode) and isinstance(wanted, (list, tuple)) and len(wanted) == len(present):
-        for part, now, then in zip(node.value, present, wanted):
-            _collect(part, now, then, edits, file)
-    elif isinstance(node, yaml.ScalarNode) and not isinstance(wanted, (dict, list, tuple)):
-        spelling = None if wanted == present and type(wanted) is type(present) else _spelled(wanted)
-        # An anchor and its aliases are one scalar.
-        if edits.setdefault((mark.index, node.end_mark.index), spelling) != spelling:
-            raise FileError(file, line, column, 'this is one value in several places, and would have to be two')
-    else:
-        raise FileError(file, line, column, 'the file has another shape here than {!r}'.format(wanted))
-
-
-def _spelled(value: Any) -> str:
-    dumped: str = yaml.safe_dump(value, default_flow_style=True, allow_unicode=True, width=float('inf'))
-    return dumped.splitlines()[0]

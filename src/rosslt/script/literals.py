@@ -8,10 +8,10 @@ import ast
 from decimal import Decimal
 from typing import Dict, Iterator, List, NamedTuple, Tuple
 
-from rosslt.files import LITERALS, Number, numbers_in, without_numbers
+from rosslt.files import LITERALS, Number, as_they_read, in_manner_of, numbers_in, respelled, without_numbers
 from rosslt.script.errors import ScriptError
 
-__all__ = ['LITERALS', 'Parsed', 'difference', 'followed', 'parse', 'rewritten', 'spelled']
+__all__ = ['LITERALS', 'Parsed', 'difference', 'followed', 'parse', 'rewritten', 'rounded']
 
 
 class Parsed(NamedTuple):
@@ -88,43 +88,32 @@ def rewritten(parsed: Parsed, index: int, value: float, precision: float, file: 
     Raises:
         ScriptError: the literal stands where no other number can.
     """
-    literal = parsed.literals[index]
-    spelling = spelled(value, precision, isinstance(literal.value, int))
-    wanted = ast.literal_eval(spelling)
+    literal, wanted = parsed.literals[index], rounded(value, precision)
     if wanted == literal.value:
         return parsed
-    values = [one.value for one in parsed.literals]
-    values[index] = wanted
-    # Parentheses for the places where a number with another sign would mean something else: 2 ** 2, return-1
-    for candidate in (spelling, '({})'.format(spelling)):
-        text = parsed.text[: literal.start] + candidate + parsed.text[literal.end :]
+    if isinstance(literal.value, int) and wanted.is_integer():
+        wanted = int(wanted)
+    expected = [one.value for one in parsed.literals]
+    expected[index] = wanted
+    made = parsed
+
+    def reads(spelled: Dict[int, str]) -> bool:
+        nonlocal made
         try:
-            result = parse(text, file)
+            made = parse(respelled(parsed.text, parsed.literals, spelled), file)
         except ScriptError:
-            continue
-        if result.skeleton == parsed.skeleton and [one.value for one in result.literals] == values:
-            return result
-    raise ScriptError(file, literal.line, literal.column, '{} cannot stand here'.format(spelling))
+            return False
+        return made.skeleton == parsed.skeleton and [one.value for one in made.literals] == expected
+
+    as_they_read(file, parsed.literals, {index: in_manner_of(parsed.text[literal.start : literal.end], wanted)}, reads)
+    return made
 
 
-def spelled(value: float, precision: float, is_whole: bool) -> str:
-    """A number as it is written into a script.
-
-    Args:
-        value: the number.
-        precision: the step that it is rounded to.
-        is_whole: whether it was written without a decimal point, and is so again where it can be.
-    """
+def rounded(value: float, precision: float) -> float:
+    """The multiple of a precision that is nearest to a number."""
     if abs(value) > precision * 2**53:  # there are no digits to round
-        return repr(int(value) if is_whole and float(value).is_integer() else float(value))
-    step = Decimal(repr(precision))
-    rounded = round(value / precision) * step
-    text = '{:f}'.format(rounded.quantize(step) if step < 1 else rounded)
-    whole, _, fraction = text.partition('.')
-    fraction = fraction.rstrip('0')
-    if is_whole and not fraction:
-        return whole
-    return '{}.{}'.format(whole, fraction or '0')
+        return float(value)
+    return float(round(value / precision) * Decimal(repr(precision)))
 
 
 def followed(old: Parsed, new: Parsed, in_whole_lines: bool = True) -> Dict[int, int]:

@@ -36,7 +36,7 @@ from rosslt.script.running import Step
 STALE = 2.0
 
 #: How often a change is tried again because others write the file, too.
-ATTEMPTS = 10
+ATTEMPTS = 100
 
 
 class Settings(NamedTuple):

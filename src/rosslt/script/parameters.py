@@ -3,8 +3,10 @@
 from typing import Any, Callable, List, Optional, Tuple
 
 import rospy
+import yaml
 
 from rosslt import files, node, values
+from rosslt.script.errors import ScriptError
 from rosslt.script.running import Goto, Step, Wait
 
 
@@ -68,13 +70,19 @@ class Waypoints:
             ScriptError: the file cannot be read or written, or holds something else.
         """
         key = self._name.lstrip('~')
-        text = files.read(path)
-        new = files.yaml_with_values(text, {key: values.untracked(node.get_param(self._name))}, path)
-        if new == text:
-            return '{} holds these values already'.format(path)
-        if not files.replace(path, text, new):
-            return self.save(path)
-        return 'saved in {}'.format(path)
+        content, waypoints = files.read_bytes(path), values.untracked(node.get_param(self._name))
+        changes = [
+            files.YamlChange([key, number, axis], [], value, f'{key}[{number}][{axis}]')
+            for number, waypoint in enumerate(waypoints)
+            for axis, value in enumerate(waypoint)
+        ]
+        edits, left = files.yaml_edits(path, content, changes)
+        if left:
+            raise ScriptError(path, None, None, '; '.join(f'{what} cannot be saved: {reason}' for what, reason in left))
+        if yaml.safe_load(files.replaced(content, edits))[key] != waypoints:
+            raise ScriptError(path, None, None, f'it has more in {key} than the {len(waypoints)} waypoints to save')
+        files.write(edits)
+        return f'saved in {path}' if edits else f'{path} holds these values already'
 
 
 def _complain(name: str, said: Any, wanted: str) -> None:

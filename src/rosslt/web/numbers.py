@@ -24,8 +24,8 @@ STEPS = 1000
 #: The fields of a file with more of them are not seen before somebody opens their folder: a browser draws each.
 MANY = 50
 
-#: How long a person may pause while typing into a field, in seconds: what stands there then is wanted. The second is for
-#: what is no number, such as the beginning of one.
+#: How long a person may pause while typing into a field, in seconds: what stands there then is wanted. The longer pause
+#: is for what is no number, such as the beginning of one.
 TYPING, TYPING_ON = 0.7, 2.0
 
 #: For how long after a hand has moved a field the owner's reports do not move it, in seconds.

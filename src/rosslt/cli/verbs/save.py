@@ -35,20 +35,27 @@ In a pipe each value that was written is a line of columns between tabs: NODE/LO
 """
 ARGUMENTS = [
     Argument('--diff', action='store_true', help='print what would be written as a unified diff, and write nothing'),
+    Argument('-o', dest='output', metavar='FILE', help='write the values as YAML into FILE, whatever it is called'),
     Argument('node', completer=nodes, metavar='NODE'),
-    Argument('file', nargs='?', metavar='FILE', help='of the YAML; - for standard output'),
+    Argument('file', nargs='?', metavar='FILE', help='a .yaml to write; - for standard output'),
 ]
 
 
 def run(options: argparse.Namespace) -> None:
-    if options.diff and options.file:
+    file = options.output or options.file
+    if options.diff and file:
         raise Misused('--diff is about the files that values were read from; leave FILE out')
+    if options.output and options.file:
+        raise Misused(f'one file is written, not both {options.output} and {options.file}')
+    # A second node, say, is no file to be written.
+    if options.file not in (None, '-') and not options.file.endswith(('.yaml', '.yml')):
+        raise Misused(f'{options.file} does not end in .yaml; if it is the file to write, say -o {options.file}')
     master = find_master()
     name = tracked_node(master, options.node)
-    if options.file is None:
+    if file is None:
         _save_where_it_stands(master, name, options.diff)
     else:
-        _write_yaml(master, name, options)
+        _write_yaml(master, name, file)
 
 
 def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> None:
@@ -80,7 +87,7 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
         raise Failure('not saved: ' + '; '.join(f'{one.name} ({one.reason})' for one in unsaved))
 
 
-def _write_yaml(master: rosgraph.Master, name: str, options: argparse.Namespace) -> None:
+def _write_yaml(master: rosgraph.Master, name: str, file: str) -> None:
     parameters = master.getParam('/')
     saved: Dict[str, Any] = {}
     left_out: List[str] = []
@@ -92,12 +99,10 @@ def _write_yaml(master: rosgraph.Master, name: str, options: argparse.Namespace)
             left_out.append(place.local_name)
     text = yaml.safe_dump(saved, default_flow_style=False, allow_unicode=True) if saved else ''
     try:
-        with (
-            contextlib.nullcontext(sys.stdout) if options.file == '-' else open(options.file, 'w', encoding='utf-8')
-        ) as file:
-            file.write(text)
+        with contextlib.nullcontext(sys.stdout) if file == '-' else open(file, 'w', encoding='utf-8') as output:
+            output.write(text)
     except OSError as error:
-        raise Failure(f'cannot write {options.file}: {error.strerror}') from None
+        raise Failure(f'cannot write {file}: {error.strerror}') from None
     if left_out:
         print('rosslt save: not saved, as no parameter stands behind them: ' + ', '.join(left_out), file=sys.stderr)
 
