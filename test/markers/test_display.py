@@ -20,7 +20,7 @@ SOURCE = values.Source('/owner', 1)
 class Thing:
     """A handle on nothing, at a tracked x."""
 
-    frame, size, rank, position, turn_key = 'world', 1.0, 0, None, None
+    frame, size, rank, position = 'world', 1.0, 0, None
 
     def __init__(self, x=0.0, draw_key='red', name='thing', at=None):
         self.name, self.draw_key = name, draw_key

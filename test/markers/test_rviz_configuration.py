@@ -1,4 +1,4 @@
-"""What rviz.launch shows."""
+"""The displays of rviz.launch, and how they come."""
 
 from rosslt.markers.rviz.configuration import DISPLAYS, configuration
 from rosslt.markers.scene.by_type import KINDS

@@ -10,13 +10,18 @@ import rosgraph
 import rospkg
 import rospy
 import yaml
+from std_msgs.msg import Bool, String
 
+from rosslt.markers.faults import contained
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
 
-#: For how long no new topic may have come before RViz opens, in seconds.
+#: For how long no new topic may have come before RViz opens, or gets displays for them, in seconds.
 QUIET = 1.5
+
+#: How often it is looked whether RViz is still open, and for new topics, in seconds.
+PERIOD = 0.5
 
 SERVER = '/slt_visualization'
 WORLD = 'world'
@@ -52,14 +57,7 @@ def configuration(types: Dict[str, str], fixed_frame: str, has_robot: bool) -> D
     displays = [
         _display('rviz/Grid', 'Grid', {'Color': '130; 130; 135', 'Alpha': 0.5}),
         _display('rviz/TF', 'Frames', {'Show Arrows': False}),
-    ]
-    if has_robot:
-        displays.append(_display('rviz/RobotModel', 'Robot', {'Robot Description': 'robot_description'}))
-    for topic, kind in sorted(types.items()):
-        if kind in DISPLAYS:
-            row = DISPLAYS[kind]
-            displays.append(_display(row.display, topic, {row.topic_property: topic}))
-    displays.append(
+        *displays_of(types, has_robot),
         _display(
             'rviz/InteractiveMarkers',
             'Handles',
@@ -69,8 +67,8 @@ def configuration(types: Dict[str, str], fixed_frame: str, has_robot: bool) -> D
                 'Show Axes': False,
                 'Show Visual Aids': False,
             },
-        )
-    )
+        ),
+    ]
     return {
         'Panels': [{'Class': 'rviz/Displays', 'Name': 'Displays'}],
         'Visualization Manager': {
@@ -89,8 +87,20 @@ def configuration(types: Dict[str, str], fixed_frame: str, has_robot: bool) -> D
     }
 
 
+def displays_of(types: Dict[str, str], has_robot: bool) -> List[Dict[str, Any]]:
+    """The displays of topics, {topic: type of its messages}, and of the robot."""
+    displays = []
+    if has_robot:
+        displays.append(_display('rviz/RobotModel', 'Robot', {'Robot Description': 'robot_description'}))
+    for topic, kind in sorted(types.items()):
+        if kind in DISPLAYS:
+            row = DISPLAYS[kind]
+            displays.append(_display(row.display, topic, {row.topic_property: topic}))
+    return displays
+
+
 def open_rviz(arguments: Sequence[str] = ()) -> int:
-    """Look for topics that can be dragged, and open RViz with all of them; its exit status once it is closed.
+    """Open RViz with all topics that can be dragged, and add those that come later; its exit status once it is closed.
 
     Args:
         arguments: handed on to RViz.
@@ -101,36 +111,115 @@ def open_rviz(arguments: Sequence[str] = ()) -> int:
     wait = rospy.get_param('~wait', 5.0)
     if isinstance(wait, bool) or not isinstance(wait, (int, float)) or wait < 0.0:
         raise ValueError('the parameter ~wait is {!r} instead of a number of seconds'.format(wait))
-    scene = Scene(Settings())
-    Watch(scene)
-    frames = _found(scene, float(wait))
-    types = dict(rosgraph.Master(rospy.get_name()).getTopicTypes())
-    shown = {topic: types[topic] for topic in frames if topic in types}
-    fixed_frame = rospy.get_param('~fixed_frame', '') or _most_common(list(frames.values()))
-    text = yaml.safe_dump(configuration(shown, fixed_frame, rospy.has_param('robot_description')), sort_keys=False)
+    shown = Shown(rospy.get_param('~fixed_frame', ''))
     path = os.path.join(rospkg.get_ros_home(), 'rosslt.rviz')
     os.makedirs(os.path.dirname(path), exist_ok=True)
+    shown.open_with(path, float(wait))
+    name = '{}_rviz'.format(rospy.get_name())
+    process = subprocess.Popen(['rviz', '-d', path, *arguments, '__name:=' + name.rpartition('/')[2]])
+    try:
+        while process.poll() is None and not rospy.is_shutdown():
+            with contained('what has come cannot be added to RViz'):
+                shown.add_to(name, path)
+            rospy.rostime.wallsleep(PERIOD)
+    finally:
+        if process.poll() is None:
+            process.terminate()
+    return process.wait()
+
+
+class Shown:
+    """The topics that RViz shows, and those that it is to show next.
+
+    Args:
+        fixed_frame: RViz's fixed frame; by default the one that most topics use.
+    """
+
+    def __init__(self, fixed_frame: str = '') -> None:
+        self._chosen_frame, self._frame = fixed_frame, fixed_frame
+        self._scene = Scene(Settings())
+        Watch(self._scene)
+        self._master = rosgraph.Master(rospy.get_name())
+        self._types: Dict[str, str] = {}  # of the topics that RViz shows
+        self._has_robot = False
+        self._found: Dict[str, str] = {}  # {topic: frame} of all that can be dragged
+        self._found_at = time.monotonic()
+
+    def open_with(self, path: str, wait: float) -> None:
+        """Write what RViz opens with: all that is found until nothing new comes, or for so many seconds."""
+        end = time.monotonic() + wait
+        while time.monotonic() < end and not rospy.is_shutdown() and not (self._look() and self._found):
+            rospy.rostime.wallsleep(0.1)
+        displays = self._take_new()
+        if self._types:
+            rospy.loginfo('RViz shows %s', ', '.join(sorted(self._types)))
+        else:
+            rospy.loginfo('no topic with provenance was found within %g s; RViz shows those that come later', wait)
+        made = configuration({}, self._frame, has_robot=False)
+        made['Visualization Manager']['Displays'][2:2] = displays
+        _write(path, made)
+
+    def add_to(self, rviz: str, path: str) -> None:
+        """Add the displays of what has come to RViz, which keeps what a person has changed in it."""
+        if not self._look() or not self._has_news():
+            return
+        try:
+            _ask_rviz(rviz, 'save_config', path)
+        except rospy.ServiceException:
+            return  # it is still starting
+        with open(path, encoding='utf-8') as file:
+            present = yaml.safe_load(file)
+        manager = present['Visualization Manager']
+        before = self._frame
+        manager['Displays'] += self._take_new()
+        if manager['Global Options']['Fixed Frame'] == before:
+            manager['Global Options']['Fixed Frame'] = self._frame
+        _write(path, present)
+        _ask_rviz(rviz, 'load_config_discarding_changes', path)
+        rospy.loginfo('RViz shows %s', ', '.join(sorted(self._types)))
+
+    def _look(self) -> bool:
+        """Look what can be dragged; whether nothing new has come for a while."""
+        found = self._scene.topics()
+        if not found.keys() <= self._found.keys():
+            self._found_at = time.monotonic()
+        self._found.update(found)
+        return time.monotonic() - self._found_at > QUIET
+
+    def _has_news(self) -> bool:
+        has_new_robot = not self._has_robot and rospy.has_param('robot_description')
+        return has_new_robot or not self._found.keys() <= self._types.keys()
+
+    def _take_new(self) -> List[Dict[str, Any]]:
+        """The displays of what RViz does not show yet; the fixed frame is the one that most topics use."""
+        types = dict(self._master.getTopicTypes())
+        new = {topic: types.get(topic, '') for topic in self._found if topic not in self._types}
+        self._types.update(new)
+        had_robot, self._has_robot = self._has_robot, self._has_robot or rospy.has_param('robot_description')
+        self._frame = self._chosen_frame or _most_common(list(self._found.values()))
+        return displays_of(new, self._has_robot and not had_robot)
+
+
+class SendFilePath:
+    """The type of RViz's services, which Debian has for C++ only."""
+
+    _type, _md5sum = 'rviz/SendFilePath', '*'
+    _request_class, _response_class = String, Bool
+
+
+def _ask_rviz(rviz: str, service: str, path: str) -> None:
+    """Have RViz save its configuration in a file, or load it from there.
+
+    Raises:
+        rospy.ServiceException: it does not.
+    """
+    if not rospy.ServiceProxy('{}/{}'.format(rviz, service), SendFilePath)(path).data:
+        raise rospy.ServiceException('RViz refuses {} of {}'.format(service, path))
+
+
+def _write(path: str, made: Dict[str, Any]) -> None:
     with open(path, 'w', encoding='utf-8') as file:
-        file.write(text)
-    if shown:
-        rospy.loginfo('RViz shows %s', ', '.join(sorted(shown)))
-    else:
-        rospy.logwarn('no topic with provenance was found within %g s: add what comes later in RViz itself', wait)
-    return subprocess.call(['rviz', '-d', path, *arguments])
-
-
-def _found(scene: Scene, wait: float) -> Dict[str, str]:
-    """{topic: frame} of what can be dragged, once nothing new has come for a moment."""
-    end, last_news = time.monotonic() + wait, time.monotonic()
-    frames: Dict[str, str] = {}
-    while time.monotonic() < end and not rospy.is_shutdown():
-        found = scene.topics()
-        if set(found) != set(frames):
-            frames, last_news = found, time.monotonic()
-        if frames and time.monotonic() - last_news > QUIET:
-            break
-        rospy.rostime.wallsleep(0.1)
-    return frames
+        yaml.safe_dump(made, file, sort_keys=False)
 
 
 def _most_common(frames: List[str]) -> str:

@@ -118,8 +118,9 @@ class Follower:
                 del self._shown[name]
                 self.erase(name)
             return shown is not None
-        basis = handle.draw_key, handle.turn_key, self._version
         drawing = shown.drawing if shown is not None else None
+        turn = None if drawing is None or drawing[1].is_lasting else handle.pose[3:]
+        basis = handle.draw_key, turn, self._version
         if shown is None or shown.basis != basis:
             drawing = handle.draw_key, handle.motions(self._descriptions.can_change)
         # What cannot be drawn is not tried over and over.

@@ -50,12 +50,14 @@ class Motions(NamedTuple):
         is_in_frame: whether these are axes of the frame, or of the thing itself, as it is turned.
         arrows: which of them have arrows beside the body.
         rings: the ways to turn it.
+        is_lasting: whether these stay as they are while the thing turns.
     """
 
     axes: Axes
     is_in_frame: bool = False
     arrows: Axes = (False, False, False)
     rings: Tuple[Ring, ...] = ()
+    is_lasting: bool = True
 
     def of_body(self, is_free: bool) -> List[int]:
         """The axes that a grabbed body moves along: 0, 1 and 2 for x, y and z.
@@ -88,9 +90,6 @@ class Handle:
     """
 
     __slots__ = ('draw_key', 'frame', 'name', 'pose', 'rank', 'size')
-
-    #: What its motions depend on beside its draw_key, and what is known of its sources.
-    turn_key: Hashable = None
 
     #: The tracked or plain x, y and z where it stands, in its frame; None where it is no position.
     position: Optional[Tuple[Any, ...]] = None

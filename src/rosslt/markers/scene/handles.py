@@ -51,7 +51,7 @@ class PoseHandle(Handle):
         rank: as that of a Handle.
     """
 
-    __slots__ = ('_has_arrows', '_is_planar', '_make_shapes', '_orientation', 'position', 'turn_key')
+    __slots__ = ('_has_arrows', '_is_planar', '_make_shapes', '_orientation', 'position')
     position: Tuple[Any, ...]
 
     def __init__(
@@ -72,10 +72,15 @@ class PoseHandle(Handle):
         x, y, z = map(float, self.position)
         x_moves, y_moves, z_moves = map(has_source, self.position)
         movable = (x_moves, y_moves, z_moves)
-        turnable = tuple(map(has_source, self._orientation))
-        draw_key = movable, turnable, _body_direction(movable, rotation), frame, size, shape_key
+        draw_key = (
+            movable,
+            tuple(map(has_source, self._orientation)),
+            _body_direction(movable, rotation),
+            frame,
+            size,
+            shape_key,
+        )
         super().__init__(name, frame, (x, y, z, *rotation), size, draw_key, rank)
-        self.turn_key = rotation if any(turnable) else None
         self._make_shapes, self._has_arrows, self._is_planar = make_shapes, has_arrows, is_planar
 
     @property
@@ -96,13 +101,14 @@ class PoseHandle(Handle):
     def motions(self, can_change: CanChange) -> Motions:
         """The ways in which it can be moved."""
         movable = movable_axes(self.position, can_change)
-        rings = rings_of([part if has_source(part) and can_change(part) else float(part) for part in self._orientation])
+        turnable = [part if has_source(part) and can_change(part) else float(part) for part in self._orientation]
+        rings, are_lasting = rings_of(turnable)
         if self._is_planar:
             movable = (movable[0], movable[1], False)
             upright = {ring: rotate_vector(ring.orientation(self.pose[3:]), AXES[0]) for ring in rings}
             rings = tuple([ring for ring in rings if math.isclose(abs(upright[ring][2]), 1.0)])
         arrows = movable if self._has_arrows or sum(movable) == 1 else (False, False, False)
-        return Motions(movable, True, arrows, rings)
+        return Motions(movable, True, arrows, rings, are_lasting)
 
     def shapes(self) -> List[Any]:
         """The Markers to grab."""

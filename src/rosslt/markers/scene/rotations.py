@@ -17,8 +17,9 @@ NUDGE = 0.1
 DIGITS = 4
 
 
-def rings_of(orientation: Sequence[Any]) -> Tuple[Ring, ...]:
-    """A ring for each independent way in which the sources of a quaternion can turn it.
+def rings_of(orientation: Sequence[Any]) -> Tuple[Tuple[Ring, ...], bool]:
+    """A ring for each independent way in which the sources of a quaternion can turn it; and whether these rings last
+    while it turns.
 
     Axes of the frame come first, then those of the thing, both as far as the sources turn it around them in the
     orientations near by, too; then the directions that the sources turn it around at present.
@@ -28,7 +29,7 @@ def rings_of(orientation: Sequence[Any]) -> Tuple[Ring, ...]:
     """
     spins = _spins(orientation)
     if not spins:
-        return ()
+        return (), True
     rotation = normalized(*map(float, orientation))
     nudged = {
         source: value + NUDGE / math.hypot(*spins[source])
@@ -47,12 +48,15 @@ def rings_of(orientation: Sequence[Any]) -> Tuple[Ring, ...]:
         for name, axis in zip('uvw', AXES)
         if all(span.has(axis) for span in in_thing)
     ]
+    lasting = len(candidates)
     for index, spin in enumerate(spins.values()):
         length = math.hypot(*spin)
         x, y, z = (round(part / length, DIGITS) + 0.0 for part in spin)
         candidates.append((Ring('source_%d' % index, (x, y, z)), spin))
     taken = _Span(())
-    return tuple([ring for ring, direction in candidates if taken.add(direction)])
+    chosen = [index for index, (_, direction) in enumerate(candidates) if taken.add(direction)]
+    are_lasting = all(index < lasting for index in chosen) and len(chosen) == in_frame[1].rank
+    return tuple([candidates[index][0] for index in chosen]), are_lasting
 
 
 def _spins(orientation: Sequence[Any]) -> Dict[values.Source, Vector]:
@@ -81,6 +85,11 @@ class _Span:
         self._basis: List[List[float]] = []
         for direction in directions:
             self.add(direction)
+
+    @property
+    def rank(self) -> int:
+        """The number of independent directions."""
+        return len(self._basis)
 
     def has(self, direction: Sequence[float]) -> bool:
         """Whether a direction is among them."""
