@@ -31,7 +31,7 @@ def test_every_location_has_a_field(talker, browser):
     assert browser.value('huge') == str(10**30)
     assert not browser.field('huge').is_enabled()
     assert browser.field('side').is_enabled()
-    assert browser.value('port') == 'the getter of port raises OSError: the port is closed'
+    assert browser.value('port') == 'the getter of port fails: OSError: the port is closed'
     assert not browser.field('port').is_enabled()
     browser.picture('numbers')
 
