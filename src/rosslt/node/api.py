@@ -67,7 +67,6 @@ def is_started() -> bool:
     return bool(_owner.name)
 
 
-@values.reading(_BY_CALL)
 def location(
     value: Any = None,
     name: Optional[str] = None,

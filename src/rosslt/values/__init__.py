@@ -8,7 +8,6 @@ installed. Other rooms use the names below and nothing behind them.
 import importlib
 from typing import Any, Callable, Dict
 
-from .accelerator import reading
 from .affine import SHORTENING, affine, affine_shape
 from .calls import operation
 from .closeness import is_same
@@ -102,7 +101,6 @@ __all__ = [
     'origins',
     'pause_recording',
     'plain_scalar',
-    'reading',
     'reapply',
     'recorder',
     'replaced_fields',

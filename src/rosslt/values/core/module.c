@@ -56,7 +56,6 @@ static PyMethodDef functions[] = {
     {"affine_shape", (PyCFunction)(void (*)(void))affine_shape, METH_FASTCALL,
      "affine_shape(fields, small): as in affine.py."},
     {"affine", affine_terms, METH_O, "affine(value): as in affine.py."},
-    {"reading", reading, METH_VARARGS, "reading(function, known, name, doc): as in accelerator.py."},
     {"are_made_alike", (PyCFunction)(void (*)(void))are_made_alike, METH_FASTCALL,
      "are_made_alike(values, others): as in tracked.py."},
     {"made_alike", (PyCFunction)(void (*)(void))made_alike, METH_FASTCALL,
