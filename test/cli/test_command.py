@@ -189,7 +189,7 @@ class TestList:
         with Node('faulty', code):
             wait_until(lambda: len(rosslt('list', '/faulty').stdout.splitlines()) == 2, 'both are listed')
             listed = {line[0]: line[1:] for line in lines('list', '/faulty')}
-            why = 'the getter of port raises OSError: the port is closed'
+            why = 'the getter of port fails: OSError: the port is closed'
             assert (listed['/faulty/port'][1], listed['/faulty/port'][-1]) == ('', why)
             assert listed['/faulty/beside'][1] == '2.0'
             assert why in on_terminal('list', '/faulty')

@@ -251,7 +251,7 @@ class External(unittest.TestCase):
                 (RuntimeError('the port is closed \udc80'), 'RuntimeError: the port is closed'),
                 (math.nan, 'nan is not a finite number'),
                 ('\ud800', 'half a surrogate pair'),
-                (None, 'gives None, and no float'),
+                (None, 'None is no float, int, str or bool'),
             )
         ):
             self.held['value'] = fault
@@ -291,7 +291,7 @@ class External(unittest.TestCase):
         plain = rosslt.location(1.0, name='beside_it')
         changes = rospy.ServiceProxy('~rosslt/get_history', GetHistory)
         before = len(changes().changes)
-        with self.assertRaisesRegex(rosslt.ChangeRejected, 'raises RuntimeError: the port is closed'):
+        with self.assertRaisesRegex(rosslt.ChangeRejected, 'fails: RuntimeError: the port is closed'):
             rosslt.force_value([plain, first, second], [9.0, 9.0, 5.0])
         self.assertEqual((other['value'], self.held['value']), (1.0, 2.0))
         self.assertEqual(rosslt.reevaluate([plain, first, second]), [1.0, 1.0, 2.0])

@@ -189,8 +189,9 @@ def test_a_client_follows_changes_of_others_and_locations_that_appear(client, ow
 @pytest.mark.rostest
 def test_what_cannot_be_shown_is_left_out_and_everything_else_is_shown(client, owner):
     owner.process.stdin.write("rosslt.location(2**40, name='large')\n")
-    owner.process.stdin.write("rosslt.location(5, name='small'); rosslt.location('\\ud800', name='odd')\n")
-    owner.process.stdin.write("broken = []; rosslt.location(getter=lambda: 1 / 0 if broken else 1.0, name='read')\n")
+    owner.process.stdin.write("rosslt.location(5, name='small'); broken = []\n")
+    owner.process.stdin.write("rosslt.location(getter=lambda: '\\ud800' if broken else 'even', name='odd')\n")
+    owner.process.stdin.write("rosslt.location(getter=lambda: 1 / 0 if broken else 1.0, name='read')\n")
     owner.process.stdin.write('broken.append(True)\n')
     owner.process.stdin.write("rosslt.location(6, name='last')\n")
     owner.process.stdin.flush()
@@ -199,7 +200,7 @@ def test_what_cannot_be_shown_is_left_out_and_everything_else_is_shown(client, o
     assert not {'large', 'odd', 'read'} & set(client.does('list(client.config)'))
     for line in (
         'large is left out of dynamic_reconfigure: 1099511627776 does not fit',
-        'read is left out of dynamic_reconfigure: its getter raises ZeroDivisionError',
+        'read is left out of dynamic_reconfigure: the getter of read fails: ZeroDivisionError',
     ):
         wait_until(lambda line=line: line in owner.logged(), 'the node says ' + line)
 

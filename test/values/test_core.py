@@ -2,7 +2,6 @@
 
 import gc
 import importlib
-import inspect
 import operator
 import os
 import random
@@ -24,7 +23,6 @@ from rosslt.values import (
     keeping,
     lazy,
     lazy_of,
-    reading,
     to_float,
     to_int,
 )
@@ -362,80 +360,6 @@ def test_a_record_of_another_shape_is_refused():
     assert explain(new(2.0, (TO_FLOAT.left, track(2, B), None), 2)) == 'float(2 [/b#2])'
 
 
-class Kept:
-    """What is known of a call."""
-
-    def __init__(self, tracked):
-        self.tracked = tracked
-
-
-KNOWN = {}
-ASKED = []
-
-
-@reading(KNOWN)
-def kept(value=None, name=None, key=None, unit: str = '', *, getter=None):
-    """Gives what it gave for the first call from a place.
-
-    Raises:
-        TypeError: there is nothing to give.
-    """
-    ASKED.append((value, name, key, unit))
-    if (value is None) == (getter is None):
-        raise TypeError('a value or a getter')
-    frame = sys._getframe(1)
-    place = id(frame.f_code), frame.f_lasti, name, key
-    return KNOWN.setdefault(place, Kept(value if getter is None else getter())).tracked
-
-
-def test_what_is_known_of_the_place_of_a_call_is_read():
-    ASKED.clear()
-    calls = [
-        lambda given: kept(given),
-        lambda given: kept(given, 'a', 1, unit='m'),
-        lambda given: kept(value=given, key=2, name='a'),
-        lambda given: kept(**{'value': given, ''.join(['na', 'me']): 'a'}),  # a word that is another object
-        lambda given: kept(getter=lambda: given),
-    ]
-    read = [[call(given) for given in (1.5, 2.5)] for call in calls]
-    assert read == [[1.5, 1.5]] * len(calls)
-    # with the core, only calls with a getter, or with a word that it does not know at a glance, ask once more
-    assert len(ASKED) == len(calls) + (2 if CORE is not None else len(calls))
-    assert len({place[:2] for place in KNOWN}) == len(calls)
-    for turn in (1, 2, 1):
-        assert calls[0](3.5) == 1.5
-        assert [kept(number, key=number) for number in (turn, turn + 1)] == [turn, turn + 1]
-    wrongs = [{}, {'value': None}, {'value': 1.5, 'getter': int}, {'value': 1.5, 'key': []}, {'value': 1.5, 'no': 1}]
-    for wrong in wrongs:
-        for _ in range(2):
-            with pytest.raises(TypeError):
-                kept(**wrong)
-
-
-def test_a_function_that_reads_what_is_known_shows_its_arguments_and_its_documentation():
-    assert kept.__name__ == 'kept'
-    assert kept.__module__ == __name__
-    assert inspect.getdoc(kept).startswith('Gives what it gave for the first call from a place.\n\nRaises:\n    Ty')
-    assert list(inspect.signature(kept).parameters) == ['value', 'name', 'key', 'unit', 'getter']
-
-
-def test_reading_what_is_known_keeps_nothing():
-    value, word = Kept(0.5), 'name of a place'
-
-    def read(count):
-        for _ in range(count):
-            kept(value, word, key=value)
-            with pytest.raises(TypeError):
-                kept(value, key=[])
-        ASKED.clear()
-
-    read(10)
-    before = [sys.getrefcount(one) for one in (value, word, None)]
-    read(1000)
-    after = [sys.getrefcount(one) for one in (value, word, None)]
-    assert [b - a for a, b in zip(before, after)] == pytest.approx([0, 0, 0], abs=20)
-
-
 SANITIZED = """
 import importlib.util, sys
 spec = importlib.util.spec_from_file_location('rosslt._core', sys.argv[1])
@@ -481,19 +405,12 @@ def pythons_with_headers():
 
 IN_ANOTHER_PYTHON = """
 from rosslt import Source, evaluate, math, solve, track
-from rosslt.values import reading
 from rosslt.values.accelerator import CORE
 assert CORE is not None
 x = track(2.0, Source('/a', 1))
 y = math.sin(x * 0.1) + x // 3
 assert solve(3 * x - 1, 11.0) == {Source('/a', 1): 4.0}
 assert evaluate(y, {Source('/a', 1): 2.5}) == math.sin(2.5 * 0.1)
-calls = []
-known = {}
-def read(value=None, name=None, key=None, getter=None):
-    calls.append(value)
-    return value
-assert [reading(known)(read)(1.0) for _ in range(3)] == calls == [1.0] * 3
 """
 
 

@@ -32,7 +32,7 @@ def test_every_location_has_a_field(talker, browser):
     assert browser.value('huge') == str(10**30)
     assert browser.value('altitude') == '12.0', 'a getter may be beyond the bounds'
     assert browser.field('side').is_enabled()
-    assert browser.value('port') == 'the getter of port raises OSError: the port is closed'
+    assert browser.value('port') == 'the getter of port fails: OSError: the port is closed'
     assert not browser.field('port').is_enabled()
     browser.picture('numbers')
 

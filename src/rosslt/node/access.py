@@ -1,6 +1,6 @@
-"""Who may change which location of this node.
+"""Access control: the requesters that may change a location of this node.
 
-This guards against accidents, not against people: ROS 1 has no authentication, and a requester says itself who it is.
+It guards against accidents, not against people: ROS 1 has no authentication, and requesters give their own name.
 """
 
 import fnmatch
@@ -16,12 +16,12 @@ ACCEPT, ACCEPT_FROM, LOCKS = 'accept_changes', 'accept_changes_from', 'change_lo
 #: Parameters in the namespace of the locations that are settings of access.
 SETTINGS = {ACCEPT, ACCEPT_FROM, LOCKS}
 
-#: What stands for the node as a whole among the names of its locations.
+#: The node as a whole, among the names of its locations.
 WHOLE = ''
 
 
 class Lock(NamedTuple):
-    """Who has locked something, and why."""
+    """A lock: its owner, and the reason."""
 
     who: str
     reason: str
@@ -33,7 +33,7 @@ class Lock(NamedTuple):
 
 
 class Access:
-    """What this node says about changes, before it looks at the values.
+    """The settings and locks that refuse a change before its values are checked.
 
     Attributes:
         accepts: False where the parameter `accept_changes` refuses every change.

@@ -30,9 +30,10 @@ from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of, wo
 from rosslt.node.commit_participant import APPLIED
 from rosslt.node.composed import readable
 from rosslt.node.directory import Directory
+from rosslt.node.external_location import ExternalLocation
 from rosslt.node.history import NOTHING_TO_UNDO
 from rosslt.node.json_scalars import Refused, from_json
-from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, Readable, checked_limits
+from rosslt.node.locations import LiteralLocation, Location, Readable, checked_limits
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 from rosslt.node.server import SETTINGS, Owner
@@ -77,11 +78,10 @@ def on_new_master(function: Callable[[], None]) -> None:
 
 
 def is_started() -> bool:
-    """Whether this process is a node whose locations are known."""
+    """True where this process is a node whose locations are known."""
     return bool(_owner.name)
 
 
-@values.reading(_BY_CALL)
 def location(
     value: Any = None,
     name: Optional[str] = None,
@@ -97,19 +97,19 @@ def location(
 ) -> Any:
     """A value that can be changed at runtime (the paper's `create_location`, section IV-A).
 
-    The place of the call identifies it: the same call again, in a loop or a callback, gives its current
-        value. It may be called before `init_node`, and becomes a location of the node then.
+    The call in the code identifies it: the same call again, in a loop or a callback, gives its current value. It may
+    be called before `init_node`, and becomes a location of the node then.
 
     Args:
         value: the literal: a float, int, str or bool; or a message, list or dict of them, each leaf of which
             becomes a location (but for time stamps, sequence numbers and byte arrays).
-        name: its name below `<node>/rosslt/`, words joined by `/`; by default made of where it stands. The same name
-            with the same literal is the same location, wherever it is read.
+        name: its name below `<node>/rosslt/`, words joined by `/`; by default made of file, function and variable. The
+            same name with the same literal is the same location, wherever it is read.
         key: tells the turns of a loop apart; anything with a `str()`.
         minimum, maximum: bounds that changes must keep, in the unit of the value.
         read_only: take no change.
-        getter, setter: in place of a literal, functions that read and write a scalar somewhere else. What the
-            setter raises is the reason of a refusal; without a setter the location is read-only.
+        getter, setter: instead of a literal, functions that read and write a scalar somewhere else. The exception of
+            a setter is the reason of a refusal; without a setter the location is read-only.
         on_change: called with the new value, as this call returns it, soon after a change of it is in force: in a
             thread of its own, once for a change of several leaves, and with the latest value where changes come
             faster.
@@ -129,7 +129,8 @@ def location(
     read = _BY_CALL.get((id(frame.f_code), frame.f_lasti, name, key))
     if read is None:
         limits = {'read_only': read_only, 'minimum': minimum, 'maximum': maximum, 'weight': weight}
-        make = functools.partial(_created, frame, value, name, key, limits, getter, setter, on_change)
+        first = value if getter is None else getter()
+        make = functools.partial(_created, frame, first, name, key, limits, getter, setter, on_change)
         read = _owner.locations.at_call(frame, name, key, make)
     return read.tracked
 
@@ -144,7 +145,7 @@ def _created(
     setter: Optional[Callable[[Any], None]],
     on_change: Optional[Callable[[Any], None]],
 ) -> Readable:
-    """The location of a call of `location`, or, where that was given several values, what reads all of theirs."""
+    """The Readable of a call of `location`."""
     site = call_site(frame)
     with _named_place(site):
         limits = {
@@ -157,11 +158,11 @@ def _created(
         if on_change is not None:
             limits['changed'] = (functools.partial(_call_with_value, on_change, made),)
         if getter is not None:
-            made.append(_owner.locations.add(ExternalLocation(identity, base, site, getter, setter, **limits)))
+            made.append(_owner.locations.add(ExternalLocation(identity, base, site, value, getter, setter, **limits)))
         else:
             add = functools.partial(_add_literal, site, base, identity, limits)
             made.append(readable(value, add))
-        _warn_of_int(value, limits, site)
+            _warn_of_int(value, limits, site)
         return made[0]
 
 
@@ -220,7 +221,7 @@ def add_location(
     base, identity = _named(name, None, site)
     with _named_place(site):
         return _owner.locations.add(
-            ExternalLocation(identity, base, site, getter, setter, **{'is_named': False, **limits})
+            ExternalLocation(identity, base, site, getter(), getter, setter, **{'is_named': False, **limits})
         )
 
 
@@ -232,17 +233,17 @@ def add_literal(location: LiteralLocation) -> Location:
     goes before it.
 
     Returns:
-        The location that is in force: an earlier one of the same place, or `location`.
+        The location that is in force: an earlier one of the same call, or `location`.
 
     Raises:
-        ValueError: its name or its id is taken by another place, or the name is that of a setting.
+        ValueError: its name or its id is taken by another call, or the name is that of a setting.
     """
     _check_setting(location.name)
     return _owner.add_literal(location, is_written=False)
 
 
 def locations_lock() -> ContextManager[Any]:
-    """What is held while locations come and go, and while their values change. Who holds it may take it again."""
+    """The lock that is held while locations come and go, and while their values change; it is reentrant."""
     return _owner.lock
 
 
@@ -266,13 +267,13 @@ def original_source(path: str) -> files.SourceText:
 
 
 def is_saved_here(digest: str) -> bool:
-    """Whether a content of a source file is what `rosslt save` was told to make of it; answered once for each."""
+    """True, once, for the content of a source file that `rosslt save` has made."""
     with _owner.lock:
         return SOURCE_FILES.is_saved_here(digest)
 
 
 def reread(location: Location, value_in_code: Any, is_saved_here: bool = False) -> bool:
-    """Take in what the code says of a location since it was edited, and have it in force.
+    """Take in the value that the code gives a location after an edit, and have it in force.
 
     Args:
         is_saved_here: it was written there by a save: the value in force may be a newer one, and stays.
@@ -322,7 +323,7 @@ def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
 
 
 def read_parameter(where: Union[FrameType, CallSite], name: str, *default: Any, as_float: bool = False) -> Any:
-    """`get_param` for the call that a frame is making, or for one that has been made at a place."""
+    """`get_param` for the call that a frame is making, or for one at a CallSite."""
     key = rospy.resolve_name(name).rstrip('/') or '/'  # '~' is '/node/'
     return _owner.parameters.read(key, where, *default, as_float=as_float)
 
@@ -480,12 +481,12 @@ def explain(x: Any, timeout: float = 0.5) -> str:
 
 
 def directory() -> Directory:
-    """What this node knows of sources, its own and those of other nodes: for the rooms above."""
+    """The directory of sources of this node and of others: for the rooms above."""
     return _owner.directory
 
 
 def limits(sources: Sequence[values.Source], timeout: float = 1.0) -> Dict[str, Any]:
-    """Which values the owners of sources accept, as arguments of `values.solve`: `bounds` and `read_only`.
+    """The values that the owners of sources accept, as arguments of `values.solve`: `bounds` and `read_only`.
 
     Args:
         sources: Sources of any nodes.
@@ -506,7 +507,7 @@ def started(call: str) -> Owner:
 
 
 def _named(name: Optional[str], key: Any, site: CallSite) -> Tuple[str, str]:
-    """The name of the locations that a call creates, and what identifies them."""
+    """The name of the locations that a call creates, and their identity."""
     plain = values.plain_scalar(key)
     key = key if plain is None else plain
     if name is None:
@@ -525,7 +526,7 @@ def _check_setting(name: str) -> None:
 
 @contextlib.contextmanager
 def _named_place(site: CallSite) -> Iterator[None]:
-    """Add the place of the call to errors about the literal and its bounds."""
+    """Add file and line of the call to errors about the literal and its bounds."""
     try:
         yield
     except Refused as refused:

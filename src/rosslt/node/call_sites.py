@@ -66,8 +66,8 @@ def call_site(frame: FrameType) -> CallSite:
 
 
 def identity_of(site: CallSite, key: Any) -> str:
-    """What identifies a location: its call and its key. Neither the number that is written there, which may be edited,
-    nor the line, which may move."""
+    """The identity of a location: of its call and its key. Neither the number that is written there, which may be
+    edited, nor the line, which may move, is part of it."""
     return f'{os.path.realpath(site.file)}\n{site.identity}\n{"" if key is None else word_of(key)}'
 
 
@@ -123,8 +123,8 @@ class _Call(NamedTuple):
     Attributes:
         start, end: line from 1 and column from 0, in bytes.
         text: the line that it begins in.
-        surroundings: what is around it.
-        identity: as of CallSite.
+        surroundings: those of its expression.
+        identity: that of the CallSite.
     """
 
     start: Tuple[int, int]
@@ -145,7 +145,7 @@ class _Module:
     Attributes:
         tree: its syntax tree.
         calls: in the order in which `ast.walk` meets them.
-        by_end: the same, by where they end, which differs for each.
+        by_end: the same calls by their end, which is another one for each.
     """
 
     def __init__(self, text: str) -> None:
@@ -259,12 +259,12 @@ def _line_at(code: CodeType, offset: int) -> int:
 
 
 class _Surroundings(NamedTuple):
-    """What is around a part of a syntax tree.
+    """The surroundings of a part of a syntax tree.
 
     Attributes:
-        function, target: as of CallSite.
-        slot: which arguments of calls and which entries of dicts it is in. Elements of a list have none: one that is
-            moved there is the same number still.
+        function, target: those of the CallSite.
+        slot: the arguments of calls and the entries of dicts that it is in. Elements of a list have none: an element
+            that is moved is the same number still.
     """
 
     function: str = ''
@@ -273,16 +273,16 @@ class _Surroundings(NamedTuple):
 
 
 def _surroundings(tree: ast.AST) -> Dict[ast.AST, _Surroundings]:
-    """What is around each part of a syntax tree."""
+    """The surroundings of each part of a syntax tree."""
     found: Dict[ast.AST, _Surroundings] = {}
     waiting = [(tree, _Surroundings())]
-    unpacked: Dict[ast.AST, str] = {}  # what each value of `x, y = 1, 2` is assigned to
+    unpacked: Dict[ast.AST, str] = {}  # {a value in `x, y = 1, 2`: its variable}
     while waiting:
         node, around = waiting.pop()
         if node in unpacked:
             around = around._replace(target=unpacked[node])
         found[node] = around
-        inner: Dict[Any, _Surroundings] = {}  # of the parts that are in something else than their siblings
+        inner: Dict[Any, _Surroundings] = {}  # those of parts with a slot of their own
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
             around = _Surroundings(f'{around.function}.{node.name}'.lstrip('.'))
         elif isinstance(node, ast.Assign):
@@ -311,11 +311,11 @@ def _target_name(target: ast.AST) -> str:
 
 
 def _identities(calls: List[_Call], text: str) -> Dict[Tuple[int, int], str]:
-    """What identifies each call of a text, by where it ends: its surroundings, and its logical line without numbers,
-    which may be edited.
+    """The identity of each call of a text, by its end: its surroundings, and its logical line without numbers, which
+    may be edited.
 
-    Calls that only their order tells apart have the numbers in all of their lines besides: nobody can say which of them
-    is which after one of these was edited, and a change that was meant for one must not come to another.
+    Calls that only their order tells apart are identified by the numbers in all of their lines besides. After an edit
+    of these nobody can say which call is which, and a change that was meant for one of them must not reach another.
     """
     with_numbers, without_numbers = _logical_lines(text)
     alike: Dict[Tuple[Any, str], List[_Call]] = {}
@@ -365,5 +365,5 @@ def _without_numbers(tokens: List[tokenize.TokenInfo]) -> str:
 
 
 def _ends_nothing(token: tokenize.TokenInfo) -> bool:
-    """Whether a + or - behind a token is the sign of a number."""
+    """True where a + or - behind a token is the sign of a number."""
     return keyword.iskeyword(token.string) or (token.type == tokenize.OP and token.string not in (')', ']', '}'))

@@ -1,4 +1,4 @@
-"""What `location()` reads where it was given a message, a list or a dict: one location for each of their leaves."""
+"""Messages, lists and dicts that are given to `location()`: one location for each of their leaves."""
 
 import copy
 import functools
@@ -11,7 +11,7 @@ from rosslt.node.locations import Location, Readable
 _Read = Callable[[], Any]
 
 _Leaf = Callable[[Any, Tuple[str, ...]], Location]
-"""Makes the location of a leaf, of its value and the names on the way to it."""
+"""Makes the location of a leaf from its value and the names on the way to it."""
 
 
 class _Composed:
@@ -32,7 +32,7 @@ class _Composed:
 
 
 def readable(literal: Any, leaf: _Leaf) -> Readable:
-    """What reads a literal: its location where it is a scalar.
+    """The Readable of a literal: its location where it is a scalar.
 
     Args:
         literal: a float, int, str or bool; or a message, list or dict of them.
@@ -50,8 +50,8 @@ def _reader(literal: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
     give."""
     plain = values.plain_scalar(literal)
     if plain is not None:
-        place = leaf(plain, path)
-        return lambda: place.tracked
+        location = leaf(plain, path)
+        return lambda: location.tracked
     if isinstance(literal, dict):
         branches = {key: _reader(part, (*path, word_of(key)), leaf) for key, part in literal.items()}
         return lambda: {key: read() for key, read in branches.items()}

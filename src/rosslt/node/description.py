@@ -1,4 +1,4 @@
-"""What a node reports about one of its locations."""
+"""Locations as messages."""
 
 import os
 from typing import Any, Tuple
@@ -36,7 +36,7 @@ def described(location: Location, is_locked: bool = False) -> msg.Location:
 
 
 def _value_or_fault(location: Location) -> Tuple[str, str]:
-    """The value of a location, and why it has none; one of both is ''."""
+    """The value of a location, and the reason where it has none; one of both is ''."""
     try:
         return to_json(location.value), ''
     except Refused as refused:

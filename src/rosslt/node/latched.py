@@ -19,11 +19,11 @@ class Latched:
 
     Args:
         message: a copy of it, which nobody changes.
-        sent: what was sent, which has the values that its sources had at that moment.
-        outgoing: what rospy holds in its place.
+        sent: the message that was sent, with the values that its sources had at that moment.
+        outgoing: the object that rospy holds for it.
 
     Attributes:
-        outgoing: what rospy holds in its place by now.
+        outgoing: the object that rospy holds for it by now.
     """
 
     def __init__(self, message: Any, sent: Any, outgoing: Any) -> None:
@@ -48,7 +48,7 @@ def latch(publisher: Any, message: Any, sent: Any, outgoing: Any) -> Optional[La
         publisher: a Publisher; its `publish_again` is called after changes.
         message: the ordinary message.
         sent: the same, or what it was evaluated anew to.
-        outgoing: what rospy got in place of that.
+        outgoing: the object that rospy got for it.
 
     Returns:
         The Latched, None where nothing is tracked.

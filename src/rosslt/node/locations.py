@@ -1,51 +1,31 @@
-"""Locations: the changeable places of this node.
+"""Locations: the values of this node that can be changed from outside (the paper's `create_location`, section IV-A).
 
-What the paper calls `create_location` (section IV-A): the place where a value is written down, here a literal
-in the code, gets an identity that outlives a restart, a name, and a current value that can be changed from
-outside. This module knows places and values; that parameters and services stand behind them is the business
-of its neighbours `parameters` and `server`.
+A location has an identity that outlives a restart, a name, and a current value. The ROS parameters behind locations are
+in `parameters`, the services that change them in `server`.
 """
 
-import contextlib
 import hashlib
 import math
-import threading
 from types import CodeType, FrameType
-from typing import Any, Callable, Dict, Iterator, List, Optional, Protocol, Tuple, Type, Union
+from typing import Any, Callable, Dict, List, Optional, Protocol, Tuple, Type, Union
 
 from rosslt import files, values
 from rosslt.node.call_sites import CallSite
+from rosslt.node.change_lock import CHANGE_LOCK
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.refresh import READINGS
 
-#: Held while locations come and go, and while their values change. It is given up for each call of a user's function.
-LOCK = threading.RLock()
-
-
-@contextlib.contextmanager
-def _lock_given_up() -> Iterator[None]:
-    """Give LOCK up where this thread holds it, and take it again as often, as `threading.Condition.wait` does."""
-    lock: Any = LOCK
-    if not lock._is_owned():
-        yield
-        return
-    state = lock._release_save()
-    try:
-        yield
-    finally:
-        lock._acquire_restore(state)
-
 
 class Location:
-    """One changeable place in this node; the base of its kinds.
+    """A value of this node that can be changed; the base of all kinds of locations.
 
     Attributes:
         id: 48 bits, the same after a restart.
         name: below `<node>/rosslt/`; a full name where it is a parameter elsewhere.
-        is_named: False where nobody has named it, and its name is made of where it is.
-        literal: what the code says, None where the value is no literal.
+        is_named: False where the code gives no name, and the name is made of file and line.
+        literal: the value in the code, None where that is no literal.
         site: the CallSite that created it.
-        source: it, as a Source.
+        source: the location as a Source.
         type: `float`, `int`, `str` or `bool`.
         value: the plain value in force.
         tracked: the same, tracked.
@@ -57,7 +37,7 @@ class Location:
         parameter: the Parameter that follows it, or None.
         remembered: True while the value in force is one that the parameter had when the node started.
         changed: called without arguments when a change of its value is in force.
-        is_shared: True where several places of the code give its name, each with a literal.
+        is_shared: True where several calls in the code give its name, each with a literal.
         turn: how often it has been changed.
     """
 
@@ -110,7 +90,7 @@ class Location:
 
     @property
     def place(self) -> str:
-        """The place as people read it: `talker.py:12:9`."""
+        """Its position as people read it: `talker.py:12:9`."""
         return self.site.place
 
     @property
@@ -172,16 +152,16 @@ class Location:
         return value
 
     def reread(self, value_in_code: Any) -> None:
-        """Take in what the code says since it was edited; the value in force stays."""
+        """Take in the value in the code after an edit; the value in force stays."""
 
     def set_outside(self, value: Any) -> Tuple[Any, Any]:
-        """Have what stands outside of this node's memory take a checked value, before `put` makes it the one in force.
+        """Hand a checked value to whatever keeps it outside of this process, before `put` makes it the one in force.
 
         Returns:
             (the value before, the value after).
 
         Raises:
-            Refused: it does not take it, and is as before.
+            Refused: it is not taken, and nothing has changed.
         """
         return self.value, value
 
@@ -270,100 +250,8 @@ class ParameterLocation(HeldLocation):
         self.put(value)
 
 
-class ExternalLocation(Location):
-    """A location outside of the code, in a file for example, that a pair of functions reads and writes (section
-    IV-A).
-
-    Args:
-        getter: returns the value; its type at the start is the location's.
-        setter: takes a new value; what it raises is the reason of a refusal. None: read-only.
-    """
-
-    __slots__ = ('_getter', '_setter', '_reading', '_before_change')
-
-    def __init__(
-        self,
-        identity: str,
-        name: str,
-        site: CallSite,
-        getter: Callable[[], Any],
-        setter: Optional[Callable[[Any], None]],
-        read_only: bool = False,
-        **limits: Any,
-    ) -> None:
-        self._getter, self._setter = getter, setter
-        self._reading: Any = None
-        self._before_change: Any = None
-        super().__init__(identity, name, site, self._read(), read_only=read_only or setter is None, **limits)
-
-    def _read(self) -> Any:
-        with _lock_given_up():
-            value = self._getter()
-        plain = values.plain_scalar(value)
-        return value if plain is None else plain
-
-    @property
-    def value(self) -> Any:
-        try:
-            value = self._read()
-        except Exception as error:  # the user's function
-            raise Refused(f'the getter of {self.name} raises {_text(error)}') from error
-        if type(value) not in (float, int, str, bool):
-            raise Refused(f'the getter of {self.name} gives {value!r:.200}, and no float, int, str or bool')
-        try:
-            to_json(value)
-        except Refused as refused:
-            raise Refused(f'the getter of {self.name} gives what cannot be sent: {refused}') from None
-        return value
-
-    @property
-    def tracked(self) -> Any:
-        return self._reading_of(self._read())
-
-    def _reading_of(self, value: Any) -> Any:
-        reading = self._reading
-        if reading is None or values.untracked(reading) != value or type(values.untracked(reading)) is not type(value):
-            reading = self._reading = values.track(value, self.source)
-        return reading
-
-    def name_node(self, node: str) -> None:
-        super().name_node(node)
-        self._reading = None
-
-    def set_outside(self, value: Any) -> Tuple[Any, Any]:
-        old = self.value
-        self._before_change = self._reading  # others may read it while it is set
-        self._set(value)
-        try:
-            return old, self.value
-        except Refused:
-            self._set(old)
-            raise
-
-    def _set(self, value: Any) -> None:
-        if self._setter is None:
-            raise Refused(f'{self.name} has no setter')
-        try:
-            with _lock_given_up():
-                self._setter(value)
-        except values.Error as error:  # an error of rosslt already has a complete text
-            raise Refused(str(error)) from error
-        except Exception as error:  # the user's function: any exception is a refusal
-            raise Refused(_text(error)) from error
-
-    def put(self, value: Any) -> None:
-        # A value that changed by itself is a record of a moment; one that was set here replaces the older ones.
-        before, latest = self._before_change, self._reading_of(value)
-        if before is not None and latest is not before:
-            READINGS.replace(before, latest)
-
-
-def _text(error: Exception) -> str:
-    return f'{type(error).__name__}: {error}'
-
-
 class Readable(Protocol):
-    """What a call of `location()` reads: a location, or several together."""
+    """A location, or several that one call of `location()` reads together."""
 
     @property
     def tracked(self) -> Any:
@@ -376,8 +264,8 @@ class Locations:
     Attributes:
         node: the full name of this node, '' until it is known.
         by_id: {id: Location}, in the order of their creation.
-        by_call: {(id of the code, place in it, name, key): Readable} of the calls that were made, as of `at_call`.
-        lock: LOCK.
+        by_call: {(id of the code, offset in it, name, key): Readable} of the calls that were made, as of `at_call`.
+        lock: CHANGE_LOCK.
     """
 
     def __init__(self) -> None:
@@ -388,7 +276,7 @@ class Locations:
         self._codes: Dict[int, CodeType] = {}
         self._namespaces: Dict[str, Dict[str, Location]] = {}
         self._locations_changed: Callable[[], None] = lambda: None
-        self.lock = LOCK
+        self.lock = CHANGE_LOCK
 
     def on_locations_changed(self, function: Callable[[], None]) -> None:
         """Have a function called whenever a location was created or dropped."""
@@ -402,7 +290,7 @@ class Locations:
                 location.name_node(node)
 
     def at_call(self, frame: FrameType, name: Any, key: Any, make: Callable[[], Readable]) -> Readable:
-        """What a call of `location()` reads: made at the first one, in `by_call` at every other.
+        """Find or make the Readable of a call of `location()`: made at the first call, in `by_call` from then on.
 
         Args:
             frame: the frame that makes the call.
@@ -425,7 +313,7 @@ class Locations:
         or of the same call where the code has been loaded twice.
 
         Raises:
-            ValueError: its name or its id is taken by another place.
+            ValueError: its name or its id is taken by another call.
         """
         with self.lock:
             other = self.conflicting_location(location.name) or self.by_id.get(location.id)
@@ -447,7 +335,7 @@ class Locations:
             )
 
     def is_taken(self, name: str) -> bool:
-        """Whether there is a location of that name."""
+        """True where a location has that name."""
         return name in self._by_name
 
     def conflicting_location(self, name: str, is_namespace: bool = False) -> Optional[Location]:
@@ -489,7 +377,7 @@ def _has_same_literal(other: Location, location: Location) -> bool:
 
 
 def _has_limits_of(other: Location, location: Location) -> bool:
-    """Whether a location has the limits of an earlier one, or leaves them out."""
+    """True where a location has the limits of an earlier one, or leaves them out."""
     return (location.minimum, location.maximum, location.read_only) in (
         (None, None, False),
         (other.minimum, other.maximum, other.read_only),
@@ -497,7 +385,7 @@ def _has_limits_of(other: Location, location: Location) -> bool:
 
 
 def _difference(other: Location, location: Location) -> str:
-    """Why two locations of one name are not the same one."""
+    """The reason why two locations of one name are not the same one."""
     if other.name != location.name or other.literal is None or location.literal is None:
         return ''
     if not _has_same_literal(other, location):

@@ -33,7 +33,7 @@ def _in_use(readings: List[Any], unused: int = 0) -> List[Any]:
 
 
 def _references_from_here() -> int:
-    """How many references `_in_use` counts of an object that nothing but the list refers to."""
+    """The number of references that `_in_use` counts of an object which nothing but the list refers to."""
     unused = 0
     while _in_use([object()], unused):
         unused += 1
@@ -98,14 +98,14 @@ READINGS = ReplacedReadings()
 
 
 def change_count() -> int:
-    """How many changes of this node's locations there were so far."""
+    """The number of changes of this node's locations so far."""
     return READINGS.count
 
 
 class Refresher:
     """Evaluates the messages of one publisher, service or caller anew.
 
-    Several threads may use one: what is remembered of a leaf is replaced, and never changed.
+    Several threads may use it: a remembered leaf is replaced, and never changed.
     """
 
     def __init__(self) -> None:
@@ -129,7 +129,7 @@ class Refresher:
         try:
             fields = messages.tracked_fields(message)
         except (TypeError, AttributeError):
-            return message  # it is serializing it that says what is wrong
+            return message  # its serialization reports the fault
         leaves, last = self._leaves, self._last
         found: Dict[int, _Leaf] = {}
         new: Dict[int, Tuple[int, Any]] = {}
@@ -284,7 +284,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _dependencies(leaves: Sequence[Any]) -> List[_MadeFrom]:
-    """What each of several values was made from. What they have in common is gone through once."""
+    """The sources of each of several values. What the values have in common is visited once."""
     instructions, indices = values.disassemble(leaves)
     made: List[_MadeFrom] = []
     for kind, *rest in instructions:
@@ -302,7 +302,7 @@ def _dependencies(leaves: Sequence[Any]) -> List[_MadeFrom]:
 
 
 def _joined(parts: List[_MadeFrom]) -> _MadeFrom:
-    """What an operation on several values was made from."""
+    """The sources of an operation on several values."""
     if len(parts) == 1:
         return parts[0]
     joined: _MadeFrom = {}

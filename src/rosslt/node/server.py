@@ -88,7 +88,7 @@ class Owner:
             for location in list(self.locations.by_id.values()):
                 if isinstance(location, LiteralLocation):
                     self._follow(location)
-            self._topic = LocationTopic(self.name, self._all_described)
+            self._topic = LocationTopic(self.name, lambda: self._list_locations(srv.ListLocationsRequest()).locations)
             self.locations.on_locations_changed(self.publish_locations)
             self._topic.update()
         self._show_to_reconfigure = reconfigure.serve(self)
@@ -116,12 +116,8 @@ class Owner:
             self.mirror.write(self.access.parameter)
 
     def add_literal(self, location: LiteralLocation, is_written: bool = True) -> Location:
-        """Take in the location of a literal, with a parameter behind it; returns the one that is in force.
-
-        Args:
-            location: the location of the literal.
-            is_written: whether the parameter shows the literal before it has been changed.
-        """
+        """Take in the location of a literal, with a parameter behind it, which shows it at once if `is_written`;
+        returns the one that is in force."""
         with self.lock:
             SOURCE_FILES.keep(location.site.file)
             if self.name and not self.locations.is_taken(location.name):
@@ -245,14 +241,9 @@ class Owner:
         return srv.ListLocationsResponse([found for found in map(self._described, asked) if found is not None])
 
     def _described(self, location_id: int) -> Optional[msg.Location]:
-        """What this node reports about a location; None where it has no location of that id."""
+        """A location as a message; None where this node has no location of that id."""
         location = self.locations.by_id.get(location_id)
         return location and described(location, location.name in self.access.locks)
-
-    def _all_described(self) -> List[msg.Location]:
-        with self.lock:
-            present = list(self.locations.by_id.values())
-        return [described(one, one.name in self.access.locks) for one in present]
 
     def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
         with self.lock:

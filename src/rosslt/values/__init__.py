@@ -8,7 +8,6 @@ installed. Other rooms use the names below and nothing behind them.
 import importlib
 from typing import Any, Callable, Dict
 
-from .accelerator import reading
 from .affine import SHORTENING, affine
 from .calls import operation
 from .closeness import is_same
@@ -82,7 +81,6 @@ __all__ = [
     'origins',
     'pause_recording',
     'plain_scalar',
-    'reading',
     'reapply',
     'recorder',
     'resume_recording',

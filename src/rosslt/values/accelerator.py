@@ -7,7 +7,7 @@ this package; the name of its file says for which Python it was built, so that a
 import importlib
 import inspect
 import os
-from typing import Any, Callable, Dict, Tuple, TypeVar
+from typing import Any, Callable, TypeVar
 
 INTERFACE = 12
 """What `core/module.c` must have been when it was built: a workspace may hold one that is older than the Python."""
@@ -28,25 +28,6 @@ CORE: Any = _loaded()
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 """A function that is decorated."""
-
-
-def reading(known: Dict[Tuple[int, int, Any, Any], Any]) -> Callable[[Function], Function]:
-    """A decorator for a function that programs call in their inner loops, mostly from where they have called it before.
-
-    With the core, a call whose `value` is not None and that gives no `getter` returns the `tracked` of what is known of
-    its place; the function itself is called for any other. It must look in `known`, too, as without the core.
-
-    Args:
-        known: by `(id of the code, place in it, name, key)`, the last two as the call gives them, None by default.
-    """
-
-    def decorated(function: Function) -> Function:
-        if CORE is None:
-            return function
-        short: Function = CORE.reading(function, known, function.__name__, documented(function))
-        return short
-
-    return decorated
 
 
 def documented(function: Callable[..., Any]) -> str:

@@ -111,10 +111,8 @@ def _readable(location: Location) -> Tuple[Any, str]:
 
 
 def _fits(value: Any) -> bool:
-    """Whether a scalar can be sent: an int in 32 bits, a text in UTF-8."""
-    if type(value) is int:
-        return LOWEST <= value <= HIGHEST
-    return type(value) is not str or value.isascii() or value == value.encode('utf-8', 'ignore').decode('utf-8')
+    """True where a scalar can be sent: ints have 32 bits."""
+    return type(value) is not int or LOWEST <= value <= HIGHEST
 
 
 def _free(name: str, taken: Set[str]) -> str:

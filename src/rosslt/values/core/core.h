@@ -234,7 +234,6 @@ PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);
 PyObject *make_stripper(PyObject *module, PyObject *args);
 PyObject *pause_recording(PyObject *module, PyObject *flag);
-PyObject *reading(PyObject *module, PyObject *args); /* readings.c */
 
 #pragma GCC visibility pop
 

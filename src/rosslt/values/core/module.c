@@ -52,7 +52,6 @@ static PyMethodDef functions[] = {
     {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
     {"swept", swept, METH_O, "swept(value): as in affine.py, or NotImplemented."},
     {"affine", affine_terms, METH_O, "affine(value): as in affine.py."},
-    {"reading", reading, METH_VARARGS, "reading(function, known, name, doc): as in accelerator.py."},
     {"recorder", make_recorder, METH_VARARGS,
      "recorder(forward, (left, right, both), arity, otherwise, name, doc): as in functions.py."},
     {"keeping", make_keeper, METH_VARARGS, "keeping(of_plain, of_tracked, name, doc): as in functions.py."},
