@@ -69,7 +69,6 @@ class ReadParameters(Parameter):
         self._said: Dict[str, Any] = {}  # the scalars in it and in the defaults in force, by name
         self._made: Dict[str, ParameterLocation] = {}  # all that there ever were, by name
         self._present: Dict[str, ParameterLocation] = {}  # those of the scalars that there are now
-        self._refused: Dict[str, None] = {}  # parameters to be set back
 
     def read(self, key: str, where: Union[FrameType, CallSite], *default: Any, as_float: bool = False) -> Any:
         """The present value of a parameter, tracked.
@@ -179,8 +178,8 @@ class ReadParameters(Parameter):
                     self._owner.access.check(name, REQUESTER)
         except Refused as refused:
             rospy.logerr('rosparam set %s is refused, it is set back: %.500s', key, refused)
-            self._refused[_unit(self._known, key)] = None
-            self._owner.mirror.write(self)
+            unit = _unit(self._known, key)
+            self._owner.mirror.set([(unit, self._in_force(unit, part_of(self._known, unit)))])
         else:
             self._renew(known)
 
@@ -254,20 +253,15 @@ class ReadParameters(Parameter):
         return self._mapped(key, value, operator.attrgetter('value'))
 
     def pairs(self) -> List[Tuple[str, Any]]:
-        """Write what has changed here; returns what is to be set besides."""
+        """Write what has changed here; returns the records of the defaults that it was read from."""
         with self._owner.lock:
             changed = [name for name, location in self._present.items() if self._is_unwritten(location)]
             units = dict.fromkeys(map(self._unit_of, changed))
-            defaults = [key for key in self._defaults if any(is_within(name, key) for name in changed)]
-            refused, self._refused = self._refused, {}
-        found: List[Tuple[str, Any]] = []
         for key in units:
             self._write(key)
-        with self._owner.lock:
-            for key in (key for key in (*refused, *defaults) if part_of(self._known, key) is not None):
-                value = self._in_force(key, part_of(self._known, key))
-                found.append((key, value) if key in refused else (self._owner.mirror.record_key(key), [value]))
-        return found
+        defaults = [key for key in list(self._defaults) if any(is_within(name, key) for name in changed)]
+        known = {key: part_of(self._known, key) for key in defaults}
+        return [(self._owner.mirror.record_key(key), [value]) for key, value in known.items() if value is not None]
 
     def _unit_of(self, name: str) -> str:
         """The parameter that is written whole where a location has changed."""
