@@ -74,7 +74,7 @@ def test_what_a_reconfigure_callback_gets_is_tracked_and_changed_either_way(mast
         assert values.is_tracked(message.point.x)
         assert rospy.get_param('/reconfigured/radius') == 0.5
         assert reconfigure(radius=9.0) == {'radius': 5.0}  # what it may be at most
-        with pytest.raises(rosslt.NotInvertible, match='above its maximum 5.0|bound'):
+        with pytest.raises(rosslt.NotInvertible, match='maximum'):
             node.force_value(message.point.x, 6.0)
         heard.comes(lambda message: (message.point.x, message.point.y) == (5.0, 10.0))
         result = command('force', '/reconfigured/point/x', '1.25')

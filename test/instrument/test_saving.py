@@ -194,9 +194,7 @@ def test_texts_and_truth_values_are_written_where_they_were_read_and_published_a
         assert heard.next().header.frame_id == 'other'
 
 
-def test_lists_and_dicts_are_written_into_the_default_and_a_node_starts_again_with_what_was_set(
-    master, hearing, tmp_path
-):
+def test_lists_and_dicts_are_written_into_the_default_and_outlive_a_restart(master, hearing, tmp_path):
     goal = "rospy.get_param('~goal', {'at': [7.5, 1e3], 'frame': 'map'})"
     code = ORBIT.replace("rospy.get_param('~far', 7.5)", f"{goal}['at'][0]")
     heard = hearing('orbit', PointStamped)

@@ -73,6 +73,7 @@ class SourceText:
             raise FileError(path, None, None, f'it cannot be read: {error}') from None
         self.numbers = [number for number, _ in numbers]
         self.literals: List[Union[Number, Word]] = [*self.numbers, *(word for word, _ in words)]
+        self._calls: Optional[Dict[int, List[ast.Call]]] = None  # by the index that they begin at
         self._indices = {(number.line, number.column): index for index, number in enumerate(self.numbers)}
 
     def _literals_in(self, tree: ast.AST) -> Tuple[List[Tuple[Number, ast.AST]], List[Tuple[Word, ast.AST]]]:
@@ -112,19 +113,20 @@ class SourceText:
             path: the indices and keys from the argument to a literal in it, where that is a list or a dict.
         """
         positions = Positions(self.text)
-        start = positions.of(line, 0) + column - 1
-        calls = [
-            node
-            for node in ast.walk(self.tree)
-            if isinstance(node, ast.Call) and positions.of(node.lineno, node.col_offset) == start
-        ]
+        if self._calls is None:
+            self._calls = {}
+            for call in (node for node in ast.walk(self.tree) if isinstance(node, ast.Call)):
+                self._calls.setdefault(positions.of(call.lineno, call.col_offset), []).append(call)
+        calls = self._calls.get(positions.of(line, 0) + column - 1)
         if not calls:
             return None
         # In `get_param('~a', 'b').replace('c', 'd')` both calls begin there, and the first one gives the value.
         node = min(calls, key=lambda call: (call.end_lineno or 0, call.end_col_offset or 0))
         given = [one.value for one in node.keywords if one.arg == keyword]
         given += node.args[position : position + 1]
-        for argument in filter(None, (_part_at(one, path) for one in given)):
+        for argument in (_part_at(one, path) for one in given):
+            if argument is None:
+                continue
             begin = positions.of(argument.lineno, argument.col_offset)
             end = positions.of(argument.end_lineno or 0, argument.end_col_offset or 0)
             for index, literal in enumerate(self.literals):

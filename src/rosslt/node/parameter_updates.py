@@ -28,7 +28,7 @@ class ParameterUpdates:
         changed: called with (the parameter's full name, its value), in some thread; {} where it was deleted.
 
     Attributes:
-        name: the same.
+        name: as given.
 
     Raises:
         rospy.ROSInitException: the server does not start.

@@ -61,8 +61,8 @@ class Parameter:
 class LiteralParameter(Parameter):
     """`<node>/rosslt/<name>`, behind the location of a literal.
 
-    Beside it, `<node>/rosslt_records/<name>` keeps the literal that it started from, and the id of its location. Where the
-    code says another literal at the next start, or another location has the name, what an earlier run left is void.
+    Beside it, `<node>/rosslt_records/<name>` keeps the literal that it started from, and the id of its location. Where
+    the code says another literal at the next start, or another location has the name, what an earlier run left is void.
 
     Args:
         location: the location of the literal.
@@ -96,40 +96,28 @@ class LiteralParameter(Parameter):
         location = self.location
         if location.name not in left_behind:
             return
-        value, record = left_behind[location.name], records.get(location.name)
+        value = left_behind[location.name]
+        record: Any = records.get(location.name)
         # A parameter without a record was not left by an earlier run: somebody, perhaps a launch file, has set it for
         # this one.
         is_left = isinstance(record, list) and len(record) == 2
-        literal, location_id = record if is_left else (location.literal, '')
-        if is_left and location_id != f'{location.id:x}':
-            rospy.loginfo(
-                '%s is another number than in an earlier run: its parameter %s = %r is dropped',
-                location.place,
-                self.key,
-                value,
-            )
-            return
+        literal, location_id = record if is_left else (location.literal, f'{location.id:x}')
         # What says an int where a float is meant was taken for a float where it was edited in the running node.
         said = float(location.literal) if type(literal) is location.type is float else location.literal
-        if type(literal) is not type(said) or literal != said:
-            rospy.loginfo(
-                '%s now says %r where it said %r: the parameter %s = %r of an earlier run is dropped',
-                location.place,
-                location.literal,
-                literal,
-                self.key,
-                value,
-            )
+        why = ''
+        if location_id != f'{location.id:x}':
+            why = 'is another number than in an earlier run'
+        elif type(literal) is not type(said) or literal != said:
+            why = f'now says {location.literal!r} where it said {literal!r}'
+        if why:
+            rospy.loginfo('%s %s: the parameter %s = %r of it is dropped', location.place, why, self.key, value)
             return
         try:
             location.put(location.checked(value))
         except Refused as refused:
+            kept = location.value
             rospy.logwarn(
-                'the parameter %s is not taken, %s goes on with %r: %s',
-                self.key,
-                location.place,
-                location.value,
-                refused,
+                '%s goes on with %r, the parameter %s is not taken: %s', location.place, kept, self.key, refused
             )
             return
         if location.value != location.literal:
@@ -267,9 +255,11 @@ class ParameterMirror:
             value = self._master.getParam(key)
         except rosgraph.MasterError:
             return default
-        if not self._node or not is_within(self.namespace, key) or key == self.namespace:
+        if not self._node or not is_within(self._node, key):
             return value
-        rest = _without_records(value, self.namespace[len(key.rstrip('/')) + 1 :].rpartition('/')[0])
+        rest = value
+        for namespace in ('rosslt', RECORDS):
+            rest = with_part(rest, f'{self._node}/{namespace}'[len(key.rstrip('/')) :], None)
         return rest if rest or not value else default
 
     def exchange(self, key: str, value: Any) -> Any:
@@ -285,15 +275,12 @@ class ParameterMirror:
     def set(self, pairs: List[Tuple[str, Any]]) -> None:
         """Set parameters, all in one call of the master, which does not report them back to this process."""
         calls: Any = MultiCall(self._master.handle)
-        sent = [
-            (key, value) for key, value in ((key, as_sent(key, value)) for key, value in pairs) if value is not None
-        ]
-        for key, value in sent:
+        sent = {key: value for key, value in pairs if as_sent(key, value) is not None}
+        for key, value in sent.items():
             calls.setParam(self._updates.name, key, value)
-        if sent:
-            for (key, _), (code, message, _) in zip(sent, calls()):
-                if code != 1:
-                    rospy.logwarn('the parameter %s is not set: %s', key, message)
+        for key, (code, message, _) in zip(sent, calls() if sent else ()):
+            if code != 1:
+                rospy.logwarn('the parameter %s is not set: %s', key, message)
 
     def record_key(self, key: str) -> str:
         """The name of the parameter that keeps what this node has set a parameter to that was not set before."""
@@ -337,12 +324,8 @@ class ParameterMirror:
                 for key in unread:
                     self._read(key)
             except NO_MASTER as error:
-                rospy.logwarn_throttle(
-                    30,
-                    'parameters below %s do not follow, the master does not answer (%s); trying again',
-                    self.namespace,
-                    error,
-                )
+                why = f'the master does not answer ({error}); trying again'
+                rospy.logwarn_throttle(30, 'parameters below %s do not follow, %s', self.namespace, why)
                 rospy.rostime.wallsleep(RETRY_PERIOD)
                 with self._wake:
                     for parameter in unwritten:
@@ -372,9 +355,7 @@ class ParameterMirror:
             try:
                 parameter.take(value)
             except Refused as refused:
-                rospy.logerr(
-                    'rosparam set %s is refused, it stays %r: %.500s', parameter.key, parameter.value(), refused
-                )
+                rospy.logerr('rosparam set %s is refused, it is set back: %.500s', parameter.key, refused)
                 self.write(parameter)
         self._set_elsewhere(key)
 
@@ -389,8 +370,11 @@ def as_sent(key: str, value: Any) -> Any:
 
 
 def is_sent_alike(one: Any, other: Any) -> bool:
-    """Whether two values are the same to the master."""
-    return dumps((one,), allow_none=True) == dumps((other,), allow_none=True)
+    """Whether two values are the same to the master; False where one cannot be sent."""
+    try:
+        return dumps((one,), allow_none=True) == dumps((other,), allow_none=True)
+    except (OverflowError, TypeError, ValueError):
+        return False
 
 
 def is_within(key: str, namespace: str) -> bool:
@@ -411,19 +395,18 @@ def part_of(tree: Any, key: str) -> Any:
     return tree
 
 
-def _without_records(tree: Any, node: str) -> Any:
-    """A tree of parameters without what is kept in it for the locations of a node.
-
-    Args:
-        node: its name below the tree.
-    """
-    if not isinstance(tree, dict):
-        return tree
-    if not node:
-        return {name: part for name, part in tree.items() if name not in ('rosslt', RECORDS)}
-    first, _, below = node.partition('/')
-    rest = {name: _without_records(part, below) if name == first else part for name, part in tree.items()}
-    return {name: part for name, part in rest.items() if name != first or part != {} or tree[name] == {}}
+def with_part(tree: Any, key: str, value: Any) -> Any:
+    """A copy of a tree of parameters with another part of that name, or without it where the value is None."""
+    first, _, rest = key.lstrip('/').partition('/')
+    if not first:
+        return value
+    copied = dict(tree) if isinstance(tree, dict) else {}
+    part = with_part(copied.get(first), rest, value)
+    if part is not None:
+        copied[first] = part
+    else:
+        copied.pop(first, None)
+    return copied if copied or isinstance(tree, dict) else tree
 
 
 def flat(tree: Any) -> Dict[str, Any]:

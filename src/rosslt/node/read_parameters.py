@@ -1,37 +1,34 @@
 """ROS parameters as sources: what `rosslt.get_param` reads.
 
 The master has the truth. This node keeps one tree of what the master says of the parameters that it has read; each
-number, text and truth value in it is a location, and its name is the path to it. A list is one parameter of the master, so
-that a change of one element writes the whole list; a default that is a dict is written whole as well. The type is what the
-parameter says: a number that somebody sets from 1 to 1.5 was an int and is a float.
+number, text and truth value in it is a location, and its name is the path to it. A list is one parameter of the
+master, so that a change of one element writes the whole list; a default that is a dict is written whole as well. The
+type is what the parameter says: a number that somebody sets from 1 to 1.5 was an int and is a float.
 """
 
+import functools
 import math
+import operator
 from types import FrameType
-from typing import (
-    Any,
-    Callable,
-    ContextManager,
-    Dict,
-    Iterator,
-    List,
-    NamedTuple,
-    Optional,
-    Protocol,
-    Sequence,
-    Set,
-    Tuple,
-    Union,
-)
+from typing import Any, Callable, ContextManager, Dict, Iterator, List, Protocol, Set, Tuple, Union
 
 import rospy
 
-from rosslt import files, values
+from rosslt import values
 from rosslt.node.access import Access
 from rosslt.node.call_sites import CallSite, call_site
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import Location, Locations, ParameterLocation
-from rosslt.node.parameters import Parameter, ParameterMirror, as_sent, is_related, is_sent_alike, is_within, part_of
+from rosslt.node.parameters import (
+    Parameter,
+    ParameterMirror,
+    as_sent,
+    is_related,
+    is_sent_alike,
+    is_within,
+    part_of,
+    with_part,
+)
 from rosslt.node.source_files import SOURCE_FILES
 
 #: Who changes a location whose parameter is set from outside.
@@ -54,13 +51,6 @@ class Owner(Protocol):
     def publish_locations(self) -> None: ...
 
 
-class Default(NamedTuple):
-    """The default in the code for a parameter that was not set when it was read, and the call that gives it."""
-
-    value: Any
-    site: CallSite
-
-
 class ReadParameters(Parameter):
     """The parameters that this node reads as sources, however often and from wherever it reads them.
 
@@ -71,14 +61,14 @@ class ReadParameters(Parameter):
     def __init__(self, owner: Owner) -> None:
         super().__init__('/')
         self._owner = owner
-        self._asked: Dict[str, CallSite] = {}  # by full name, the first call that read it
-        self._defaults: Dict[str, Default] = {}  # by full name
+        self._asked: Dict[str, CallSite] = {}  # by full name, the call that reads it
+        self._defaults: Dict[str, Any] = {}  # by full name, what the code says while it is not set
+        self._code: Dict[str, Tuple[Any, List[str]]] = {}  # the scalars in the defaults, and the paths to them, by name
         self._floats: Set[str] = set()  # names below which an int is taken for a float
         self._known: Any = {}  # what the master says, a tree from the root; never changed, but replaced
         self._said: Dict[str, Any] = {}  # the scalars in it and in the defaults in force, by name
         self._made: Dict[str, ParameterLocation] = {}  # all that there ever were, by name
         self._present: Dict[str, ParameterLocation] = {}  # those of the scalars that there are now
-        self._refused: Dict[str, None] = {}  # parameters to be set back
 
     def read(self, key: str, where: Union[FrameType, CallSite], *default: Any, as_float: bool = False) -> Any:
         """The present value of a parameter, tracked.
@@ -99,11 +89,11 @@ class ReadParameters(Parameter):
         if value is None:
             if not default:
                 raise KeyError(key)
-            known = self._defaults.get(key) or self._take_default(key, where, default[0])
-            if known is None or not _equal(known.value, default[0]):
-                return self._as_read(key, default[0])
-            value = known.value
-        return self._tracked(key.rstrip('/'), value)
+            value = default[0]
+            is_source = key in self._defaults or self._take_default(key, where, value)
+            if not is_source or not is_sent_alike(self._defaults[key], value):
+                return _leafwise(key, value, self._as_read)
+        return self._mapped(key, value, operator.attrgetter('tracked'))
 
     def _ask(self, key: str, where: Union[FrameType, CallSite], default: Tuple[Any, ...], as_float: bool) -> None:
         """Read a parameter from the master, and follow it from now on."""
@@ -121,25 +111,23 @@ class ReadParameters(Parameter):
                 if not as_float:
                     _warn_of_int(key, site, value, default[0])
 
-    def _take_default(self, key: str, where: Union[FrameType, CallSite], value: Any) -> Optional[Default]:
-        """Note what the code says for a parameter, which is its value while it is not set.
-
-        Returns:
-            None where other parameters stand in the way.
-        """
+    def _take_default(self, key: str, where: Union[FrameType, CallSite], value: Any) -> bool:
+        """Note what the code says for a parameter, which is its value while it is not set; False where parameters that
+        were read before stand in the way."""
         with self._owner.lock:
             if part_of(self._known, key) is None and (
                 is_within(self._owner.mirror.namespace, key) or any(is_related(name, key) for name in self._present)
             ):
-                return None
-            site = where if isinstance(where, CallSite) else call_site(where)
+                return False
+            site = self._asked[key] = where if isinstance(where, CallSite) else call_site(where)
             SOURCE_FILES.keep(site.file)
-            default = self._defaults[key] = Default(values.untracked(value), site)
+            self._defaults[key] = values.untracked(value)
+            _leafwise(key, self._defaults[key], functools.partial(self._note_code, key))
             self._renew(self._known)
             for name, location in self._present.items():
                 if is_within(name, key):
                     location.site = site
-            return default
+            return True
 
     def take_fractions(self, key: str) -> None:
         """Take each int in a parameter for a float from now on."""
@@ -147,30 +135,19 @@ class ReadParameters(Parameter):
             self._floats.add(key)
             self._renew(self._known)
 
+    def _note_code(self, key: str, name: str, value: Any) -> None:
+        self._code[name] = values.plain_scalar(value), name[len(key) :].split('/')[1:]
+
     def default_of(self, name: str) -> Tuple[Any, List[str]]:
         """What the code says of a location, None where it says nothing, and the path to that in the call's default."""
-        for key, default in self._defaults.items():
-            if is_within(name, key):
-                value, path = default.value, name[len(key) :].split('/')[1:]
-                for step in path:
-                    try:
-                        value = value[int(step) if isinstance(value, list) else step]
-                    except (LookupError, TypeError, ValueError):
-                        return None, path
-                return values.plain_scalar(value), path
-        return None, []
+        return self._code.get(name, (None, []))
 
     def reread(self, name: str, said: Any) -> None:
         """Take in what the code says of a location since it was edited."""
-
-        def edited(part_name: str, part: Any) -> Any:
-            if isinstance(part, (list, dict)):
-                return _mapped(part_name, part, edited)
-            return said if part_name == name else part
-
+        self._code[name] = said, self._code[name][1]
         for key, default in self._defaults.items():
-            self._defaults[key] = default._replace(value=edited(key, default.value))
-        self._said = dict(self._scalars_of(self._known))
+            self._defaults[key] = _leafwise(key, default, lambda one, part: said if one == name else part)
+        self._said = self._scalars(self._known)
 
     def learn(self, key: str) -> None:
         """Read again what stands at a key, above or below it, as it may have been set or deleted."""
@@ -187,33 +164,33 @@ class ReadParameters(Parameter):
                 self._owner.mirror.subscribe(key)
                 known = part_of(self._known, key)
                 if is_new_master and known is not None:
-                    value, name = self._plain(key.rstrip('/'), known), key.rstrip('/')
-                    self._owner.mirror.set(list(_lacking(name, value, self._owner.mirror.read(key, None))))
+                    stands = self._owner.mirror.read(key, None)
+                    self._owner.mirror.set(list(_lacking(key.rstrip('/'), self._in_force(key, known), stands)))
                 self.learn(key)
 
     def _take_in(self, key: str, value: Any) -> None:
         """Put in force what the master says of a parameter, None where it is not set. The lock is held."""
-        known = _with_part(self._known, _steps(key), value)
-        said = dict(self._scalars_of(known))
+        known = with_part(self._known, key, value)
+        said = self._scalars(known)
         try:
             for name, location in self._present.items():
                 if name not in said or (said[name] != location.value and not self._is_unwritten(location)):
                     self._owner.access.check(name, REQUESTER)
         except Refused as refused:
             rospy.logerr('rosparam set %s is refused, it is set back: %.500s', key, refused)
-            self._refused[_unit(self._known, key)] = None
-            self._owner.mirror.write(self)
+            unit = _unit(self._known, key)
+            self._owner.mirror.set([(unit, self._in_force(unit, part_of(self._known, unit)))])
         else:
             self._renew(known)
 
     def _is_unwritten(self, location: ParameterLocation) -> bool:
         """Whether a location was changed here, and the master has not been told yet."""
-        return bool(location.value != self._said[location.name])
+        return bool(location.value != self._said.get(location.name))
 
     def _renew(self, known: Any) -> None:
         """Have the locations be those of what the master says now, and of the defaults. The lock is held."""
         unwritten = {name for name, location in self._present.items() if self._is_unwritten(location)}
-        self._known, self._said = known, dict(self._scalars_of(known))
+        self._known, self._said = known, self._scalars(known)
         for name in [name for name in self._present if name not in self._said]:
             self._owner.locations.remove(self._present.pop(name))
         changes: List[Tuple[Location, Any, Any]] = []
@@ -247,73 +224,62 @@ class ReadParameters(Parameter):
         else:
             self._present[name] = location
 
-    def _scalars_of(self, known: Any) -> Iterator[Tuple[str, Any]]:
-        """The scalars that are to be locations: (name, plain value)."""
-        yield from self._scalars('', known)
+    def _scalars(self, known: Any) -> Dict[str, Any]:
+        """The plain values of all that are to be locations, by name."""
+        found: Dict[str, Any] = {}
+        _leafwise('', known, found.setdefault)
         for key, default in self._defaults.items():
             if part_of(known, key) is None:
-                yield from self._scalars(key, default.value)
-
-    def _scalars(self, name: str, value: Any) -> Iterator[Tuple[str, Any]]:
-        if isinstance(value, (list, dict)):
-            for part_name, part in _parts(name, value):
-                yield from self._scalars(part_name, part)
-        else:
-            plain = self._as_read(name, values.plain_scalar(value))
-            if '//' not in name and _can_be_sent(plain):
-                yield name, plain
+                _leafwise(key, default, found.setdefault)
+        plain = ((name, self._as_read(name, values.plain_scalar(value))) for name, value in found.items())
+        return {name: value for name, value in plain if '//' not in name and _can_be_sent(value)}
 
     def _as_read(self, name: str, value: Any) -> Any:
-        """A value with a float in the place of each int, where that was asked for."""
-        if self._floats and isinstance(value, (list, dict)):
-            return _mapped(name, value, self._as_read)
+        """A scalar, a float in the place of an int where that was asked for."""
         is_float = type(value) is int and any(is_within(name, key) for key in self._floats)
         return float(value) if is_float else value
 
-    def _tracked(self, name: str, value: Any) -> Any:
-        if isinstance(value, (list, dict)):
-            return _mapped(name, value, self._tracked)
-        location = self._present.get(name)
-        return value if location is None else location.tracked
+    def _mapped(self, key: str, value: Any, read: Callable[[ParameterLocation], Any]) -> Any:
+        """A parameter with what is read of each location in its place."""
 
-    def _plain(self, name: str, value: Any) -> Any:
-        """A value with what is in force now."""
-        if isinstance(value, (list, dict)):
-            return _mapped(name, value, self._plain)
-        location = self._present.get(name)
-        return value if location is None else location.value
+        def part(name: str, leaf: Any) -> Any:
+            location = self._present.get(name)
+            return leaf if location is None else read(location)
+
+        return _leafwise(key.rstrip('/'), value, part)
+
+    def _in_force(self, key: str, value: Any) -> Any:
+        """A parameter as it is to stand on the parameter server."""
+        return self._mapped(key, value, operator.attrgetter('value'))
 
     def pairs(self) -> List[Tuple[str, Any]]:
-        """Write what has changed here; returns what is to be set besides."""
+        """Write what has changed here; returns the records of the defaults that it was read from."""
         with self._owner.lock:
             changed = [name for name, location in self._present.items() if self._is_unwritten(location)]
             units = dict.fromkeys(map(self._unit_of, changed))
-            defaults = [key for key in self._defaults if any(is_within(name, key) for name in changed)]
-            refused, self._refused = self._refused, {}
-        found: List[Tuple[str, Any]] = []
         for key in units:
             self._write(key)
-        with self._owner.lock:
-            for key in (key for key in (*refused, *defaults) if part_of(self._known, key) is not None):
-                value = self._plain(key, part_of(self._known, key))
-                found.append((key, value) if key in refused else (self._owner.mirror.record_key(key), [value]))
-        return found
+        defaults = [key for key in list(self._defaults) if any(is_within(name, key) for name in changed)]
+        known = {key: part_of(self._known, key) for key in defaults}
+        return [(self._owner.mirror.record_key(key), [value]) for key, value in known.items() if value is not None]
 
     def _unit_of(self, name: str) -> str:
         """The parameter that is written whole where a location has changed."""
         unset = (key for key in self._defaults if is_within(name, key) and part_of(self._known, key) is None)
-        return next(unset, None) or _unit(self._known, name)
+        return next(unset, '') or _unit(self._known, name)
 
     def _write(self, key: str) -> None:
-        """Set a parameter to what is in force. Where another process has set it since it was read, what that has changed
-        is taken in, and written again together with what has changed here."""
+        """Set a parameter to what is in force. Where another process has set it since it was read, what that one has
+        changed is taken in, and written again together with what has changed here."""
         expected = part_of(self._known, key)
         while True:
             with self._owner.lock:
-                known = value = part_of(self._known, key)
-                if known is None and key in self._defaults:
-                    value = self._defaults[key].value
-                wanted = as_sent(key, self._plain(key, value))
+                known = part_of(self._known, key)
+                value = self._defaults.get(key) if known is None else known
+                if value is None:  # it was deleted meanwhile
+                    self.learn(key)
+                    return
+                wanted = as_sent(key, self._in_force(key, value))
             if wanted is None:
                 return
             stood = self._owner.mirror.exchange(key, wanted)
@@ -322,8 +288,8 @@ class ReadParameters(Parameter):
                     self.learn(key)
                     expected = part_of(self._known, key)
                 elif is_sent_alike(stood, expected):
-                    self._known = _with_part(self._known, _steps(key), wanted)
-                    self._said = dict(self._scalars_of(self._known))
+                    self._known = with_part(self._known, key, wanted)
+                    self._said = self._scalars(self._known)
                     return
                 else:
                     self._take_in(key, stood)
@@ -334,42 +300,19 @@ def _warn_of_int(key: str, site: CallSite, value: Any, default: Any) -> None:
     """Warn of a parameter that is an int where the call has a float as its default."""
     if type(value) is int and type(values.untracked(default)) is float:
         rospy.logwarn(
-            '%s: the parameter %s is the int %r, though its default is a float: it takes no fractions, and '
-            '0.5 * n is not tracked. Write %r in the parameter, or get_param(..., as_float=True)',
-            site.place,
-            key,
-            value,
-            float(value),
+            f'{site.place}: the parameter {key} is the int {value}, though its default is a float: it takes no '
+            f'fractions, and 0.5 * n is not tracked. Write {value}.0 in the parameter, or get_param(..., as_float=True)'
         )
-
-
-def _steps(key: str) -> List[str]:
-    return [step for step in key.split('/') if step]
 
 
 def _unit(tree: Any, name: str) -> str:
     """The name of the parameter of the master that holds a part: of a list, the list."""
     key = ''
-    for step in _steps(name):
+    for step in filter(None, name.split('/')):
         if not isinstance(tree, dict) or step not in tree:
             break
         key, tree = f'{key}/{step}', tree[step]
     return key
-
-
-def _with_part(tree: Any, steps: Sequence[str], value: Any) -> Any:
-    """A copy of a tree with another part, or without it where the value is None."""
-    if not steps:
-        return value
-    copied = dict(tree) if isinstance(tree, dict) else {}
-    part = _with_part(copied.pop(steps[0], None), steps[1:], value)
-    return (
-        tree
-        if part is None and steps[0] not in (tree or ())
-        else copied
-        if part is None
-        else {**copied, steps[0]: part}
-    )
 
 
 def _lacking(key: str, value: Any, stands: Any) -> Iterator[Tuple[str, Any]]:
@@ -381,20 +324,18 @@ def _lacking(key: str, value: Any, stands: Any) -> Iterator[Tuple[str, Any]]:
             yield from _lacking(f'{key}/{name}', part, stands.get(name))
 
 
-def _parts(name: str, value: Any) -> Iterator[Tuple[str, Any]]:
-    """The parts of a list or dict by their names; a name that no parameter can have has `//` in it."""
+def _leafwise(name: str, value: Any, function: Callable[[str, Any], Any]) -> Any:
+    """A list or dict with a function of each leaf and its name in its place. A name that no parameter can have has `//`
+    in it."""
     if isinstance(value, list):
-        for index, part in enumerate(value):
-            yield f'{name}/{index}', part
-    else:
-        for key, part in value.items():
-            yield f'{name}/{key}' if isinstance(key, str) and key and '/' not in key else f'{name}//{key}', part
-
-
-def _mapped(name: str, value: Any, function: Callable[[str, Any], Any]) -> Any:
-    """A list or dict with a function of the name and the value of each part in its place."""
-    parts = [function(part_name, part) for part_name, part in _parts(name, value)]
-    return parts if isinstance(value, list) else dict(zip(value, parts))
+        return [_leafwise(f'{name}/{index}', part, function) for index, part in enumerate(value)]
+    if not isinstance(value, dict):
+        return function(name, value)
+    found = {}
+    for key, part in value.items():
+        is_name = isinstance(key, str) and key and '/' not in key
+        found[key] = _leafwise(f'{name}/{key}' if is_name else f'{name}//{key}', part, function)
+    return found
 
 
 def _can_be_sent(value: Any) -> bool:
@@ -402,15 +343,3 @@ def _can_be_sent(value: Any) -> bool:
     if type(value) is str:
         return value.isascii() or value == value.encode('utf-8', 'ignore').decode('utf-8')
     return type(value) in (int, bool) or (type(value) is float and math.isfinite(value))
-
-
-def _equal(one: Any, other: Any) -> bool:
-    """Whether two defaults say the same."""
-    if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(map(_equal, one, other))
-    if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(_equal(part, other[name]) for name, part in one.items())
-    plain = values.plain_scalar(one)
-    if plain is None:
-        return one is other
-    return files.equal(plain, values.plain_scalar(other))
