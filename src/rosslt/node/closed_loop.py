@@ -328,9 +328,10 @@ class _Force:
             if error:
                 self._notes.append(error)
                 loop.stop()
+            elif time.monotonic() >= loop.end:
+                loop.pass_time()
             elif heard is None:
-                if time.monotonic() >= loop.end:
-                    loop.pass_time()
+                continue
             elif heard.publisher == self._field.publisher and self._thing(heard) == self._field.thing:
                 self._messages += 1
                 loop.take(self._observed(heard.message), heard.is_latched)

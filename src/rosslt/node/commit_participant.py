@@ -197,7 +197,10 @@ class CommitParticipant:
         for location_id, text in change.asked:
             try:
                 location = self._owner.changeable(self._owner.known(location_id), change.requester)
-                change.wanted.append((location, location.checked(from_json(text))))
+                value = location.checked(from_json(text))
+                if type(location.literal) is int and value == location.literal:
+                    value = location.literal  # an int in the code that takes fractions is an int again
+                change.wanted.append((location, value))
                 change.reasons.append('')
             except Refused as refused:
                 change.reasons.append(str(refused))
