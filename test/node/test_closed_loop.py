@@ -17,12 +17,6 @@ NAMES = {GAIN: '/owner/gain', BIAS: '/owner/bias'}
 class NoErrors:
     raised = ''
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
-
     def raised_since(self, nodes, since):
         return self.raised
 
@@ -37,7 +31,6 @@ class Simulated:
         self.errors = NoErrors()
         monkeypatch.setattr(closed_loop, 'request_values', self.request_values)
         monkeypatch.setattr(closed_loop, 'undo_request', self.undo_request)
-        monkeypatch.setattr(closed_loop, 'NodeErrors', lambda: self.errors)
         self.began = dict(self.present)
 
     def limits(self, sources, timeout):
@@ -71,7 +64,7 @@ class Simulated:
     def force(self, wanted, **options):
         asker = type('Asker', (), {'name': '/hand', 'directory': self})()
         asker.directory = type('Names', (), {'limits': self.limits, 'name': staticmethod(self.name_of)})()
-        return closed_loop.close_loop(asker, self, self.next_before(0.0), 'data', wanted, **options)
+        return closed_loop.close_loop(asker, self, self.errors, self.next_before(0.0), 'data', wanted, **options)
 
 
 @pytest.fixture

@@ -30,6 +30,7 @@ from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of
 from rosslt.node.commit_participant import APPLIED
 from rosslt.node.composed import readable
 from rosslt.node.directory import Directory
+from rosslt.node.errors import NodeErrors
 from rosslt.node.history import NOTHING_TO_UNDO
 from rosslt.node.json_scalars import Refused, from_json
 from rosslt.node.locations import ExternalLocation, LiteralLocation, Location, Readable, checked_limits
@@ -444,10 +445,10 @@ def force_field(
     if source is not None and sources is not None:
         raise ValueError('give either source or sources')
     owner = started('force_field')
-    with listening.Listener(rospy.resolve_name(topic)) as stream:
+    with listening.Listener(rospy.resolve_name(topic)) as stream, NodeErrors() as errors:
         heard = stream.first(field, timeout)
         chosen = sources if source is None else [source]
-        return closed_loop.close_loop(owner, stream, heard, field, target, chosen, rounds, timeout, keep_anyway)
+        return closed_loop.close_loop(owner, stream, errors, heard, field, target, chosen, rounds, timeout, keep_anyway)
 
 
 def reevaluate(x: Any, timeout: float = 1.0) -> Any:

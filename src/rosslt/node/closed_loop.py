@@ -254,6 +254,7 @@ def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
 def close_loop(
     asker: Asker,
     stream: Stream,
+    errors: NodeErrors,
     heard: Heard,
     path: str,
     wanted: Any,
@@ -267,6 +268,7 @@ def close_loop(
     Args:
         asker: who asks for changes.
         stream: the messages of the topic from now on.
+        errors: those of nodes, heard since before the first message.
         heard: the message to begin with.
         path: of the field in the message.
         wanted: plain, of the field's shape; None leaves a part free.
@@ -284,8 +286,7 @@ def close_loop(
     if rounds < 1:
         raise ValueError(f'rounds must be at least 1, found {rounds}')
     field = Field(heard.publisher, path, thing_of(heard.message, path))
-    with NodeErrors() as errors:
-        return _Force(asker, stream, field, wanted, sources, rounds, timeout, errors).run(heard.message, keep_anyway)
+    return _Force(asker, stream, field, wanted, sources, rounds, timeout, errors).run(heard.message, keep_anyway)
 
 
 class _Force:

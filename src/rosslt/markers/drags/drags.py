@@ -215,9 +215,7 @@ class Drags:
     def _look_at_what_was_dropped(self) -> None:
         """Take back what is not shown where it was dropped, although its sources were changed again and again."""
         for name, drop in list(self._drops.items()):
-            error = ''
-            if self._errors is not None and not drop.loop.observer.new:
-                error = self._errors.raised_since({source.node for source in drop.drag.before}, drop.drag.requested)
+            error = '' if drop.loop.observer.new else self._why_raised(drop.drag)
             if not error:
                 drop.see(self._scene.handle(name))
                 if not drop.loop.is_over:
@@ -238,6 +236,12 @@ class Drags:
             return bool(values.untracked(node.reevaluate(given, self._rules.timeout)) == values.untracked(given))
         except values.Error:
             return False
+
+    def _why_raised(self, drag: Drag) -> str:
+        """The error that the last change of a drag has made a node raise; '' where there is none."""
+        if self._errors is None:
+            return ''
+        return self._errors.raised_since({source.node for source in drag.before}, drag.requested)
 
     def _change_again(self, drag: Drag) -> Dict[values.Source, node.Change]:
         """Solve again for a thing that is shown elsewhere than it was dropped; gives what its drag has changed by now,
@@ -293,6 +297,10 @@ class Drags:
     def _follow(self, drag: Drag) -> None:
         """Change the sources so that the handle is where the drag is."""
         pose, is_last = drag.pose, drag.is_over
+        error = self._why_raised(drag)
+        if error and drag.fault is None:
+            drag.fault = f'{error}; {self._take_back(drag)}'
+            drag.before, drag.after = {}, {}
         # An owner that was silent until after the release is not asked again: it has been waited for.
         is_silent = isinstance(drag.refusal, node.SourceUnreachable) and drag.answered > drag.heard
         # An answer that leaps is made when the hand lets go.
