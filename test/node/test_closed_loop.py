@@ -7,7 +7,7 @@ import pytest
 from std_msgs.msg import Float64
 
 from rosslt import node, values
-from rosslt.node import closed_loop
+from rosslt.node import closed_loop, forcing
 from rosslt.node.listening import Heard
 
 GAIN, BIAS = values.Source('/owner', 1), values.Source('/owner', 2)
@@ -29,8 +29,8 @@ class Simulated:
         self.function, self.tick, self.requests = function, 0, []
         self.name, self.directory = '/hand', self
         self.errors = NoErrors()
-        monkeypatch.setattr(closed_loop, 'request_values', self.request_values)
-        monkeypatch.setattr(closed_loop, 'undo_request', self.undo_request)
+        monkeypatch.setattr(forcing, 'request_values', self.request_values)
+        monkeypatch.setattr(forcing, 'undo_request', self.undo_request)
         self.began = dict(self.present)
 
     def limits(self, sources, timeout):
@@ -64,7 +64,7 @@ class Simulated:
     def force(self, wanted, **options):
         asker = type('Asker', (), {'name': '/hand', 'directory': self})()
         asker.directory = type('Names', (), {'limits': self.limits, 'name': staticmethod(self.name_of)})()
-        return closed_loop.close_loop(asker, self, self.errors, self.next_before(0.0), 'data', wanted, **options)
+        return forcing.close_loop(asker, self, self.errors, self.next_before(0.0), 'data', wanted, **options)
 
 
 @pytest.fixture

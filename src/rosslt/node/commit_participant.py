@@ -51,7 +51,7 @@ Change = Tuple[Location, Any, Any]
 
 
 class Owner(Protocol):
-    """What is used of this node as the owner of locations; `server.Owner` is it."""
+    """This node as the owner of locations, as far as it is used here; `server.Owner` is it."""
 
     name: str
     history: History
@@ -91,10 +91,11 @@ class _Transaction:
         self.changes: List[Change] = []
         self.made: Optional[Request] = None  # in the history, once it is applied
         self.turns: Dict[Location, int] = {}
+        self.timer: Optional[threading.Timer] = None
 
     @property
     def is_undo(self) -> bool:
-        """Whether it takes a request back."""
+        """True where it takes a request back."""
         return not self.asked
 
     def refuse(self, reason: str) -> None:
@@ -115,7 +116,6 @@ class CommitParticipant:
         self._by_id: OrderedDict[str, _Transaction] = OrderedDict()
         self._holders: Dict[Location, _Transaction] = {}
         self._free = threading.Condition(owner.lock)  # type: ignore[arg-type]
-        self._is_watched = False
 
     def wait_for(self, locations: Iterable[Location], timeout: float = PATIENCE) -> bool:
         """Wait until locations are free; the lock is held, and given up while this waits.
@@ -179,7 +179,10 @@ class CommitParticipant:
             self._by_id[change.id] = change
             self._holders.update((location, change) for location, _ in change.wanted)
             self._forget_oldest()
-            self._watch()
+            # its requester may not be heard of again
+            change.timer = threading.Timer(change.end + GRACE - time.monotonic(), self._settle, [change])
+            change.timer.daemon = True
+            change.timer.start()
         return change
 
     def _plan(self, change: _Transaction) -> None:
@@ -271,6 +274,8 @@ class CommitParticipant:
         self._release(change)
 
     def _release(self, change: _Transaction) -> None:
+        if change.timer is not None:
+            change.timer.cancel()
         for location, _ in change.wanted:
             if self._holders.get(location) is change:
                 del self._holders[location]
@@ -282,30 +287,6 @@ class CommitParticipant:
             if oldest is None:
                 return
             del self._by_id[oldest]
-
-    def _watch(self) -> None:
-        """See to it that what is prepared ends also where its requester is not heard of again."""
-        if not self._is_watched:
-            self._is_watched = True
-            threading.Thread(target=self._work, name='rosslt commits', daemon=True).start()
-        self._free.notify_all()
-
-    def _work(self) -> None:
-        asked: Dict[str, None] = {}
-        while not rospy.is_shutdown():
-            with self._owner.lock:
-                waiting = [one for one in self._by_id.values() if one.state == PREPARED]
-                asked = {one.id: None for one in waiting if one.id in asked}
-                overdue = [one for one in waiting if one.id not in asked]
-                now = time.monotonic()
-                first = min((one.end + GRACE for one in overdue), default=None)
-                if first is None or first > now:
-                    self._free.wait(None if first is None else first - now)
-                    continue
-                overdue = [one for one in overdue if one.end + GRACE <= now]
-                asked.update((one.id, None) for one in overdue)
-            for one in overdue:
-                threading.Thread(target=self._settle, args=(one,), name='rosslt commit', daemon=True).start()
 
     def _settle(self, change: _Transaction) -> None:
         """Do what the other nodes have done: the requester has not come back."""

@@ -14,7 +14,7 @@ TIMEOUT = 1.0
 
 
 def is_whole_parameter(source: values.Source) -> bool:
-    """Whether a source is a ROS parameter that this node reads, and takes whole numbers only."""
+    """Return whether a source is a ROS parameter that this node reads, and takes whole numbers only."""
     owner = started('get_param')
     location = owner.locations.by_id.get(source.location_id) if source.node == owner.name else None
     return isinstance(location, ParameterLocation) and location.type is int

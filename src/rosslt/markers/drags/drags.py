@@ -37,7 +37,7 @@ UNDO_LIMIT = 50
 
 
 class Rules(NamedTuple):
-    """How sources follow hands.
+    """Settings: when and how sources follow hands.
 
     Attributes:
         is_live: whether they follow while the mouse moves, or when the button is released.
@@ -230,7 +230,7 @@ class Drags:
                 self._scene.say(drop.drag.handle, f'{why}{reason}; {self._take_back(drop.drag)}')
 
     def _is_in_force(self, drag: Drag) -> bool:
-        """Whether all sources still have what a drag gave them: what somebody else has changed since is left alone."""
+        """Return whether all sources still have what a drag gave them: what others have changed since is left alone."""
         given = [values.track(new, source) for source, new in drag.after.items()]
         try:
             return bool(values.untracked(node.reevaluate(given, self._rules.timeout)) == values.untracked(given))
