@@ -5,7 +5,7 @@ import rospy
 from rosslt.srv import ChangeSourcesRequest
 
 from rosslt.node.call_sites import CallSite
-from rosslt.node.locations import ExternalLocation, LiteralLocation
+from rosslt.node.locations import ExternalLocation
 from support.hostile_requests import owner as owner_of_four
 
 SITE = CallSite('participant.py', 1, 1, '', 0, 1)
@@ -84,10 +84,8 @@ def test_what_is_prepared_is_committed_or_aborted_and_a_second_decision_is_ignor
         change(owner, {'gain': '4.5'}, transaction_id='b', **prepared)
 
 
-def test_an_int_in_the_code_that_took_a_fraction_is_an_int_again(owner):
-    location = added(owner, LiteralLocation('whole', 'whole', SITE, 1))
-    location.type = float  # as of a literal that may become a float
-    for back in ({}, {'whole': '1'}):
-        assert change(owner, {'whole': '0.53'}).state == 'applied'
-        assert change(owner, back).state == 'applied'
-        assert type(location.value) is int
+def test_what_is_being_changed_is_waited_for_or_refused(owner):
+    gain = owner.locations.by_id[ids(owner, 'gain')[0]]
+    with owner.lock, owner._participant.hold([gain], '/hand'):
+        assert change(owner, {'gain': '2.5'}).reasons == ['gain is just being changed by /hand: try again']
+    assert change(owner, {'gain': '2.5'}).state == 'applied'

@@ -6,11 +6,12 @@ the node asks the others: if one of them has applied its part, this one does as 
 of the requester.
 """
 
+import contextlib
 import math
 import threading
 import time
 from collections import OrderedDict
-from typing import Any, ContextManager, Dict, Iterable, List, Optional, Protocol, Sequence, Tuple
+from typing import Any, ContextManager, Dict, Iterable, Iterator, List, Optional, Protocol, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -92,6 +93,7 @@ class _Transaction:
         self.made: Optional[Request] = None  # in the history, once it is applied
         self.turns: Dict[Location, int] = {}
         self.timer: Optional[threading.Timer] = None
+        self.deciding = threading.Lock()  # held while it is committed or aborted
 
     @property
     def is_undo(self) -> bool:
@@ -114,7 +116,7 @@ class CommitParticipant:
     def __init__(self, owner: Owner) -> None:
         self._owner = owner
         self._by_id: OrderedDict[str, _Transaction] = OrderedDict()
-        self._holders: Dict[Location, _Transaction] = {}
+        self._holders: Dict[Location, str] = {}  # location -> who is changing it
         self._free = threading.Condition(owner.lock)  # type: ignore[arg-type]
 
     def wait_for(self, locations: Iterable[Location], timeout: float = PATIENCE) -> bool:
@@ -132,29 +134,37 @@ class CommitParticipant:
             location = next(filter(self._holders.__contains__, wanted), None)
             if location is None:
                 return has_waited
-            has_waited = True
-            holder = self._holders[location]
+            has_waited, holder = True, self._holders[location]
             if not self._free.wait(max(0.0, end - time.monotonic())) and time.monotonic() >= end:
-                raise Refused(
-                    f'{location.name} is just being changed by {holder.requester or "somebody"}, together with '
-                    f'{" and ".join(holder.nodes) or "others"}: try again'
-                )
+                raise Refused(f'{location.name} is just being changed by {holder}: try again')
+
+    @contextlib.contextmanager
+    def hold(self, locations: Iterable[Location], requester: str) -> Iterator[None]:
+        """Have others wait for locations that are being changed; the lock is held, and may be given up meanwhile."""
+        held = dict.fromkeys([one for one in locations if one not in self._holders], requester or 'somebody')
+        self._holders.update(held)
+        try:
+            yield
+        finally:
+            self._release(held)
 
     def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse:
         """Change locations, all or none, or do one phase of it; serves `~rosslt/change_sources`."""
         _check(request)
-        with self._owner.lock:
-            if request.phase in (AT_ONCE, PREPARE):
+        change: Optional[_Transaction] = None
+        if request.phase not in (AT_ONCE, PREPARE):
+            change = self._by_id.get(request.transaction_id)
+            if change is None:
+                reason = 'this node does not know the change: it was restarted since'
+                return srv.ChangeSourcesResponse(UNKNOWN, [reason], [])
+        with change.deciding if change else contextlib.nullcontext(), self._owner.lock:
+            if change is None:
                 change = self._prepared(request)
                 if request.phase == AT_ONCE and change.state == PREPARED:
                     self._apply(change)
                 reasons = change.reasons
             else:
-                known = self._by_id.get(request.transaction_id)
-                if known is None:
-                    reason = 'this node does not know the change: it was restarted since'
-                    return srv.ChangeSourcesResponse(UNKNOWN, [reason], [])
-                change, reasons = known, self._decided(known, request.phase)
+                reasons = self._decided(change, request.phase)
             written = self._owner.follow([location for location, _ in change.wanted])
             changes = [applied_change(rospy.Time.now(), *one, change.requester) for one in change.changes]
         if request.phase in (AT_ONCE, COMMIT, ABORT):
@@ -177,7 +187,8 @@ class CommitParticipant:
             change.refuse(str(refused))
         if request.phase == PREPARE and change.state == PREPARED:
             self._by_id[change.id] = change
-            self._holders.update((location, change) for location, _ in change.wanted)
+            together = f'{change.requester or "somebody"}, together with {" and ".join(change.nodes) or "others"}'
+            self._holders.update((location, together) for location, _ in change.wanted)
             self._forget_oldest()
             # its requester may not be heard of again
             change.timer = threading.Timer(change.end + GRACE - time.monotonic(), self._settle, [change])
@@ -200,10 +211,7 @@ class CommitParticipant:
         for location_id, text in change.asked:
             try:
                 location = self._owner.changeable(self._owner.known(location_id), change.requester)
-                value = location.checked(from_json(text))
-                if type(location.literal) is int and value == location.literal:
-                    value = location.literal  # an int in the code that takes fractions is an int again
-                change.wanted.append((location, value))
+                change.wanted.append((location, location.checked(from_json(text))))
                 change.reasons.append('')
             except Refused as refused:
                 change.reasons.append(str(refused))
@@ -212,21 +220,20 @@ class CommitParticipant:
 
     def _apply(self, change: _Transaction) -> None:
         """Put what is prepared in force."""
-        self._release(change)
-        for location, _ in change.wanted:
-            try:
-                is_there = self._owner.known(location.id) is location
-            except Refused:
-                is_there = False
-            if not is_there:
-                change.refuse(f'{location.name} is there no more')
-                return
-        change.reasons, change.changes = self._owner.apply(
-            change.wanted, change.requester, change.request_id, record=not change.is_undo
-        )
+        try:
+            for location, _ in change.wanted:
+                if self._owner.known(location.id) is not location:
+                    raise Refused(f'{location.name} is another one by now')
+            change.reasons, change.changes = self._owner.apply(
+                change.wanted, change.requester, change.request_id, record=not change.is_undo
+            )
+            if change.is_undo and any(change.reasons):
+                raise Refused('; '.join(filter(None, change.reasons)))
+        except Refused as refused:
+            change.refuse(str(refused))
+        finally:
+            self._end(change)
         if any(change.reasons):
-            if change.is_undo:
-                change.refuse('; '.join(filter(None, change.reasons)))
             change.state = REFUSED
             return
         if not change.is_undo:
@@ -271,14 +278,16 @@ class CommitParticipant:
 
     def _abort(self, change: _Transaction) -> None:
         change.state = ABORTED
-        self._release(change)
+        self._end(change)
 
-    def _release(self, change: _Transaction) -> None:
+    def _end(self, change: _Transaction) -> None:
         if change.timer is not None:
             change.timer.cancel()
-        for location, _ in change.wanted:
-            if self._holders.get(location) is change:
-                del self._holders[location]
+            self._release(location for location, _ in change.wanted)
+
+    def _release(self, locations: Iterable[Location]) -> None:
+        for location in locations:
+            self._holders.pop(location, None)
         self._free.notify_all()
 
     def _forget_oldest(self) -> None:
@@ -297,7 +306,7 @@ class CommitParticipant:
         except rospy.ROSInterruptException:
             return
         appliers = sorted(node for node, answer in answers.items() if answer.state == APPLIED)
-        with self._owner.lock:
+        with change.deciding, self._owner.lock:
             if change.state != PREPARED:
                 return
             if not appliers:

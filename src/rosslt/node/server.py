@@ -63,9 +63,9 @@ class Owner:
         self.history = History()
         self._callbacks = Callbacks()
         self._topic: Optional[LocationTopic] = None
-        participant = CommitParticipant(self)
-        self.wait_for_reserved = participant.wait_for
-        self.change_sources = participant.change_sources
+        self._participant = CommitParticipant(self)
+        self.wait_for_reserved = self._participant.wait_for
+        self.change_sources = self._participant.change_sources
         self._show_to_reconfigure: Callable[[], None] = lambda: None
         values.describe_sources_with(self.directory.describe)
 
@@ -235,16 +235,17 @@ class Owner:
             (the reasons of refusals, one a location, empty where there is none; what has changed).
         """
         before: List[Tuple[Location, Any]] = []
-        for location, value in wanted:
-            before.append((location, location.value))
-            try:
-                location.put(value)
-            except Refused as refused:
-                rospy.logerr('%s: %s', location.name, refused)
-                self._put_back(before[:-1])
-                reasons = [''] * len(wanted)
-                reasons[len(before) - 1] = str(refused)
-                return reasons, []
+        with self._participant.hold([location for location, _ in wanted], requester):
+            for location, value in wanted:
+                before.append((location, location.value))
+                try:
+                    location.put(value)
+                except Refused as refused:
+                    rospy.logerr('%s: %s', location.name, refused)
+                    self._put_back(before[:-1])
+                    reasons = [''] * len(wanted)
+                    reasons[len(before) - 1] = str(refused)
+                    return reasons, []
         changes = [(location, old, location.value) for location, old in before]
         self.applied(changes, requester, request_id, record)
         return [''] * len(wanted), changes

@@ -249,7 +249,7 @@ class Drags:
         if not self._is_in_force(drag):
             return {}
         before = dict(drag.after)
-        drag.refusal = self._force(drag, drag.pose)
+        drag.refusal = self._force(drag, drag.pose, may_leap=True)
         if drag.refusal is not None or drag.after == before:
             return {}
         self._remember(drag)
@@ -303,10 +303,12 @@ class Drags:
             drag.before, drag.after = {}, {}
         # An owner that was silent until after the release is not asked again: it has been waited for.
         is_silent = isinstance(drag.refusal, node.SourceUnreachable) and drag.answered > drag.heard
-        # An answer that leaps is made when the hand lets go.
-        is_new = pose != drag.asked or (is_last and pose != drag.start and not drag.is_exact and not drag.refusal)
+        # An answer that can only be reached by a leap is one when the hand lets go, where nothing has followed it yet.
+        may_leap = is_last and not drag.followed and pose != drag.start
+        has_no_answer = drag.refusal is None or isinstance(drag.refusal, values.NotInvertible)
+        is_new = pose != drag.asked or (may_leap and has_no_answer)
         if drag.fault is None and is_new and not (is_last and is_silent):
-            drag.refusal = self._force(drag, pose)
+            drag.refusal = self._force(drag, pose, may_leap)
             drag.asked, drag.answered = pose, time.monotonic()
         refusal = drag.fault
         if refusal is None and drag.refusal is not None:
@@ -330,7 +332,7 @@ class Drags:
         if refusal:
             rospy.logwarn('%s snaps back: %s', name, refusal)
 
-    def _force(self, drag: Drag, pose: PoseTuple) -> Optional[Exception]:
+    def _force(self, drag: Drag, pose: PoseTuple, may_leap: bool) -> Optional[Exception]:
         """Ask the owners for what a drag wants; the refusal, or None."""
         handle = self._scene.handle(drag.handle.name) or drag.handle
         misfit = drag.misfit(handle)
@@ -343,7 +345,7 @@ class Drags:
         timeout = self._rules.timeout
         try:
             chosen = self.chosen.get(handle.name)
-            plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.before, drag.followed, drag.is_over)
+            plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.before, drag.followed, may_leap)
             wanted = changes.to_request(plan, drag.after)
             if wanted:
                 drag.solved, drag.requested = handle, time.monotonic()
