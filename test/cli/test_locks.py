@@ -43,7 +43,11 @@ def who(name):
 def request(requester, name='x', value='4.0'):
     ids = {one.name: one.id for one in rospy.ServiceProxy('/safe/rosslt/list_locations', _listing())().locations}
     change = rospy.ServiceProxy('/safe/rosslt/change_sources', ChangeSources)
-    return change(requester=requester, location_ids=[ids[name]], values=[value]).state == 'applied'
+    return change(requester=requester, location_ids=[ids[name]], values=[value])
+
+
+def is_applied(*request_arguments):
+    return request(*request_arguments).state == 'applied'
 
 
 def _listing():
@@ -115,30 +119,32 @@ class TestAcceptedRequesters:
     def accepted(self, owner, master):
         yield lambda value: master.setParam('/safe/rosslt/accept_changes_from', value)
         master.deleteParam('/safe/rosslt/accept_changes_from')
-        wait_until(lambda: request('/planner'), 'everybody is accepted')
+        wait_until(lambda: is_applied('/planner'), 'everybody is accepted')
 
     def test_others_are_refused_with_who_they_are_and_who_is_accepted(self, accepted):
         accepted(['/planner', '/hand_*'])
-        wait_until(lambda: not request('/other'), 'it is in force')
+        wait_until(lambda: not is_applied('/other'), 'it is in force')
         (reason,) = request('/other').reasons
         assert reason == (
             '/safe takes changes from /planner and /hand_* only, and this one is from /other: '
             'see /safe/rosslt/accept_changes_from'
         )
-        assert request('/planner')
-        assert request('/hand_7')
+        assert is_applied('/planner')
+        assert is_applied('/hand_7')
         assert 'this one is from rosslt set' in failure('set', '/safe/x', '4')
         assert who('/safe/x') == 'takes changes from /planner and /hand_* only'
 
     def test_the_parameter_server_is_a_requester_too(self, accepted, master):
         accepted(['/planner'])
-        wait_until(lambda: not request('/other'), 'it is in force')
+        wait_until(lambda: not is_applied('/other'), 'it is in force')
         master.setParam('/safe/rosslt/x', 8.0)
         wait_until(lambda: master.getParam('/safe/rosslt/x') != 8.0, 'it is set back')
         accepted(['/planner', 'parameter server'])
-        wait_until(lambda: master.setParam('/safe/rosslt/x', 8.0) or request('/planner').old_values == ['8.0'], 'taken')
+        wait_until(
+            lambda: master.setParam('/safe/rosslt/x', 8.0) or request('/planner').changes[0].old_value == '8.0', 'taken'
+        )
 
     def test_a_value_that_is_no_list_of_names_accepts_nobody(self, accepted):
         accepted(3)
-        wait_until(lambda: not request('/planner'), 'it is in force')
+        wait_until(lambda: not is_applied('/planner'), 'it is in force')
         assert 'takes changes from nobody only' in request('/planner').reasons[0]

@@ -330,6 +330,24 @@ def test_what_was_dropped_is_left_alone_where_it_is_in_another_frame_now():
     assert not drop.is_elsewhere
 
 
+def test_a_drag_that_makes_a_node_raise_is_taken_back_and_the_hand_is_told(asked, monkeypatch):
+    taken_back, error = [], '/owner raises ZeroDivisionError: float division by zero'
+    monkeypatch.setattr(node, 'undo_request', lambda *request: taken_back.append(request) or node.Undone({}, {}))
+    errors = SimpleNamespace(raised_since=lambda nodes, since: error if nodes else '')
+    scene, notes = Scene(Settings()), Notes()
+    scene.add_view(notes)
+    take(scene, box_at(values.track(1.0, A)))
+    drags = Drags(scene, Rules(), str, errors=errors)
+    assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
+    drags.move('/boxes::0', 'world', at(2.0))
+    wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
+    drags.move('/boxes::0', 'world', at(3.0))
+    wait_until(lambda: f'{error}; taken back' in notes.said, 'the hand to be told')
+    assert [set(nodes) for _, nodes, _, _ in taken_back] == [{'/owner'}]
+    assert drags.release('/boxes::0', 'world', at(4.0))
+    assert asked == [{A: 2.0}]
+
+
 def dropped_at_two(scene, change=dict):
     """What was dropped at x = 2, from A = 1, and is expected to have become 2."""
     take(scene, box_at(values.track(1.0, A)))

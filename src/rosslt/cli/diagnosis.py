@@ -1,4 +1,4 @@
-"""Why something on a topic cannot be dragged or forced: what is looked at, and what is wrong there.
+"""Examinations of topics: why something on them cannot be dragged or forced.
 
 A change needs publishers that send provenance, owners that take it, a message afterwards that shows it, and, for a drag
 in RViz, a node that makes interactive markers and a display that shows them. Each of these is looked at in turn.
@@ -45,7 +45,7 @@ class Finding(NamedTuple):
 
 
 class Traffic:
-    """What came on topics while the command listened.
+    """The messages that came on topics while the command listened.
 
     Args:
         received: the messages.
@@ -72,11 +72,11 @@ class Traffic:
                 self._fields[key] = {path: values.sources(leaf) for path, leaf in results}
 
     def count(self, topic: str, publisher: str) -> int:
-        """How many messages a node sent on a topic."""
+        """The number of messages that a node sent on a topic."""
         return self._count.get((topic, publisher), 0)
 
     def tracked(self, topic: str, publisher: str) -> int:
-        """How many of them have provenance."""
+        """The number of messages with provenance that a node sent on a topic."""
         return self._tracked.get((topic, publisher), 0)
 
     def sources(self, topic: str, publisher: str) -> List[values.Source]:
@@ -84,7 +84,7 @@ class Traffic:
         return list(self._sources.get((topic, publisher), ()))
 
     def is_latched(self, topic: str, publisher: str) -> bool:
-        """Whether the publisher is a latched one."""
+        """Return whether the publisher is a latched one."""
         return self._is_latched.get((topic, publisher), False)
 
     def fields(self, topic: str, publisher: str) -> Dict[str, List[values.Source]]:
@@ -96,13 +96,13 @@ class Traffic:
         return {source for sources in self._sources.values() for source in sources}
 
     def is_tracked(self, topic: str) -> bool:
-        """Whether any message of a topic has provenance."""
+        """Return whether any message of a topic has provenance."""
         return any(count for (name, _), count in self._tracked.items() if name == topic)
 
 
 def _is_result(path: str, value: Any, field: str) -> bool:
-    """Whether a leaf of a message is a number that somebody may want to force: one of the field that was asked for,
-    else one that has been computed."""
+    """Return whether a leaf of a message is a number that somebody may want to force: one of the field that was asked
+    for, else one that has been computed."""
     plain = values.untracked(value)
     if field:
         return type(plain) in (float, int) and path.startswith(field) and path[len(field) : len(field) + 1] in '.['
@@ -110,7 +110,7 @@ def _is_result(path: str, value: Any, field: str) -> bool:
 
 
 class Losses:
-    """Where nodes make plain numbers of those with provenance, in their own files. They are asked from now on.
+    """The lines at which nodes make plain numbers of those with provenance. They are asked from now on.
 
     Args:
         state: what the master knows of nodes.
@@ -277,7 +277,7 @@ class Examination:
         return '' if accepts is True else f'it takes no changes now: {name} is {str(accepts).lower()}'
 
     def _of_display(self, topic: str) -> Iterator[Finding]:
-        """Whether it can be dragged in RViz: which node makes handles for it, and whether they are shown."""
+        """Find whether it can be dragged in RViz: which node makes handles for it, and whether they are shown."""
         updates = {
             name: set(nodes) for name, nodes in self._state.publishers.items() if self._types.get(name) == _UPDATE_TYPE
         }

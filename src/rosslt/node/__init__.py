@@ -10,8 +10,6 @@ from rosslt.node.api import (
     add_location,
     directory,
     explain,
-    force_field,
-    force_value,
     get_param,
     init_node,
     is_saved_here,
@@ -24,25 +22,24 @@ from rosslt.node.api import (
     original_source,
     read_at,
     read_parameter,
-    reevaluate,
     remove_location,
-    request_values,
     reread,
     start,
-    undo,
 )
 from rosslt.node.call_sites import CallSite, call_site
+from rosslt.node.changing import force_field, force_value, reevaluate, request_values, undo
 from rosslt.node.client import Change, ChangeRejected, Requester, SourceUnreachable, Undone, undo_request
 from rosslt.node.client import request_values as request_values_as
-from rosslt.node.closed_loop import STILL, ClosedLoop, NotReached, Outcome, close_loop
+from rosslt.node.closed_loop import STILL, ClosedLoop
 from rosslt.node.directory import Directory, Place
-from rosslt.node.errors import NodeErrors
 from rosslt.node.expression_diff import Expression
+from rosslt.node.forcing import NotReached, Outcome, close_loop
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
 from rosslt.node.no_master import NO_MASTER
+from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, observe
 from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.refresh import change_count

@@ -17,14 +17,14 @@ from rosslt.node.service_calls import ask_all
 
 
 class Part(NamedTuple):
-    """What one node has to do: give locations values, JSON scalars; nothing where a request is to be taken back."""
+    """The part of one node: locations that get values, JSON scalars; none where a request is to be taken back."""
 
     location_ids: Sequence[int] = ()
     values: Sequence[str] = ()
 
 
 class Committed(NamedTuple):
-    """What has become of a change of several nodes; all dicts have the names of nodes as keys.
+    """The result of a change of several nodes; all dicts have the names of nodes as keys.
 
     Attributes:
         changes: what is changed now: everything, or, after a failure, what could not be taken back.
@@ -42,7 +42,7 @@ class Committed(NamedTuple):
 
     @property
     def is_done(self) -> bool:
-        """Whether all nodes have done their part."""
+        """True where all nodes have done their part."""
         return not self.reasons and not self.silent
 
 

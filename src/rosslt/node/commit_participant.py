@@ -52,7 +52,7 @@ Change = Tuple[Location, Any, Any]
 
 
 class Owner(Protocol):
-    """What is used of this node as the owner of locations; `server.Owner` is it."""
+    """This node as the owner of locations, as far as it is used here; `server.Owner` is it."""
 
     name: str
     history: History
@@ -75,30 +75,14 @@ class Owner(Protocol):
     def wait_for_parameters(self, written: int) -> None: ...
 
 
-class _Holder:
-    """Whoever changes locations right now.
-
-    Attributes:
-        requester: who asked for it.
-        together: the rest of the sentence, `, together with /arm`.
-    """
-
-    together = ''
-
-    def __init__(self, requester: str) -> None:
-        self.requester = requester
-
-
-class _Transaction(_Holder):
+class _Transaction:
     """A change that was asked for, and its state."""
 
     def __init__(self, request: srv.ChangeSourcesRequest) -> None:
-        super().__init__(request.requester or _caller(request))
-        self.deciding = threading.Lock()  # held while it is applied or taken back
         self.id: str = request.transaction_id
         self.request_id: str = request.request_id
+        self.requester: str = request.requester or _caller(request)
         self.nodes: List[str] = list(request.nodes)
-        self.together = f', together with {" and ".join(self.nodes) or "others"}'
         self.end = time.monotonic() + (min(request.lease, LONGEST) if request.phase == PREPARE else PATIENCE)
         self.asked = list(zip(request.location_ids, request.values))
         self.state = PREPARED
@@ -108,10 +92,12 @@ class _Transaction(_Holder):
         self.changes: List[Change] = []
         self.made: Optional[Request] = None  # in the history, once it is applied
         self.turns: Dict[Location, int] = {}
+        self.timer: Optional[threading.Timer] = None
+        self.deciding = threading.Lock()  # held while it is committed or aborted
 
     @property
     def is_undo(self) -> bool:
-        """Whether it takes a request back."""
+        """True where it takes a request back."""
         return not self.asked
 
     def refuse(self, reason: str) -> None:
@@ -130,9 +116,8 @@ class CommitParticipant:
     def __init__(self, owner: Owner) -> None:
         self._owner = owner
         self._by_id: OrderedDict[str, _Transaction] = OrderedDict()
-        self._holders: Dict[Location, _Holder] = {}
+        self._holders: Dict[Location, str] = {}  # location -> who is changing it
         self._free = threading.Condition(owner.lock)  # type: ignore[arg-type]
-        self._is_watched = False
 
     def wait_for(self, locations: Iterable[Location], timeout: float = PATIENCE) -> bool:
         """Wait until locations are free; the lock is held, and given up while this waits.
@@ -149,44 +134,37 @@ class CommitParticipant:
             location = next(filter(self._holders.__contains__, wanted), None)
             if location is None:
                 return has_waited
-            has_waited = True
-            holder = self._holders[location]
+            has_waited, holder = True, self._holders[location]
             if not self._free.wait(max(0.0, end - time.monotonic())) and time.monotonic() >= end:
-                raise Refused(
-                    f'{location.name} is just being changed by {holder.requester or "somebody"}{holder.together}: '
-                    'try again'
-                )
+                raise Refused(f'{location.name} is just being changed by {holder}: try again')
 
     @contextlib.contextmanager
     def hold(self, locations: Iterable[Location], requester: str) -> Iterator[None]:
-        """Have others wait for locations that are being changed; the lock is held."""
-        held = dict.fromkeys([one for one in locations if one not in self._holders], _Holder(requester))
+        """Have others wait for locations that are being changed; the lock is held, and may be given up meanwhile."""
+        held = dict.fromkeys([one for one in locations if one not in self._holders], requester or 'somebody')
         self._holders.update(held)
         try:
             yield
         finally:
-            for location in held:
-                del self._holders[location]
-            self._free.notify_all()
+            self._release(held)
 
     def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse:
         """Change locations, all or none, or do one phase of it; serves `~rosslt/change_sources`."""
         _check(request)
-        known = self._by_id.get(request.transaction_id)
-        if known is None and request.phase not in (AT_ONCE, PREPARE):
-            reason = 'this node does not know the change: it was restarted since'
-            return srv.ChangeSourcesResponse(UNKNOWN, [reason], [])
-        with contextlib.ExitStack() as locks:
-            if known is not None:
-                locks.enter_context(known.deciding)
-            locks.enter_context(self._owner.lock)
-            if known is None or request.phase in (AT_ONCE, PREPARE):
+        change: Optional[_Transaction] = None
+        if request.phase not in (AT_ONCE, PREPARE):
+            change = self._by_id.get(request.transaction_id)
+            if change is None:
+                reason = 'this node does not know the change: it was restarted since'
+                return srv.ChangeSourcesResponse(UNKNOWN, [reason], [])
+        with change.deciding if change else contextlib.nullcontext(), self._owner.lock:
+            if change is None:
                 change = self._prepared(request)
                 if request.phase == AT_ONCE and change.state == PREPARED:
                     self._apply(change)
                 reasons = change.reasons
             else:
-                change, reasons = known, self._decided(known, request.phase)
+                reasons = self._decided(change, request.phase)
             written = self._owner.follow([location for location, _ in change.wanted])
             changes = [applied_change(rospy.Time.now(), *one, change.requester) for one in change.changes]
         if request.phase in (AT_ONCE, COMMIT, ABORT):
@@ -209,9 +187,13 @@ class CommitParticipant:
             change.refuse(str(refused))
         if request.phase == PREPARE and change.state == PREPARED:
             self._by_id[change.id] = change
-            self._holders.update((location, change) for location, _ in change.wanted)
+            together = f'{change.requester or "somebody"}, together with {" and ".join(change.nodes) or "others"}'
+            self._holders.update((location, together) for location, _ in change.wanted)
             self._forget_oldest()
-            self._watch()
+            # its requester may not be heard of again
+            change.timer = threading.Timer(change.end + GRACE - time.monotonic(), self._settle, [change])
+            change.timer.daemon = True
+            change.timer.start()
         return change
 
     def _plan(self, change: _Transaction) -> None:
@@ -238,21 +220,20 @@ class CommitParticipant:
 
     def _apply(self, change: _Transaction) -> None:
         """Put what is prepared in force."""
-        self._release(change)
-        for location, _ in change.wanted:
-            try:
-                is_there = self._owner.known(location.id) is location
-            except Refused:
-                is_there = False
-            if not is_there:
-                change.refuse(f'{location.name} is there no more')
-                return
-        change.reasons, change.changes = self._owner.apply(
-            change.wanted, change.requester, change.request_id, record=not change.is_undo
-        )
+        try:
+            for location, _ in change.wanted:
+                if self._owner.known(location.id) is not location:
+                    raise Refused(f'{location.name} is another one by now')
+            change.reasons, change.changes = self._owner.apply(
+                change.wanted, change.requester, change.request_id, record=not change.is_undo
+            )
+            if change.is_undo and any(change.reasons):
+                raise Refused('; '.join(filter(None, change.reasons)))
+        except Refused as refused:
+            change.refuse(str(refused))
+        finally:
+            self._end(change)
         if any(change.reasons):
-            if change.is_undo:
-                change.refuse('; '.join(filter(None, change.reasons)))
             change.state = REFUSED
             return
         if not change.is_undo:
@@ -297,12 +278,16 @@ class CommitParticipant:
 
     def _abort(self, change: _Transaction) -> None:
         change.state = ABORTED
-        self._release(change)
+        self._end(change)
 
-    def _release(self, change: _Transaction) -> None:
-        for location, _ in change.wanted:
-            if self._holders.get(location) is change:
-                del self._holders[location]
+    def _end(self, change: _Transaction) -> None:
+        if change.timer is not None:
+            change.timer.cancel()
+            self._release(location for location, _ in change.wanted)
+
+    def _release(self, locations: Iterable[Location]) -> None:
+        for location in locations:
+            self._holders.pop(location, None)
         self._free.notify_all()
 
     def _forget_oldest(self) -> None:
@@ -311,30 +296,6 @@ class CommitParticipant:
             if oldest is None:
                 return
             del self._by_id[oldest]
-
-    def _watch(self) -> None:
-        """See to it that what is prepared ends also where its requester is not heard of again."""
-        if not self._is_watched:
-            self._is_watched = True
-            threading.Thread(target=self._work, name='rosslt commits', daemon=True).start()
-        self._free.notify_all()
-
-    def _work(self) -> None:
-        asked: Dict[str, None] = {}
-        while not rospy.is_shutdown():
-            with self._owner.lock:
-                waiting = [one for one in self._by_id.values() if one.state == PREPARED]
-                asked = {one.id: None for one in waiting if one.id in asked}
-                overdue = [one for one in waiting if one.id not in asked]
-                now = time.monotonic()
-                first = min((one.end + GRACE for one in overdue), default=None)
-                if first is None or first > now:
-                    self._free.wait(None if first is None else first - now)
-                    continue
-                overdue = [one for one in overdue if one.end + GRACE <= now]
-                asked.update((one.id, None) for one in overdue)
-            for one in overdue:
-                threading.Thread(target=self._settle, args=(one,), name='rosslt commit', daemon=True).start()
 
     def _settle(self, change: _Transaction) -> None:
         """Do what the other nodes have done: the requester has not come back."""

@@ -31,7 +31,7 @@ class Difference(NamedTuple):
     numbers: Dict[int, Tuple[Any, Any]]
 
     def is_branch(self, moving: FrozenSet[int] = frozenset()) -> bool:
-        """Whether it shows another branch.
+        """Return whether it shows another branch.
 
         Args:
             moving: the indices of numbers that change by themselves from message to message.

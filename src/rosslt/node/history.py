@@ -1,4 +1,4 @@
-"""What has changed in this node: who changed what, when, and from what; and how it is taken back."""
+"""The history of this node: who changed what, when, and from what; and how it is taken back."""
 
 import time
 import uuid
@@ -22,7 +22,7 @@ def new_request_id() -> str:
 
 
 class Request:
-    """What one request has changed, in one or, as a drag does, in many calls.
+    """The changes of one request, made in one call or, as a drag does, in many.
 
     Attributes:
         id: the same in all nodes that it has changed.
@@ -84,7 +84,7 @@ class History:
             request.undone = all(old == new for old, new in request.changes.values())
 
     def to_undo(self, request_id: str, present: Dict[int, Location]) -> Tuple[List[Request], Dict[Location, Any]]:
-        """What has to be done to take a request back.
+        """Find what has to be done to take a request back.
 
         Args:
             request_id: '' for the last request that has not been taken back.

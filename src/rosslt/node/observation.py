@@ -130,7 +130,7 @@ class ChangeObserver:
         return False
 
     def _is_older(self, expression: Expression) -> bool:
-        """Whether a message was computed before the change, or from a value that was kept from before."""
+        """Return whether a message was computed before the change, or from a value that was kept from before."""
         for source, change in self._changed.items():
             readings = expression.readings.get(source)
             if (
@@ -142,7 +142,7 @@ class ChangeObserver:
         return False
 
     def is_solved_for_its_moment(self, solved: Observation) -> bool:
-        """Whether the field moves by itself, and is no further from the target than it has moved since it was solved.
+        """Return whether the field moves by itself, and is no further from the target than it has moved since.
 
         Args:
             solved: the observation that was solved.
@@ -159,5 +159,5 @@ class ChangeObserver:
 
 
 def is_equal(one: Any, other: Any) -> bool:
-    """Whether two values of a source are the same, and of one type."""
+    """Return whether two values of a source are the same, and of one type."""
     return type(one) is type(other) and bool(one == other)

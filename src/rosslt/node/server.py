@@ -13,7 +13,7 @@ from rosslt import msg, srv, values
 from rosslt.node import access, reconfigure
 from rosslt.node.access import Access
 from rosslt.node.callbacks import Callbacks
-from rosslt.node.commit_participant import APPLIED, CommitParticipant
+from rosslt.node.commit_participant import APPLIED, Change, CommitParticipant
 from rosslt.node.description import described
 from rosslt.node.directory import Directory
 from rosslt.node.history import History, Request, applied_change, differing
@@ -34,9 +34,6 @@ FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
 SETTINGS = Sending.NAMES | access.SETTINGS
-
-#: A location, its value before and after.
-Change = Tuple[Location, Any, Any]
 
 #: How many changes may wait to be sent on `<node>/rosslt/changes`.
 CHANGES_QUEUE = 1000

@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> None:
     master, directory = find_master(), Directory()
     topic, _, field = split_topic(master, options.field)
     values.describe_sources_with(directory.describe)
-    with Inbox([topic]) as inbox:
+    with Inbox([topic]) as inbox, node.NodeErrors() as errors:
         where = conditions(options.where)
         heard = heard_publishers(
             master,
@@ -95,7 +95,7 @@ def run(options: argparse.Namespace) -> None:
         if options.dry_run:
             _show(directory, _planned(directory, part, wanted, source), is_planned=True)
             return
-        outcome = _forced(directory, inbox, heard_one, field, wanted, source, options)
+        outcome = _forced(directory, inbox, errors, heard_one, field, wanted, source, options)
     _show(directory, outcome.changes, seen=(outcome.messages, f'{outcome.milliseconds:.0f}'))
     _report(outcome, publisher)
 
@@ -103,13 +103,14 @@ def run(options: argparse.Namespace) -> None:
 def _forced(
     directory: Directory,
     inbox: Inbox,
+    errors: node.NodeErrors,
     received: Received,
     field: str,
     wanted: Any,
     source: Optional[values.Source],
     options: argparse.Namespace,
 ) -> node.Outcome:
-    """What forcing the field of a message has changed.
+    """Force the field of a message; returns what has changed.
 
     Raises:
         Failure: the field has not become what was wanted; what was left changed is printed.
@@ -119,6 +120,7 @@ def _forced(
         return node.close_loop(
             node.Requester(rospy.get_name(), directory),
             inbox,
+            errors,
             received,
             field,
             wanted,
@@ -170,7 +172,7 @@ def _report(outcome: node.Outcome, publisher: str) -> None:
 
 
 def _chosen(directory: Directory, parts: Dict[str, Any], text: Optional[str]) -> Tuple[str, Optional[values.Source]]:
-    """Whose message to solve, and the source to change if one was named.
+    """Choose the publisher whose message is solved, and the source to change if one was named.
 
     Args:
         directory: knows what sources are called.

@@ -1,4 +1,4 @@
-"""From the pose that a drag asks for to new values of the sources, and the request to their owners."""
+"""Plans of drags: the new values of sources that bring a thing to the pose that a drag asks for."""
 
 import contextlib
 import math

@@ -1,4 +1,4 @@
-"""Which sources a drag of a handle changes, and which others a person may choose instead."""
+"""Choices: the sources that a drag of a handle changes, and those that a person may choose instead."""
 
 from typing import Any, List, NamedTuple, Optional, Tuple
 
@@ -22,7 +22,7 @@ class Choice(NamedTuple):
 
 
 def choices_of(tracked: List[Any], read_only: Tuple[values.Source, ...]) -> List[Choice]:
-    """What there is to choose from where a drag changes tracked values, the default first."""
+    """The choices where a drag changes tracked values, the default first."""
     can = [
         source
         for source, slopes in values.slopes(tracked).items()

@@ -78,7 +78,7 @@ class Drag:
         return 'another thing has taken its place' if held and present and held.isdisjoint(present) else None
 
     def _is_sound(self, frame: str, pose: PoseTuple) -> bool:
-        """Whether what the hand reports can be used; `fault` says what is wrong with it."""
+        """Return whether a reported pose can be used; `fault` says what is wrong with it."""
         if frame.lstrip('/') != self.handle.frame.lstrip('/'):
             self.fault = 'its pose is reported in the frame {} instead of {}'.format(frame, self.handle.frame)
             return False

@@ -37,7 +37,7 @@ UNDO_LIMIT = 50
 
 
 class Rules(NamedTuple):
-    """How sources follow hands.
+    """Settings: when and how sources follow hands.
 
     Attributes:
         is_live: whether they follow while the mouse moves, or when the button is released.
@@ -215,9 +215,7 @@ class Drags:
     def _look_at_what_was_dropped(self) -> None:
         """Take back what is not shown where it was dropped, although its sources were changed again and again."""
         for name, drop in list(self._drops.items()):
-            error = ''
-            if self._errors is not None and not drop.loop.observer.new:
-                error = self._errors.raised_since({source.node for source in drop.drag.before}, drop.drag.requested)
+            error = '' if drop.loop.observer.new else self._why_raised(drop.drag)
             if not error:
                 drop.see(self._scene.handle(name))
                 if not drop.loop.is_over:
@@ -232,12 +230,18 @@ class Drags:
                 self._scene.say(drop.drag.handle, f'{why}{reason}; {self._take_back(drop.drag)}')
 
     def _is_in_force(self, drag: Drag) -> bool:
-        """Whether all sources still have what a drag gave them: what somebody else has changed since is left alone."""
+        """Return whether all sources still have what a drag gave them: what others have changed since is left alone."""
         given = [values.track(new, source) for source, new in drag.after.items()]
         try:
             return bool(values.untracked(node.reevaluate(given, self._rules.timeout)) == values.untracked(given))
         except values.Error:
             return False
+
+    def _why_raised(self, drag: Drag) -> str:
+        """The error that the last change of a drag has made a node raise; '' where there is none."""
+        if self._errors is None:
+            return ''
+        return self._errors.raised_since({source.node for source in drag.before}, drag.requested)
 
     def _change_again(self, drag: Drag) -> Dict[values.Source, node.Change]:
         """Solve again for a thing that is shown elsewhere than it was dropped; gives what its drag has changed by now,
@@ -245,7 +249,7 @@ class Drags:
         if not self._is_in_force(drag):
             return {}
         before = dict(drag.after)
-        drag.refusal = self._force(drag, drag.pose)
+        drag.refusal = self._force(drag, drag.pose, may_leap=True)
         if drag.refusal is not None or drag.after == before:
             return {}
         self._remember(drag)
@@ -293,12 +297,18 @@ class Drags:
     def _follow(self, drag: Drag) -> None:
         """Change the sources so that the handle is where the drag is."""
         pose, is_last = drag.pose, drag.is_over
+        error = self._why_raised(drag)
+        if error and drag.fault is None:
+            drag.fault = f'{error}; {self._take_back(drag)}'
+            drag.before, drag.after = {}, {}
         # An owner that was silent until after the release is not asked again: it has been waited for.
         is_silent = isinstance(drag.refusal, node.SourceUnreachable) and drag.answered > drag.heard
-        # An answer that leaps is made when the hand lets go.
-        is_new = pose != drag.asked or (is_last and pose != drag.start and not drag.is_exact and not drag.refusal)
+        # An answer that can only be reached by a leap is one when the hand lets go, where nothing has followed it yet.
+        may_leap = is_last and not drag.followed and pose != drag.start
+        has_no_answer = drag.refusal is None or isinstance(drag.refusal, values.NotInvertible)
+        is_new = pose != drag.asked or (may_leap and has_no_answer)
         if drag.fault is None and is_new and not (is_last and is_silent):
-            drag.refusal = self._force(drag, pose)
+            drag.refusal = self._force(drag, pose, may_leap)
             drag.asked, drag.answered = pose, time.monotonic()
         refusal = drag.fault
         if refusal is None and drag.refusal is not None:
@@ -322,7 +332,7 @@ class Drags:
         if refusal:
             rospy.logwarn('%s snaps back: %s', name, refusal)
 
-    def _force(self, drag: Drag, pose: PoseTuple) -> Optional[Exception]:
+    def _force(self, drag: Drag, pose: PoseTuple, may_leap: bool) -> Optional[Exception]:
         """Ask the owners for what a drag wants; the refusal, or None."""
         handle = self._scene.handle(drag.handle.name) or drag.handle
         misfit = drag.misfit(handle)
@@ -335,7 +345,7 @@ class Drags:
         timeout = self._rules.timeout
         try:
             chosen = self.chosen.get(handle.name)
-            plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.before, drag.followed, drag.is_over)
+            plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.before, drag.followed, may_leap)
             wanted = changes.to_request(plan, drag.after)
             if wanted:
                 drag.solved, drag.requested = handle, time.monotonic()

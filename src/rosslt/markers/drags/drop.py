@@ -1,4 +1,4 @@
-"""What was dropped: whether it is shown where it was let go, as its node may compute it in another way by now."""
+"""Drops: a thing that was let go is looked at, as its node may compute it in another way by now."""
 
 import time
 from typing import Callable, Dict, Optional
@@ -49,12 +49,12 @@ class Drop:
 
     @property
     def is_elsewhere(self) -> bool:
-        """Whether the thing stays elsewhere, whatever its sources were made."""
+        """True once the thing stays elsewhere, whatever its sources were made."""
         loop = self.loop
         return loop.is_over and not loop.is_reached and loop.last is not None and not self._is_lost
 
     def _is_of_the_way(self, handle: Handle) -> bool:
-        """Whether a message was computed from what the hand has passed on its way."""
+        """Return whether a message was computed from source values that the hand has passed on its way."""
         present = values.source_values(handle.wanted(self.drag.pose, self.drag.is_moved, self.drag.is_turned)[0])
         return any(
             source in present and not messages.is_sent_as(new, present[source])

@@ -1,4 +1,4 @@
-"""Where a mouse wants a thing: pure geometry.
+"""The geometry of a mouse: it says where a thing is wanted.
 
 A mouse says no more than a line, from the eye through the point under it. A thing that moves along one axis goes to the
 point of that axis nearest the line, one that moves in a plane to where the line meets the plane: as in RViz.
@@ -24,7 +24,7 @@ GRAZING = 0.02
 def dragged(
     grabbed: Sequence[float], eye: Sequence[float], pointer: Sequence[float], axes: Sequence[int], turned: Rotation
 ) -> Optional[Vector]:
-    """How far a thing has to move so that what was grabbed of it is under the mouse.
+    """The vector by which a thing has to move so that what was grabbed of it is under the mouse.
 
     Args:
         grabbed: the point of the thing that was grabbed.

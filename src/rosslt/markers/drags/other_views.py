@@ -20,7 +20,7 @@ Claim = Tuple[float, str]
 
 
 class OtherViews:
-    """What is held in other views.
+    """The things that are held in other views.
 
     Args:
         view: the name of this one.
@@ -44,7 +44,7 @@ class OtherViews:
         return min(claims, default=None)
 
     def is_before(self, name: str, since: float) -> bool:
-        """Whether another view was first, where a hand in this one took hold of a handle at some time."""
+        """Return whether another view was first, where a hand in this one took hold of a handle at some time."""
         claim = self.first(name)
         return claim is not None and claim < (since, self.view)
 

@@ -34,5 +34,5 @@ def short_numbers(text: str) -> str:
 
 
 def limit(stops: Dict[values.Source, str], name_of: Callable[[values.Source], str]) -> str:
-    """That sources have come to their bounds: `distance is at its minimum 0.5`."""
+    """A text that says which sources have come to their bounds: `distance is at its minimum 0.5`."""
     return ', '.join('{} is at its {}'.format(name_of(source), stop) for source, stop in stops.items())

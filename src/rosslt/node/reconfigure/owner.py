@@ -1,4 +1,4 @@
-"""What the server needs of the node whose locations it offers."""
+"""The node whose locations the server offers, as far as it is used."""
 
 from typing import ContextManager, Protocol
 

@@ -1,0 +1,139 @@
+"""The closed loop with a node that is a function: solve, change, look at what comes, and what is said of it."""
+
+import math
+import time
+
+import pytest
+from std_msgs.msg import Float64
+
+from rosslt import node, values
+from rosslt.node import closed_loop, forcing
+from rosslt.node.listening import Heard
+
+GAIN, BIAS = values.Source('/owner', 1), values.Source('/owner', 2)
+NAMES = {GAIN: '/owner/gain', BIAS: '/owner/bias'}
+
+
+class NoErrors:
+    raised = ''
+
+    def raised_since(self, nodes, since):
+        return self.raised
+
+
+class Simulated:
+    """A node that publishes a function of two sources and the number of the message; it is its own directory."""
+
+    def __init__(self, function, monkeypatch, **present):
+        self.present = {GAIN: present.get('gain', 1.0), BIAS: present.get('bias', 0.0)}
+        self.function, self.tick, self.requests = function, 0, []
+        self.name, self.directory = '/hand', self
+        self.errors = NoErrors()
+        monkeypatch.setattr(forcing, 'request_values', self.request_values)
+        monkeypatch.setattr(forcing, 'undo_request', self.undo_request)
+        self.began = dict(self.present)
+
+    def limits(self, sources, timeout):
+        return {'bounds': {}, 'read_only': []}
+
+    def name_of(self, source):
+        return NAMES[source]
+
+    def request_values(self, asker, wanted, timeout, request_id):
+        self.requests.append(wanted)
+        changed = {source: node.Change(self.present[source], new) for source, new in wanted.items()}
+        self.present.update(wanted)
+        return changed
+
+    def undo_request(self, request_id, nodes, requester, timeout):
+        self.present.update(self.began)
+        return node.Undone({}, {})
+
+    def next_before(self, end):
+        self.tick += 1
+        sources = [values.track(self.present[source], source) for source in (GAIN, BIAS)]
+        value = self.function(*sources, self.tick)
+        if value is None:
+            time.sleep(0.01)
+            return None
+        return Heard('/node', Float64(value), False)
+
+    def clear(self):
+        pass
+
+    def force(self, wanted, **options):
+        asker = type('Asker', (), {'name': '/hand', 'directory': self})()
+        asker.directory = type('Names', (), {'limits': self.limits, 'name': staticmethod(self.name_of)})()
+        return forcing.close_loop(asker, self, self.errors, self.next_before(0.0), 'data', wanted, **options)
+
+
+@pytest.fixture
+def simulated(monkeypatch):
+    monkeypatch.setattr(closed_loop, 'STILL', 0.05)
+    return lambda function, **present: Simulated(function, monkeypatch, **present)
+
+
+def test_another_branch_is_solved_in_turn(simulated):
+    made = simulated(lambda gain, bias, tick: 2 * gain if gain < 5 else 3 * gain)
+    outcome = made.force(18.0)
+    assert (outcome.seen, outcome.rounds) == (18.0, 2)
+    assert made.present[GAIN] == 6.0
+
+
+def test_it_is_solved_five_times_at_most(simulated):
+    made = simulated(lambda gain, bias, tick: gain + 10.0 * math.sin(float(gain)))
+    with pytest.raises(node.NotReached, match='taken back'):
+        made.force(100.0)
+    assert len(made.requests) == 5
+    assert made.present == made.began
+
+
+def test_what_came_instead_is_said_with_the_branches(simulated):
+    made = simulated(lambda gain, bias, tick: 2 * gain if gain < 5 else 3 * gain)
+    with pytest.raises(node.NotReached) as caught:
+        made.force(12.0)
+    assert str(caught.value) == (
+        '/node now sends 8.0 instead of 12.0; it takes another branch: 2 became 3; '
+        'it takes another branch: 3 became 2; taken back'
+    )
+
+
+def test_of_a_field_that_changes_by_itself_the_numbers_to_try_are_named_and_no_branches(simulated):
+    made = simulated(
+        lambda gain, bias, tick: 5 * gain + bias + 0.1 * tick if tick % 2 else 4 * gain * gain + bias - tick
+    )
+    with pytest.raises(node.NotReached) as caught:
+        made.force(40.0)
+    told = str(caught.value)
+    assert 'it changes by itself; numbers to try: /owner/gain = ' in told
+    assert 'branch' not in told
+    assert told.startswith(f'/node now sends {caught.value.outcome.seen!r} instead of 40.0; ')
+    assert caught.value.outcome.moves
+
+
+def test_a_field_that_is_sent_oftener_than_it_moves_changes_by_itself(simulated):
+    made = simulated(lambda gain, bias, tick: gain + 0.1 * (tick // 8) + (5.0 if gain > 20 else 0.0))
+    with pytest.raises(node.NotReached, match='it changes by itself'):
+        made.force(40.0, sources=[GAIN], rounds=1)
+
+
+def test_a_counter_is_solved_for_its_moment(simulated):
+    outcome = simulated(lambda gain, bias, tick: gain + float(tick)).force(-100.0)
+    assert (outcome.moves, outcome.is_reached) == (True, True)
+    assert abs(outcome.seen + 100.0) <= 4.0
+
+
+def test_a_change_that_makes_the_node_raise_is_taken_back_at_once(simulated):
+    made = simulated(lambda gain, bias, tick: gain if gain < 5 else None)
+    made.errors.raised = '/node raises IndexError: list index out of range'
+    begun = time.monotonic()
+    with pytest.raises(node.NotReached, match=r'^/node raises IndexError: list index out of range; taken back$'):
+        made.force(9.0, timeout=60.0)
+    assert time.monotonic() - begun < 30.0
+    assert made.present == made.began
+
+
+def test_where_no_message_follows_it_is_said(simulated):
+    made = simulated(lambda gain, bias, tick: gain if gain < 5 else None)
+    with pytest.raises(node.NotReached, match=r'^no message of /node came within 0\.1 s; taken back$'):
+        made.force(9.0, timeout=0.1)

@@ -1,0 +1,91 @@
+"""Changes of a node's locations: at once, or as its part of a two-phase commit."""
+
+import pytest
+import rospy
+from rosslt.srv import ChangeSourcesRequest
+
+from rosslt.node.call_sites import CallSite
+from rosslt.node.locations import ExternalLocation
+from support.hostile_requests import owner as owner_of_four
+
+SITE = CallSite('participant.py', 1, 1, '', 0, 1)
+
+
+@pytest.fixture
+def owner(monkeypatch):
+    monkeypatch.setattr(rospy.rostime, '_rostime_initialized', True)
+    return owner_of_four()
+
+
+def added(owner, location):
+    owner.locations.add(location)
+    return location
+
+
+def ids(owner, *names):
+    return [next(one.id for one in owner.locations.by_id.values() if one.name == name) for name in names]
+
+
+def change(owner, values, **request):
+    return owner.change_sources(
+        ChangeSourcesRequest(location_ids=ids(owner, *values), values=list(values.values()), **request)
+    )
+
+
+def value(owner, name):
+    return owner.locations.by_id[ids(owner, name)[0]].value
+
+
+def test_a_change_is_applied_at_once_and_taken_back_without_locations(owner):
+    answer = change(owner, {'gain': '2.5', 'count': '4'}, requester='/hand')
+    assert (answer.state, answer.reasons) == ('applied', ['', ''])
+    assert [(one.old_value, one.new_value, one.requester) for one in answer.changes] == [
+        ('1.0', '2.5', '/hand'),
+        ('3', '4', '/hand'),
+    ]
+    assert owner.change_sources(ChangeSourcesRequest()).state == 'applied'
+    assert (value(owner, 'gain'), value(owner, 'count')) == (1.0, 3)
+    assert owner.change_sources(ChangeSourcesRequest()).reasons == ['there is no change to take back']
+
+
+def test_where_one_location_refuses_none_changes(owner):
+    answer = change(owner, {'gain': '2.5', 'count': '101', 'fixed': '6.0'})
+    assert (answer.state, answer.changes) == ('refused', [])
+    assert answer.reasons == ['', '101 is above its maximum 100', 'fixed is read-only']
+    assert value(owner, 'gain') == 1.0
+
+
+def test_where_a_setter_refuses_what_was_put_is_put_back(owner):
+    def refuse(_value):
+        raise ValueError('hot')
+
+    added(owner, ExternalLocation('motor', 'motor', SITE, lambda: 1.0, refuse)).name_node('/owner')
+    answer = change(owner, {'gain': '2.5', 'motor': '2.0'})
+    assert (answer.state, answer.reasons) == ('refused', ['', 'ValueError: hot'])
+    assert value(owner, 'gain') == 1.0
+
+
+def test_what_is_prepared_is_committed_or_aborted_and_a_second_decision_is_ignored(owner):
+    prepared = {'phase': 'prepare', 'nodes': ['/owner'], 'lease': 1.0}
+    assert change(owner, {'gain': '2.5'}, transaction_id='a', **prepared).state == 'prepared'
+    assert value(owner, 'gain') == 1.0
+    for _ in range(2):
+        committed = owner.change_sources(ChangeSourcesRequest(phase='commit', transaction_id='a'))
+        assert (committed.state, committed.changes[0].new_value) == ('applied', '2.5')
+    for _ in range(2):
+        aborted = owner.change_sources(ChangeSourcesRequest(phase='abort', transaction_id='a'))
+        assert (aborted.state, aborted.changes[0].new_value) == ('aborted', '1.0')
+    assert value(owner, 'gain') == 1.0
+    assert change(owner, {'gain': '3.5'}, transaction_id='b', **prepared).state == 'prepared'
+    assert owner.change_sources(ChangeSourcesRequest(phase='abort', transaction_id='b')).changes == []
+    assert owner.change_sources(ChangeSourcesRequest(phase='commit', transaction_id='b')).state == 'aborted'
+    assert owner.change_sources(ChangeSourcesRequest(phase='state', transaction_id='c')).state == ''
+    with pytest.raises(rospy.ServiceException):
+        change(owner, {'gain': '4.5'}, transaction_id='b', **prepared)
+
+
+def test_what_is_being_changed_is_waited_for_or_refused(owner):
+    gain = owner.locations.by_id[ids(owner, 'gain')[0]]
+    with owner.lock, owner._participant.hold([gain], '/hand'):
+        assert change(owner, {'gain': '2.5'}).reasons == ['gain is just being changed by /hand: try again']
+    assert change(owner, {'gain': '2.5'}).state == 'applied'
