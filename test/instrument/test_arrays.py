@@ -11,7 +11,7 @@ from std_msgs.msg import Float32MultiArray
 
 import rosslt
 from rosslt import values
-from rosslt.instrument import routing
+from rosslt.instrument import functions, routing
 
 np = routing.route(numpy)
 plain_tf = importlib.import_module('tf.transformations')
@@ -40,6 +40,10 @@ def same(ours, theirs):
     return len(ours) == len(theirs) and all(
         a == b or (a != a and b != b) for a, b in zip(map(values.untracked, ours), theirs)
     )
+
+
+def with_source(number):
+    return rosslt.track(number, rosslt.Source('/node', next(count)))
 
 
 VECTOR, OTHER = [0.3, -1.5, 2.0], [1.0, 0.25, -0.5]
@@ -506,3 +510,82 @@ def test_an_array_that_others_refer_to_is_not_resized():
             n.array()
         with pytest.raises(TypeError):
             n.full((2,))
+
+
+#: What a number of NumPy answers: of floats read from arrays of 64 and 32 bits, and of an int.
+ANSWERS = {
+    'a list divided': lambda n, x, y, i: [0.2, 0.3, 0.5] / x,
+    'lists around': lambda n, x, y, i: [[1.0, 2.0] - x, (1, 2) + y, x - [1.0], i / (1, 2), [1.0, 2.5] > x, 2.0 < y],
+    'a list divided by a sum': lambda n, x, y, i: [0.2, 0.3] / n.sum([x, 0.3]) - n.linalg.norm([x, y]),
+    'a list repeated': lambda n, x, y, i: [[1, 2] * i, [0.5] * n.max([1, i]), list(range(i))],
+    'kinds': lambda n, x, y, i: [x.dtype, y.dtype, i.dtype, n.isscalar(x), n.ndim(x), x.shape, i.nbytes],
+    'classes': lambda n, x, y, i: [
+        isinstance(x, numpy.float64), isinstance(x, float), isinstance(y, numpy.float32), isinstance(i, numpy.integer),
+        isinstance(i, int), *map(functions.type_of, (x, y, i)), x.__class__, functions.type_of((x * 2)), functions.type_of((2.0 * x)),
+        functions.type_of((i // 2)), functions.type_of((i * 0.5)), functions.type_of(round(x)), functions.type_of(round(x, 1)), functions.type_of(n.sqrt(x)),
+        functions.type_of((0.5 * numpy.float64(2) * x)), functions.type_of(x.item()), functions.type_of(float(x)), functions.type_of((x > 1)),
+    ],
+    'division by zero': lambda n, x, y, i: [x / 0, -x / 0.0, x // 0, x % 0, i // 0, (x - 10) ** 0.5, 1.5 / (x - x)],
+    'operators': lambda n, x, y, i: [divmod(x, 2), divmod(7, i), 2**x, x**2, -x, +y, abs(-i), 7 % x, i % 2, 5 // y],
+    'texts': lambda n, x, y, i: ['%d %s %.2f' % (i, y, x), f'{x:.3f} {i}', repr(x), str(y), hash(x), {1.5: 'a'}[x]],
+    'attributes': lambda n, x, y, i: [x.is_integer(), x.as_integer_ratio(), x.imag, x.T, i.max(), x.astype(int)],
+    'truth': lambda n, x, y, i: [bool(x), not i, x == 1.5, x in [1.5], x is not None, min(x, 2.0), sorted([x, 1.0])],
+    'zeros below 0': lambda n, x, y, i: [x * -0.0, n.array([-x, x]) * 0, -n.zeros(2), n.array([-0.0, x]), -x * 0],
+}  # fmt: skip
+
+
+@pytest.mark.filterwarnings('ignore::RuntimeWarning')
+@pytest.mark.parametrize('ask', ANSWERS.values(), ids=ANSWERS)
+def test_what_numpy_gives_answers_as_numpys_number(ask):
+    def answers(n, number):
+        first = n.array([number(1.5), 2.0])[0], n.array([number(0.5)], dtype=numpy.float32)[0]
+        made = ask(n, *first, n.array([number(3), 4])[0])
+        return repr([part.tolist() if isinstance(part, numpy.ndarray) else part for part in made])
+
+    assert answers(np, with_source) == answers(numpy, lambda x: x)
+
+
+@pytest.mark.filterwarnings('ignore::RuntimeWarning')
+def test_a_number_of_numpy_keeps_its_provenance():
+    x, i = np.array([tracked(1.5)])[0], np.array([with_source(3)])[0]
+    plain_list = [0.2, 0.3] / x
+    made = [x * 2, 2.0 / x, x - numpy.float64(2), numpy.float64(2) - x, np.sqrt(x), -x, round(x, 1), x**2, i * 2, 7 % i]
+    made += [functions.to_float(x), functions.to_int(i), x.item(), functions.MATH['sin'](x), *plain_list, i * 0.5]
+    made += [functions.convert(kind, x) for kind in (numpy.float64, numpy.int64, numpy.float32)]
+    assert all(map(values.is_tracked, made))
+    message = Float32MultiArray(data=[x, i, 2.0])
+    assert rosslt.sources(message) == rosslt.sources([x, i])
+    assert values.untracked(message).data == [1.5, 3, 2.0]
+    assert rosslt.solve(x * 2 + 1, 6.0) == {rosslt.sources(x)[0]: 2.5}
+
+
+def test_what_a_function_is_given_to_write_to_is_what_it_gives():
+    out, a = np.zeros(2), np.array(tracked([[1.0, 2.0], [3.0, 5.0]]))
+    assert np.mean(a, axis=0, out=out) is out
+    assert np.concatenate(([1.0], [2.0]), out=out) is out
+    assert out.tolist() == [1.0, 2.0]
+    assert np.median(a, 0, out) is out
+    assert np.percentile(a, 50, axis=0, out=out) is out
+    assert out.tolist() == [2.0, 3.5]
+
+
+def test_other_arrays_stay_what_they_are():
+    x = tracked(2.0)
+    records = np.array([(1, x), (2, 3.0)], dtype=[('count', int), ('x', float)])
+    assert records['x'].tolist() == [2.0, 3.0]
+    masked = numpy.ma.array([1.0, 2.0], mask=[True, False])
+    assert type(np.array([x, x]) * masked) is type(np.diff(masked, n=with_source(1))) is numpy.ma.MaskedArray
+    assert numpy.array([x, None], dtype=object)[0] is np.array([x, None], dtype=object)[0] is x
+
+
+def test_a_function_of_c_is_no_method_of_a_class():
+    class Makes:
+        array, zeros, dot = np.array, np.zeros, np.dot
+
+    assert Makes().array([1.0, tracked(2.0)]).tolist() == [1.0, 2.0]
+    assert Makes().zeros(2).tolist() == [0.0, 0.0]
+
+
+def test_a_large_array_is_not_taken_for_objects():
+    large = numpy.broadcast_to(numpy.zeros(1), (1 << 34,))
+    assert len(np.array_split(large, with_source(2))) == 2

@@ -82,7 +82,7 @@ def _beside_array(x: Any) -> numpy.ndarray:
 
 def _added(function: Any, arguments: Any, options: Any) -> Any:
     """Of a function that adds and multiplies, which does so with objects too."""
-    options = {key: value for key, value in options.items() if key not in ('dtype', 'out')}
+    options = {key: value for key, value in options.items() if key != 'dtype'}
     return only_tracked(function(*map(_objects, arguments), **plain(options)))
 
 
@@ -93,7 +93,7 @@ def _as_of_values(function: Any, arguments: Any, options: Any) -> Any:
     if is_algebra and function is not numpy.linalg.norm and max(map(_width, matrices)) > LARGEST_MATRIX:
         return None
     made = values.numpy_functions()['linalg.' * is_algebra + function.__name__](
-        *map(_operand, arguments), **{name: _operand(x) for name, x in options.items() if name not in ('dtype', 'out')}
+        *map(_operand, arguments), **{name: _operand(x) for name, x in options.items() if name != 'dtype'}
     )
     return only_tracked(numpy.asarray(made, dtype=object) if numpy.ndim(made) else made)
 
@@ -163,6 +163,10 @@ _RULES.update((getattr(numpy.linalg, name), _as_of_values) for name in _ALGEBRA)
 _FAILING = (ArithmeticError, ValueError, TypeError, IndexError, AttributeError, numpy.linalg.LinAlgError)
 
 
+def _size(x: Any) -> int:
+    return x.size if isinstance(x, numpy.ndarray) else len(x) if type(x) in (list, tuple) else 1
+
+
 def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
     """What a function of NumPy gives: NumPy's own numbers, and their provenance beside them where it is known."""
     given, named = [plain(one) for one in arguments], plain(options)
@@ -174,11 +178,13 @@ def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> 
         if isinstance(written, ArrayWithProvenance):
             written.write_beside(None)
     beside = None
-    if rule is None or values.RECORDING.is_paused or getattr(result, 'size', 1) > LARGEST:
+    if rule is None or values.RECORDING.is_paused or max(map(_size, (result, *given))) > LARGEST:
         LOSSES.computed(result, (arguments, options))
     else:
         with contextlib.suppress(*_FAILING):
-            beside = rule(function, arguments, options)
+            rest = [None if passed is result else one for one, passed in zip(arguments[1:], given[1:])]
+            kept = {name: one for name, one in options.items() if named[name] is not result}
+            beside = rule(function, (*arguments[:1], *rest), kept)
     if is_given:
         if beside is not None and isinstance(is_given[0], ArrayWithProvenance):
             is_given[0].write_beside(beside)

@@ -33,7 +33,7 @@ def _made_array(original: Any) -> Any:
         if made.dtype == object:
             return original(thing, *arguments, **options)
         beside = provenance_of(thing)
-        if values.RECORDING.is_paused or beside is None:
+        if values.RECORDING.is_paused or beside is None or numpy.size(beside) != made.size:
             return with_provenance(made, None)
         if not isinstance(beside, numpy.ndarray) or not numpy.shares_memory(made, thing):
             beside = numpy.array(beside, dtype=object)

@@ -43,6 +43,7 @@ def _class_of(kind: Any) -> Any:
     """
     attributes = {
         '__slots__': ('tracked',),
+        '__class__': property(lambda self: kind),
         '__new__': lambda cls, *arguments: kind(*arguments),
         '__copy__': _itself,
         '__deepcopy__': _itself,

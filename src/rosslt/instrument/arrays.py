@@ -19,6 +19,7 @@ import numpy
 
 from rosslt import values
 from rosslt.instrument.array_numbers import (
+    CLASSES,
     NUMPY_NUMBERS,
     ROUNDING,
     ROUNDING_32,
@@ -118,6 +119,7 @@ class ArrayWithProvenance(numpy.ndarray):
     `array_writing` completes it with the other ways to write to it, `array_functions` with NumPy's functions.
     """
 
+    __class__: Any = property(lambda self: numpy.ndarray)
     _beside: Optional[numpy.ndarray] = None
 
     def __array_finalize__(self, original: Any) -> None:
@@ -280,7 +282,7 @@ def with_provenance(array: Any, beside: Optional[numpy.ndarray]) -> Any:
     if not isinstance(array, numpy.ndarray):
         tracked = beside[()] if isinstance(beside, numpy.ndarray) else beside
         return with_tracked(array, tracked)
-    if array.dtype.char not in TYPES or array.size > LARGEST:
+    if type(array) not in ARRAYS or array.dtype.char not in TYPES or array.size > LARGEST:
         return array
     made = array.view(ArrayWithProvenance)
     if type(beside) in TRACKED and not array.ndim:
@@ -365,7 +367,7 @@ def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str,
     plain = [plain_operand(one) for one in inputs]
     if method == '__call__' and not options and ARRAYS.isdisjoint(map(type, inputs)):
         number = ufunc(*plain)
-        if values.RECORDING.is_paused or ufunc.__name__ not in _OPERATORS:
+        if values.RECORDING.is_paused or type(number) not in CLASSES or ufunc.__name__ not in _OPERATORS:
             return number
         return with_tracked(number, _of_tracked(_OPERATORS[ufunc.__name__], tuple(map(python_number, inputs))))
     out = options.get('out')
@@ -382,7 +384,7 @@ def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str,
         for one in out:
             if isinstance(one, ArrayWithProvenance):
                 one.write_beside(beside if len(out) == 1 else None)
-        return out[0] if len(out) == 1 else result
+        return out[0] if result is options['out'][0] else result
     return result if beside is None or isinstance(result, tuple) else with_provenance(result, beside)
 
 
@@ -430,11 +432,11 @@ def each(function: Callable[..., Any], plain: List[Any], besides: List[Any]) -> 
 
 def _column(plain: Any, beside: Any, shape: Tuple[int, ...]) -> List[Any]:
     """The elements of an operand that is broadcast, tracked where they have provenance."""
-    numbers = numpy.asarray(plain)
-    if numbers.shape != shape:
-        numbers = numpy.broadcast_to(numbers, shape)
+    array = numpy.asarray(plain)
+    if array.shape != shape:
+        array = numpy.broadcast_to(array, shape)
         beside = beside if beside is None else numpy.broadcast_to(_boxed(beside), shape)
-    numbers = numbers.ravel().tolist()
+    numbers: List[Any] = array.ravel().tolist()
     if beside is None:
         return numbers
     return [number if one is None else one for number, one in zip(numbers, _boxed(beside).ravel().tolist())]

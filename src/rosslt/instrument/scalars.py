@@ -34,15 +34,17 @@ def _recorded(number: Any, function: Callable[..., Any], *operands: Any) -> Any:
 def _give_operators(kind: Any, name: str, ufunc: Any) -> None:
     computed, reflected = getattr(kind, f'__{name}__'), getattr(kind, f'__r{name}__')
     recorded = getattr(operator, name)
+    # A list is repeated by a whole number.
+    arrays = ARRAYS - {list, tuple} if name == 'mul' else ARRAYS
 
     def forward(self: Any, other: Any, *modulus: Any) -> Any:
-        if type(other) in ARRAYS:
+        if type(other) in arrays:
             return compute(ufunc, '__call__', (self, other), {})
         number = other if type(other) is type(self) else plain_operand(other)
         return _recorded(computed(self, number, *modulus), recorded, self, other)
 
     def backward(self: Any, other: Any) -> Any:
-        if type(other) in ARRAYS:
+        if type(other) in arrays:
             return compute(ufunc, '__call__', (other, self), {})
         return _recorded(reflected(self, plain_operand(other)), recorded, other, self)
 
