@@ -308,8 +308,10 @@ class _Rewriter(ast.NodeTransformer):
         return node
 
     def visit_Import(self, node: ast.Import) -> Any:
-        names = [alias.asname or alias.name.split('.')[0] for alias in node.names]
-        return [node, *(_routed(name, node) for name in names)]
+        return [
+            node,
+            *(_routed(alias.asname or alias.name.split('.')[0], node, _text(alias.name, node)) for alias in node.names),
+        ]
 
     def visit_ImportFrom(self, node: ast.ImportFrom) -> Any:
         if node.module == '__future__':
@@ -385,9 +387,11 @@ def _loaded(target: Any) -> Any:
 
 def _origin(node: ast.ImportFrom) -> List[ast.expr]:
     """The module that is imported from, as an argument; none for one that is relative to the file's own."""
-    return (
-        [] if node.level or not node.module else [ast.copy_location(ast.Constant(value=node.module, kind=None), node)]
-    )
+    return [] if node.level or not node.module else [_text(node.module, node)]
+
+
+def _text(text: str, where: ast.AST) -> ast.expr:
+    return ast.copy_location(ast.Constant(value=text, kind=None), where)
 
 
 def _call(function: str, arguments: List[ast.expr], where: ast.AST) -> ast.Call:

@@ -76,21 +76,26 @@ def route(thing: Any, origin: str = '') -> Any:
 
     Args:
         thing: what was imported.
-        origin: the module from which it was imported, where it was taken from one.
+        origin: the module that was imported, or from which it was taken.
     """
     _tell_libraries()
-    _make_counterparts(thing.__name__ if type(thing) is types.ModuleType else origin)
+    _make_counterparts(origin)
+    if type(thing) is types.ModuleType:
+        _make_counterparts(thing.__name__)
     return _counterparts.get(id(thing), thing)
 
 
-def _make_counterparts(name: str) -> None:
-    """Make those of a module, and of the packages that it is in, which have not been made."""
-    parts = name.split('.')
-    for end in range(1, len(parts) + 1):
-        package = '.'.join(parts[:end])
-        module = sys.modules.get(package)
-        if package in _LATE and module is not None:
-            replace(module, _LATE.pop(package)(module))
+def _make_counterparts(imported: str) -> None:
+    """Make the counterparts of a module, of what is in it, and of the packages that it is in."""
+    for name in list(_LATE):
+        is_related = (name + '.').startswith(imported + '.') or (imported + '.').startswith(name + '.')
+        if is_related and name in _LATE and name in sys.modules:
+            module = sys.modules[name]
+            counterpart = _LATE.pop(name)(module)
+            replace(module, counterpart)
+            package, _, last = name.rpartition('.')
+            if package and id(sys.modules[package]) not in _counterparts:
+                replace(sys.modules[package], Counterpart(sys.modules[package], {last: counterpart}))
 
 
 def route_all(names: Dict[str, Any], origin: str = '') -> None:
@@ -324,6 +329,11 @@ def _tf(original: types.ModuleType) -> Any:
     for name, module in names.items():
         setattr(listener, name, route(importlib.import_module(module)))
     return Counterpart(original, {'transformations': transformations})
+
+
+@replace_module('tf_conversions')
+def _tf_conversions(original: types.ModuleType) -> Any:
+    return Counterpart(original, {'transformations': route(original.transformations)})
 
 
 @replace_module('tf.transformations')

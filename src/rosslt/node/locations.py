@@ -178,15 +178,19 @@ class HeldLocation(Location):
     def name_node(self, node: str) -> None:
         super().name_node(node)
         # Whoever has read it before the node had a name holds that reading, which stays as good as the next one.
-        self._early, self.tracked = self.tracked, values.track(self._value, self.source)
+        self._early, self.tracked = self.tracked, self.reading_of(self._value)
+
+    def reading_of(self, value: Any) -> Any:
+        """A tracked value that says of a plain one that this location is its source."""
+        return values.track(value, self.source)
 
     def put(self, value: Any) -> None:
         readings = [reading for reading in (self._early, self.tracked) if reading is not None]
         self._early = None
         self._value = value
-        self.tracked = values.track(value, self.source)
+        self.tracked = self.reading_of(value)
         for reading in readings:
-            READINGS.replace(reading, self.tracked)
+            READINGS.replace(reading, value)
 
 
 class LiteralLocation(HeldLocation):
@@ -300,7 +304,7 @@ class ExternalLocation(Location):
         # A value that changed by itself is a record of a moment; one that was set here replaces the older ones.
         latest = self.tracked
         if before is not None and latest is not before:
-            READINGS.replace(before, latest)
+            READINGS.replace(before, values.untracked(latest))
 
 
 class Readable(Protocol):

@@ -81,10 +81,9 @@ class ReplacedReadings:
         # Nothing else is called with it. Reentrant, as a signal's handler may publish in the middle of a publish.
         self._own_lock = threading.RLock()
 
-    def replace(self, reading: Any, latest: Any) -> None:
-        """Note that a location has a new reading."""
+    def replace(self, reading: Any, value: Any) -> None:
+        """Note that the location of a reading has another value now, a plain one of the location's type."""
         (source,) = values.sources(reading)
-        value = values.untracked(latest)
         with self._own_lock:
             self._latest[source] = value
             readings = self.replaced.setdefault(source, [])
