@@ -1,42 +1,44 @@
 #!/usr/bin/env python3
-"""Runs test suites that nobody wrote for rosslt, plain and rewritten, and compares them test by test.
+"""Runs test suites of other projects plain and under `rosslt run`, and compares them test by test.
 
-    ./run bench python_suites [SUITE...] [--include MODULE...]
+    ./run bench python_suites [SUITE...] [--include MODULE...] [--verbose]
 
-By default these are suites of Python itself, from Debian's libpython3.11-testsuite, of which the modules of tests are
-rewritten. SUITE is any module or package that pytest finds (`test.test_math`, `uncertainties`); of an installed package,
-name what is to be rewritten with --include. It prints the tests that pass plain and not rewritten, and counts.
+By default these are suites of Python itself, from Debian's libpython3.11-testsuite; their modules are rewritten. SUITE
+is any module that pytest finds (`test.test_math`, `uncertainties`); with --include, other modules are rewritten instead
+of it. It prints the tests that pass plain and fail rewritten, and counts. It takes half an hour.
 """
 
 import argparse
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-#: Suites of Python itself that compute with numbers, texts and containers, and take seconds.
-SUITES = """
-abc argparse array ast asyncgen audioop augassign base64 baseexception bigmem binascii binop bisect bool bufio builtin bytes
-calendar call charmapcodec class cmath cmd codecs codeop collections colorsys compare complex configparser contains context
-contextlib copy copyreg coroutines csv datetime decorators defaultdict deque descr descrtut dict dict_version dictcomps
-dictviews difflib dynamic dynamicclassattribute eintr enum enumerate errno except_star exception_group
-exception_hierarchy exception_variations exceptions extcall filecmp fileinput float flow fnmatch format fractions
-frame frozen fstring funcattrs functools future generator_stop generators genericalias genericclass genericpath genexps
-getopt gettext glob global grammar graphlib hash hashlib heapq hmac html htmlparser index inspect int int_literal io
-ipaddress isinstance iter iterlen itertools json keyword keywordonlyarg kqueue lib2to3 linecache list listcomps
-locale logging long longexp math memoryio memoryview metaclass minidom mimetypes module named_expressions netrc
-numeric_tower opcodes operator optparse ordered_dict os pathlib patma pep646_syntax pickle pickletools pkgutil plistlib
-positional_only_arg posixpath pow pprint print property pyclbr pyexpat queue quopri raise random range re
-re reprlib richcmp rlcompleter sched scope secrets select set setcomps shelve shlex shutil slice smtplib sndhdr socket sort
-statistics strftime string string_literals stringprep strptime strtod struct structseq subclassinit sunau super symtable syntax
-sys sys_settrace tempfile textwrap threading time timeit timeout tokenize traceback tuple type_annotations type_comments
-types typing ucn unary unicode unicodedata unpack unpack_ex urllib urlparse userdict userlist userstring uuid wave weakref
-weakset with xml_etree xmlrpc yield_from zipfile zlib
-""".split()
+#: Suites of Python itself that take seconds.
+SUITES = re.findall(
+    r'\w+',
+    """
+    abc argparse array ast asyncgen audioop augassign base64 baseexception binascii binop bisect bool bufio builtin
+    bytes calendar call charmapcodec class cmath codecs collections colorsys compare complex configparser contains
+    context contextlib copy copyreg coroutines csv decorators defaultdict deque descr dict dict_version dictcomps
+    dictviews difflib dynamic dynamicclassattribute enum enumerate errno except_star exception_group
+    exception_hierarchy exceptions fileinput float fnmatch format fractions frame fstring funcattrs functools future
+    generator_stop generators genericalias genericclass genericpath getopt gettext glob global grammar graphlib hash
+    hashlib heapq hmac html htmlparser index inspect int ipaddress isinstance iter iterlen itertools json keyword
+    keywordonlyarg linecache list locale logging long math memoryio memoryview minidom module named_expressions
+    netrc numeric_tower opcodes operator optparse ordered_dict os pathlib patma pep646_syntax pickle pkgutil
+    plistlib positional_only_arg posixpath pow pprint print property pyclbr queue quopri raise random range re
+    reprlib richcmp sched scope secrets select set setcomps shlex slice socket sort statistics string
+    string_literals strptime strtod struct subclassinit super symtable sys tempfile textwrap threading time tokenize
+    traceback tuple type_annotations types typing unary unicode unicodedata unpack unpack_ex urlparse userdict
+    userlist userstring uuid weakref weakset with xml_etree yield_from zlib
+    """,
+)
 
-#: A test of Python's own that is longer than that is ended.
+#: A suite that takes longer is ended, in seconds.
 TIMEOUT = 240
 
 RUNNER = """
@@ -48,9 +50,10 @@ class Outcomes:
         self.file = open(file, 'w')
     def pytest_runtest_logreport(self, report):
         if report.when == 'call' or report.outcome != 'passed':
-            print(json.dumps([report.nodeid, report.outcome, str(report.longrepr or '')[-1500:]]), file=self.file, flush=True)
+            line = [report.nodeid, report.outcome, str(report.longrepr or '')[-1500:]]
+            print(json.dumps(line), file=self.file, flush=True)
 
-options = ['-q', '--no-header', '--tb=short', '--assert=plain', '-p', 'no:cacheprovider', '-p', 'no:randomly', '--pyargs']
+options = ['-q', '--tb=short', '--assert=plain', '-p', 'no:cacheprovider', '--pyargs']
 sys.exit(pytest.main([*options, sys.argv[1]], plugins=[Outcomes(sys.argv[2])]))
 """
 

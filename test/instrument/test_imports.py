@@ -23,7 +23,10 @@ IMPORTS = {
         'from tf import transformations as t',
         't.quaternion_from_euler(0, 0, x)[2]',
     ),
-    'tf.transformations by its full name': ('import tf.transformations', 'tf.transformations.rotation_matrix(x, [0, 0, 1])[0][0]'),
+    'tf.transformations by its full name': (
+        'import tf.transformations',
+        'tf.transformations.rotation_matrix(x, [0, 0, 1])[0][0]',
+    ),
     'tf.transformations from tf_conversions': (
         'import tf_conversions',
         'tf_conversions.transformations.quaternion_from_euler(0, 0, x)[2]',

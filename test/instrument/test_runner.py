@@ -25,6 +25,12 @@ print(sys.modules['__main__'].__dict__ is globals(), __package__, __spec__, type
     'exit with a text': 'import sys\nsys.exit("it is over")\n',
     'an exception': 'def f(x):\n    return 1.0 / x\n\nprint("so far")\nf(0)\n',
     'an exception in a function of math': 'import math\nx = -1.5\nmath.sqrt(x)\n',
+    'an excepthook of its own': 'import sys, traceback\nassert sys.excepthook is sys.__excepthook__\n'
+    'def hook(kind, error, tb):\n    print(kind.__name__, [one.name for one in traceback.extract_tb(tb)])\n'
+    'sys.excepthook = hook\ndef f(x):\n    return x / 0\nf(2.5)\n',
+    'a traceback that it prints': 'import traceback, numpy\ndef f(x, n=4):\n    return 10 + x / (n - 4) + 30\n'
+    'try:\n    f(2.5)\nexcept ZeroDivisionError as error:\n'
+    '    print("".join(traceback.format_tb(error.__traceback__)[1:]))\n',
     'a chain of exceptions': 'try:\n    {}[2]\nexcept KeyError as error:\n    raise RuntimeError("no") from error\n',
     'a signal': 'import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n',
     'an interrupt': 'raise KeyboardInterrupt\n',

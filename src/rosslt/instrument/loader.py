@@ -5,6 +5,7 @@ installed by Debian, pip or ROS, and not generated files. The bytecode of rewrit
 kept in a folder of its own; Python's own `__pycache__` stays as it is.
 """
 
+import builtins
 import hashlib
 import importlib.util
 import marshal
@@ -29,9 +30,9 @@ from rosslt.instrument.rewriting import (
     ROUTE,
     ROUTE_ALL,
     SAME,
-    STEP,
     Rewritten,
     in_place,
+    name_of_cells,
     rewrite,
 )
 
@@ -103,26 +104,35 @@ def _version() -> bytes:
 
 
 def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
-    """Give a module what its rewritten code asks for."""
+    """Have the rewritten code of a module find what it asks for.
+
+    Args:
+        names: of the module.
+        made: its code.
+        path: of its file.
+    """
     from rosslt.instrument import routing
 
-    own = cells.cells_of(os.path.realpath(path), made.literals, made.digest)
-    names[CELLS], names[STEP] = own, own.steps
-    reloading.watch(os.path.realpath(path))
-    names[PLAIN] = cells.plain
-    names[OBJECT] = cells.plain_object
-    names[SAME] = cells.is_same
-    names[ROUTE] = routing.route
-    names[ROUTE_ALL] = routing.route_all
-    names[CONVERT] = functions.convert
-    names[CONVERSIONS['float']] = functions.to_float
-    names[CONVERSIONS['int']] = functions.to_int
-    names[CONVERSIONS['type']] = functions.type_of
-    names[CONVERSIONS['sum']] = functions.sum_of
+    path = os.path.realpath(path)
+    names[CELLS] = cells.cells_of(path, made.literals, made.digest)
+    reloading.watch(path)
+    # A function of the module may be called with other globals.
+    found = vars(builtins)
+    found[name_of_cells(path, made.digest)] = names[CELLS]
+    found[PLAIN] = cells.plain
+    found[OBJECT] = cells.plain_object
+    found[SAME] = cells.is_same
+    found[ROUTE] = routing.route
+    found[ROUTE_ALL] = routing.route_all
+    found[CONVERT] = functions.convert
+    found[CONVERSIONS['float']] = functions.to_float
+    found[CONVERSIONS['int']] = functions.to_int
+    found[CONVERSIONS['type']] = functions.type_of
+    found[CONVERSIONS['sum']] = functions.sum_of
     for name in OPERATORS.values():
         operator = name.strip('_').split('_', 1)[1]
-        names[name] = functions.REFLECTING[operator]
-        names[in_place(name)] = functions.REFLECTING['i' + operator]
+        found[name] = functions.REFLECTING[operator]
+        found[in_place(name)] = functions.REFLECTING['i' + operator]
 
 
 class OwnModules:

@@ -16,10 +16,10 @@ from typing import Any, Callable, Dict, List, Optional
 import rospy
 
 from rosslt import node, srv, values
-from rosslt.instrument import reloading
+from rosslt.instrument import exact_classes, reloading
 from rosslt.instrument.cells import node_started
 from rosslt.instrument.functions import MATH
-from rosslt.instrument.losses import LOSSES, watched_array
+from rosslt.instrument.losses import LOSSES
 from rosslt.instrument.publishing import Publisher
 from rosslt.instrument.reconfiguring import tracked_server
 
@@ -265,11 +265,12 @@ def _numpy(original: types.ModuleType) -> Any:
     return Counterpart(original, {**functions, 'linalg': route(original.linalg)})
 
 
-@replace_module('array')
-def _array(original: types.ModuleType) -> Any:
-    watched = watched_array(original.array)
-    replace(original.array, watched)
-    return Counterpart(original, {'array': watched, 'ArrayType': watched})
+@replace_module('functools')
+def _functools(original: types.ModuleType) -> Any:
+    caches = {name: getattr(exact_classes, name) for name in ('cache', 'lru_cache') if hasattr(original, name)}
+    for name, function in caches.items():
+        replace(getattr(original, name), function)
+    return Counterpart(original, caches)
 
 
 @replace_module('dynamic_reconfigure.server')

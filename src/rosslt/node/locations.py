@@ -246,7 +246,14 @@ class ParameterLocation(HeldLocation):
     def retype(self, value: Any) -> None:
         """Make `value` the one in force, and its type the location's."""
         self.type = type(value)
-        self.put(value)
+        if value == self._value and self.type is float:
+            # What was read as an int is still that number, and takes fractions from now on.
+            source = self.reading_of(value)
+            for reading in [one for one in (self._early, self.tracked) if one is not None]:
+                values.remake(reading, source + 0)
+            self._value, self.tracked, self._early = value, source, None
+        else:
+            self.put(value)
 
 
 class ExternalLocation(Location):

@@ -26,7 +26,7 @@ from .fields import (
     written_fields,
 )
 from .fit import Fit, fit
-from .functions import MATH, keeping, recorder, stripper, to_bool, to_float, to_int
+from .functions import MATH, keeping, recorder, reflecting, stripper, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .linearization import linearized
@@ -47,6 +47,7 @@ from .tracked import (
     made_alike,
     origins,
     plain_scalar,
+    remake,
     source_of_functions,
     track,
 )
@@ -105,6 +106,8 @@ __all__ = [
     'reading',
     'reapply',
     'recorder',
+    'reflecting',
+    'remake',
     'replaced_fields',
     'resume_recording',
     'select_tracked',

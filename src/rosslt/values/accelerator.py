@@ -9,7 +9,7 @@ import inspect
 import os
 from typing import Any, Callable, Dict, Tuple, TypeVar
 
-INTERFACE = 10
+INTERFACE = 11
 """What `core/module.c` must have been when it was built: a workspace may hold one that is older than the Python."""
 
 

@@ -247,6 +247,7 @@ PyObject *are_made_alike(PyObject *module, PyObject *const *args, Py_ssize_t cou
 PyObject *made_alike(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);
+PyObject *make_reflector(PyObject *module, PyObject *args);
 PyObject *make_stripper(PyObject *module, PyObject *args);
 PyObject *pause_recording(PyObject *module, PyObject *flag);
 PyObject *reading(PyObject *module, PyObject *args); /* readings.c */
