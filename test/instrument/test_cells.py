@@ -2,11 +2,13 @@
 
 import threading
 
-from geometry_msgs.msg import PointStamped
+import pytest
+from geometry_msgs.msg import Point, PointStamped
 
 from rosslt import node, values
 from rosslt.instrument import cells
 from rosslt.instrument.rewriting import CELLS
+from rosslt.node import refresh
 from support.programs import run_rewritten
 from support.shell import rosslt as command
 from support.unmodified import Listener, Unmodified
@@ -45,6 +47,21 @@ def test_one_literal_is_made_known_while_another_one_is_changed(master, tmp_path
         thread.join(30)
         assert not thread.is_alive()
     assert (location.value, len(known)) == (1.75, 1)
+
+
+@pytest.mark.parametrize('verb', ['undo', 'reset'])
+def test_an_int_that_is_what_the_code_says_again_is_read_as_such_and_takes_fractions_again(master, tmp_path, verb):
+    names = run_rewritten(f'{verb}_one = 2\n', str(tmp_path / 'whole.py'))
+    read, cell = names[verb + '_one'], names[CELLS]
+    location = cell.location(0)
+    node.force_value(read * 1.0, 2.5)
+    assert (cell[0], refresh.Refresher().fresh(Point(x=read)).x) == (2.5, 2.5)
+    result = command(verb, *(['/test' + '/' + location.name] if verb == 'reset' else []))
+    assert (result.returncode, result.stderr) == (0, '')
+    assert (type(values.untracked(cell[0])), cell[0]) == (int, 2)
+    for again, target in ((refresh.Refresher().fresh(Point(x=read)).x, 3.5), (cell[0], 4.5)):
+        node.force_value(again * 1.0, target)
+        assert cell[0] == target
 
 
 def test_an_edit_that_was_taken_in_does_not_undo_what_was_changed_since(master, tmp_path):

@@ -1,12 +1,20 @@
 """What Python asks an object for as a number of an exact class is one of that class, as without provenance."""
 
+import array
+import builtins
+import copy
+import csv
+import itertools
 import math
 import operator
+import socket
+import types
 import warnings
 
 import pytest
 
 from rosslt import values
+from rosslt.instrument import exact_classes, functions
 from support.programs import run_rewritten
 
 LEVEL = """
@@ -63,3 +71,115 @@ def test_other_methods_give_numbers_with_their_provenance():
     level = run_rewritten(LEVEL)['level']
     assert values.is_tracked(level.height())
     assert values.is_tracked(level.level)
+
+
+OPERANDS = [1.5, 2, True, -0.0, 0, 'i', [7, 7], (1.0, 2.0), b'ab', None, 1j]
+REFUSED = [
+    *(('math.' + name, (one,)) for name in functions.MATH for one in OPERANDS),
+    *(
+        ('math.' + name, two)
+        for name in ('log', 'atan2', 'fmod', 'hypot', 'dist')
+        for two in itertools.product(OPERANDS, OPERANDS)
+    ),
+    *(
+        ('operator.' + name, two)
+        for name in ('iand', 'ior', 'xor', 'mul', 'imul', 'sub', 'floordiv', 'mod')
+        for two in itertools.product(OPERANDS, OPERANDS)
+    ),
+    *((name, two) for name in ('round', 'divmod') for two in itertools.product(OPERANDS, OPERANDS)),
+]
+
+
+def outcome(name, arguments, functions_of_math):
+    module, _, last = name.rpartition('.')
+    function = (
+        functions_of_math[last] if module == 'math' else getattr({'': builtins, 'operator': operator}[module], last)
+    )
+    try:
+        return repr(values.untracked(function(*copy.deepcopy(arguments))))
+    except Exception as error:  # whatever Python raises
+        words = str(error).replace('TrackedFloat', 'float').replace('TrackedInt', 'int')
+        return type(error).__name__, 'cannot multiply' if 'multiply sequence' in words or '*' in words else words
+
+
+def test_what_python_refuses_is_refused_in_the_same_words():
+    source = values.Source('/node', 1)
+    differing = []
+    for name, arguments in REFUSED:
+        plain = outcome(name, arguments, vars(math))
+        for number, one in enumerate(arguments):
+            if type(one) in (float, int):
+                tracked = [*arguments]
+                tracked[number] = values.track(one, source)
+                if outcome(name, tracked, functions.MATH) != plain:
+                    differing.append((name, arguments, number))
+    assert not differing
+
+
+class Metres(float):
+    def __radd__(self, other):
+        return 'metres'
+
+    def __rdivmod__(self, other):
+        return 'rest'
+
+
+def test_a_subclass_on_the_right_that_computes_itself_comes_first_as_in_python():
+    number = values.track(2.0, values.Source('/node', 1))
+    assert number + Metres(1.0) == 'metres'
+    assert number * Metres(1.5) == 3.0
+    assert values.is_tracked(number * Metres(1.5))
+
+
+def test_functions_that_ask_for_an_exact_class_get_a_plain_number(monkeypatch):
+    monkeypatch.setattr(socket, 'getaddrinfo', socket.getaddrinfo)
+    monkeypatch.setattr(csv, 'field_size_limit', csv.field_size_limit)
+    port = values.track(80, values.Source('/node', 1))
+    with pytest.raises(OSError, match='Int or String expected'):
+        socket.getaddrinfo('127.0.0.1', port)
+    exact_classes.give_plain_ones()
+    assert socket.getaddrinfo('127.0.0.1', port) == socket.getaddrinfo('127.0.0.1', 80)
+    csv.field_size_limit(values.track(csv.field_size_limit(), values.Source('/node', 1)))
+
+
+CACHED = """
+import functools
+
+@functools.lru_cache(typed=True)
+def twice(x):
+    return x * 2.0
+
+class Doubler:
+    @functools.lru_cache(maxsize=None)
+    def double(self, x):
+        return x + x
+
+doubled = Doubler().double(1.5)
+"""
+
+
+def test_what_is_cached_of_a_number_is_nothing_of_where_that_came_from():
+    names = run_rewritten(CACHED)
+    twice = names['twice']
+    near, far = values.Source('/node', 1), values.Source('/node', 2)
+    made = [twice(values.track(1.5, near)), twice(values.track(1.5, far)), twice(x=values.track(1.5, far))]
+    assert made == [3.0, 3.0, 3.0]
+    assert not {near, far} & {source for one in made for source in values.sources(one)}
+    assert (twice.cache_info().hits, twice.cache_info().misses) == (1, 2)
+    assert (names['doubled'], twice.__name__) == (3.0, 'twice')
+    assert values.sources(twice.__wrapped__(values.track(1.5, near)))[0] == near
+
+
+def test_a_function_is_called_with_other_globals():
+    names = run_rewritten('n = 4\ndef f(x):\n    return x * int(n) + 2 * x\n')
+    other = types.FunctionType(names['f'].__code__, {'n': 3})
+    assert other(2) == 10
+
+
+def test_a_subclass_of_array_is_as_without_it():
+    names = run_rewritten(
+        'import array\nclass Samples(array.array):\n    def __init__(self, kind, rate=2.0):\n        self.rate = rate\n'
+        "made = Samples('d', rate=3.0)\nmade.append(1.5)\n"
+    )
+    assert type(names['made']).__mro__[1] is array.array
+    assert (names['made'].tolist(), names['made'].rate) == ([1.5], 3.0)

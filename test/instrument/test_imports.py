@@ -3,7 +3,10 @@
 import subprocess
 import sys
 
+import dynamic_reconfigure.server
 import pytest
+
+from support.programs import run_rewritten
 
 IMPORTS = {
     'a function of numpy': ('from numpy import sin', 'sin(x)'),
@@ -19,6 +22,18 @@ IMPORTS = {
     'tf.transformations from tf': (
         'from tf import transformations as t',
         't.quaternion_from_euler(0, 0, x)[2]',
+    ),
+    'tf.transformations by its full name': (
+        'import tf.transformations',
+        'tf.transformations.rotation_matrix(x, [0, 0, 1])[0][0]',
+    ),
+    'tf.transformations from tf_conversions': (
+        'import tf_conversions',
+        'tf_conversions.transformations.quaternion_from_euler(0, 0, x)[2]',
+    ),
+    'a function of tf.transformations from tf_conversions': (
+        'from tf_conversions import transformations',
+        'transformations.quaternion_from_euler(0, 0, x)[2]',
     ),
     'a function of math': ('from math import sin', 'sin(x)'),
 }
@@ -42,3 +57,16 @@ def test_what_is_imported_keeps_provenance(line, formula, request):
         check=False,
     )
     assert ran.returncode == 0, ran.stderr
+
+
+def test_a_module_in_a_package_is_the_tracked_one_however_it_is_named():
+    program = """
+import dynamic_reconfigure.server
+from dynamic_reconfigure.server import Server
+from dynamic_reconfigure import server
+servers = dynamic_reconfigure.server.Server, Server, server.Server
+"""
+    first, *others = run_rewritten(program)['servers']
+    assert issubclass(first, dynamic_reconfigure.server.Server)
+    assert first is not dynamic_reconfigure.server.Server
+    assert all(other is first for other in others)

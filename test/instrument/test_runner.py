@@ -1,5 +1,6 @@
 """A program that `rosslt run` runs behaves as when Python runs it."""
 
+import importlib.util
 import os
 import re
 import signal
@@ -11,6 +12,7 @@ import pytest
 
 from rosslt.instrument import loader
 from rosslt.instrument.loader import OwnModules
+from rosslt.instrument.rewriting import CELLS
 from support.shell import rosslt
 from support.unmodified import Unmodified
 
@@ -25,6 +27,12 @@ print(sys.modules['__main__'].__dict__ is globals(), __package__, __spec__, type
     'exit with a text': 'import sys\nsys.exit("it is over")\n',
     'an exception': 'def f(x):\n    return 1.0 / x\n\nprint("so far")\nf(0)\n',
     'an exception in a function of math': 'import math\nx = -1.5\nmath.sqrt(x)\n',
+    'an excepthook of its own': 'import sys, traceback\nassert sys.excepthook is sys.__excepthook__\n'
+    'def hook(kind, error, tb):\n    print(kind.__name__, [one.name for one in traceback.extract_tb(tb)])\n'
+    'sys.excepthook = hook\ndef f(x):\n    return x / 0\nf(2.5)\n',
+    'a traceback that it prints': 'import traceback, numpy\ndef f(x, n=4):\n    return 10 + x / (n - 4) + 30\n'
+    'try:\n    f(2.5)\nexcept ZeroDivisionError as error:\n'
+    '    print("".join(traceback.format_tb(error.__traceback__)[1:]))\n',
     'a chain of exceptions': 'try:\n    {}[2]\nexcept KeyError as error:\n    raise RuntimeError("no") from error\n',
     'a signal': 'import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n',
     'an interrupt': 'raise KeyboardInterrupt\n',
@@ -181,6 +189,22 @@ def test_a_file_does_not_come_before_a_module_of_python_itself(folder, monkeypat
     finder = OwnModules(str(folder))
     assert finder.find_spec(name) is None
     assert type(finder.find_spec('other').loader) is loader.RewritingLoader
+
+
+@pytest.mark.parametrize('generated', ['dynamic_reconfigure.cfg.TestConfig', 'geometry_msgs.msg._Pose'])
+def test_what_is_generated_is_loaded_as_it_is(folder, generated, monkeypatch):
+    text = Path(importlib.util.find_spec(generated).origin).read_text(encoding='utf-8')
+    (folder / 'made_by_a_generator.py').write_text(text, encoding='utf-8')
+    (folder / 'made_by_hand.py').write_text('gain = 2.0\n', encoding='utf-8')
+    monkeypatch.syspath_prepend(str(folder))
+    finder = OwnModules(str(folder))
+    names = {}
+    for name in ('made_by_a_generator', 'made_by_hand'):
+        module = importlib.util.module_from_spec(finder.find_spec(name))
+        module.__loader__.exec_module(module)
+        names[name] = vars(module)
+    assert CELLS not in names['made_by_a_generator']
+    assert CELLS in names['made_by_hand']
 
 
 def test_bytecode_is_that_of_all_files_that_rewrite():

@@ -94,6 +94,33 @@ def test_a_counter_and_its_start_are_a_state():
     assert judged(text) == [('0', 'state'), ('1', 'step'), ('2.0', 'term')]
 
 
+@pytest.mark.parametrize(
+    ('text', 'rules'),
+    [
+        ('n = 3\nhalf = n // 2\nx = y[i - half:i + half]\n', ['used as an index', 'divisor']),
+        ('n = 3\nx = y[:min(n, len(y))]\n', ['used as an index']),
+        ('def last(y, k):\n    return y[-k:]\nx = last(y, 3)\n', ['used as an index']),
+        ('def last(y, k):\n    return y[-k:]\nx = last(y, k=3)\n', ['used as an index']),
+        (
+            'class A:\n    def __init__(self, size=3):\n        self.size = size\n'
+            '    def f(self, y):\n        self.pub.publish(y[-self.size:])\na = A(5)\n',
+            ['default', 'used as an index'],
+        ),
+        ('n = 3\ndef g(count):\n    return [0.5 for i in range(count)]\nx = g(n)\n', ['used as a count', 'value']),
+        ('k = 3\nx = y[int(k / 2)]\nz = k * 1.5\n', ['named', 'index', 'term']),
+    ],
+)
+def test_an_int_that_becomes_an_index_by_way_of_other_names_stays_whole(text, rules):
+    assert sorted(rule for _, rule in judged(text)) == sorted(rules)
+
+
+def test_functions_of_the_program_are_no_others_of_that_name():
+    assert judged('def rand(low, high):\n    return low + high\nx = rand(-1, 1)\n') == [('1', 'value'), ('-1', 'value')]
+    assert judged('x = rand(-1, 1)\n') == [('1', 'count'), ('-1', 'count')]
+    method = 'class A:\n    def wait(self, turn): pass\n    def f(self):\n        self.wait(0.5)\n'
+    assert judged(method) == [('0.5', 'value')]
+
+
 @pytest.mark.skipif(sys.version_info < (3, 10), reason='Python knows no match')
 def test_a_counter_in_a_case_is_a_state():
     text = (

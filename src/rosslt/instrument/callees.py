@@ -10,7 +10,7 @@ def _words(text: str) -> Set[str]:
 #: Modules of which no function makes a number for a message.
 PLAIN_MODULES = _words(
     """
-    argparse asyncio bisect csv ctypes cv2 cv_bridge datetime errno fcntl getopt glob gzip hashlib importlib
+    argparse ast asyncio bisect csv ctypes cv2 cv_bridge datetime errno fcntl getopt glob gzip hashlib importlib
     json logging matplotlib mmap multiprocessing optparse os pickle pigpio plt pygame queue re
     requests sched select serial shutil signal smbus socket sqlite3 ssl string struct subprocess sys tempfile
     termios threading time tkinter traceback tty unittest urllib uuid warnings yaml zlib zmq Queue GPIO PIL

@@ -189,11 +189,9 @@ class Cells(list):
         location = self.location(number)
         if location is None:
             return ()
-        source = values.track(float(value) if location.type is float else value, location.source)
         if location.keeps is None:
             _undecided.append(location)
-        # An int that may become a float: what is said of it must hold for floats.
-        return source if type(values.untracked(source)) is type(value) else source + 0
+        return location.origin(value)
 
     def location(self, number: int) -> 'Optional[CellLocation]':
         """The location of a cell, made known if it is not; None where there is no node."""
@@ -319,7 +317,7 @@ class CellLocation(node.LiteralLocation):
             is_named=literal.name is not None,
         )
         if literal.verdict == NUMBER or literal.rule == 'no turn':
-            self.type = float
+            self._retype(float)
 
     def make_known(self) -> None:
         """Have it listed and changed; its name is another one where that is taken."""
@@ -337,11 +335,22 @@ class CellLocation(node.LiteralLocation):
         if self.tracked is None:
             self._value, self.tracked = value, self.cells[self.number]
             return
-        super().put(value)
+        super().put(self.type(value))
         for cells, number in self._readers:
-            cells[number] = self.value if self.keeps is False else self.tracked
+            cells[number] = plain(self.tracked) if self.keeps is False else self.tracked
             if number in cells.steps:
-                cells.steps[number] = plain(self.value)
+                cells.steps[number] = plain(self.tracked)
+
+    def reading_of(self, value: Any) -> Any:
+        # The code reads the number as it says it: an int where the location takes fractions, too.
+        (reading,) = values.lazy([self.literal if value == self.literal else value], [self.origin])
+        return reading
+
+    def origin(self, value: Any) -> Any:
+        """Where the number comes from that the code reads, as `values.lazy` wants it."""
+        source = values.track(self.type(value), self.source)
+        # An int that may become a float: what is said of it must hold for floats.
+        return source if self.type is type(value) else source + 0
 
     def read_in(self, cells: Cells, number: int) -> None:
         """Be read in the same file as it was loaded again, too, and take in what it says."""
@@ -359,7 +368,7 @@ class CellLocation(node.LiteralLocation):
         self.keeps = keeps
         if not keeps:
             for cells, number in self._readers:
-                cells[number] = self.value
+                cells[number] = plain(self.tracked)
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
         if source.digest != self.cells.digest:  # it came with an edit, after which the file was loaded again
@@ -369,8 +378,11 @@ class CellLocation(node.LiteralLocation):
 
     def keep_whole(self) -> None:
         """Take whole numbers only from now on: it reaches a field that takes no other."""
-        if type(self.literal) is int:
-            self.type = int
+        if type(self.literal) is int and self.value == int(self.value):
+            self._retype(int)
+
+    def _retype(self, kind: type) -> None:
+        self.type, self._value = kind, kind(self._value)
 
 
 def _words(literal: Literal) -> Tuple[str, ...]:

@@ -41,17 +41,14 @@ def _with_provenance_of(made: Any, number: Any) -> Any:
     return rounded
 
 
-#: Functions that those which keep provenance compute otherwise.
-_ROUNDED = {'cbrt', 'dist', 'exp2', 'fsum', 'hypot', 'modf', 'prod'}
 _ROWS = {row.name: row for row in values.OPERATIONS.values()}
 
 
 def _keeping(name: str, tracked: Callable[..., Any]) -> Callable[..., Any]:
     original = getattr(math, name)
-    if name in _ROUNDED:
-        tracked = _to_the_bit(original, tracked)
-        if name in _ROWS and _ROWS[name].forward is original:  # so both compute it of two numbers
-            tracked = values.recorder(_ROWS[name])(tracked)
+    tracked = _to_the_bit(original, tracked)
+    if name in _ROWS and _ROWS[name].forward is original:
+        tracked = values.recorder(_ROWS[name])(tracked)
     return values.keeping(original, tracked, original)
 
 
@@ -163,16 +160,12 @@ def _reflecting(name: str, in_place: bool = False) -> Callable[[Any, Any], Any]:
 
     A float takes every int for a plain one, and NumPy's float every float, and so would not ask it.
     """
-    plain = getattr(operator, 'i' + name if in_place else name)
-    reflected = {kind: getattr(kind, f'__r{name}__') for kind in (_TRACKED_FLOAT, _TRACKED_INT)}
+    methods = {kind: getattr(kind, f'__r{name}__') for kind in (_TRACKED_FLOAT, _TRACKED_INT)}
 
-    def compute(left: Any, right: Any) -> Any:
-        kinds = _BESIDE.get(type(left))
-        if kinds is not None and type(right) in kinds and not values.RECORDING.is_paused:
-            return reflected[type(right)](right, left)
-        return plain(left, right)
+    def reflected(left: Any, right: Any) -> Any:
+        return NotImplemented if values.RECORDING.is_paused else methods[type(right)](right, left)
 
-    return compute
+    return values.reflecting(getattr(operator, 'i' + name if in_place else name), reflected, _BESIDE)
 
 
 _NAMES = ('add', 'sub', 'mul', 'truediv')

@@ -11,7 +11,7 @@ those of `self`.
 """
 
 import ast
-from typing import Dict, Iterator, List, Optional, Set, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Module)
@@ -38,6 +38,30 @@ def is_endless(loop: ast.While) -> bool:
     return bool(called & _WAITING)
 
 
+def own_functions(tree: ast.AST) -> Dict[str, List[ast.AST]]:
+    """{name: the functions that a program defines by it}; a class is called as its `__init__`."""
+    functions: Dict[str, List[ast.AST]] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, FUNCTIONS[:2]):
+            functions.setdefault(node.name, []).append(node)
+        elif isinstance(node, ast.ClassDef):
+            made = [part for part in node.body if isinstance(part, FUNCTIONS[:2]) and part.name == '__init__']
+            functions.setdefault(node.name, []).extend(made)
+    return functions
+
+
+def bound_arguments(function: Any, call: ast.Call) -> Iterator[Tuple[str, ast.expr]]:
+    """(parameter, argument) of a call of a function."""
+    parameters = [one.arg for one in [*getattr(function.args, 'posonlyargs', ()), *function.args.args]]
+    names = {*parameters, *(one.arg for one in function.args.kwonlyargs)}
+    if parameters[:1] in (['self'], ['cls']):
+        del parameters[0]
+    yield from zip(parameters, call.args)
+    for keyword in call.keywords:
+        if keyword.arg in names:
+            yield str(keyword.arg), keyword.value
+
+
 class Lifetimes:
     """What outlives the functions of a program.
 
@@ -52,7 +76,8 @@ class Lifetimes:
         self._module = self._scopes[tree]
         self._functions: Dict[str, List[_Scope]] = {}
         for node, scope in self._scopes.items():
-            self._functions.setdefault(getattr(node, 'name', ''), []).append(scope)
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                self._functions.setdefault(node.name, []).append(scope)
         #: Parameters that are handed what outlives the function, as far as it is known.
         self._handed: Set[Tuple[_Scope, str]] = set()
         while self._hand_on():
@@ -94,7 +119,7 @@ class Lifetimes:
         for scope in self._scopes.values():
             for call, loop in scope.calls:
                 for function in self._functions.get(_last(call.func), ()):
-                    for parameter, argument in function.arguments_of(call):
+                    for parameter, argument in bound_arguments(function.node, call):
                         if self._is_lasting(scope, argument) or scope.is_from_before(argument, loop):
                             self._handed.add((function, parameter))
         return len(self._handed) > before
@@ -104,22 +129,23 @@ class _Scope:
     """A function, or the module.
 
     Attributes:
+        node: of the syntax tree.
         bound: the names that it gives a meaning, without those that it declares to be others'.
         parts_of: {name: the expressions that it is the value, a part or an element of}.
         calls: the calls in it, each with the endless loop around it, or None.
     """
 
     def __init__(self, node: ast.AST) -> None:
+        self.node = node
         self.bound: Set[str] = set()
         self.parts_of: Dict[str, List[ast.AST]] = {}
         self.calls: List[Tuple[ast.Call, Optional[ast.AST]]] = []
-        self._parameters: List[str] = []
         self._bound_in: Dict[str, Set[Optional[ast.AST]]] = {}
         self._anew_in: Dict[str, Set[Optional[ast.AST]]] = {}
         if not isinstance(node, ast.Module):
             arguments = node.args  # type: ignore[attr-defined]
-            self._parameters = [one.arg for one in [*getattr(arguments, 'posonlyargs', ()), *arguments.args]]
-            self.bound.update(self._parameters, (one.arg for one in arguments.kwonlyargs))
+            parameters = [*getattr(arguments, 'posonlyargs', ()), *arguments.args, *arguments.kwonlyargs]
+            self.bound.update(one.arg for one in parameters)
         declared: Set[str] = set()
         for part, loop in _with_loops(node):
             if isinstance(part, ast.Call):
@@ -134,16 +160,6 @@ class _Scope:
             elif isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
                 self.bound.add(part.id)
         self.bound -= declared
-
-    def arguments_of(self, call: ast.Call) -> Iterator[Tuple[str, ast.AST]]:
-        """(parameter, argument) of a call of this function."""
-        parameters = self._parameters
-        if parameters[:1] == ['self'] and isinstance(call.func, ast.Attribute):
-            parameters = parameters[1:]
-        yield from zip(parameters, call.args)
-        for keyword in call.keywords:
-            if keyword.arg in self._parameters:
-                yield str(keyword.arg), keyword.value
 
     def is_from_before(self, argument: ast.AST, loop: Optional[ast.AST]) -> bool:
         """Whether an argument in an endless loop was made before it."""

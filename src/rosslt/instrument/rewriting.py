@@ -4,16 +4,17 @@ keeps provenance, and a state is cut off from its past. Lines and columns stay t
 
 import ast
 import copy
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt.instrument.callees import CHANCE
-from rosslt.instrument.literals import Literal, SourceText, find_literals
+from rosslt.instrument.lifetimes import bound_arguments, own_functions
+from rosslt.instrument.literals import Literal, SourceText, digest_of, find_literals
 from rosslt.instrument.states import find_states
 
-#: The names that rewritten code finds in its module, beside its own.
-CELLS, STEP, ROUTE, ROUTE_ALL, PLAIN, OBJECT, SAME = (
-    '__rosslt_cells__',
-    '__rosslt_step__',
+#: The name of its cells in a module that runs rewritten.
+CELLS = '__rosslt_cells__'
+#: The names that rewritten code finds among Python's own, whatever its globals are.
+ROUTE, ROUTE_ALL, PLAIN, OBJECT, SAME = (
     '__rosslt_route__',
     '__rosslt_route_all__',
     '__rosslt_plain__',
@@ -36,6 +37,17 @@ OPERATORS = {
     ast.Mult: '__rosslt_mul__',
     ast.Div: '__rosslt_truediv__',
 }
+
+
+def name_of_cells(path: str, digest: str) -> str:
+    """The name by which the code of a file finds its cells: another one when the file says something else.
+
+    Args:
+        path: the real path of the file.
+        digest: the hash of its content.
+    """
+    # It ends with underscores, as names in classes are changed that do not.
+    return f'{CELLS}{digest_of(path.encode("utf-8", "surrogateescape"))}{digest}__'
 
 
 def in_place(operator: str) -> str:
@@ -80,7 +92,8 @@ def rewrite(content: bytes, path: str, named: str) -> Rewritten:
     found = find_literals(tree, source, states)
     literals = [literal for _, literal in found]
     cells = {id(node): (number, literal) for number, (node, literal) in enumerate(found)}
-    rewriter = _Rewriter(cells, states.steps, _bound_names(tree), _shared_names(tree), *_hidden(tree, cells))
+    name = name_of_cells(source.path, source.digest)
+    rewriter = _Rewriter(name, cells, states.steps, _bound_names(tree), _shared_names(tree), *_hidden(tree, cells))
     tree = ast.fix_missing_locations(rewriter.visit(tree))
     return Rewritten(compile(tree, named, 'exec', dont_inherit=True), literals, source.digest)
 
@@ -114,13 +127,7 @@ def _hidden(tree: ast.AST, cells: Any) -> Tuple[Set[str], Tuple[type, ...]]:
     """
     kinds: Tuple[type, ...] = (int, float) if _uses_numpy(tree) else (int,)
     names: Set[str] = set()
-    functions: Dict[str, List[ast.AST]] = {}
-    for node in ast.walk(tree):
-        if isinstance(node, _FUNCTIONS):
-            functions.setdefault(node.name, []).append(node)
-        elif isinstance(node, ast.ClassDef):
-            made = [part for part in node.body if isinstance(part, _FUNCTIONS) and part.name == '__init__']
-            functions.setdefault(node.name, []).extend(made)
+    functions = own_functions(tree)
     before = -1
     while before < len(names):  # until no name gets it from another one any more
         before = len(names)
@@ -168,7 +175,7 @@ def _given(node: ast.AST, functions: Dict[str, List[ast.AST]], makers: _Makers) 
     if isinstance(node, ast.Call):
         names = {keyword.arg for keyword in node.keywords if keyword.arg and makers.make(keyword.value)}
         for function in functions.get(_last_name(node.func), ()):
-            names |= {arg.arg for arg, value in _bound_arguments(function, node) if makers.make(value)}
+            names |= {name for name, value in bound_arguments(function, node) if makers.make(value)}
         return names
     return set()
 
@@ -185,13 +192,6 @@ def _uses_numpy(tree: ast.AST) -> bool:
 _OF_NUMPY = ('numpy', 'scipy', 'tf', 'tf_conversions')
 
 
-def _bound_arguments(function: Any, call: ast.Call) -> Iterator[Tuple[ast.arg, ast.expr]]:
-    parameters = [*getattr(function.args, 'posonlyargs', ()), *function.args.args]
-    if parameters and parameters[0].arg in ('self', 'cls'):
-        del parameters[0]
-    return zip(parameters, call.args)
-
-
 def _last_name(node: ast.AST) -> str:
     if isinstance(node, ast.Subscript):
         node = node.value
@@ -201,6 +201,7 @@ def _last_name(node: ast.AST) -> str:
 class _Rewriter(ast.NodeTransformer):
     def __init__(
         self,
+        name: str,
         cells: Any,
         steps: Set[ast.AST],
         bound: Set[str],
@@ -208,9 +209,11 @@ class _Rewriter(ast.NodeTransformer):
         hidden: Set[str],
         kinds: Tuple[type, ...],
     ) -> None:
+        self._name_of_cells = name
         self._cells = cells
         self._steps = steps
         self._bound = bound
+        self._chance = CHANCE - bound
         self._shared = shared
         self._hidden = hidden
         self._kinds = kinds
@@ -225,8 +228,10 @@ class _Rewriter(ast.NodeTransformer):
     def _reading(self, node: Any, number: int, literal: Literal) -> ast.AST:
         where = ast.copy_location(ast.Constant(value=number), node)
         index: Any = where if _HAS_PLAIN_INDEX else ast.copy_location(ast.Index(value=where), node)
-        cells = STEP if literal.rule == 'step' else CELLS
-        reading = ast.Subscript(value=_name(cells, node), slice=index, ctx=ast.Load())
+        cells: Any = _name(self._name_of_cells, node)
+        if literal.rule == 'step':
+            cells = ast.copy_location(ast.Attribute(value=cells, attr='steps', ctx=ast.Load()), node)
+        reading = ast.Subscript(value=cells, slice=index, ctx=ast.Load())
         return ast.copy_location(reading, node)
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> Any:
@@ -269,7 +274,7 @@ class _Rewriter(ast.NodeTransformer):
         return (
             id(node) in self._cells
             or isinstance(node, (ast.Constant, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.ListComp))
-            or any(isinstance(part, ast.Call) and _last_name(part.func) in CHANCE for part in ast.walk(node))
+            or any(isinstance(part, ast.Call) and _last_name(part.func) in self._chance for part in ast.walk(node))
         )
 
     def _may_be_hidden(self, node: ast.AST) -> bool:
@@ -308,8 +313,10 @@ class _Rewriter(ast.NodeTransformer):
         return node
 
     def visit_Import(self, node: ast.Import) -> Any:
-        names = [alias.asname or alias.name.split('.')[0] for alias in node.names]
-        return [node, *(_routed(name, node) for name in names)]
+        return [
+            node,
+            *(_routed(alias.asname or alias.name.split('.')[0], node, _text(alias.name, node)) for alias in node.names),
+        ]
 
     def visit_ImportFrom(self, node: ast.ImportFrom) -> Any:
         if node.module == '__future__':
@@ -385,9 +392,11 @@ def _loaded(target: Any) -> Any:
 
 def _origin(node: ast.ImportFrom) -> List[ast.expr]:
     """The module that is imported from, as an argument; none for one that is relative to the file's own."""
-    return (
-        [] if node.level or not node.module else [ast.copy_location(ast.Constant(value=node.module, kind=None), node)]
-    )
+    return [] if node.level or not node.module else [_text(node.module, node)]
+
+
+def _text(text: str, where: ast.AST) -> ast.expr:
+    return ast.copy_location(ast.Constant(value=text, kind=None), where)
 
 
 def _call(function: str, arguments: List[ast.expr], where: ast.AST) -> ast.Call:

@@ -16,10 +16,10 @@ from typing import Any, Callable, Dict, List, Optional
 import rospy
 
 from rosslt import node, srv, values
-from rosslt.instrument import reloading
+from rosslt.instrument import exact_classes, reloading
 from rosslt.instrument.cells import node_started
 from rosslt.instrument.functions import MATH
-from rosslt.instrument.losses import LOSSES, watched_array
+from rosslt.instrument.losses import LOSSES
 from rosslt.instrument.publishing import Publisher
 from rosslt.instrument.reconfiguring import tracked_server
 
@@ -76,21 +76,26 @@ def route(thing: Any, origin: str = '') -> Any:
 
     Args:
         thing: what was imported.
-        origin: the module from which it was imported, where it was taken from one.
+        origin: the module that was imported, or from which it was taken.
     """
     _tell_libraries()
-    _make_counterparts(thing.__name__ if type(thing) is types.ModuleType else origin)
+    _make_counterparts(origin)
+    if type(thing) is types.ModuleType:
+        _make_counterparts(thing.__name__)
     return _counterparts.get(id(thing), thing)
 
 
-def _make_counterparts(name: str) -> None:
-    """Make those of a module, and of the packages that it is in, which have not been made."""
-    parts = name.split('.')
-    for end in range(1, len(parts) + 1):
-        package = '.'.join(parts[:end])
-        module = sys.modules.get(package)
-        if package in _LATE and module is not None:
-            replace(module, _LATE.pop(package)(module))
+def _make_counterparts(imported: str) -> None:
+    """Make the counterparts of a module, of what is in it, and of the packages that it is in."""
+    for name in list(_LATE):
+        is_related = (name + '.').startswith(imported + '.') or (imported + '.').startswith(name + '.')
+        if is_related and name in _LATE and name in sys.modules:
+            module = sys.modules[name]
+            counterpart = _LATE.pop(name)(module)
+            replace(module, counterpart)
+            package, _, last = name.rpartition('.')
+            if package and id(sys.modules[package]) not in _counterparts:
+                replace(sys.modules[package], Counterpart(sys.modules[package], {last: counterpart}))
 
 
 def route_all(names: Dict[str, Any], origin: str = '') -> None:
@@ -260,11 +265,12 @@ def _numpy(original: types.ModuleType) -> Any:
     return Counterpart(original, {**functions, 'linalg': route(original.linalg)})
 
 
-@replace_module('array')
-def _array(original: types.ModuleType) -> Any:
-    watched = watched_array(original.array)
-    replace(original.array, watched)
-    return Counterpart(original, {'array': watched, 'ArrayType': watched})
+@replace_module('functools')
+def _functools(original: types.ModuleType) -> Any:
+    caches = {name: getattr(exact_classes, name) for name in ('cache', 'lru_cache') if hasattr(original, name)}
+    for name, function in caches.items():
+        replace(getattr(original, name), function)
+    return Counterpart(original, caches)
 
 
 @replace_module('dynamic_reconfigure.server')
@@ -324,6 +330,11 @@ def _tf(original: types.ModuleType) -> Any:
     for name, module in names.items():
         setattr(listener, name, route(importlib.import_module(module)))
     return Counterpart(original, {'transformations': transformations})
+
+
+@replace_module('tf_conversions')
+def _tf_conversions(original: types.ModuleType) -> Any:
+    return Counterpart(original, {'transformations': route(original.transformations)})
 
 
 @replace_module('tf.transformations')

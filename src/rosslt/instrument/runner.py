@@ -1,6 +1,7 @@
 """Runs a node as Python would, rewritten: as `__main__`, with its own arguments, paths, tracebacks and exit code."""
 
 import builtins
+import functools
 import gc
 import importlib.machinery
 import linecache
@@ -82,27 +83,30 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
     sys.argv = [path if script == os.path.abspath(path) else script, *arguments]
     sys.path[0] = os.path.dirname(os.path.realpath(script))
     sys.modules['__main__'] = main
-    sys.excepthook = _without_ours
     threading.excepthook = _without_ours_in_thread
-    if made is None:
-        code = compile(content, script, 'exec', dont_inherit=True)
-    else:
-        code = made.code
-        _set_up()
-        prepare(main.__dict__, made, script)
-        sys.meta_path.insert(0, OwnModules(sys.path[0], include))
-        # What is there by now stays. The collector would go through it again and again, for 20 ms at a time.
-        gc.freeze()
-    exec(code, main.__dict__)
+    try:
+        if made is None:
+            code = compile(content, script, 'exec', dont_inherit=True)
+        else:
+            code = made.code
+            _set_up()
+            prepare(main.__dict__, made, script)
+            sys.meta_path.insert(0, OwnModules(sys.path[0], include))
+            # What is there by now stays. The collector would go through it again and again, for 20 ms at a time.
+            gc.freeze()
+        exec(code, main.__dict__)
+    except BaseException:
+        sys.excepthook = functools.partial(_report, sys.excepthook)
+        raise
 
 
 def _set_up() -> None:
     from rosslt import values
-    from rosslt.instrument import functions, losses, messages_as_text
+    from rosslt.instrument import exact_classes, functions, losses
 
     # A node that was not written for this may compute with values that grow as long as it runs, and must keep its rate.
     values.SHORTENING.is_hasty = True
-    messages_as_text.show_in_messages()
+    exact_classes.give_plain_ones()
     functions.show_numbers_as_plain()
     losses.LOSSES.watch_start()
 
@@ -174,10 +178,10 @@ def _say(line: str) -> None:
     print('rosslt: ' + line, file=sys.stderr)
 
 
-def _without_ours(kind: Any, error: BaseException, traceback: Any) -> None:
-    """Report what a node raised as Python does, without the frames of what runs it."""
+def _report(hook: Any, kind: Any, error: BaseException, traceback: Any) -> None:
+    """Report what a node raised as it does itself, by its `sys.excepthook`, without the frames of what runs it."""
     _trim(error)
-    sys.__excepthook__(kind, error, error.__traceback__)
+    hook(kind, error, error.__traceback__)
 
 
 _in_thread = threading.excepthook

@@ -24,7 +24,7 @@ from rosslt.instrument.callees import (
     UNITS,
     WAVES,
 )
-from rosslt.instrument.lifetimes import FUNCTIONS
+from rosslt.instrument.lifetimes import FUNCTIONS, bound_arguments, own_functions
 from rosslt.instrument.states import States, dotted, find_states
 
 NUMBER, WHOLE, FORM, PLAIN = 'number', 'whole', 'form', 'plain'
@@ -170,7 +170,8 @@ class _Judge:
                         self._parents[id(child)] = parent, field
         self._states = states
         self._text_of = text_of
-        self._counts, self._indices = _uses(tree)
+        self._functions = own_functions(tree)
+        self._counts, self._indices = _uses(tree, self._functions)
         self._strict = {id(node) for part in ast.walk(tree) if _is_strict(part) for node in ast.walk(part)}
 
     def __call__(self, node: ast.expr, constant: ast.Constant) -> Judgement:
@@ -267,7 +268,7 @@ class _Judge:
         if isinstance(parent, ast.Expr) and child is node:
             return 'statement'
         if isinstance(parent, ast.Call):
-            return self._of_argument(parent, child, field)
+            return self._of_argument(parent, child, field, is_whole)
         if isinstance(parent, ast.keyword) and parent.arg in PLAIN_KEYWORDS and not self._is_field(parent):
             return 'option'
         if isinstance(parent, ast.BinOp) or (isinstance(parent, ast.AugAssign) and field == 'value'):
@@ -282,11 +283,13 @@ class _Judge:
             return 'state'
         return None
 
-    def _of_argument(self, call: ast.Call, child: ast.AST, field: str) -> Optional[str]:
+    def _of_argument(self, call: ast.Call, child: ast.AST, field: str, is_whole: bool) -> Optional[str]:
         if field == 'func':
             return None
         callee = dotted(call.func) or _last(call)
         first, last = callee.split('.')[0], callee.split('.')[-1]
+        if callee in self._functions or (first == 'self' and last in self._functions):
+            return self._of_parameters(call, child) if is_whole else None
         if first in PLAIN_MODULES and '.' in callee:
             return 'system'
         if last in PLAIN_CALLS or (last in PASSING_ON and field == 'keywords'):
@@ -295,6 +298,15 @@ class _Judge:
             return 'count'
         if last == 'format' and isinstance(call.func, ast.Attribute):
             return 'text'
+        return None
+
+    def _of_parameters(self, call: ast.Call, child: ast.AST) -> Optional[str]:
+        """The rule for an argument of one of the program's own functions."""
+        argument = child.value if isinstance(child, ast.keyword) else child
+        for function in self._functions[_last(call)]:
+            for name, value in bound_arguments(function, call):
+                if value is argument and name in self._indices | self._counts:
+                    return 'used as an index' if name in self._indices else 'used as a count'
         return None
 
     def _in_formula(self, parent: ast.BinOp, field: str, is_operand: bool, value: float) -> Optional[str]:
@@ -401,8 +413,13 @@ def _assigned(statement: ast.AST) -> Optional[str]:
     return None if isinstance(statement, ast.AugAssign) else next(iter(sorted(_targets(statement))), None)
 
 
-def _uses(tree: ast.AST) -> Tuple[Set[str], Set[str]]:
-    """The names that are used as counts, and those that are used as indices."""
+def _uses(tree: ast.AST, functions: Dict[str, List[ast.AST]]) -> Tuple[Set[str], Set[str]]:
+    """The names that are used as counts, and those that are used as indices, also by way of other names.
+
+    Args:
+        tree: of the program.
+        functions: those that it defines, by name.
+    """
     counts: Set[str] = set()
     indices: Set[str] = set()
     for node in ast.walk(tree):
@@ -419,17 +436,39 @@ def _uses(tree: ast.AST) -> Tuple[Set[str], Set[str]]:
             for one, other in ((node.left, node.right), (node.right, node.left)):
                 if _is_text(one) or isinstance(one, (ast.List, ast.Tuple)):
                     counts |= {name for name in [dotted(other)] if name}
+    handed_on = list(_handed_on(tree, functions))
+    for names in (counts, indices):
+        before = -1
+        while before < len(names):  # until no name hands on to another one any more
+            before = len(names)
+            for given, made_of in handed_on:
+                if given in names:
+                    names |= made_of
     return counts, indices
 
 
+def _handed_on(tree: ast.AST, functions: Dict[str, List[ast.AST]]) -> Iterator[Tuple[str, Set[str]]]:
+    """(a name that gets a value, the names that the value is made of), of all assignments and calls."""
+    for node in ast.walk(tree):
+        given: List[Tuple[str, ast.AST]] = []
+        if isinstance(node, (ast.Assign, ast.AnnAssign, ast.AugAssign)) and node.value is not None:
+            given = [(target, node.value) for target in _targets(node)]
+        elif isinstance(node, ast.Call):
+            given = [pair for function in functions.get(_last(node), ()) for pair in bound_arguments(function, node)]
+        for name, value in given:
+            yield name, set(filter(None, map(dotted, _operands(value))))
+
+
 def _operands(node: ast.AST) -> Iterator[ast.AST]:
-    """The names in an index or a count: `i` and `n` in `(i + 1) % n`, but nothing in brackets of a call."""
+    """The names in an index or a count: `i` and `n` in `(i + 1) % n` and `min(i, n)`, but not in other calls."""
     waiting = [node]
     while waiting:
         part = waiting.pop()
         if isinstance(part, (ast.Name, ast.Attribute)):
             yield part
-        elif isinstance(part, (ast.BinOp, ast.UnaryOp, ast.Slice, ast.Tuple)) or (
+        elif isinstance(part, ast.Call) and _last(part) in ('min', 'max', 'abs'):
+            waiting.extend(part.args)
+        elif isinstance(part, (ast.BinOp, ast.IfExp, ast.UnaryOp, ast.Slice, ast.Tuple)) or (
             hasattr(ast, 'Index') and isinstance(part, ast.Index)
         ):
             waiting.extend(ast.iter_child_nodes(part))

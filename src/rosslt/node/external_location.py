@@ -88,7 +88,7 @@ class ExternalLocation(Location):
         # A value that changed by itself is a record of a moment; one that was set here replaces the older ones.
         before, latest = self._before_change, self._reading_of(value)
         if before is not None and latest is not before:
-            READINGS.replace(before, latest)
+            READINGS.replace(before, value)
 
 
 def _scalar(value: Any) -> Any:

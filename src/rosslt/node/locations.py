@@ -189,15 +189,19 @@ class HeldLocation(Location):
     def name_node(self, node: str) -> None:
         super().name_node(node)
         # Whoever has read it before the node had a name holds that reading, which stays as good as the next one.
-        self._early, self.tracked = self.tracked, values.track(self._value, self.source)
+        self._early, self.tracked = self.tracked, self.reading_of(self._value)
+
+    def reading_of(self, value: Any) -> Any:
+        """A tracked value that says of a plain one that this location is its source."""
+        return values.track(value, self.source)
 
     def put(self, value: Any) -> None:
         readings = [reading for reading in (self._early, self.tracked) if reading is not None]
         self._early = None
         self._value = value
-        self.tracked = values.track(value, self.source)
+        self.tracked = self.reading_of(value)
         for reading in readings:
-            READINGS.replace(reading, self.tracked)
+            READINGS.replace(reading, value)
 
 
 class LiteralLocation(HeldLocation):
@@ -247,7 +251,14 @@ class ParameterLocation(HeldLocation):
     def retype(self, value: Any) -> None:
         """Make `value` the one in force, and its type the location's."""
         self.type = type(value)
-        self.put(value)
+        if value == self._value and self.type is float:
+            # What was read as an int is still that number, and takes fractions from now on.
+            source = self.reading_of(value)
+            for reading in [one for one in (self._early, self.tracked) if one is not None]:
+                values.remake(reading, source + 0)
+            self._value, self.tracked, self._early = value, source, None
+        else:
+            self.put(value)
 
 
 class Readable(Protocol):

@@ -64,10 +64,9 @@ class ReplacedReadings:
         self.count = 0
         self._latest: Dict[Source, Any] = {}
 
-    def replace(self, reading: Any, latest: Any) -> None:
-        """Note that a location has a new reading."""
+    def replace(self, reading: Any, value: Any) -> None:
+        """Note that the location of a reading has another value now, a plain one of the location's type."""
         (source,) = values.sources(reading)
-        value = values.untracked(latest)
         with self.lock:
             self._latest[source] = value
             readings = self.replaced.setdefault(source, [])

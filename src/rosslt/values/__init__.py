@@ -14,7 +14,7 @@ from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
 from .fit import Fit, fit
-from .functions import MATH, keeping, recorder, stripper, to_bool, to_float, to_int
+from .functions import MATH, keeping, recorder, reflecting, stripper, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .linearization import linearized
@@ -34,6 +34,7 @@ from .tracked import (
     lazy_of,
     origins,
     plain_scalar,
+    remake,
     source_of_functions,
     track,
 )
@@ -83,6 +84,8 @@ __all__ = [
     'plain_scalar',
     'reapply',
     'recorder',
+    'reflecting',
+    'remake',
     'resume_recording',
     'slopes',
     'solve',

@@ -86,6 +86,30 @@ def keeping(
     return function
 
 
+def reflecting(
+    plain: Callable[[Any, Any], Any], reflected: Callable[[Any, Any], Any], kinds: Dict[Any, Tuple[Any, ...]]
+) -> Callable[[Any, Any], Any]:
+    """An operator that asks a tracked number on the right first where the left operand takes it for a plain one.
+
+    Args:
+        plain: the operator.
+        reflected: is asked first; where it returns NotImplemented, `plain` computes.
+        kinds: {class of the left operand: the classes of tracked floats and ints that it takes for plain numbers}
+    """
+    if CORE is not None:
+        made: Callable[[Any, Any], Any] = CORE.reflecting(plain, reflected, kinds, plain.__name__, plain.__doc__ or '')
+        return made
+
+    def function(left: Any, right: Any) -> Any:
+        if type(right) in TRACKED and type(right) in kinds.get(type(left), ()):
+            result = reflected(left, right)
+            if result is not NotImplemented:
+                return result
+        return plain(left, right)
+
+    return function
+
+
 def stripper(function: Function) -> Function:
     """A decorator for a function that gives a value without provenance, and plain numbers and texts as they are: the
     compiled core, where there is one, does it for floats and ints."""

@@ -1,6 +1,6 @@
 """Gives the tracked classes their operators, conversions and NumPy methods, from the rows of the table."""
 
-from typing import Any, Dict, Optional, Tuple
+from typing import Any, Callable, Dict, Optional, Tuple
 
 from .accelerator import CORE
 from .affine import LIMIT, affine_of_python, shorten
@@ -20,6 +20,7 @@ from .tracked import (
     TrackedStr,
     new_of_python,
     plain,
+    plain_scalar,
     resolve,
 )
 
@@ -105,14 +106,45 @@ def give_fast_operator(name: str, operation: Operation) -> None:
         setattr(TrackedFloat, method, methods[method])
 
 
+def computing(name: str, operation: Operation) -> Callable[[Any, Any], Any]:
+    """A function of two operands that computes and records an operator.
+
+    It gives way to the right operand where Python asks that first: a subclass with a reflected operator of its own.
+    """
+    reflected = '__r%s__' % name
+
+    def compute(a: Any, b: Any) -> Any:
+        kind, left = type(b), type(a).__base__ or object
+        is_other = type(a) in NUMBERS and issubclass(kind, left) and kind not in TRACKED and not hasattr(kind, 'dtype')
+        if is_other and getattr(kind, reflected) is not getattr(left, reflected):
+            return NotImplemented
+        return operate(operation, a, b)
+
+    return compute
+
+
 def give_operator(cls: type, name: str, operation: Operation) -> None:
     """Give a class an operator and its reflection."""
+    compute = computing(name, operation)
 
     def method(self: Any, other: Any) -> Any:
-        return operate(operation, self, other)
+        return compute(self, other)
 
     def reflected(self: Any, other: Any) -> Any:
         return operate(operation, other, self)
+
+    setattr(cls, '__%s__' % name, method)
+    setattr(cls, '__r%s__' % name, reflected)
+
+
+def give_bitwise(cls: type, name: str, operation: Operation) -> None:
+    """Give a class of whole numbers an operator of bits and its reflection."""
+
+    def method(self: Any, other: Any) -> Any:
+        return apply(operation, self, other) if isinstance(other, int) or is_array(other) else NotImplemented
+
+    def reflected(self: Any, other: Any) -> Any:
+        return apply(operation, other, self) if isinstance(other, int) or is_array(other) else NotImplemented
 
     setattr(cls, '__%s__' % name, method)
     setattr(cls, '__r%s__' % name, reflected)
@@ -139,24 +171,42 @@ def power(self: Any, other: Any, modulo: Optional[int] = None) -> Any:
     return operate(ops.POWER, self, other) if modulo is None else pow(self._plain, plain(other), plain(modulo))
 
 
-def floor_and_rest(self: Any, other: Any) -> Tuple[Any, Any]:
+def floor_and_rest(self: Any, other: Any) -> Any:
     """divmod(self, other)."""
+    if not is_array(other):
+        divisor = plain_scalar(other)
+        if divisor is None:
+            return NotImplemented
+        divmod(self._plain, divisor)  # which raises what Python raises
     return self // other, self % other
 
 
-def reflected_floor_and_rest(self: Any, other: Any) -> Tuple[Any, Any]:
+def reflected_floor_and_rest(self: Any, other: Any) -> Any:
     """divmod(other, self)."""
+    if not is_array(other):
+        dividend = plain_scalar(other)
+        if dividend is None:
+            return NotImplemented
+        divmod(dividend, self._plain)
     return other // self, other % self
 
 
-def rounded(self: Any, digits: Optional[int] = None) -> Any:
+def rounded(self: Any, digits: Any = None) -> Any:
     """round(self, digits)."""
-    return apply(ops.ROUND, self) if digits is None else apply(ops.ROUND_TO, self, plain(digits))
+    count = plain(digits)
+    if count is None:
+        return apply(ops.ROUND, self)
+    return apply(ops.ROUND_TO, self, count) if type(count) is int else round(self._plain, count)
 
 
 def product(self: Any, other: Any) -> Any:
-    """`self * other` of a whole number, which may repeat a text."""
-    return apply(ops.REPEAT, other, self) if isinstance(other, str) else operate(ops.MULTIPLY, self, other)
+    """`self * other` of a whole number, which may repeat a text or a list."""
+    if isinstance(other, (bytes, bytearray, list, tuple)):
+        return self._plain * other
+    return apply(ops.REPEAT, other, self) if isinstance(other, str) else multiply(self, other)
+
+
+multiply = computing('mul', ops.MULTIPLY)
 
 
 def joined(self: Any, other: Any) -> Any:
@@ -193,18 +243,18 @@ def from_instructions(instructions: Any, index: int) -> Any:
 def complete_core() -> None:
     """Tell the compiled core which forms its arithmetic records, and what does all that it does not do itself."""
 
-    def fallback(operation: Operation) -> Any:
-        if operation is not ops.MULTIPLY:
-            return lambda a, b: operate(operation, a, b)
+    def fallback(name: str) -> Any:
+        if name != 'mul':
+            return computing(name, FAST[name])
         return lambda a, b: product(a, b) if type(a) is TrackedInt else times_whole(a, b)
 
     def times_whole(a: Any, b: Any) -> Any:
-        return product(b, a) if type(b) is TrackedInt and type(a) is not TrackedFloat else operate(ops.MULTIPLY, a, b)
+        return product(b, a) if type(b) is TrackedInt and type(a) is not TrackedFloat else multiply(a, b)
 
     rows = [*FAST.values(), ops.POWER]
     CORE.complete(
         tuple([form for row in rows for form in (row.left, row.right, row.both)]),
-        (*map(fallback, FAST.values()), power),
+        (*map(fallback, FAST), power),
         ops.NEGATE.left,
         SOURCE,
         LAZY,
@@ -232,8 +282,8 @@ def give_all() -> None:
             give_operator(TrackedInt, name, row)
         give_operator(TrackedBool, name, row)
     for name, row in BITWISE.items():
-        give_operator(TrackedInt, name, row)
-        give_operator(TrackedBool, name, row)
+        for cls in WHOLE:
+            give_bitwise(cls, name, row)
     for cls in WHOLE:
         cls.numerator = property(itself)
         if CORE is None or cls is TrackedBool:

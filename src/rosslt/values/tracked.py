@@ -187,6 +187,11 @@ def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:
     return new(value, record, len(record[1]) + 1)
 
 
+def remake(value: Any, other: Any) -> None:
+    """Have a tracked value be made from now on as an equal one was."""
+    value._record, value._size = resolve(other), other._size
+
+
 def _of_terms(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> tuple:
     leaves = tuple([(new(at, (SOURCE, source, None), 1), slope) for source, at, slope in terms])
     if len(leaves) == 1 and leaves[0][1] == 1:

@@ -232,6 +232,7 @@ PyObject *swept(PyObject *module, PyObject *value);    /* folds.c */
 PyObject *affine_terms(PyObject *module, PyObject *value); /* terms.c */
 PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);
+PyObject *make_reflector(PyObject *module, PyObject *args);
 PyObject *make_stripper(PyObject *module, PyObject *args);
 PyObject *pause_recording(PyObject *module, PyObject *flag);
 

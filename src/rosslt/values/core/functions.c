@@ -134,18 +134,38 @@ static PyObject *call_keeper(PyObject *self, PyObject *const *args, Py_ssize_t c
     return PyObject_Vectorcall(keeper->called[sort], args, (size_t)count, words);
 }
 
-/* As `keeping` in functions.py. */
-PyObject *make_keeper(PyObject *module, PyObject *args)
+/* A function that has three others, which the arguments of its maker begin with. */
+static PyObject *made_of_three(PyObject *args, Call *call)
 {
     PyObject *of_plain, *of_tracked, *of_others;
     const char *name, *doc;
-    if (!PyArg_ParseTuple(args, "OOOss:keeping", &of_plain, &of_tracked, &of_others, &name, &doc)) return NULL;
+    if (!PyArg_ParseTuple(args, "OOOss", &of_plain, &of_tracked, &of_others, &name, &doc)) return NULL;
     Keeper *keeper = PyMem_Malloc(sizeof *keeper);
     if (keeper == NULL) return PyErr_NoMemory();
     Py_INCREF(args);
     *keeper = (Keeper){{of_plain, of_tracked, of_others}};
-    return made_function(call_keeper, keeper, of_plain, name, doc);
+    return made_function(call, keeper, of_plain, name, doc);
 }
+
+/* As `keeping` in functions.py. */
+PyObject *make_keeper(PyObject *module, PyObject *args) { return made_of_three(args, call_keeper); }
+
+static PyObject *call_reflector(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words)
+{
+    const Keeper *reflector = PyCapsule_GetPointer(self, NULL);
+    if (count == 2 && words == NULL && IS_OURS(args[1])) {
+        PyObject *kinds = PyDict_GetItem(reflector->called[OF_OTHERS], (PyObject *)Py_TYPE(args[0]));
+        int is_reflected = kinds == NULL ? 0 : PySequence_Contains(kinds, (PyObject *)Py_TYPE(args[1]));
+        if (is_reflected < 0) return NULL;
+        PyObject *result = is_reflected ? PyObject_Vectorcall(reflector->called[OF_TRACKED], args, 2, NULL) : NULL;
+        if (result != Py_NotImplemented && (result != NULL || PyErr_Occurred())) return result;
+        Py_XDECREF(result);
+    }
+    return PyObject_Vectorcall(reflector->called[OF_PLAIN], args, (size_t)count, words);
+}
+
+/* As `reflecting` in functions.py. */
+PyObject *make_reflector(PyObject *module, PyObject *args) { return made_of_three(args, call_reflector); }
 
 /* --- without provenance ---------------------------------------------------------------------------------------- */
 
