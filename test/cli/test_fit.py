@@ -66,7 +66,7 @@ TRUTH = '/truth/vector/x', '/truth/vector/y', '/truth/vector/z'
 def run(master, tmp_path_factory):
     """The node, and the bag of its run."""
     path = tmp_path_factory.mktemp('fit') / 'run.bag'
-    with Node('robot', ODOMETRY) as node:
+    with Node('robot', ODOMETRY, '_rosslt/rate:=1000') as node:
         subprocess.run(
             ['rosbag', 'record', '-O', str(path), '--limit', str(COUNT), '/odometry', '/truth'],
             check=True,

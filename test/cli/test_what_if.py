@@ -68,7 +68,7 @@ TOPICS = ['odometry', 'way', 'narrow', 'whole', 'tracked', 'plain']
 
 def record(path, *options):
     """Record a run of the node, which is still there afterwards."""
-    node = Node('planner', PLANNER.format(count=COUNT), *options)
+    node = Node('planner', PLANNER.format(count=COUNT), '_rosslt/rate:=1000', *options)
     subprocess.run(
         ['rosbag', 'record', '-O', str(path), '--limit', str(COUNT), *TOPICS],
         check=True,
@@ -174,7 +174,7 @@ def test_nothing_is_overwritten(runs):
 
 
 def test_messages_that_have_no_value_any_more_are_left_out_and_named(master, tmp_path):
-    with Node('rooter', ROOTS):
+    with Node('rooter', ROOTS, '_rosslt/rate:=1000'):
         subprocess.run(
             ['rosbag', 'record', '-O', str(tmp_path / 'run.bag'), '--limit', '5', 'root'],
             check=True,

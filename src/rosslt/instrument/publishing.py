@@ -10,9 +10,11 @@ from rosslt import messages, node, values
 from rosslt.instrument.cells import decide_shapes, location_of
 from rosslt.instrument.losses import LOSSES
 
-#: How often the messages of a publisher are looked into, in seconds; and how many of the first in any case.
+#: How often the messages of a publisher are looked into, in seconds; how many of the first in any case; and the most of a
+#: core that this may take.
 PERIOD = 0.5
 FIRST_MESSAGES = 3
+SHARE = 0.05
 
 
 class Publisher(node.Publisher):
@@ -35,7 +37,7 @@ class Publisher(node.Publisher):
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, AttributeError, rospy.ROSException):
                 reach(node.args_kwds_to_message(self.data_class, args, kwds))
-            self._look_again = now + max(PERIOD, (time.thread_time() - start) / messages.SHARE)
+            self._look_again = now + max(PERIOD, (time.thread_time() - start) / SHARE)
         super().publish(*args, **kwds)
 
 

@@ -34,11 +34,10 @@ from rosslt.messages.inband import (
 from rosslt.messages.leaves import set_leaves, tracked_fields, tracked_leaves, with_leaves
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
-from rosslt.messages.sampling import SHARE, LastProvenance, SampledProvenance
+from rosslt.messages.sampling import LastProvenance, SampledProvenance
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 
 __all__ = [
-    'SHARE',
     'BadHeader',
     'Decoded',
     'LastProvenance',
