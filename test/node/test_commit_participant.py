@@ -5,7 +5,7 @@ import rospy
 from rosslt.srv import ChangeSourcesRequest
 
 from rosslt.node.call_sites import CallSite
-from rosslt.node.locations import ExternalLocation
+from rosslt.node.external_location import ExternalLocation
 from support.hostile_requests import owner as owner_of_four
 
 SITE = CallSite('participant.py', 1, 1, '', 0, 1)
@@ -59,7 +59,7 @@ def test_where_a_setter_refuses_what_was_put_is_put_back(owner):
     def refuse(_value):
         raise ValueError('hot')
 
-    added(owner, ExternalLocation('motor', 'motor', SITE, lambda: 1.0, refuse)).name_node('/owner')
+    added(owner, ExternalLocation('motor', 'motor', SITE, 1.0, lambda: 1.0, refuse)).name_node('/owner')
     answer = change(owner, {'gain': '2.5', 'motor': '2.0'})
     assert (answer.state, answer.reasons) == ('refused', ['', 'ValueError: hot'])
     assert value(owner, 'gain') == 1.0
