@@ -24,7 +24,7 @@ UPRIGHT: Rotation = IDENTITY
 
 
 class Thing:
-    """What is drawn of one handle.
+    """The drawing of one handle.
 
     Attributes:
         handle: it.
@@ -200,7 +200,7 @@ class Things(Follower):
                     self.redraw(name)
 
     def shown(self, name: str) -> Optional[PoseTuple]:
-        """Where a thing is drawn now, in its frame; None where there is none of that name."""
+        """The pose at which a thing is drawn, in its frame; None where there is none of that name."""
         thing = self._things.get(name)
         return thing.shown if thing is not None else None
 
@@ -292,7 +292,7 @@ class Things(Follower):
         self._hand(event, thing, pose)
 
     def _hand(self, event: Any, thing: Thing, pose: PoseTuple, control: Any = None) -> None:
-        """What a hand does is handed on to the drags; the first hand on a thing holds it."""
+        """Hand on to the drags what a hand does; the first hand on a thing holds it."""
         drags, handle, hand = self._drags, thing.handle, str(event.client_id)
         if drags is None:
             return
@@ -325,7 +325,7 @@ class Things(Follower):
 
 
 def _controls(motions: Motions) -> Hashable:
-    """What there is to take hold of: the rings by their names, as their directions come with where a thing is."""
+    """List what there is to take hold of: the rings by their names, as their directions come with a thing's pose."""
     return motions.axes, motions.is_in_frame, motions.arrows, tuple([name for name, _ in motions.rings])
 
 
