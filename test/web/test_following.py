@@ -42,33 +42,33 @@ print(pedal.value, gear.value)
 NEWS = """
 import threading
 
-from rosslt.web.rounds import Rounds
+from rosslt.web.refresh_timer import RefreshTimer
 
-rounds = Rounds(rate=1.0 / 3600.0)
-threading.Timer(0.1, rounds.begin).start()
-rounds.wait()
+timer = RefreshTimer(rate=1.0 / 3600.0)
+threading.Timer(0.1, timer.request).start()
+timer.wait()
 print('begun')
 """
 
-#: News all the time, in rounds of a twentieth of a second.
+#: News all the time, with a period of a twentieth of a second.
 MUCH_NEWS = """
 import time
 
-from rosslt.web.rounds import Rounds
+from rosslt.web.refresh_timer import RefreshTimer
 
-rounds = Rounds(rate=20.0)
+timer = RefreshTimer(rate=20.0)
 begun = time.monotonic()
 for _ in range(11):
-    rounds.begin()
-    rounds.wait()
+    timer.request()
+    timer.wait()
 print(time.monotonic() - begun >= 0.5)
 """
 
 #: No news at all.
 NO_NEWS = """
-from rosslt.web.rounds import Rounds
+from rosslt.web.refresh_timer import RefreshTimer
 
-Rounds(rate=20.0).wait()
+RefreshTimer(rate=20.0).wait()
 print('begun')
 """
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a text file, or with a change of one, and where."""
+"""The error of a text file, or of a change of one, with its position."""
 
 from typing import Optional
 

@@ -18,7 +18,7 @@ _NUMBER = re.compile(r'\b(?:deg|rad)\([^)]*\)|[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[e
 def inline_edits(
     file: str, content: bytes, nth: int, count: int, text: str, changes: Sequence[YamlChange]
 ) -> Tuple[List[Edit], List[Tuple[str, str]]]:
-    """What gives the YAML of one <rosparam> of a launch file other values.
+    """Make the edits that give the YAML of one <rosparam> of a launch file other values.
 
     Args:
         file: the launch file's path.
@@ -50,7 +50,7 @@ def inline_edits(
 
 
 def _is_read_as_it_is(file: str, content: bytes, edit: Edit) -> bool:
-    """Whether XML reads what an edit writes within a <rosparam> as just that."""
+    """Return whether XML reads what an edit writes within a <rosparam> as just that."""
     if b'<' in edit.new or b'&' in edit.new or not (edit.new.isascii() or is_in_utf8(content)):
         return False
     longer = len(edit.new) - (edit.end - edit.start)
@@ -62,7 +62,7 @@ def _is_read_as_it_is(file: str, content: bytes, edit: Edit) -> bool:
 
 
 def _range_of(file: str, content: bytes, nth: int, count: int, text: str, paths: Sequence[_Path]) -> Tuple[int, int]:
-    """Where the text of a <rosparam> stands now, in bytes; ValueError where that is not certain."""
+    """Find the range of a <rosparam>'s text, in bytes; ValueError where it is not certain."""
     ranges, blanked = _ranges(file, content), _without_values(text, paths)
     same = [(start, end) for start, end in ranges if _blanked(content[start:end], paths) == blanked]
     # Of several with the same text, another one may be the nth by now.

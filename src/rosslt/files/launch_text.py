@@ -88,7 +88,7 @@ def param_tags(file: str, content: bytes) -> List[ParamTag]:
 
 
 def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tuple[List[Edit], List[Tuple[str, str]]]:
-    """What gives <param> tags other values.
+    """Make the edits that give <param> tags other values.
 
     Returns:
         (edits, [(what a change is called, why it cannot be made), ...]).
@@ -121,7 +121,7 @@ def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tu
 
 
 def _tag_of(tags: List[ParamTag], change: ParamChange, file: str) -> ParamTag:
-    """Where the <param> of a change is now; ValueError where that is not certain."""
+    """Find the <param> of a change; ValueError where it is not certain."""
     found = [tag for tag in tags if tag.name == change.name]
     # Another one with that name may be the nth by now, or have the value that this one had.
     if len(tags) == change.total and tags[change.nth] in found:
@@ -136,7 +136,7 @@ def _tag_of(tags: List[ParamTag], change: ParamChange, file: str) -> ParamTag:
 
 
 def _may_be_saved(change: ParamChange, text: str) -> bool:
-    """Whether a text says what is to be saved, or may have been saved before."""
+    """Return whether a text says what is to be saved, or may have been saved before."""
     try:
         return any(equal(change.read(text), one) for one in (change.value, *change.said))
     except ValueError:
@@ -183,7 +183,7 @@ def _words(old: str, value: Union[str, bool]) -> Iterator[str]:
 
 
 def _said_by(content: bytes) -> List[Any]:
-    """What XML says, in its order: (tag, attributes), an end, text, or a comment."""
+    """List the content of XML, in its order: (tag, attributes), an end, text, or a comment."""
     parser = expat.ParserCreate()
     parser.buffer_text = True
     found: List[Any] = []
@@ -196,7 +196,7 @@ def _said_by(content: bytes) -> List[Any]:
 
 
 def _with_value(said: List[Any], nth: int, value: str) -> List[Any]:
-    """What `_said_by` gives where the nth <param> has another value."""
+    """Return the list of `_said_by` with another value of the nth <param>."""
     places = [place for place, one in enumerate(said) if one[0] == 'param' and isinstance(one[1], dict)]
     changed = list(said)
     changed[places[nth]] = 'param', {**said[places[nth]][1], 'value': value}
@@ -204,7 +204,7 @@ def _with_value(said: List[Any], nth: int, value: str) -> List[Any]:
 
 
 def is_in_utf8(content: bytes) -> bool:
-    """Whether XML is in UTF-8, as its first line says or leaves unsaid."""
+    """Return whether XML is in UTF-8, as its first line says or leaves unsaid."""
     parser = expat.ParserCreate()
     named: List[str] = []
     parser.XmlDeclHandler = lambda version, encoding, standalone: named.append(encoding or 'utf-8')
@@ -213,7 +213,7 @@ def is_in_utf8(content: bytes) -> bool:
 
 
 def _range_of_value(content: bytes, tag: ParamTag) -> Tuple[int, int]:
-    """Where the attribute `value` of a tag stands, without its quotes."""
+    """Find the range of the attribute `value` of a tag, without its quotes."""
     place = tag.start + len(b'<param')
     while True:
         match = _ATTRIBUTE.search(content, place)

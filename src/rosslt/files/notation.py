@@ -1,5 +1,5 @@
-"""How a number, a text or a truth value is written: in the manner of the one that it takes the place of, and never as
-another one."""
+"""The notation of numbers, texts and truth values: a new one is written in the manner of the one that it replaces, and
+reads back to exactly its value."""
 
 import ast
 import re
@@ -21,18 +21,18 @@ _Value = Union[int, float]
 
 
 def is_scalar(value: object) -> bool:
-    """Whether a value is a number, a text or a truth value."""
+    """Return whether a value is a number, a text or a truth value."""
     return type(value) in (int, float, str, bool)
 
 
 def alike(one: object, other: object) -> bool:
-    """Whether both are numbers, both are texts, or both are truth values."""
+    """Return whether both are numbers, both are texts, or both are truth values."""
     numbers = (int, float)
     return is_scalar(one) and (type(one) is type(other) or (type(one) in numbers and type(other) in numbers))
 
 
 def equal(one: object, other: object) -> bool:
-    """Whether two scalars are the same; True is no 1 here."""
+    """Return whether two scalars are the same; True is no 1 here."""
     return alike(one, other) and one == other
 
 
@@ -63,7 +63,7 @@ def _python_text(text: str) -> Any:
 
 
 def truths_in_manner_of(old: str, value: bool) -> List[str]:
-    """How a truth value may be written in YAML or in a launch file, best first: `yes` becomes `no`, `True` `False`."""
+    """List the notations of a truth value in YAML and launch files, best first: `yes` becomes `no`, `True` `False`."""
     said = [pair[not value] for pair in _TRUTHS if old.lower() in pair] + ['true' if value else 'false']
     return [*(one.title() if old.istitle() else one.upper() if old.isupper() else one for one in said), said[-1]]
 

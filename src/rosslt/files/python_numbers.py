@@ -108,7 +108,7 @@ class Positions:
         return self._starts[line - 1] + (byte if before is None else bisect.bisect_left(before, byte))
 
     def _bytes_of(self, line: int) -> Optional[List[int]]:
-        """How many bytes there are before each character of a line and before its end; None where it is in ASCII."""
+        """Count the bytes before each character of a line and before its end; None where it is in ASCII."""
         end = self._starts[line] if line < len(self._starts) else None
         text = self._text[self._starts[line - 1] : end]
         if text.isascii():
@@ -127,7 +127,7 @@ class Positions:
         )
 
     def is_sign_of(self, node: Any, number: Any) -> bool:
-        """Whether nothing but a minus and blanks stands before the number: no parenthesis and no comment."""
+        """Return whether nothing but a minus and blanks stands before the number: no parenthesis and no comment."""
         start, end = self.of(node.lineno, node.col_offset), self.of(number.lineno, number.col_offset)
         return MINUS.fullmatch(self._text[start:end]) is not None
 

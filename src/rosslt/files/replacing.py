@@ -32,7 +32,7 @@ class Unsettled(FileError):
 
 
 class _Displaced(FileError):
-    """What was in a file before could not be looked at, nor put back; it is in the other file, which stays."""
+    """The earlier content of a file could not be looked at, nor put back; it is in the other file, which stays."""
 
 
 def read(path: str) -> str:
@@ -58,7 +58,7 @@ def _decoded(path: str, data: bytes) -> str:
 
 
 def holds(path: str, *texts: str) -> bool:
-    """Whether the file holds one of these texts now."""
+    """Return whether the file holds one of these texts now."""
     return _attempt(path) in [text.encode('utf-8') for text in texts]
 
 
@@ -87,7 +87,7 @@ def read_settled_bytes(path: str) -> bytes:
 
 
 def _attempt(path: str) -> Optional[bytes]:
-    """What `read_bytes` gives, None where it raises."""
+    """`read_bytes`, or None where it raises."""
     try:
         return read_bytes(path)
     except FileError:

@@ -91,7 +91,7 @@ class SourceText:
 
     @property
     def skeleton(self) -> str:
-        """What two texts have in common that differ in their literals, comments and layout alone."""
+        """The program without its literals, comments and layout."""
         if self._skeleton is None:
             tree = ast.parse(self.text)
             numbers, words = self._literals_in(tree)
@@ -135,7 +135,7 @@ class SourceText:
         return None
 
     def edits(self, values: Dict[int, Any], what: Optional[Dict[int, str]] = None) -> List[Edit]:
-        """What makes the file say other values, and leaves every other byte as it is.
+        """Make the edits that give literals other values, and leave every other byte as it is.
 
         Args:
             values: {index of a literal: its value, of the same kind}.
@@ -165,7 +165,7 @@ class SourceText:
         return repr(value) if type(value) is bool else in_manner_of(old, value)
 
     def _reads(self, spelled: Dict[int, str], values: Dict[int, Any]) -> bool:
-        """Whether the text with other spellings has these values, and is the same program otherwise."""
+        """Return whether the text with other spellings has these values, and is the same program otherwise."""
         try:
             made = SourceText(self.path, respelled(self.text, self.literals, spelled).encode(self._encoding))
         except FileError:
@@ -245,7 +245,7 @@ def replaced(content: bytes, edits: Sequence[Edit]) -> bytes:
 
 
 class Followed(NamedTuple):
-    """What has become of a text that somebody has edited.
+    """The changes of a text that somebody has edited.
 
     Attributes:
         literals: {index of a literal in the text before: its index in the new one}.
@@ -259,7 +259,7 @@ class Followed(NamedTuple):
 
 
 def followed(old: SourceText, new: SourceText, locations: Collection[int] = ()) -> Followed:
-    """Which literal of a file that somebody has edited is which of the file before.
+    """Follow the literals of a file that somebody has edited.
 
     One is followed where that is certain: its line reads the same but for numbers, blanks and comments, and there are
     as many such lines in its function as before, of which it is in the same one.
@@ -358,7 +358,7 @@ def _comment_starts(source: SourceText) -> Dict[int, int]:
 
 
 def _functions_by_line(tree: ast.AST, count: int) -> List[str]:
-    """For each line, the qualified name of the function or class that it is in."""
+    """List the qualified name of the function or class that each line is in."""
     names = [''] * count
     waiting: List[Tuple[ast.AST, str]] = [(tree, '')]
     while waiting:

@@ -73,7 +73,7 @@ def write(edits: Sequence[Edit]) -> None:
 
 
 def unified_diff(edits: Sequence[Edit]) -> str:
-    """What edits would do, as a unified diff that `patch -p0` takes.
+    """Show edits as a unified diff that `patch -p0` takes.
 
     Bytes that are not in UTF-8 are surrogates in it, as of `surrogateescape`.
 

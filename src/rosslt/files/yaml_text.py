@@ -36,7 +36,7 @@ class YamlChange(NamedTuple):
 
 
 def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tuple[List[Edit], List[Tuple[str, str]]]:
-    """What gives a YAML file other values, and leaves every other byte as it is.
+    """Make the edits that give a YAML file other values, and leave every other byte as it is.
 
     Returns:
         (edits, [(what a change is called, why it cannot be made), ...]).
@@ -112,7 +112,7 @@ def _node_at(node: Any, path: Sequence[Union[str, int]], uses: Optional[Counter]
 
 
 def ranges_at(text: str, paths: Sequence[Sequence[Union[str, int]]]) -> List[Tuple[int, int]]:
-    """Where the scalars at paths stand in a YAML text, in its order; without those that it does not have."""
+    """Find the ranges of the scalars at paths in a YAML text, in its order; without those that it does not have."""
     found = set()
     try:
         root = yaml.compose(text, Loader=yaml.SafeLoader)
@@ -128,7 +128,7 @@ def ranges_at(text: str, paths: Sequence[Sequence[Union[str, int]]]) -> List[Tup
 
 
 def _constructed(node: Any) -> Any:
-    """What a scalar says, by its tag; None where that is no YAML that is read safely."""
+    """Read a scalar by its tag; None where it is no YAML that is read safely."""
     try:
         return yaml.SafeLoader('').construct_object(node, deep=True)
     except Exception:  # rosparam evaluates its angles, which raises whatever is wrong with them
@@ -199,7 +199,7 @@ def _words(old: str, style: Optional[str], value: Union[str, bool]) -> Iterator[
 
 
 def _says_instead(before: str, after: str, node: Any, change: YamlChange) -> bool:
-    """Whether a YAML text differs from the one before in that value alone."""
+    """Return whether a YAML text differs from the one before in that value alone."""
     try:
         old, new = list(yaml.parse(before, yaml.SafeLoader)), list(yaml.parse(after, yaml.SafeLoader))
         place = next(

@@ -1,10 +1,9 @@
 """The room of live scripts: number literals in a text file as locations, written back (paper, section I-A).
 
-The paper's `interactive_script`. It may import the rooms `node` and `values`, and rospy. From the bottom up:
-`literals` finds and rewrites the numbers in a text, `running` makes steps of it, `files` reads, replaces and watches
-the file, and `live` keeps the script in force, with a location for each number. `player` goes through the steps in
-time, and `nodes` is what makes a node of it. `parameters` does the same for waypoints in ROS parameters, which
-`yaml_text` writes back, and `editor` is a window for scripts.
+The paper's `interactive_script`. It may import the rooms `node`, `files` and `values`, and rospy. From the bottom up:
+`literals` finds and rewrites the numbers in a text, `running` makes steps of it, and `live` keeps the script in force,
+with a location for each number. `player` goes through the steps in time, and `nodes` is what makes a node of it.
+`parameters` does the same for waypoints in ROS parameters, and `editor` is a window for scripts.
 """
 
 from rosslt.script.errors import ScriptError

@@ -174,7 +174,7 @@ class Editor(QMainWindow):
         return True
 
     def _note_saved(self, text: str) -> None:
-        """What is shown is what is in the file."""
+        """Note that the window shows what is in the file."""
         self._saved, self._numbers = text, []
         self._text.document().setModified(False)
         try:

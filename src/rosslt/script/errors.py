@@ -1,4 +1,4 @@
-"""What can be wrong with a script, and where: what can be with any text file."""
+"""The error of a script: that of any text file."""
 
 from rosslt.files import FileError
 

@@ -23,7 +23,7 @@ class Parsed(NamedTuple):
     literals: List[Number]
     """In the order of the text."""
     skeleton: str
-    """What two texts have in common that differ in their numbers, comments and layout alone."""
+    """The program without its numbers, comments and layout."""
 
 
 TEXT_LIMIT = 1000000
@@ -117,7 +117,7 @@ def rounded(value: float, precision: float) -> float:
 
 
 def followed(old: Parsed, new: Parsed, in_whole_lines: bool = True) -> Dict[int, int]:
-    """Which literal of a text that somebody has edited is which of the text before.
+    """Follow the literals of a text that somebody has edited.
 
     A literal is followed where that is certain: it stands in the part before, or in the part after the one that
     has changed, and could not as well be another one in a line that reads the same.
@@ -146,7 +146,7 @@ def followed(old: Parsed, new: Parsed, in_whole_lines: bool = True) -> Dict[int,
 
 
 def difference(old: str, new: str) -> int:
-    """How long the stretch is, in characters, that two texts have not in common."""
+    """Measure the stretch that two texts have not in common, in characters."""
     before, after = _common_ends(old, new)
     return max(len(old), len(new)) - min(before + len(old) - after, len(old), len(new))
 
@@ -161,7 +161,7 @@ def _common_ends(old: str, new: str) -> Tuple[int, int]:
 
 
 def _whole_lines(old: str, new: str, before: int, after: int) -> Tuple[int, int]:
-    """What `_common_ends` says, but for lines that are equal in part."""
+    """`_common_ends`, without lines that are equal in part."""
     if old != new:
         before = old.rfind('\n', 0, before) + 1
     if not (_begins_line(old, after) and _begins_line(new, after + len(new) - len(old))):

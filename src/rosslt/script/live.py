@@ -40,7 +40,7 @@ ATTEMPTS = 100
 
 
 class Settings(NamedTuple):
-    """What numbers are rounded to when they are rewritten, and how many steps a script may take."""
+    """The precision that numbers are rounded to when they are rewritten, and the most steps of a script."""
 
     precision: float
     step_limit: int

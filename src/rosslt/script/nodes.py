@@ -1,4 +1,4 @@
-"""What makes nodes of this room: their parameters, their log, and their main loops."""
+"""The nodes of this room: their parameters, their log, and their main loops."""
 
 import hashlib
 import os

@@ -1,4 +1,4 @@
-"""Who may look at the page: the check of every request, before the page sees it.
+"""Access to the page: every request is checked before the page sees it.
 
 Whoever reaches the page can change what a robot does. So it listens on this machine only unless another address is
 named, and then asks for a password. A web site that is open in the same browser must not reach it either: a browser
@@ -66,7 +66,7 @@ class AccessCheck:
         return None
 
     def has_password(self, headers: Any) -> bool:
-        """Whether a request comes with the right password; with any name."""
+        """Return whether a request comes with the right password; with any name."""
         kind, _, given = headers.get('Authorization', '').partition(' ')
         if self._password is None or kind.lower() != 'basic':
             return False
@@ -77,7 +77,7 @@ class AccessCheck:
         return hmac.compare_digest(password.encode(), self._password.encode())
 
     def cookie(self) -> str:
-        """What a browser is to send from now on, once it has given the password."""
+        """Make the cookie that a browser sends from now on, once it has given the password."""
         return '{}={}; HttpOnly; SameSite=Strict; Path=/'.format(COOKIE, self._token)
 
     def _has_cookie(self, headers: Any) -> bool:
@@ -128,7 +128,7 @@ def guarded(access: AccessCheck) -> Iterator[None]:
 
 
 def is_this_machine(host: str) -> bool:
-    """Whether an address is reached from this machine alone."""
+    """Return whether an address is reached from this machine alone."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -168,7 +168,7 @@ def read_password(path: str) -> str:
 
 
 def _is_number(name: str) -> bool:
-    """Whether a host is named by its address, as no site can be that points its own name elsewhere."""
+    """Return whether a host is named by its address, as no site can be that points its own name elsewhere."""
     try:
         ipaddress.ip_address(name)
     except ValueError:

@@ -1,4 +1,4 @@
-"""What a person can do with all numbers of a node: take the last change back, reset them, and save them."""
+"""The buttons of a node: take its last change back, reset its numbers, show what they affect, and save them."""
 
 import functools
 import threading

@@ -1,4 +1,4 @@
-"""What a click on a thing shows: where its numbers come from, which of them a drag changes, and undo."""
+"""The details of a thing that was clicked: where its numbers come from, which of them a drag changes, and undo."""
 
 import functools
 import threading

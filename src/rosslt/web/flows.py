@@ -44,8 +44,8 @@ FRAME = """
 SourcesOf = Callable[[], Optional[Set[values.Source]]]
 
 
-class Ear:
-    """What messages of all topics say about where their values come from."""
+class TopicReader:
+    """Reads the messages of all topics, and keeps what they say about where their values come from."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -70,7 +70,7 @@ class Ear:
                 self._subscribers[topic] = (kind, subscriber)
 
     def provenance(self) -> ProvenanceMap:
-        """What is known now."""
+        """The provenance that is known now."""
         found = ProvenanceMap()
         with self._lock:
             for reach, fields in self._heard.items():
@@ -143,7 +143,7 @@ class Shown:
 
 
 class Look(Protocol):
-    """What somebody looks at that follows the flow.
+    """A part of somebody's page that follows the flow.
 
     Attributes:
         client_id: viser's, of who looks.
@@ -163,7 +163,7 @@ class Flows:
     """
 
     def __init__(self, server: Any) -> None:
-        self._server, self._ear = server, Ear()
+        self._server, self._topics = server, TopicReader()
         self._looks: List[Look] = []
         self._wake = threading.Condition()
         self._master = rosgraph.Master(rospy.get_name())
@@ -189,7 +189,7 @@ class Flows:
 
     def newest(self, topic: str, publisher: str) -> Any:
         """The last message of a publisher on a topic while somebody looks, or None."""
-        return self._ear.newest(topic, publisher)
+        return self._topics.newest(topic, publisher)
 
     def open(self, client: Any, title: str, sources: SourcesOf) -> None:
         """Show the flow of some sources to somebody in a window of its own."""
@@ -221,12 +221,12 @@ class Flows:
 
     def _update(self, looks: List[Look]) -> None:
         if not looks:
-            self._ear.follow({})
+            self._topics.follow({})
             return
         publishers, subscribers, _ = self._master.getSystemState()
         types = dict(self._master.getTopicTypes())
-        self._ear.follow({topic: types[topic] for topic, _ in publishers if topic in types})
-        provenance = self._ear.provenance()
+        self._topics.follow({topic: types[topic] for topic, _ in publishers if topic in types})
+        provenance = self._topics.provenance()
         node.directory().look_up(provenance.sources)
         flow = Flow(provenance, dict(subscribers))
         for one in looks:

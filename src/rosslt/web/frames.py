@@ -1,4 +1,4 @@
-"""Where frames stand: tf, shown as branches of the page's tree of things, so that what is in a frame moves with it."""
+"""The frames of tf, shown as branches of the page's tree of things, so that what is in a frame moves with it."""
 
 import collections
 import math
@@ -51,7 +51,7 @@ class Frames:
             return str(self._branches[frame].name)
 
     def pose(self, frame: str) -> geometry.PoseTuple:
-        """Where a frame stands on the page, as far as known."""
+        """The pose of a frame on the page, as far as known."""
         return self._poses.get(frame.lstrip('/')) or AT_ORIGIN
 
     def missing(self) -> Dict[str, str]:

@@ -78,13 +78,13 @@ class Locations:
             return {name: list(places.values()) for name, places in sorted(self._places.items())}
 
     def fresh(self) -> Dict[Key, Place]:
-        """What has another value than at the last call, as far as owners have told of it."""
+        """The locations with another value than at the last call, as far as owners have told of it."""
         with self._lock:
             keys, self._fresh = self._fresh, set()
             return {(name, one): self._places[name][one] for name, one in keys if one in self._places.get(name, {})}
 
     def is_changed(self, place: Place) -> bool:
-        """Whether a location has another value than the code says, or than a parameter had at first."""
+        """Return whether a location has another value than the code says, or than a parameter had at first."""
         first = place.location.literal or self._first.get((place.node, place.location.id), '')
         return bool(first and place.location.value) and not _is_same_json(first, place.location.value)
 

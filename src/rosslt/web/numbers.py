@@ -198,7 +198,7 @@ def _kind(place: Place) -> Tuple[Any, ...]:
 
 
 def _has_slider(place: Place) -> bool:
-    """Whether a location is a number between two bounds; a getter may be beyond them."""
+    """Return whether a location is a number between two bounds; a getter may be beyond them."""
     if (
         place.location.fault
         or place.location.type not in ('int', 'float')
@@ -215,7 +215,7 @@ def _has_slider(place: Place) -> bool:
 
 
 def _shown(place: Place) -> Any:
-    """What the field of a location shows: its value, or why it has none."""
+    """Return the text or value in the field of a location: its value, or why it has none."""
     if place.location.fault:
         return place.location.fault
     if place.location.type == 'bool':
@@ -242,7 +242,7 @@ def _step(number: Any, length: float) -> Any:
 
 
 def _label(place: Place) -> str:
-    """What a field is called: the name of the location, else where it stands in the file that its folder names."""
+    """The label of a field: the name of the location, else its line and column in the file that its folder names."""
     location = place.location
     return place.local_name if location.is_named else 'line {}:{}'.format(location.line, location.column)
 

@@ -17,7 +17,7 @@ from rosslt.web.frames import Frames
 from rosslt.web.locations import Locations
 from rosslt.web.notices import Notices
 from rosslt.web.numbers import Numbers
-from rosslt.web.rounds import Rounds
+from rosslt.web.refresh_timer import RefreshTimer
 from rosslt.web.things import Things
 
 NODE = 'slt_web'
@@ -64,7 +64,7 @@ class Page:
         self._server.initial_camera.position = (-3.0, -4.5, 3.5)
         self._server.initial_camera.look_at = (0.0, 0.0, 0.5)
         self._notices = Notices()
-        self._rounds = Rounds(FRAME_RATE)
+        self._timer = RefreshTimer(FRAME_RATE)
         scene = Scene(Settings(draws_all=True))
         descriptions = Descriptions()
         drags = Drags(scene, Rules(), descriptions.name, rospy.get_name(), node.NodeErrors())
@@ -72,12 +72,12 @@ class Page:
         self._frames = Frames(self._server, fixed_frame)
         self._things = Things(self._server, scene, self._frames, descriptions, self._say)
         self._things.connect(drags)
-        scene.on_news = self._rounds.begin
+        scene.on_news = self._timer.request
         drags.share(HeldTopic(drags.hear).tell)
         flows = Flows(self._server)
         self._details = Details(Offers(scene, drags, descriptions), self._things, flows)
         self._things.picked = self._details.show
-        self._locations = Locations(self._rounds.begin)
+        self._locations = Locations(self._timer.request)
         everything = self._server.gui.add_button('Data flow')
         everything.on_click(lambda event: flows.open(event.client, 'Data flow', lambda: None))
         self._fields = Fields(self._server, flows, descriptions)
@@ -94,7 +94,7 @@ class Page:
             except Exception:  # what is odd for a moment must not end the page
                 rospy.logerr_throttle(10, 'while bringing the page up to date:\n%s', traceback.format_exc())
             count += 1
-            self._rounds.wait()
+            self._timer.wait()
         self._server.stop()
 
     def _update(self, count: int) -> None:

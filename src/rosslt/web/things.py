@@ -180,7 +180,7 @@ class Things(Follower):
             thing.remove()
 
     def shown(self, name: str) -> Optional[PoseTuple]:
-        """Where a thing is drawn now, in its frame; None where there is none of that name."""
+        """The pose at which a thing is drawn, in its frame; None where there is none of that name."""
         thing = self._things.get(name)
         return thing.shown if thing is not None else None
 
@@ -272,7 +272,7 @@ class Things(Follower):
         self._hand(event, thing, pose)
 
     def _hand(self, event: Any, thing: Thing, pose: PoseTuple, control: Any = None) -> None:
-        """What a hand does is handed on to the drags; the first hand on a thing holds it."""
+        """Hand on to the drags what a hand does; the first hand on a thing holds it."""
         drags, handle, hand = self._drags, thing.handle, str(event.client_id)
         if drags is None:
             return

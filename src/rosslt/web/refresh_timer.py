@@ -1,16 +1,16 @@
-"""When the page is brought up to date: as soon as something has changed, but only so often; else from time to time."""
+"""A timer for bringing the page up to date: as soon as something has changed, but not too often; else now and then."""
 
 import math
 import threading
 import time
 
 
-class Rounds:
-    """The rounds in which a page is brought up to date.
+class RefreshTimer:
+    """Tells when to bring a page up to date.
 
     Args:
-        rate: how often there is one, in Hz, while things change; and while nobody says that something has, as not all
-            changes are told.
+        rate: how often, in Hz, while things change; and while nobody says that something has, as not all changes are
+            told.
     """
 
     def __init__(self, rate: float) -> None:
@@ -18,13 +18,13 @@ class Rounds:
         self._news = threading.Event()
         self._last = -math.inf  # when there were news
 
-    def begin(self) -> None:
-        """Something has changed: begin the next round now, or soon after the last one."""
+    def request(self) -> None:
+        """Say that something has changed: `wait` returns now, or soon after it did so last."""
         if not self._news.is_set():
             self._news.set()
 
     def wait(self) -> None:
-        """Wait for the beginning of the next round."""
+        """Wait until it is time."""
         if self._news.wait(self._period):
             time.sleep(max(0.0, self._last + self._period - time.monotonic()))
             self._news.clear()
