@@ -537,14 +537,26 @@ class ParametersAsSources(unittest.TestCase):
         self.assertEqual(read, default)
         self.assertEqual([rosslt.is_tracked(read['a/b']), rosslt.is_tracked(read['a']['b'])], [False, True])
 
+    def test_what_the_parameter_server_cannot_hold_is_refused(self):
+        rospy.set_param('/held', {'text': 'a', 'count': 1})
+        held = rosslt.get_param('/held')
+        for value, target in ((held['text'], 'a\x01b'), (held['count'], 2**40)):
+            with self.assertRaisesRegex(rosslt.ChangeRejected, 'the parameter server cannot hold'):
+                rosslt.force_value(value, target)
+        rosslt.force_value(held['text'], 'b\r\nc')
+        self.assertEqual((rosslt.get_param('/held/text'), rospy.get_param('/held/text')), ('b\nc', 'b\nc'))
+
     def test_a_locked_node_has_a_parameter_set_back(self):
         rospy.set_param('/kept', {'list': [1.0, 2.0], 'x': 1.0})
         rosslt.get_param('/kept')
+        rosslt.get_param('~kept_default', 3.0)
         rospy.set_param('~rosslt/accept_changes', False)
         try:
             for value in ({'list': [1.0]}, 5.0, {'list': [1.0, 2.0], 'x': 3.0}):
                 rospy.set_param('/kept', value)
                 wait_until(lambda: rospy.get_param('/kept') == {'list': [1.0, 2.0], 'x': 1.0}, 'it is set back')
+            rospy.set_param('~kept_default', 4.0)
+            wait_until(lambda: rospy.get_param('~kept_default') == 3.0, 'it is set back')
             rospy.delete_param('/kept/list')
             wait_until(lambda: rospy.has_param('/kept/list'), 'it is set back')
         finally:

@@ -241,6 +241,10 @@ class ParameterLocation(HeldLocation):
     def value_in_code(self) -> Any:
         return self.parameter.default_of(self.name)[0]
 
+    def checked(self, value: Any) -> Any:
+        value = super().checked(value)
+        return value if self.parameter is None else self.parameter.checked(value)
+
     def find_in(self, source: files.SourceText) -> Optional[int]:
         value, path = self.parameter.default_of(self.name)
         return None if value is None else source.argument_of_call(self.site.line, self.site.column, 1, 'default', path)

@@ -275,10 +275,14 @@ class ParameterMirror:
     def set(self, pairs: List[Tuple[str, Any]]) -> None:
         """Set parameters, all in one call of the master, which does not report them back to this process."""
         calls: Any = MultiCall(self._master.handle)
-        sent = {key: value for key, value in pairs if as_sent(key, value) is not None}
-        for key, value in sent.items():
-            calls.setParam(self._updates.name, key, value)
-        for key, (code, message, _) in zip(sent, calls() if sent else ()):
+        keys: List[str] = []
+        for key, value in pairs:
+            try:
+                calls.setParam(self._updates.name, key, as_sent(value))
+                keys.append(key)
+            except Refused as refused:
+                rospy.logwarn('the parameter %s cannot show its value: %.500s', key, refused)
+        for key, (code, message, _) in zip(keys, calls() if keys else ()):
             if code != 1:
                 rospy.logwarn('the parameter %s is not set: %s', key, message)
 
@@ -360,13 +364,16 @@ class ParameterMirror:
         self._set_elsewhere(key)
 
 
-def as_sent(key: str, value: Any) -> Any:
-    """A value of a parameter as the master gets it; None, and a warning, where it cannot be sent."""
+def as_sent(value: Any) -> Any:
+    """A value of a parameter as the master gets it.
+
+    Raises:
+        Refused: it cannot be sent: XML has no control characters, nor halves of others.
+    """
     try:
-        return loads(dumps((value,)).encode('utf-8'))[0][0]  # XML has no control characters, nor halves of others
+        return loads(dumps((value,)).encode('utf-8'))[0][0]
     except (OverflowError, TypeError, ValueError, ExpatError) as error:
-        rospy.logwarn('the parameter %s cannot show %r: %s', key, value, error)
-        return None
+        raise Refused(f'the parameter server cannot hold {value!r}: {error}') from None
 
 
 def is_sent_alike(one: Any, other: Any) -> bool:

@@ -142,6 +142,10 @@ class ReadParameters(Parameter):
         """What the code says of a location, None where it says nothing, and the path to that in the call's default."""
         return self._code.get(name, (None, []))
 
+    def checked(self, value: Any) -> Any:
+        """A scalar as the parameter server holds it; raises Refused where it cannot."""
+        return as_sent(value)
+
     def reread(self, name: str, said: Any) -> None:
         """Take in what the code says of a location since it was edited."""
         self._code[name] = said, self._code[name][1]
@@ -165,7 +169,7 @@ class ReadParameters(Parameter):
                 known = part_of(self._known, key)
                 if is_new_master and known is not None:
                     stands = self._owner.mirror.read(key, None)
-                    self._owner.mirror.set(list(_lacking(key.rstrip('/'), self._in_force(key, known), stands)))
+                    self._owner.mirror.set(list(_lacking(key.rstrip('/'), self._in_force(key), stands)))
                 self.learn(key)
 
     def _take_in(self, key: str, value: Any) -> None:
@@ -178,8 +182,8 @@ class ReadParameters(Parameter):
                     self._owner.access.check(name, REQUESTER)
         except Refused as refused:
             rospy.logerr('rosparam set %s is refused, it is set back: %.500s', key, refused)
-            unit = _unit(self._known, key)
-            self._owner.mirror.set([(unit, self._in_force(unit, part_of(self._known, unit)))])
+            unit = self._unit_of(key)
+            self._owner.mirror.set([(unit, self._in_force(unit))])
         else:
             self._renew(known)
 
@@ -248,9 +252,11 @@ class ReadParameters(Parameter):
 
         return _leafwise(key.rstrip('/'), value, part)
 
-    def _in_force(self, key: str, value: Any) -> Any:
-        """A parameter as it is to stand on the parameter server."""
-        return self._mapped(key, value, operator.attrgetter('value'))
+    def _in_force(self, key: str) -> Any:
+        """A parameter as it is to stand on the parameter server; None where there is nothing to be set."""
+        known = part_of(self._known, key)
+        value = self._defaults.get(key) if known is None else known
+        return None if value is None else self._mapped(key, value, operator.attrgetter('value'))
 
     def pairs(self) -> List[Tuple[str, Any]]:
         """Write what has changed here; returns the records of the defaults that it was read from."""
@@ -275,12 +281,14 @@ class ReadParameters(Parameter):
         while True:
             with self._owner.lock:
                 known = part_of(self._known, key)
-                value = self._defaults.get(key) if known is None else known
+                value = self._in_force(key)
                 if value is None:  # it was deleted meanwhile
                     self.learn(key)
                     return
-                wanted = as_sent(key, self._in_force(key, value))
-            if wanted is None:
+            try:
+                wanted = as_sent(value)
+            except Refused as refused:  # a default in the code may be anything
+                rospy.logwarn('the parameter %s is not set: %.500s', key, refused)
                 return
             stood = self._owner.mirror.exchange(key, wanted)
             with self._owner.lock:
