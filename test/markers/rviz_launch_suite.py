@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""rviz.launch: RViz is opened with the topics that can be dragged, gets those that come later, and there are handles."""
+"""rviz.launch: RViz opens with the topics that can be dragged, gets those that come later, and has handles."""
 
 import unittest
 from pathlib import Path

@@ -5,7 +5,7 @@ from typing import Any, Collection, Dict, List, Tuple
 
 from rosslt import node, values
 
-#: After how many seconds a node is asked again: its files may have been edited, and it started anew.
+#: The age of an answer at which a node is asked again, in seconds: its files may have been edited, and it started anew.
 STALE_AFTER = 30.0
 
 
@@ -56,7 +56,7 @@ class Descriptions:
         return ', '.join(self.one(source, present) for source in sources)
 
     def in_full(self, source: values.Source) -> str:
-        """Where a source is, with the whole path: `/home/me/arm.py:48:24, shoulder of /arm`."""
+        """The file of a source, with the whole path, and its name: `/home/me/arm.py:48:24, shoulder of /arm`."""
         place = self._directory.of(source)
         if place is None:
             return self.name(source)
@@ -68,7 +68,7 @@ class Descriptions:
         return tuple([source for source, place in places if place is not None and place.read_only])
 
     def can_change(self, value: Any) -> bool:
-        """Whether a value has a source that takes changes, as far as known."""
+        """True where a value has a source that takes changes, as far as known."""
         sources = values.sources(value)
         self.look_up(sources)
         return len(self.read_only(sources)) < len(sources)

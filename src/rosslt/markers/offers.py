@@ -1,4 +1,4 @@
-"""What people learn of the things of a scene, and choose for them, whatever shows these: a menu in RViz, or a page."""
+"""The choices that people have for the things of a scene, in a menu of RViz or on a page, and the texts for them."""
 
 from typing import Any, Dict, List, NamedTuple, Optional
 
@@ -15,7 +15,7 @@ UNDO = 'Undo the last drag'
 
 
 class Offers(NamedTuple):
-    """What there is to learn and to choose.
+    """The choices for the things of a scene.
 
     Attributes:
         scene: has the things.
@@ -28,15 +28,15 @@ class Offers(NamedTuple):
     descriptions: Descriptions
 
     def choices(self, handle: Handle) -> List[Choice]:
-        """Which sources a drag of a thing may change, the default first."""
+        """The sources that a drag of a thing may change, the default first."""
         return choices_of(handle.tracked, self.descriptions.read_only(values.sources(handle.tracked)))
 
     def title(self, choice: Choice, present: Dict[values.Source, Any]) -> str:
-        """What a choice is called, with {Source: its value}."""
+        """The text of a choice, with {Source: its value}."""
         return self.descriptions.several(choice.changed, present)
 
     def chosen(self, name: str, choices: List[Choice]) -> Optional[values.Source]:
-        """What has been chosen for a thing, None for the default; also where the choice is there no more."""
+        """The source that has been chosen for a thing, None for the default; also where the choice is there no more."""
         chosen = self.drags.chosen.get(name)
         return chosen if chosen in [choice.source for choice in choices] else None
 
@@ -45,5 +45,5 @@ class Offers(NamedTuple):
         self.drags.chosen[name] = source
 
     def can_be_free(self, handle: Handle) -> bool:
-        """Whether a body can move in all three directions, and so in the plane of the screen too."""
+        """True where a body can move in all three directions, and so in the plane of the screen too."""
         return all(handle.motions(self.descriptions.can_change).axes)

@@ -31,7 +31,7 @@ TIMEOUT = 2.0
 
 
 class Place(NamedTuple):
-    """What a node says of one of its locations: the node's full name, and its rosslt/Location."""
+    """A location as its node describes it: the node's full name, and its rosslt/Location."""
 
     node: str
     location: msg.Location
@@ -114,8 +114,7 @@ class Directory:
         self._lock = threading.Lock()
 
     def of(self, source: values.Source) -> Optional[Place]:
-        """The Place of a source as far as it is known already; None where its owner does not know it or has not
-        answered."""
+        """The Place of a source, as far as known; None where its owner does not know it or has not answered."""
         if self._own is not None and source.node == self._node():
             location = self._own(source.location_id)
             return location and Place(source.node, location)
@@ -135,7 +134,7 @@ class Directory:
         return f'{place.node}: {text}' if self.has_twin(place) else text
 
     def has_twin(self, place: Place) -> bool:
-        """Whether another node has the same location: one file that was started twice."""
+        """True where another node has the same location, as one file was started twice."""
         if self._own is not None and place.node != self._node():
             own = self._own(place.location.id)
             if own is not None and own.file == place.location.file:
@@ -149,7 +148,7 @@ class Directory:
             )
 
     def short_file(self, source: values.Source) -> Optional[str]:
-        """Where a source stands, `talker.py:12:9`; None where that is not known."""
+        """The file and line of a source, `talker.py:12:9`; None where that is not known."""
         place = self.of(source)
         return place and place.short_file
 
@@ -165,7 +164,7 @@ class Directory:
         return sorted(sources, key=lambda source: (source.node, order.get(source, len(order)), source.location_id))
 
     def limits(self, sources: Sequence[values.Source], timeout: float) -> Dict[str, Any]:
-        """What `solve` has to know of sources; their owners are asked where that was long ago.
+        """The limits of sources that `solve` takes; their owners are asked where that was long ago.
 
         Returns:
             The arguments `bounds` and `read_only` of `solve`, and `rank` and `weights` where owners say some.
@@ -280,6 +279,6 @@ class Directory:
 
 
 def _is_news(known: Optional[Place], told: Place) -> bool:
-    """Whether an owner says anything new of a location, but for its value."""
+    """True where an owner says anything new of a location, but for its value."""
     fields = [field for field in msg.Location.__slots__ if field != 'value']
     return known is None or any(getattr(known.location, field) != getattr(told.location, field) for field in fields)

@@ -4,7 +4,7 @@ import functools
 import threading
 from typing import Any, Collection, Dict, List, Sequence, Set
 
-from rosslt import values
+from rosslt import node, values
 from rosslt.markers import FREE, HEADING, UNDO, Choice, Handle, Offers
 from rosslt.web.flows import Flows, Shown
 from rosslt.web.markdown import code
@@ -34,13 +34,13 @@ class Details:
         """Show somebody the details of a thing."""
         handle = self._scene.handle(handle.name) or handle
         name, sources = handle.name, values.sources(handle.tracked)
-        self._descriptions.look_up(sources)
+        explained = [node.explain(one) for one in handle.tracked]
         present = values.source_values(handle.tracked)
         choices = self._offers.choices(handle)
         with self._lock:
             modal = client.gui.add_modal(name)
             with modal:
-                client.gui.add_markdown(self._text(handle, sources, present))
+                client.gui.add_markdown(self._text(handle, explained, sources, present))
                 if len(choices) > 1:
                     self._add_choices(client, name, choices, present)
                 if self._offers.can_be_free(handle):
@@ -79,10 +79,12 @@ class Details:
             self._plots.pop((client.client_id, modal), None)
         modal.close()
 
-    def _text(self, handle: Handle, sources: List[values.Source], present: Dict[values.Source, Any]) -> str:
+    def _text(
+        self, handle: Handle, explained: List[str], sources: List[values.Source], present: Dict[values.Source, Any]
+    ) -> str:
         """Markdown: the expressions, the sources, and who sends them on."""
         lines = ['**Where it comes from**', '']
-        lines += ['- {:.6g} = {}'.format(float(one), code(values.explain(one))) for one in handle.tracked]
+        lines += ['- {:.6g} = {}'.format(float(one), code(text)) for one, text in zip(handle.tracked, explained)]
         lines += ['', '**The numbers behind it**', '']
         for source in sources:
             note = ', takes no change' if source in self._descriptions.read_only([source]) else ''

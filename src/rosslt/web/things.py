@@ -204,7 +204,7 @@ class Things(Follower):
     def _control_moved(self, event: Any, control: Any, name: str) -> None:
         """A hand has moved the arrows or a ring of a thing."""
         thing = self._things.get(name)
-        if thing is None or self._drags is None:
+        if thing is None or self._drags is None or control not in (thing.arrows, *thing.rings):  # it was drawn anew
             self._ended(event, name)
             return
         thing.forget(control)

@@ -17,10 +17,10 @@ from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
 
-#: For how long no new topic may have come before RViz opens, or gets displays for them, in seconds.
+#: RViz opens, and gets displays, once no new topic has come for so many seconds.
 QUIET = 1.5
 
-#: How often it is looked whether RViz is still open, and for new topics, in seconds.
+#: The period in which new topics are looked for, in seconds.
 PERIOD = 0.5
 
 SERVER = '/slt_visualization'
@@ -28,13 +28,13 @@ WORLD = 'world'
 
 
 class DisplayKind(NamedTuple):
-    """Which display RViz has for a type of message, and what it calls the topic."""
+    """RViz's display for a type of message, and its name for the topic there."""
 
     display: str
     topic_property: str = 'Topic'
 
 
-#: What RViz itself has displays for, among the types that can be dragged.
+#: The displays of RViz for types that can be dragged.
 DISPLAYS = {
     'geometry_msgs/PointStamped': DisplayKind('rviz/PointStamped'),
     'geometry_msgs/PolygonStamped': DisplayKind('rviz/Polygon'),

@@ -1,4 +1,4 @@
-"""What a hand takes hold of in RViz: controls of interactive markers, by what can move.
+"""The controls of interactive markers, which a hand takes hold of in RViz.
 
 A control acts along, or around, the x axis of its own orientation. A *fixed* one keeps to the axes of the
 marker's frame however the marker itself is turned.

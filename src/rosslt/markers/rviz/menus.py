@@ -99,7 +99,7 @@ class Menus:
                 self._display.redraw(name)
 
     def _has_settled(self, name: str, handle: Handle, drawn: Drawn) -> bool:
-        """Whether a menu lacks values that have not changed for a while."""
+        """True where a menu lacks values that have not changed for a while."""
         present, now = values.source_values(handle.tracked), time.monotonic()
         if present == drawn.present:
             self._latest.pop(name, None)

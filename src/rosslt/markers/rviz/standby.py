@@ -10,7 +10,7 @@ from typing import Any, Iterator, Sequence
 
 import rosgraph
 
-#: How often it is looked whether the first one still runs, in seconds, and how long it may take to answer.
+#: The period in which the first one is asked whether it still runs, and the time that it has to answer, in seconds.
 PERIOD, TIMEOUT = 0.5, 2.0
 
 
@@ -35,7 +35,7 @@ def wait_for_turn(name: str, arguments: Sequence[str] = tuple(sys.argv)) -> None
 
 
 def _runs(name: str) -> bool:
-    """Whether a node of a name answers; the master also knows those that were killed."""
+    """Ask a node of a name whether it runs; the master also knows those that were killed."""
     with _short_timeouts(), contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
         uri = rosgraph.Master(name).lookupNode(name)
         proxy: Any = xmlrpc.client.ServerProxy(uri)

@@ -35,7 +35,7 @@ SEE_THROUGH = 0.6
 #: Handles that give way to a marker at the same place.
 RANK = 2
 
-#: How long RViz shows a frame that is not broadcast any more, in seconds.
+#: The time for which RViz shows a frame that is broadcast no more, in seconds.
 FRAME_TIMEOUT = 15
 
 ORIGIN: PoseTuple = (0.0, 0.0, 0.0, *IDENTITY)
@@ -45,7 +45,7 @@ Named = Tuple[str, Optional[Handle]]
 
 
 class MessageKind(NamedTuple):
-    """How a type of message is shown.
+    """The handles of a type of message.
 
     Attributes:
         handles: gives (name, its Handle or None) for each thing in a message of a topic.
@@ -102,7 +102,7 @@ def frames(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
 
 
 def frame_lifetime(topic: str) -> rospy.Duration:
-    """How long frames stay that are not broadcast any more, as in RViz; static ones are broadcast once."""
+    """The time that frames stay when they are broadcast no more, as in RViz; static ones are broadcast once."""
     return rospy.Duration(0 if topic.endswith('tf_static') else FRAME_TIMEOUT)
 
 

@@ -9,10 +9,10 @@ from rosslt import values
 from rosslt.markers.geometry import distance
 from rosslt.markers.scene.handle import Handle, has_source
 
-#: How far apart two handles on one thing may be, against their size: their messages are not of the same time.
+#: The largest distance of two handles on one thing, against their size: their messages are not of the same time.
 NEAR = 0.5
 
-#: By how much the slopes of two values that mean the same may differ, for the same reason.
+#: The relative difference that the slopes of two such values may have, for the same reason.
 SLOPE_TOLERANCE = 0.05
 
 #: The frame, and the sources of x, y and z.
@@ -35,7 +35,7 @@ class Duplicates:
         self._hides: Dict[str, Set[str]] = {}
 
     def is_shown(self, name: str) -> bool:
-        """Whether a handle is shown, not hidden by another one on the same thing."""
+        """True unless another handle on the same thing hides a handle."""
         return name not in self._hidden_by
 
     def put(self, handle: Handle) -> List[str]:
@@ -137,7 +137,7 @@ def _origin_of(handle: Handle) -> Optional[Origin]:
 
 
 def _are_same(first: Handle, second: Handle) -> bool:
-    """Whether two handles whose positions come from the same sources stand on the same thing."""
+    """True where two handles whose positions come from the same sources stand on the same thing."""
     if distance(first.pose[:3], second.pose[:3]) > NEAR * max(first.size, second.size):
         return False
     for one, other in zip(first.position or (), second.position or ()):

@@ -10,7 +10,7 @@ Axes = Tuple[bool, bool, bool]
 
 
 class Settings(NamedTuple):
-    """What a user chooses for all handles.
+    """The settings of all handles, which a user chooses.
 
     Attributes:
         is_planar: whether things move in x and y and turn around z only (2D).
@@ -124,5 +124,5 @@ class Handle:
 
 
 def has_source(value: Any) -> bool:
-    """Whether a value is tracked."""
+    """True for a tracked value."""
     return type(value) is not float and values.is_tracked(value)

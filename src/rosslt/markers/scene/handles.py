@@ -31,7 +31,7 @@ ROUNDING = 1e-12
 
 
 def movable_axes(coordinates: Iterable[Any], can_change: CanChange) -> Axes:
-    """For x, y and z: whether it is tracked, and has a source that takes changes."""
+    """True for each of x, y and z that is tracked and has a source that takes changes."""
     x, y, z = (has_source(value) and can_change(value) for value in coordinates)
     return x, y, z
 
@@ -271,7 +271,7 @@ def _quaternion_factor(orientation: Sequence[Any], rotation: Sequence[float]) ->
 
 
 def _tracked_targets(pairs: Iterable[Tuple[Any, float]]) -> Tuple[List[Any], List[float]]:
-    """Of pairs of a value and its target: the tracked values, and their targets."""
+    """The tracked values, and their targets, among pairs of a value and its target."""
     tracked, targets = [], []
     for value, target in pairs:
         if has_source(value):

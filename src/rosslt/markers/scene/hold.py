@@ -1,4 +1,4 @@
-"""Why a handle is not moved: it is being dragged, or was dropped at a place that no message shows yet."""
+"""Holds: a handle is not moved while it is dragged, nor until a message shows it where it was dropped."""
 
 import time
 from typing import Any, Dict, Optional

@@ -28,7 +28,7 @@ from rosslt.markers.scene.shapes import sphere
 TURNING = ('revolute', 'continuous')
 SLIDING = ('prismatic',)
 
-#: How often to look for a robot_description that is not there yet, in seconds.
+#: The period in which a robot_description is looked for that is not there yet, in seconds.
 RETRY_AFTER = 2.0
 
 
@@ -37,13 +37,13 @@ class Joint(NamedTuple):
 
     Attributes:
         parent: the link, and frame, that it is fixed to.
-        place: where it is in that frame, for position 0.
+        origin: where it is in that frame, for position 0.
         axis: around or along which it moves, in its own coordinates; of length 1.
         is_turning: whether it turns or slides.
     """
 
     parent: str
-    place: PoseTuple
+    origin: PoseTuple
     axis: Vector
     is_turning: bool
 
@@ -62,8 +62,8 @@ class JointHandle(Handle):
 
     def __init__(self, name: str, joint: Joint, value: Any, size: float) -> None:
         self._joint, self._value, self._ball = joint, value, size
-        x, y, z = joint.place[:3]
-        self._start = joint.place[3:]
+        x, y, z = joint.origin[:3]
+        self._start = joint.origin[3:]
         self._axis = rotate_vector(self._start, joint.axis)
         if joint.is_turning:
             rotation = product(self._start, _around(joint.axis, float(value)))
@@ -76,7 +76,7 @@ class JointHandle(Handle):
 
     @property
     def tracked(self) -> List[Any]:
-        """How far the joint has moved."""
+        """The tracked position of the joint."""
         return [self._value]
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
@@ -89,7 +89,7 @@ class JointHandle(Handle):
             # The turn nearest the present one: joints turn further than once around.
             present = float(self._value)
             return [self._value], [present + math.remainder(angle - present, 2.0 * math.pi)]
-        way = sum((a - b) * c for a, b, c in zip(pose[:3], self._joint.place[:3], self._axis))
+        way = sum((a - b) * c for a, b, c in zip(pose[:3], self._joint.origin[:3], self._axis))
         return [self._value], [way]
 
     def motions(self, can_change: CanChange) -> Motions:

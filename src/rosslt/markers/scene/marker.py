@@ -1,4 +1,4 @@
-"""Which handles follow from Markers.
+"""The handles that follow from Markers.
 
 RViz shows ordinary messages by itself. Tracked types (`MarkerTracked`) it does not know, so that the handles
 draw the thing as well; over what RViz shows they lay a see-through copy of the thing to grab.
@@ -111,7 +111,7 @@ def scale_handles(
 
 
 def scale_reach(marker: Any, has_points: bool, axis: int) -> float:
-    """How far out the edge stands for each metre of one of the sizes; 0 where RViz ignores that size."""
+    """The distance of the edge for each metre of one of the sizes; 0 where RViz ignores that size."""
     kind = marker.type
     if kind in SHAPES or kind in BODIES_AT_POINTS:
         return 0.5
@@ -128,7 +128,7 @@ def scale_reach(marker: Any, has_points: bool, axis: int) -> float:
 
 
 def marker_size(marker: Any, has_points: bool) -> float:
-    """How large a marker is, in metres: its longest side; above 0 whatever its scale is."""
+    """The longest side of a marker, in metres; above 0 whatever its scale is."""
     scale = marker.scale
     size = max(abs(float(scale.x)), abs(float(scale.y)), abs(float(scale.z)))  # a mirrored mesh has negative ones
     if marker.type == Marker.TEXT_VIEW_FACING:
@@ -178,7 +178,7 @@ def handle_color(marker: Any) -> Vector:
 
 
 def marker_shape_key(marker: Any) -> Hashable:
-    """What the shape to grab depends on."""
+    """All that the shape to grab depends on."""
     scale, color = marker.scale, marker.color
     points: Any = ()
     colors: Any = ()

@@ -10,7 +10,7 @@ from rosslt.markers.scene.handle import Ring
 #: Rates, and lengths of directions, below these are treated as 0.
 SMALL, NEARLY_SMALL = 1e-6, 1e-3
 
-#: By how much each source turns the thing, in radians, to see which axes it still turns around then.
+#: The turn by each source, in radians, after which it is looked around which axes it still turns the thing.
 NUDGE = 0.1
 
 #: To how many digits a direction is given that is an axis neither of the frame nor of the thing.
@@ -92,7 +92,7 @@ class _Span:
         return len(self._basis)
 
     def has(self, direction: Sequence[float]) -> bool:
-        """Whether a direction is among them."""
+        """True for a direction among them."""
         return math.hypot(*self._rest(direction)) < NEARLY_SMALL
 
     def add(self, direction: Sequence[float]) -> bool:

@@ -24,7 +24,7 @@ from rosslt.markers.scene.duplicates import Duplicates
 from rosslt.markers.scene.handle import Handle, Settings
 from rosslt.markers.scene.hold import Hold
 
-#: How long a warning stands before it is given again, in seconds.
+#: The time before a warning is given again, in seconds.
 WARN_PERIOD = 30.0
 
 #: The types whose messages add and delete things one by one.
@@ -93,7 +93,7 @@ class Scene:
     # For views and drags.
 
     def news(self) -> News:
-        """What is new since the view has last asked."""
+        """Everything that is new since the view has last asked."""
         with self._lock:
             is_shown, handles = self._duplicates.is_shown, self._handles
             changed = {name: handles.get(name) if is_shown(name) else None for name in self._changed}
@@ -181,7 +181,7 @@ class Scene:
             self._let_go.add(name)
 
     def is_held(self, name: str) -> bool:
-        """Whether a handle is to be left alone."""
+        """True for a handle that is to be left alone."""
         with self._lock:
             hold = self._holds.get(name)
             if hold is None:
