@@ -515,16 +515,18 @@ def test_an_array_that_others_refer_to_is_not_resized():
 #: What a number of NumPy answers: of floats read from arrays of 64 and 32 bits, and of an int.
 ANSWERS = {
     'a list divided': lambda n, x, y, i: [0.2, 0.3, 0.5] / x,
-    'lists around': lambda n, x, y, i: [[1.0, 2.0] - x, (1, 2) + y, x - [1.0], i / (1, 2), [1.0, 2.5] > x, 2.0 < y],
+    'lists around': lambda n, x, y, i: [[1.0, 2.0] - x, (1, 2) + y, x - [1.0], i / (1, 2), x < [1.0, 2.5], y > 2.0],
     'a list divided by a sum': lambda n, x, y, i: [0.2, 0.3] / n.sum([x, 0.3]) - n.linalg.norm([x, y]),
     'a list repeated': lambda n, x, y, i: [[1, 2] * i, [0.5] * n.max([1, i]), list(range(i))],
     'kinds': lambda n, x, y, i: [x.dtype, y.dtype, i.dtype, n.isscalar(x), n.ndim(x), x.shape, i.nbytes],
     'classes': lambda n, x, y, i: [
         isinstance(x, numpy.float64), isinstance(x, float), isinstance(y, numpy.float32), isinstance(i, numpy.integer),
-        isinstance(i, int), *map(functions.type_of, (x, y, i)), x.__class__, functions.type_of((x * 2)), functions.type_of((2.0 * x)),
-        functions.type_of((i // 2)), functions.type_of((i * 0.5)), functions.type_of(round(x)), functions.type_of(round(x, 1)), functions.type_of(n.sqrt(x)),
-        functions.type_of((0.5 * numpy.float64(2) * x)), functions.type_of(x.item()), functions.type_of(float(x)), functions.type_of((x > 1)),
+        isinstance(i, int), x.__class__,
     ],
+    'classes of results': lambda n, x, y, i: list(map(functions.type_of, [
+        x, y, i, x * 2, 2.0 * x, i // 2, i * 0.5, y * y, round(x), round(x, 1), n.sqrt(x), 0.5 * numpy.float64(2) * x,
+        x.item(), float(x), x > 1,
+    ])),
     'division by zero': lambda n, x, y, i: [x / 0, -x / 0.0, x // 0, x % 0, i // 0, (x - 10) ** 0.5, 1.5 / (x - x)],
     'operators': lambda n, x, y, i: [divmod(x, 2), divmod(7, i), 2**x, x**2, -x, +y, abs(-i), 7 % x, i % 2, 5 // y],
     'texts': lambda n, x, y, i: ['%d %s %.2f' % (i, y, x), f'{x:.3f} {i}', repr(x), str(y), hash(x), {1.5: 'a'}[x]],

@@ -29,7 +29,10 @@ def _made_array(original: Any) -> Any:
             return array(options.pop(name), **options) if name in options else original(**options)
         if type(thing) is not ArrayWithProvenance and not any_tracked((thing,)):
             return original(thing, *arguments, **options)
-        made = original(plain(thing), *arguments, **options)
+        given = plain(thing)
+        made = original(given, *arguments, **options)
+        if made is given:
+            return thing
         if made.dtype == object:
             return original(thing, *arguments, **options)
         beside = provenance_of(thing)

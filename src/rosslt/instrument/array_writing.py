@@ -52,6 +52,8 @@ class _Flat:
         array: the array.
     """
 
+    __slots__ = ('_array', '_flat')
+
     def __init__(self, array: ArrayWithProvenance) -> None:
         self._array = array
         self._flat = _FLAT.__get__(array)
@@ -117,7 +119,7 @@ def _resize(self: Any, *shape: Any, refcheck: bool = True) -> None:
 for _name in ('put', 'sort', 'partition', 'itemset'):
     if hasattr(numpy.ndarray, _name):  # not every NumPy has the last one
         setattr(ArrayWithProvenance, _name, _writing(_name))
-for _name in ('getitem', 'iter', 'next', 'len', 'array', 'eq', 'ne', 'lt', 'le', 'gt', 'ge'):
+for _name in ('delitem', 'getitem', 'iter', 'next', 'len', 'array', 'eq', 'ne', 'lt', 'le', 'gt', 'ge'):
     setattr(_Flat, f'__{_name}__', _of_flat(f'__{_name}__'))
 _ARRAY: Any = ArrayWithProvenance
 _ARRAY.flat = property(_Flat, _set_flat)

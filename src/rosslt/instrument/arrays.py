@@ -11,7 +11,7 @@ the first with provenance (`array_numbers`), the second without. In a message, a
 it is a Python number, and has its provenance.
 """
 
-import contextlib
+import math
 import operator
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
@@ -46,6 +46,7 @@ def _product(a: Any, b: Any) -> Any:
     return a * b
 
 
+#: What ufuncs do with tracked numbers.
 _OPERATORS: Dict[str, Callable[..., Any]] = {
     'multiply': _product,
     'add': operator.add,
@@ -170,13 +171,13 @@ class ArrayWithProvenance(numpy.ndarray):
         return compute(ufunc, method, inputs, options)
 
     def __copy__(self) -> 'ArrayWithProvenance':
-        return self.copy()
+        return self.copy('K')
 
     def __deepcopy__(self, _: Any) -> 'ArrayWithProvenance':
-        return self.copy()
+        return self.copy('K')
 
-    def __reduce__(self) -> Any:
-        return self.view(numpy.ndarray).__reduce__()
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        return self.view(numpy.ndarray).__reduce_ex__(protocol)
 
     def copy(self, order: Any = 'C') -> Any:
         """As of `numpy.ndarray`."""
@@ -268,6 +269,8 @@ for _name in _METHODS:
     setattr(ArrayWithProvenance, _name, _method(_name))
 
 
+#: What has elements that are known without asking it.
+_OPERANDS = (numpy.ndarray, numpy.generic, list, tuple, float, int)
 #: The classes of what is computed element by element.
 ARRAYS = frozenset({numpy.ndarray, ArrayWithProvenance, list, tuple})
 
@@ -377,34 +380,28 @@ def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str,
     # First, since what is computed in place is no operand any more when it is done.
     besides = [] if is_paused else [provenance_of(one) for one in inputs]
     beside = None
-    if any(one is not None for one in besides) and method != 'at' and _size(plain) <= LARGEST:
+    if any(one is not None for one in besides) and method != 'at':
         beside = _computed(ufunc, method, plain, besides, options)
     result = getattr(ufunc, method)(*plain, **options)
     if out is not None:
         for one in out:
             if isinstance(one, ArrayWithProvenance):
                 one.write_beside(beside if len(out) == 1 else None)
-        return out[0] if result is options['out'][0] else result
+        written = {id(plain_one): one for one, plain_one in zip(out, options['out'])}
+        return tuple([written.get(id(one), one) for one in result]) if len(out) > 1 else written.get(id(result), result)
     return result if beside is None or isinstance(result, tuple) else with_provenance(result, beside)
-
-
-def _size(operands: List[Any]) -> int:
-    """How many elements come of operands that are broadcast together."""
-    sizes = [one.size for one in operands if isinstance(one, numpy.ndarray)]
-    if sum(size > 1 for size in sizes) > 1:
-        try:
-            return int(numpy.broadcast(*operands).size)
-        except ValueError:
-            pass  # those of a product of matrices
-    return max(sizes, default=1)
 
 
 def _computed(ufunc: Any, method: str, plain: List[Any], besides: List[Any], options: Dict[str, Any]) -> Any:
     name = ufunc.__name__
     kept = {key: value for key, value in options.items() if key != 'out'}
+    if not all(isinstance(one, _OPERANDS) for one in plain):
+        return None
     try:
         if method == '__call__' and not kept and name in _OPERATORS:
             return each(_OPERATORS[name], plain, besides)
+        if max(map(numpy.size, plain)) > LARGEST:
+            return None
         if method == 'reduce' and name in _SUMMED:
             if kept.pop('where', True) is not True or not set(kept) <= {'axis', 'keepdims', 'dtype'}:
                 return None  # NumPy leaves elements out, or begins with another number
@@ -419,8 +416,11 @@ def _computed(ufunc: Any, method: str, plain: List[Any], besides: List[Any], opt
 
 
 def each(function: Callable[..., Any], plain: List[Any], besides: List[Any]) -> Any:
-    """A function of numbers on each element: what it gives where one of them is tracked, None elsewhere."""
+    """A function of numbers on each element: what it gives where one of them is tracked, None elsewhere and of large
+    arrays."""
     shape = numpy.broadcast(*plain).shape
+    if math.prod(shape) > LARGEST:
+        return None
     columns = [_column(one, beside, shape) for one, beside in zip(plain, besides)]
     made = [_of_tracked(function, operands) for operands in zip(*columns)]
     if not shape:
@@ -432,6 +432,8 @@ def each(function: Callable[..., Any], plain: List[Any], besides: List[Any]) -> 
 
 def _column(plain: Any, beside: Any, shape: Tuple[int, ...]) -> List[Any]:
     """The elements of an operand that is broadcast, tracked where they have provenance."""
+    if type(plain) not in ARRAYS:
+        return [python_number(plain) if beside is None else beside] * math.prod(shape)
     array = numpy.asarray(plain)
     if array.shape != shape:
         array = numpy.broadcast_to(array, shape)
@@ -453,8 +455,10 @@ def _boxed(beside: Any) -> Any:
 def _of_tracked(function: Callable[..., Any], operands: Tuple[Any, ...]) -> Any:
     """What a function makes of numbers, where one of them is tracked and so is the result; None otherwise."""
     if not TRACKED.isdisjoint(map(type, operands)):
-        with contextlib.suppress(ArithmeticError, ValueError, TypeError):
+        try:
             return _only_tracked(function(*operands))
+        except (ArithmeticError, ValueError, TypeError):
+            return None
     return None
 
 

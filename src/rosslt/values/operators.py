@@ -161,8 +161,9 @@ def give_method(cls: type, name: str, operation: Operation) -> None:
 
 def operate(operation: Operation, first: Any, second: Any) -> Any:
     """The result of an operator: as of `apply`, and of NumPy's numbers what NumPy makes of them."""
-    if computes_ufuncs() and (is_array(first) or is_array(second)):
-        return broadcast(apply, operation, first, second)
+    if computes_ufuncs() and (is_array(second) or is_array(first)):
+        # A number of NumPy with provenance has operators of its own.
+        return NotImplemented if type(second) in TRACKED else broadcast(apply, operation, first, second)
     return apply(operation, first, second)
 
 

@@ -10,6 +10,7 @@ from ..tracked import TRACKED, plain
 from . import linear_algebra  # noqa: F401, registers its functions
 from .statistics import corrcoef, cov
 from .tracked_array import (
+    REPLACEMENTS,
     TrackedArray,
     array,
     each,
@@ -34,11 +35,13 @@ def keeping_provenance(function: Callable[..., Any]) -> Callable[..., Any]:
     Without such arguments it is NumPy's function itself that is called.
     """
 
+    replacement = REPLACEMENTS.get(function, function)
+
     @functools.wraps(function)
     def called(*args: Any, **kwargs: Any) -> Any:
         if not any(map(holds_tracked, args)) and not any(map(holds_tracked, kwargs.values())):
             return function(*args, **kwargs)
-        result = function(*map(as_array, args), **{key: as_array(part) for key, part in kwargs.items()})
+        result = wrapped(replacement(*map(as_array, args), **{key: as_array(part) for key, part in kwargs.items()}))
         return result[()] if isinstance(result, TrackedArray) and result.shape == () else result
 
     return called
