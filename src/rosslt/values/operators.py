@@ -71,7 +71,7 @@ def __{name}__(self, other):
         if size > {limit}:
             shorten(result)
         return result
-    return apply(operation, self, other)
+    return compute(self, other)
 
 def __r{name}__(self, other):
     if type(other) is float:
@@ -97,6 +97,7 @@ def give_fast_operator(name: str, operation: Operation) -> None:
         MAX_SHARED_SIZE=MAX_SHARED_SIZE,
         shorten=shorten,
         apply=apply,
+        compute=computing(name, operation),
         operation=operation,
         left=operation.left,
         right=operation.right,
