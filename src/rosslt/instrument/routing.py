@@ -180,7 +180,7 @@ def _with_later_sources(value: Any, read: Callable[[], Any]) -> Any:
         return value
 
     def origin(number: Any) -> Any:
-        reading = None
+        reading: Any = None
         with contextlib.suppress(LookupError, TypeError):  # it may be of another kind by now
             reading = read() if node.is_started() else None
         plain = values.untracked(reading)
