@@ -31,7 +31,7 @@ SUITES = re.findall(
     keywordonlyarg linecache list locale logging long math memoryio memoryview minidom module named_expressions
     netrc numeric_tower opcodes operator optparse ordered_dict os pathlib patma pep646_syntax pickle pkgutil
     plistlib positional_only_arg posixpath pow pprint print property pyclbr queue quopri raise random range re
-    reprlib richcmp sched scope secrets select set setcomps shlex slice socket sort statistics string
+    reprlib richcmp sched scope secrets select set setcomps shlex slice sort statistics string
     string_literals strptime strtod struct subclassinit super symtable sys tempfile textwrap threading time tokenize
     traceback tuple type_annotations types typing unary unicode unicodedata unpack unpack_ex urlparse userdict
     userlist userstring uuid weakref weakset with xml_etree yield_from zlib

@@ -64,6 +64,13 @@ def test_an_int_that_is_what_the_code_says_again_is_read_as_such_and_takes_fract
         assert cell[0] == target
 
 
+def test_literals_of_one_name_at_the_same_position_of_several_files_are_all_locations(master, tmp_path):
+    read = [run_rewritten('pace = 1.5\n', str(tmp_path / f'{name}.py'))['pace'] for name in ('one', 'two', 'three')]
+    for number, one in enumerate(read):
+        (change,) = node.force_value(one, 2.0 + number).values()
+        assert change.new == 2.0 + number
+
+
 def test_an_edit_that_was_taken_in_does_not_undo_what_was_changed_since(master, tmp_path):
     names = run_rewritten('sent = 1.5\n', str(tmp_path / 'edited.py'))
     location = names[CELLS].location(0)

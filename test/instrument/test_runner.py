@@ -159,11 +159,16 @@ def test_a_cache_that_is_damaged_is_made_again(folder):
     assert Unmodified(folder, 'program', PROGRAMS['its own modules']).end() == first
 
 
-def test_a_python_2_file_is_named_as_such(folder):
-    status, _, errors = Unmodified(folder, 'program', 'import os\nprint "hello"\n').end()
-    assert status == 1
-    assert 'program.py is Python 2 (line 2: print "hello")' in errors
-    assert 'SyntaxError' in errors
+def test_a_file_that_is_written_for_another_python_runs_untracked(folder):
+    program = folder / 'program.py'
+    program.write_text('#!/usr/bin/env other_python\nprint "hello"\n')
+    program.chmod(program.stat().st_mode | stat.S_IXUSR)
+    (folder / 'other_python').write_text('#!/bin/sh\nshift\necho other "$@"\nexit 4\n')
+    (folder / 'other_python').chmod(0o755)
+    result = rosslt('run', str(program), 'a', 'b', PATH=f'{folder}:{os.environ["PATH"]}')
+    assert (result.returncode, result.stdout) == (4, 'other a b\n')
+    assert 'program.py runs untracked: ' in result.stderr
+    assert 'line 2' in result.stderr
 
 
 def test_what_is_no_python_runs_untracked(folder):

@@ -321,15 +321,15 @@ class CellLocation(node.LiteralLocation):
 
     def make_known(self) -> None:
         """Have it listed and changed; its name is another one where that is taken."""
-        try:
-            node.add_literal(self)
-        except ValueError:
-            literal = self.cells.literals[self.number]
-            self.name = '_'.join((*_words(literal), str(literal.line), str(literal.column)))
+        literal = self.cells.literals[self.number]
+        for more in ((), (str(literal.line), str(literal.column)), (str(self.id),)):
+            self.name = '_'.join((*_words(literal), *more))
             try:
                 node.add_literal(self)
+                return
             except ValueError as error:
-                rospy.logwarn_once('%s', error)
+                reason = error
+        rospy.logwarn_once('%s', reason)
 
     def put(self, value: Any) -> None:
         if self.tracked is None:

@@ -180,14 +180,14 @@ def _with_later_sources(value: Any, read: Callable[[], Any]) -> Any:
         return value
 
     def origin(number: Any) -> Any:
-        reading = None
+        reading: Any = None
         with contextlib.suppress(LookupError, TypeError):  # it may be of another kind by now
             reading = read() if node.is_started() else None
         plain = values.untracked(reading)
         if type(plain) is not type(number) or plain != number:
             return ()
         _read_early.append(reading)
-        return reading
+        return reading + 0 if type(number) is int else reading  # of an int that may become a float
 
     (later,) = values.lazy([value], [origin])
     return later

@@ -7,8 +7,6 @@ import importlib.machinery
 import linecache
 import os
 import re
-import shutil
-import subprocess
 import sys
 import threading
 import types
@@ -16,11 +14,6 @@ from typing import Any, Collection, List, NoReturn, Optional, Tuple
 
 from rosslt.instrument.loader import OwnModules, prepare, rewritten
 
-#: What Python 2 took, and Python 3 does not.
-_SIGNS_OF_PYTHON_2 = re.compile(
-    r'^\s*print\s+[^(=\s]|^\s*exec\s+[^(=]|except\s+[\w.]+\s*,\s*\w+\s*:|\braise\s+[\w.]+\s*,'
-    r'|<>|\b0[0-7]+\b|`|\bur?[\'"]'
-)
 _RELAY = re.compile(r"^python_script = '(.*)'$", re.MULTILINE)
 _HERE = os.path.dirname(os.path.abspath(__file__))
 #: The folders of what runs a node, which is no part of its tracebacks; a workspace may link to them.
@@ -74,9 +67,8 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
     try:
         made = rewritten(script, content, script)
     except SyntaxError as error:
-        why = _python_2(content, error)
-        if why:
-            _run_python_2(script, content, arguments, why)
+        if os.access(path, os.X_OK):  # it may be written for another Python
+            _replace_process(path, arguments, str(error))
     except (ValueError, RecursionError, KeyError, IndexError, AttributeError) as error:
         _say(f'{path} runs untracked: {type(error).__name__}: {error}')
     main = _main_module(script)
@@ -148,28 +140,8 @@ def _main_module(script: str) -> types.ModuleType:
     return main
 
 
-def _python_2(content: bytes, error: SyntaxError) -> Optional[str]:
-    """Why a file is taken for Python 2; None where it is not."""
-    first = content.split(b'\n', 1)[0]
-    if first.startswith(b'#!') and re.search(rb'python2', first):
-        return 'its first line asks for python2'
-    lines = content.decode('latin-1').split('\n')
-    line = lines[error.lineno - 1] if error.lineno and error.lineno <= len(lines) else ''
-    return (
-        f'line {error.lineno}: {line.strip()}' if _SIGNS_OF_PYTHON_2.search(line) or 'print' in str(error.msg) else None
-    )
-
-
-def _run_python_2(script: str, content: bytes, arguments: List[str], why: str) -> None:
-    python = shutil.which('python2') if b'python3' not in content.split(b'\n', 1)[0] else None
-    if python and subprocess.run([python, '-c', ''], stderr=subprocess.DEVNULL, check=False).returncode == 0:
-        _replace_process(python, [script, *arguments], f'{script} is Python 2 ({why})', subject='')
-    _say(f'{script} is Python 2 ({why}); convert it, with 2to3 say')
-
-
-def _replace_process(path: str, arguments: List[str], why: str, subject: Optional[str] = None) -> NoReturn:
-    subject = path + ' ' if subject is None else subject
-    _say(f'{subject}runs untracked: {why}' if subject else f'{why}: it runs untracked')
+def _replace_process(path: str, arguments: List[str], why: str) -> NoReturn:
+    _say(f'{path} runs untracked: {why}')
     sys.stdout.flush()
     os.execv(path if os.path.isabs(path) or os.sep in path else './' + path, [path, *arguments])
 

@@ -63,11 +63,7 @@ def keeping(
     """
 
     if CORE is not None:
-        signature = getattr(of_plain, '__text_signature__', None)
-        doc = '%s%s\n--\n\n' % (of_plain.__name__, signature) if signature else ''
-        made: Callable[..., Any] = CORE.keeping(
-            of_plain, of_tracked, of_others, of_plain.__name__, doc + (of_plain.__doc__ or '')
-        )
+        made: Callable[..., Any] = CORE.keeping(of_plain, of_tracked, of_others, of_plain.__name__, _signed(of_plain))
         return made
 
     def function(*arguments: Any, **options: Any) -> Any:
@@ -86,6 +82,12 @@ def keeping(
     return function
 
 
+def _signed(function: Callable[..., Any]) -> str:
+    """The docstring of a compiled function behind its signature, which is how another one has both."""
+    signature = getattr(function, '__text_signature__', None)
+    return ('%s%s\n--\n\n' % (function.__name__, signature) if signature else '') + (function.__doc__ or '')
+
+
 def reflecting(
     plain: Callable[[Any, Any], Any], reflected: Callable[[Any, Any], Any], kinds: Dict[Any, Tuple[Any, ...]]
 ) -> Callable[[Any, Any], Any]:
@@ -97,7 +99,7 @@ def reflecting(
         kinds: {class of the left operand: the classes of tracked floats and ints that it takes for plain numbers}
     """
     if CORE is not None:
-        made: Callable[[Any, Any], Any] = CORE.reflecting(plain, reflected, kinds, plain.__name__, plain.__doc__ or '')
+        made: Callable[[Any, Any], Any] = CORE.reflecting(plain, reflected, kinds, plain.__name__, _signed(plain))
         return made
 
     def function(left: Any, right: Any) -> Any:

@@ -70,7 +70,7 @@ def __{name}__(self, other):
         if size > {limit}:
             shorten(result)
         return result
-    return operate(operation, self, other)
+    return compute(self, other)
 
 def __r{name}__(self, other):
     if type(other) is float:
@@ -96,6 +96,7 @@ def give_fast_operator(name: str, operation: Operation) -> None:
         MAX_SHARED_SIZE=MAX_SHARED_SIZE,
         shorten=shorten,
         operate=operate,
+        compute=computing(name, operation),
         operation=operation,
         left=operation.left,
         right=operation.right,

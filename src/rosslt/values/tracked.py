@@ -169,10 +169,10 @@ def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
 
 def source_of_functions(value: Any) -> Optional[Source]:
     """The source of a tracked value that is that source itself, or made of it by functions of one number alone, such as
-    `radians`; None of any other."""
-    form, first, _ = resolve(value)
-    while form.single_operand and form.operation.arity == 1:
-        form, first, _ = resolve(first)
+    `radians`, or by adding 0; None of any other."""
+    form, first, second = resolve(value)
+    while form.single_operand and (form.operation.arity == 1 or (form is ops.ADD.left and second == 0)):
+        form, first, second = resolve(first)
     return first if form is SOURCE else None
 
 
