@@ -98,6 +98,12 @@ def test_what_came_instead_is_said_with_the_branches(simulated):
     )
 
 
+def test_what_is_rounded_is_said_to_be(simulated):
+    made = simulated(lambda gain, bias, tick: gain + (round(float(gain)) - float(gain)))
+    with pytest.raises(node.NotReached, match='the node rounds or limits it; taken back'):
+        made.force(2.34, sources=[GAIN])
+
+
 def test_of_a_field_that_changes_by_itself_the_numbers_to_try_are_named_and_no_branches(simulated):
     made = simulated(
         lambda gain, bias, tick: 5 * gain + bias + 0.1 * tick if tick % 2 else 4 * gain * gain + bias - tick

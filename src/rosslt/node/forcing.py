@@ -217,14 +217,13 @@ class _Force:
         if loop.is_reached:
             return self._outcome(is_reached=True)
         if loop.last is None and not self._notes:
-            self._notes.append(self._why_silent())
+            self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
         raise self._not_reached(keep_anyway)
 
     def _change(self, observation: Observation) -> Dict[Source, Change]:
         """Have the sources become what an observation needs; {} where that has been tried already."""
         if self._changes:
-            tracked = [leaf for _, leaf in values.leaves(observation.part) if values.is_tracked(leaf)]
-            self._tried[self._state()] = values.untracked(observation.part), values.slopes(tracked)
+            self._note_tried(observation)
         try:
             new = solved(
                 self._asker,
@@ -249,6 +248,11 @@ class _Force:
             if not is_equal(change.new, new[source]):
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return changed
+
+    def _note_tried(self, observation: Observation) -> None:
+        """Keep what the field is with the present values of its sources."""
+        tracked = [leaf for _, leaf in values.leaves(observation.part) if values.is_tracked(leaf)]
+        self._tried[self._state()] = values.untracked(observation.part), values.slopes(tracked)
 
     def _untried(self, observation: Observation, limits: Dict[str, Any]) -> Dict[Source, Any]:
         """Solve an observation; for other sources than before where going on with these would go in circles."""
@@ -353,6 +357,7 @@ class _Force:
 
     def _why_it_stays(self, last: Observation) -> List[str]:
         """The branches that were taken, and the source values that make no difference."""
+        self._note_tried(last)
         branches = dict.fromkeys(difference.describe(self._name) for difference in self._loop.branches)
         whys = [f'it takes another branch: {text}' for text in list(branches)[:MOST_BRANCHES]]
         alike: Dict[str, FrozenSet[Tuple[Source, Any]]] = {}
