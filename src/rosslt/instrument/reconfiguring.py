@@ -38,7 +38,6 @@ def tracked_server(original: Any, extract_params: Callable[[Any], Any]) -> Any:
                         rospy.set_param(key, self.config[name])
                     node.parameter_was_set(key)  # the node may have read it before, while it was not set
                     node.read_parameter(frame, key)
-                    node.bound_parameter(key, parameter['min'], parameter['max'])
                     node.when_parameter_changes(key, lambda name=name: self._follow(name))  # type: ignore[misc]
 
         def _follow(self, name: str) -> None:

@@ -40,13 +40,7 @@ from rosslt.node.locations import HeldLocation, LiteralLocation
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, observe
-from rosslt.node.parameters_of_node import (
-    bound_parameter,
-    is_whole_parameter,
-    parameter_was_set,
-    take_fractions,
-    when_parameter_changes,
-)
+from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, take_fractions, when_parameter_changes
 from rosslt.node.refresh import change_count
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.saving import Unsaved, changes_to_save
@@ -88,7 +82,6 @@ __all__ = [
     'add_location',
     'args_kwds_to_message',
     'ask_all',
-    'bound_parameter',
     'call_site',
     'change_count',
     'close_loop',

@@ -1,7 +1,6 @@
-"""Parameters that a program reads which `rosslt run` runs: their types, their bounds, and when they change."""
+"""What the programs that `rosslt run` runs need to know of the parameters that they read."""
 
-import math
-from typing import Callable, Optional
+from typing import Callable
 
 import rospy
 
@@ -14,7 +13,7 @@ TIMEOUT = 1.0
 
 
 def is_whole_parameter(source: values.Source) -> bool:
-    """Return whether a source is a ROS parameter that this node reads, and takes whole numbers only."""
+    """Whether a source is a ROS parameter that this node reads, and takes whole numbers only."""
     owner = started('get_param')
     location = owner.locations.by_id.get(source.location_id) if source.node == owner.name else None
     return isinstance(location, ParameterLocation) and location.type is int
@@ -41,24 +40,6 @@ def when_parameter_changes(key: str, function: Callable[[], None]) -> None:
         for location in owner.locations.by_id.values():
             if location.name == key:
                 location.changed += (function,)
-
-
-def bound_parameter(key: str, minimum: float, maximum: float) -> None:
-    """Have changes of a number that this node reads as a parameter keep bounds; infinite ones are none.
-
-    Args:
-        key: the parameter's full name.
-    """
-    owner = started('get_param')
-    with owner.lock:
-        for location in owner.locations.by_id.values():
-            if location.name == key:
-                location.minimum, location.maximum = map(_if_finite, (minimum, maximum))
-    owner.told_otherwise()
-
-
-def _if_finite(bound: float) -> Optional[float]:
-    return bound if math.isfinite(bound) else None
 
 
 def parameter_was_set(name: str) -> None:
