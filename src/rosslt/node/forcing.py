@@ -4,7 +4,16 @@ import time
 from typing import Any, Collection, Dict, FrozenSet, List, NamedTuple, Optional, Protocol, Set, Tuple
 
 from rosslt import messages, values
-from rosslt.node.client import Asker, Change, ChangeRejected, SourceUnreachable, request_values, solved, undo_request
+from rosslt.node.client import (
+    Asker,
+    Change,
+    ChangeRejected,
+    SourceUnreachable,
+    reevaluate,
+    request_values,
+    solved,
+    undo_request,
+)
 from rosslt.node.closed_loop import ClosedLoop
 from rosslt.node.history import new_request_id
 from rosslt.node.node_errors import NodeErrors
@@ -214,7 +223,7 @@ class _Force:
             elif heard.publisher == self._field.publisher and self._thing(heard) == self._field.thing:
                 self._messages += 1
                 loop.take(self._observed(heard.message), heard.is_latched)
-        if loop.is_reached:
+        if loop.is_reached and (loop.moves or self._is_kept()):
             return self._outcome(is_reached=True)
         if loop.last is None and not self._notes:
             self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
@@ -286,6 +295,22 @@ class _Force:
         except messages.NoSuchPart:
             return None
         return observe(part, self._wanted, type_, self._messages)
+
+    def _is_kept(self) -> bool:
+        """Return whether owners still have what they were given: one may have clamped it after a message or two."""
+        given = [values.track(change.new, source) for source, change in self._changes.items()]
+        try:
+            present = reevaluate(self._asker, given, OWNER_TIMEOUT)
+        except SourceUnreachable:
+            return True  # the messages have shown it
+        lost = [
+            f'{self._name(source)} is {now!r} by now, it was made {asked!r}'
+            for source, now, asked in zip(self._changes, values.untracked(present), values.untracked(given))
+            if now != asked
+        ]
+        if lost:
+            self._notes, self._loop.last = lost, None
+        return not lost
 
     def _why_raised(self) -> str:
         """The error that a change has made a node raise; '' where there is none, or a message shows the change."""
