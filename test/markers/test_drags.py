@@ -330,6 +330,54 @@ def test_what_was_dropped_is_left_alone_where_it_is_in_another_frame_now():
     assert not drop.is_elsewhere
 
 
+class Folded:
+    """A box at x = fold^3 / 3 - fold. It turns round at fold = -1 and x = 2/3; beyond, only a fold above 2 gives x."""
+
+    def __init__(self, fold, monkeypatch):
+        self.fold, self.notes, self.scene = fold, Notes(), Scene(Settings())
+        monkeypatch.setattr(node, 'request_values', self.request_values)
+        monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
+        self.scene.add_view(self.notes)
+        self.show()
+        self.drags = Drags(self.scene, Rules(rate=1000.0), str)
+        self.x = self.scene.handle('/boxes::0').pose[0]
+        assert self.drags.hold('/boxes::0', frame='world', pose=at(self.x))
+
+    def show(self):
+        fold = values.track(self.fold, A)
+        take(self.scene, box_at(fold * fold * fold / 3.0 - fold))
+
+    def request_values(self, wanted, _timeout, _request_id):
+        changed = {A: node.Change(self.fold, wanted[A])}
+        self.fold = wanted[A]
+        self.show()
+        return changed
+
+    def drag(self, x, is_there, steps=10):
+        for step in range(1, steps + 1):
+            self.drags.move('/boxes::0', 'world', at(self.x + (x - self.x) * step / steps))
+        wait_until(is_there, lambda: f'fold is {self.fold}, {self.notes.said}')
+        self.x = x
+
+
+def test_a_drag_that_comes_to_a_leap_stays_before_it_also_when_the_hand_lets_go(monkeypatch):
+    box = Folded(0.0, monkeypatch)
+    box.drag(0.6, lambda: abs(box.fold**3 / 3 - box.fold - 0.6) < 1e-6)
+    box.drag(0.75, lambda: box.notes.said)
+    assert box.drags.release('/boxes::0', 'world', at(0.75))
+    wait_until(lambda: not box.drags._over, 'it is over')
+    assert box.fold == pytest.approx(-1.0, abs=0.01)
+
+
+@pytest.mark.parametrize('fold', [-1.0, -1.00001, -0.98])
+def test_a_drag_that_begins_at_a_leap_makes_it_when_the_hand_lets_go(fold, monkeypatch):
+    box = Folded(fold, monkeypatch)
+    box.drag(0.72, lambda: box.notes.said, steps=20)
+    assert -1.01 <= box.fold <= 0.0
+    assert box.drags.release('/boxes::0', 'world', at(0.72))
+    wait_until(lambda: box.fold > 2.0, lambda: f'fold is {box.fold}')
+
+
 def test_a_drag_that_makes_a_node_raise_is_taken_back_and_the_hand_is_told(asked, monkeypatch):
     taken_back, error = [], '/owner raises ZeroDivisionError: float division by zero'
     monkeypatch.setattr(node, 'undo_request', lambda *request: taken_back.append(request) or node.Undone({}, {}))

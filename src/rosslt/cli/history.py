@@ -1,8 +1,8 @@
-"""What nodes remember of changes of their locations."""
+"""The changes of their locations that nodes remember."""
 
 from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
 
-from rosslt import node, srv, values
+from rosslt import node, values
 from rosslt.cli.directory import TIMEOUT, Directory
 
 
@@ -34,8 +34,7 @@ def recorded_changes(nodes: Iterable[str], count: int = 0) -> Tuple[List[Recorde
     Returns:
         (the changes, {node: why it does not answer}).
     """
-    requests = dict.fromkeys(nodes, srv.GetHistoryRequest(limit=count))
-    answers, silent = node.ask_all('get_history', srv.GetHistory, requests, TIMEOUT)
-    found = [Recorded(name, recorded) for name, answer in answers.items() for recorded in answer.changes]
+    histories, silent = node.histories(nodes, '', TIMEOUT, count)
+    found = [Recorded(name, recorded) for name, changes in histories.items() for recorded in changes]
     found.sort(key=lambda each: each.recorded.change.stamp)
     return (found[-count:] if count else found), silent

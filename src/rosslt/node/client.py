@@ -49,12 +49,6 @@ class Asker(Protocol):
     def directory(self) -> Directory: ...
 
 
-class Owner(Asker, Protocol):
-    """An asker with locations of its own."""
-
-    def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse: ...
-
-
 class Requester(NamedTuple):
     """An asker without locations of its own: a command.
 
@@ -254,18 +248,18 @@ def _what_was_done(
     return '; ' + '; '.join(parts)
 
 
-def reevaluate(owner: Owner, x: Any, timeout: float = 1.0) -> Any:
-    """`rosslt.reevaluate`, for a node that owns locations itself."""
+def reevaluate(asker: Any, x: Any, timeout: float = 1.0) -> Any:
+    """`rosslt.reevaluate`, for an Asker."""
     by_node: Dict[str, List[values.Source]] = {}
     for source in values.sources(x):
         by_node.setdefault(source.node, []).append(source)
     requests = {
         node: srv.GetValuesRequest([source.location_id for source in wanted]) for node, wanted in by_node.items()
     }
-    others = {node: request for node, request in requests.items() if node != owner.name}
+    others = {node: request for node, request in requests.items() if node != asker.name}
     answers, silent = ask_all('get_values', srv.GetValues, others, timeout)
-    if owner.name in requests:
-        answers[owner.name] = owner.get_values(requests[owner.name])
+    if asker.name in requests:
+        answers[asker.name] = asker.get_values(requests[asker.name])
     current: Dict[values.Source, Any] = {}
     for node, answer in answers.items():
         if len(answer.values) != len(by_node[node]):

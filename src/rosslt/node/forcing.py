@@ -4,7 +4,16 @@ import time
 from typing import Any, Collection, Dict, FrozenSet, List, NamedTuple, Optional, Protocol, Set, Tuple
 
 from rosslt import messages, values
-from rosslt.node.client import Asker, Change, ChangeRejected, SourceUnreachable, request_values, solved, undo_request
+from rosslt.node.client import (
+    Asker,
+    Change,
+    ChangeRejected,
+    SourceUnreachable,
+    reevaluate,
+    request_values,
+    solved,
+    undo_request,
+)
 from rosslt.node.closed_loop import ClosedLoop
 from rosslt.node.history import new_request_id
 from rosslt.node.node_errors import NodeErrors
@@ -214,17 +223,16 @@ class _Force:
             elif heard.publisher == self._field.publisher and self._thing(heard) == self._field.thing:
                 self._messages += 1
                 loop.take(self._observed(heard.message), heard.is_latched)
-        if loop.is_reached:
+        if loop.is_reached and (loop.moves or self._is_kept()):
             return self._outcome(is_reached=True)
         if loop.last is None and not self._notes:
-            self._notes.append(self._why_silent())
+            self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
         raise self._not_reached(keep_anyway)
 
     def _change(self, observation: Observation) -> Dict[Source, Change]:
         """Have the sources become what an observation needs; {} where that has been tried already."""
         if self._changes:
-            tracked = [leaf for _, leaf in values.leaves(observation.part) if values.is_tracked(leaf)]
-            self._tried[self._state()] = values.untracked(observation.part), values.slopes(tracked)
+            self._note_tried(observation)
         try:
             new = solved(
                 self._asker,
@@ -249,6 +257,11 @@ class _Force:
             if not is_equal(change.new, new[source]):
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return changed
+
+    def _note_tried(self, observation: Observation) -> None:
+        """Keep what the field is with the present values of its sources."""
+        tracked = [leaf for _, leaf in values.leaves(observation.part) if values.is_tracked(leaf)]
+        self._tried[self._state()] = values.untracked(observation.part), values.slopes(tracked)
 
     def _untried(self, observation: Observation, limits: Dict[str, Any]) -> Dict[Source, Any]:
         """Solve an observation; for other sources than before where going on with these would go in circles."""
@@ -282,6 +295,22 @@ class _Force:
         except messages.NoSuchPart:
             return None
         return observe(part, self._wanted, type_, self._messages)
+
+    def _is_kept(self) -> bool:
+        """Return whether owners still have what they were given: one may have clamped it after a message or two."""
+        given = [values.track(change.new, source) for source, change in self._changes.items()]
+        try:
+            present = reevaluate(self._asker, given, OWNER_TIMEOUT)
+        except SourceUnreachable:
+            return True  # the messages have shown it
+        lost = [
+            f'{self._name(source)} is {now!r} by now, it was made {asked!r}'
+            for source, now, asked in zip(self._changes, values.untracked(present), values.untracked(given))
+            if now != asked
+        ]
+        if lost:
+            self._notes, self._loop.last = lost, None
+        return not lost
 
     def _why_raised(self) -> str:
         """The error that a change has made a node raise; '' where there is none, or a message shows the change."""
@@ -353,6 +382,7 @@ class _Force:
 
     def _why_it_stays(self, last: Observation) -> List[str]:
         """The branches that were taken, and the source values that make no difference."""
+        self._note_tried(last)
         branches = dict.fromkeys(difference.describe(self._name) for difference in self._loop.branches)
         whys = [f'it takes another branch: {text}' for text in list(branches)[:MOST_BRANCHES]]
         alike: Dict[str, FrozenSet[Tuple[Source, Any]]] = {}

@@ -9,7 +9,7 @@ from rosslt.node.service_calls import ask_all
 
 
 def histories(
-    nodes: Iterable[str], request_id: str, timeout: float
+    nodes: Iterable[str], request_id: str, timeout: float, limit: int = 0
 ) -> Tuple[Dict[str, List[msg.RecordedChange]], Dict[str, str]]:
     """The changes that nodes remember.
 
@@ -17,11 +17,12 @@ def histories(
         nodes: their full names.
         request_id: what this request has changed; '' for all.
         timeout: for all together, in seconds.
+        limit: only the latest changes of each node, so many; 0: all.
 
     Returns:
         ({node: its changes, the oldest first} of nodes that have any, {node: why it does not answer}).
     """
-    requests: Dict[str, Any] = dict.fromkeys(nodes, srv.GetHistoryRequest(request_id=request_id))
+    requests: Dict[str, Any] = dict.fromkeys(nodes, srv.GetHistoryRequest(request_id, limit))
     answers, silent = ask_all('get_history', srv.GetHistory, requests, timeout)
     return {name: list(answer.changes) for name, answer in answers.items() if answer.changes}, silent
 

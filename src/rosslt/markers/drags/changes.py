@@ -68,6 +68,8 @@ def plan(
         # As near as it comes from the last good values.
         tracked = values.reapply(list(tracked), here)
         after, gap = _nearest(tracked, targets, values.source_values(tracked), limits)
+        if not may_leap and _leaps(tracked, targets, after):
+            raise
         after = {**(last or {}), **after}
         stops = _stops({**present, **after}, limits['bounds'])
         if not after and not stops:
@@ -130,6 +132,21 @@ def _nearest(
         if found:
             break
     return found, gap
+
+
+def _leaps(tracked: Sequence[Any], targets: Sequence[float], after: Mapping[values.Source, Any]) -> bool:
+    """Return whether results are further from their targets half way to an answer than they are now."""
+    before = values.source_values(tracked)
+    half_way = {
+        source: (before[source] + new) / 2.0
+        for source, new in after.items()
+        if isinstance(new, float) and isinstance(before[source], float)
+    }
+    try:
+        there = [float(values.evaluate(value, half_way)) for value in tracked]
+    except (ArithmeticError, ValueError):
+        return True
+    return math.dist(there, targets) > math.dist(list(map(float, tracked)), targets)
 
 
 def _stops(found: Dict[values.Source, Any], bounds: Dict[values.Source, Tuple[Any, Any]]) -> Dict[values.Source, str]:
