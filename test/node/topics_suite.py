@@ -394,7 +394,7 @@ class Topics(unittest.TestCase):
             time.sleep(0.1)  # what is slow here
 
         subscriber = rosslt.Subscriber('/fast', Float64, slow, queue_size=1)
-        with Node('fast', code):
+        with Node('fast', code, '_rosslt/rate:=1000'):
             wait_until(lambda: got and got[-1] == 400.0, 'the last one arrives')
         subscriber.unregister()
         self.assertLess(len(got), 60)

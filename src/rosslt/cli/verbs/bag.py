@@ -129,10 +129,8 @@ def _rewrite(file: str, settings: Sequence[str], output: str) -> None:
         if topic.left_out:
             print(f'rosslt bag: {topic.left_out} messages on {name} are left out: {topic.reason}', file=sys.stderr)
         if topic.is_approximate:
-            print(
-                f'rosslt bag: messages on {name} are approximate: their provenance is linearized, or that of the message before',
-                file=sys.stderr,
-            )
+            reason = 'their provenance is linearized, or that of the message before'
+            print(f'rosslt bag: messages on {name} are approximate: {reason}', file=sys.stderr)
 
 
 @contextlib.contextmanager
