@@ -32,7 +32,6 @@ from rosslt.node.client import Change, ChangeRejected, Requester, SourceUnreacha
 from rosslt.node.client import request_values as request_values_as
 from rosslt.node.closed_loop import STILL, ClosedLoop
 from rosslt.node.directory import Directory, Place
-from rosslt.node.expression_diff import Expression
 from rosslt.node.forcing import NotReached, Outcome, close_loop
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
@@ -62,7 +61,6 @@ __all__ = [
     'ChangeRejected',
     'ClosedLoop',
     'Directory',
-    'Expression',
     'HeldLocation',
     'LiteralLocation',
     'NodeErrors',
