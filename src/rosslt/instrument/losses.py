@@ -210,7 +210,8 @@ def _has_provenance(thing: Any, depth: int = 3) -> bool:
         thing = list(thing.values())
     if type(thing) in (list, tuple) and depth:
         return any(_has_provenance(part, depth - 1) for part in thing)
-    return type(thing) in _NUMBERS or getattr(thing, 'has_provenance', False) is True
+    is_number = type(thing) in values.TRACKED_CLASSES and not isinstance(thing, str)
+    return is_number or getattr(thing, 'has_provenance', False) is True
 
 
 def _is_plain(result: Any, depth: int = 2) -> bool:

@@ -309,13 +309,13 @@ def _with_numbers_of(original: Any, tracked: Any) -> Any:
         result = original(*arguments)
         if not any(map(values.is_tracked, arguments)):
             return result
-        from rosslt.instrument.arrays import same_number
+        from rosslt.instrument.array_numbers import python_number, same_number
 
         known = dict(values.leaves(tracked(*arguments)))
         for path, number in values.leaves(result):
             if isinstance(number, float):
                 *inner, last = path.split('.')
-                setattr(functools.reduce(getattr, inner, result), last, same_number(number, known[path]))
+                setattr(functools.reduce(getattr, inner, result), last, same_number(number, python_number(known[path])))
         return result
 
     return function
