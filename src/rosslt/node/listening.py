@@ -54,9 +54,9 @@ class Listener:
 
     def _take(self, message: Any) -> None:
         header = message._connection_header or {}
-        heard = Heard(header.get('callerid', ''), message, header.get('latching') == '1')
-        if self._last.is_between(message, heard.publisher):
-            return  # another whole one is soon there
+        publisher = header.get('callerid', '')
+        message = self._last.completed(message, publisher)
+        heard = Heard(publisher, message, header.get('latching') == '1')
         while True:
             try:
                 self._queue.put_nowait(heard)
