@@ -53,7 +53,7 @@ def value(node, name):
 
 def undo(node, request_id=''):
     """The answer of a node that is asked to take a request back."""
-    return service(node, 'change_sources', ChangeSources)(srv.ChangeSourcesRequest(request_id=request_id))
+    return service(node, 'change_sources', ChangeSources)(srv.ChangeSourcesRequest(undo=True, request_id=request_id))
 
 
 def reset(node, *names):

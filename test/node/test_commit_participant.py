@@ -43,9 +43,16 @@ def test_a_change_is_applied_at_once_and_taken_back_without_locations(owner):
         ('1.0', '2.5', '/hand'),
         ('3', '4', '/hand'),
     ]
-    assert owner.change_sources(ChangeSourcesRequest()).state == 'applied'
+    assert owner.change_sources(ChangeSourcesRequest(undo=True)).state == 'applied'
     assert (value(owner, 'gain'), value(owner, 'count')) == (1.0, 3)
-    assert owner.change_sources(ChangeSourcesRequest()).reasons == ['there is no change to take back']
+    assert owner.change_sources(ChangeSourcesRequest(undo=True)).reasons == ['there is no change to take back']
+
+
+def test_a_request_without_locations_changes_nothing_and_takes_nothing_back(owner):
+    change(owner, {'gain': '2.5'})
+    with pytest.raises(rospy.ServiceException, match='no location to change'):
+        owner.change_sources(ChangeSourcesRequest())
+    assert value(owner, 'gain') == 2.5
 
 
 def test_where_one_location_refuses_none_changes(owner):

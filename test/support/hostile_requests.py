@@ -108,9 +108,10 @@ def _send(chance: random.Random, target: Owner) -> None:
         lease = chance.choice([0.0, -1.0, math.nan, math.inf, 1e-9, 0.001, 0.01]) if chance.random() < 0.99 else 1e300
         nodes = chance.choice([[], ['/owner'], ['owner'], [name] * 3, ['/owner'] * 200])
         nodes = nodes if set(nodes) <= {'/owner'} or not name.startswith('/o') else ['/owner']
+        undo = not ids if chance.random() < 0.9 else chance.choice([True, False])
         phase = chance.choice(['', '', 'prepare', 'prepare', 'commit', 'abort', 'state', 'both', '\x00'])
         answer = target.change_sources(
-            srv.ChangeSourcesRequest(request_id, name, ids, texts, phase, transaction, nodes, lease)
+            srv.ChangeSourcesRequest(undo, request_id, name, ids, texts, phase, transaction, nodes, lease)
         )
         if phase == '':
             assert len(answer.reasons) == max(1, len(ids)) or answer.state == 'applied', answer

@@ -24,7 +24,7 @@ def undo() -> Dict[values.Source, client.Change]:
         rospy.ROSException: `init_node` has not been called.
     """
     owner = started('undo')
-    answer = owner.change_sources(srv.ChangeSourcesRequest(requester=owner.name))
+    answer = owner.change_sources(srv.ChangeSourcesRequest(undo=True, requester=owner.name))
     if answer.state != APPLIED and answer.reasons != [NOTHING_TO_UNDO]:
         raise client.ChangeRejected(answer.reasons[0], {})
     return {

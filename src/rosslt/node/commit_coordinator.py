@@ -127,6 +127,7 @@ class _Coordinator:
         silent = self._outcome.silent if silent is None else silent
         requests = {
             node: srv.ChangeSourcesRequest(
+                undo=not self._parts[node].location_ids,
                 request_id=self._request_id,
                 requester=self._requester,
                 location_ids=list(self._parts[node].location_ids),

@@ -85,6 +85,7 @@ class _Transaction:
         self.nodes: List[str] = list(request.nodes)
         self.end = time.monotonic() + (min(request.lease, LONGEST) if request.phase == PREPARE else PATIENCE)
         self.asked = list(zip(request.location_ids, request.values))
+        self.is_undo: bool = request.undo
         self.state = PREPARED
         self.reasons: List[str] = []
         self.wanted: List[Tuple[Location, Any]] = []
@@ -94,11 +95,6 @@ class _Transaction:
         self.turns: Dict[Location, int] = {}
         self.timer: Optional[threading.Timer] = None
         self.deciding = threading.Lock()  # held while it is committed or aborted
-
-    @property
-    def is_undo(self) -> bool:
-        """True where it takes a request back."""
-        return not self.asked
 
     def refuse(self, reason: str) -> None:
         """Refuse all of it for one reason."""
@@ -335,6 +331,8 @@ def _check(request: srv.ChangeSourcesRequest) -> None:
         problem = f'{request.phase!r} is no phase: prepare, commit, abort, state or nothing'
     elif len(request.location_ids) != len(request.values):
         problem = f'{len(request.location_ids)} location ids with {len(request.values)} values'
+    elif request.phase in (AT_ONCE, PREPARE) and request.undo == bool(request.location_ids):
+        problem = 'both locations and undo' if request.undo else 'no location to change'
     elif request.phase == PREPARE:
         problem = _problem_of_prepare(request)
     if problem is not None:
@@ -344,8 +342,8 @@ def _check(request: srv.ChangeSourcesRequest) -> None:
 def _problem_of_prepare(request: srv.ChangeSourcesRequest) -> Optional[str]:
     if not request.transaction_id:
         return 'the transaction_id is empty'
-    if not request.location_ids and not request.request_id:
-        return 'neither locations nor a request to take back'
+    if request.undo and not request.request_id:
+        return 'no request to take back'
     if not (math.isfinite(request.lease) and request.lease > 0):
         return f'a lease of {request.lease} s'
     if len(request.nodes) > MOST_NODES:
