@@ -334,10 +334,10 @@ class Folded:
     """A box at x = fold^3 / 3 - fold. It turns round at fold = -1 and x = 2/3; beyond, only a fold above 2 gives x."""
 
     def __init__(self, fold, monkeypatch):
-        self.fold, self.notes, self.scene = fold, Notes(), Scene(Settings())
+        self.fold, self.scene = fold, Scene(Settings())
+        self.notes = Notes(self.scene)
         monkeypatch.setattr(node, 'request_values', self.request_values)
         monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
-        self.scene.add_view(self.notes)
         self.show()
         self.drags = Drags(self.scene, Rules(rate=1000.0), str)
         self.x = self.scene.handle('/boxes::0').pose[0]
@@ -382,8 +382,8 @@ def test_a_drag_that_makes_a_node_raise_is_taken_back_and_the_hand_is_told(asked
     taken_back, error = [], '/owner raises ZeroDivisionError: float division by zero'
     monkeypatch.setattr(node, 'undo_request', lambda *request: taken_back.append(request) or node.Undone({}, {}))
     errors = SimpleNamespace(raised_since=lambda nodes, since: error if nodes else '')
-    scene, notes = Scene(Settings()), Notes()
-    scene.add_view(notes)
+    scene = Scene(Settings())
+    notes = Notes(scene)
     take(scene, box_at(values.track(1.0, A)))
     drags = Drags(scene, Rules(), str, errors=errors)
     assert drags.hold('/boxes::0', frame='world', pose=at(1.0))

@@ -134,6 +134,22 @@ def test_nothing_is_told_of_other_things_other_publishers_other_sizes_and_long_a
     assert is_tracked(last.completed(plain, '/node', 1.1))
 
 
+def test_nothing_is_told_of_another_thing_further_on_in_a_message():
+    def transforms(*frames):
+        message = TFMessage([TransformStamped(child_frame_id=frame) for frame in frames])
+        message.transforms[1].transform.translation.x = 2.0
+        return message
+
+    whole = transforms('hand', 'camera')
+    whole.transforms[1].transform.translation.x = X
+    last = LastProvenance()
+    last.completed(whole, '/node', 0.0)
+    same = last.completed(transforms('hand', 'camera'), '/node', 0.01)
+    assert sources(same.transforms[1].transform.translation.x) == [A]
+    other = last.completed(transforms('hand', 'laser'), '/node', 0.02)
+    assert not is_tracked(other.transforms[1].transform.translation.x)
+
+
 def test_texts_keep_their_sources_as_long_as_they_are_the_same():
     last = LastProvenance()
     last.completed(received(String(track('a', A))), '/node', 1.0)

@@ -25,20 +25,25 @@ MOST_THINGS = 1024
 """The most things that a publisher, or a reader, remembers."""
 
 ThingReader = Callable[[Any], Tuple[Hashable, ...]]
-"""Names the thing that a message is about, by its texts and whole numbers: frames, namespace and id of a marker. Of an
-array, its first element counts; the number and the times of headers do not."""
+"""Names the thing that a message is about, by its texts and whole numbers: frames, namespace and id of a marker. The
+number and the times of headers do not count."""
 
 
 @functools.lru_cache(maxsize=None)
-def thing_reader(message_class: Any) -> ThingReader:
-    """The ThingReader of a message class, compiled when first asked for."""
+def thing_reader(message_class: Any, reads_all: bool = False) -> ThingReader:
+    """The ThingReader of a message class, compiled when first asked for.
+
+    Args:
+        message_class: of the messages.
+        reads_all: read all elements of an array, and not the first one alone.
+    """
     layout = walkers(message_class).layout
     functions: Dict[str, Any] = {}
-    reader: ThingReader = functions[_write_reader(layout, layout.name, functions)]
+    reader: ThingReader = functions[_write_reader(layout, layout.name, functions, reads_all)]
     return reader
 
 
-def _write_reader(layout: Layout, type_: str, functions: Dict[str, Any]) -> str:
+def _write_reader(layout: Layout, type_: str, functions: Dict[str, Any], reads_all: bool) -> str:
     """Compile the ThingReader of a type into functions that call each other; returns its name."""
     read: List[str] = []
 
@@ -48,9 +53,10 @@ def _write_reader(layout: Layout, type_: str, functions: Dict[str, Any]) -> str:
             if field.type in INSTANTS or (field.type in SCALARS and field.length is not None):
                 continue
             if field.length is not None:
-                name = _write_reader(layout, field.type, functions)
+                name = _write_reader(layout, field.type, functions, reads_all)
                 if functions[name] is not _read_nothing:
-                    read.append('%s(%s[0]) if %s else ()' % (name, part, part))
+                    elements = 'tuple(map(%s, %s))' if reads_all else '%s(%s[0])'
+                    read.append('%s if %s else ()' % (elements % (name, part), part))
             elif field.type not in SCALARS:
                 descend(field.type, part)
             elif kind_of(field.type) in 'is' and (owner, field.name) != ('std_msgs/Header', 'seq'):
@@ -157,7 +163,7 @@ class LastProvenance:
         """What is kept of the thing of a plain message; of a whole one, its provenance is kept, and None returned."""
         fields: List[Tuple[int, Any, str]] = []
         size = walkers(message.__class__).collect(message, 0, fields)
-        thing = publisher, thing_reader(message.__class__)(message)
+        thing = publisher, thing_reader(message.__class__, reads_all=True)(message)
         with self._lock:
             if fields:
                 if len(self._kept) >= MOST_THINGS:
