@@ -4,6 +4,7 @@ import math
 import time
 
 import pytest
+from move_base_msgs.msg import MoveBaseActionGoal
 from std_msgs.msg import Float64
 
 from rosslt import node, values
@@ -27,6 +28,7 @@ class Simulated:
     def __init__(self, function, monkeypatch, **present):
         self.present = {GAIN: present.get('gain', 1.0), BIAS: present.get('bias', 0.0)}
         self.function, self.tick, self.requests = function, 0, []
+        self.message, self.path = Float64, 'data'
         self.name, self.directory = '/hand', self
         self.errors = NoErrors()
         monkeypatch.setattr(forcing, 'request_values', self.request_values)
@@ -57,7 +59,7 @@ class Simulated:
         if value is None:
             time.sleep(0.01)
             return None
-        return Heard('/node', Float64(value), False)
+        return Heard('/node', self.message(value), False)
 
     def clear(self):
         pass
@@ -65,7 +67,7 @@ class Simulated:
     def force(self, wanted, **options):
         asker = type('Asker', (), {'name': '/hand', 'directory': self})()
         asker.directory = type('Names', (), {'limits': self.limits, 'name': staticmethod(self.name_of)})()
-        return forcing.close_loop(asker, self, self.errors, self.next_before(0.0), 'data', wanted, **options)
+        return forcing.close_loop(asker, self, self.errors, self.next_before(0.0), self.path, wanted, **options)
 
 
 @pytest.fixture
@@ -79,6 +81,35 @@ def test_another_branch_is_solved_in_turn(simulated):
     outcome = made.force(18.0)
     assert (outcome.seen, outcome.rounds) == (18.0, 2)
     assert made.present[GAIN] == 6.0
+
+
+def goal(z):
+    made = MoveBaseActionGoal()
+    made.goal.target_pose.pose.position.z = z
+    return made
+
+
+@pytest.fixture
+def patrol(simulated):
+    """A node that sends two goals in turn."""
+    made = simulated(lambda gain, bias, tick: 1.0 * gain if tick % 2 else 1.0 * bias)
+    made.message, made.path = goal, 'goal/target_pose/pose/position/z'
+    return made
+
+
+def test_of_several_goals_that_are_sent_in_turn_one_is_changed(patrol):
+    outcome = patrol.force(3.0)
+    assert (outcome.seen, outcome.rounds) == (3.0, 1)
+    assert patrol.present == {GAIN: 3.0, BIAS: 0.0}
+
+
+def test_goals_of_other_sources_are_named_where_the_changed_one_is_not_sent_again(patrol):
+    patrol.function = lambda gain, bias, tick: 1.0 * gain if tick == 1 else time.sleep(0.01) or 1.0 * bias
+    with pytest.raises(
+        node.NotReached, match=r'none of the \d+ goals that /node has sent within 0.2 s was computed from'
+    ):
+        patrol.force(3.0, timeout=0.2)
+    assert patrol.present == patrol.began
 
 
 def test_it_is_solved_five_times_at_most(simulated):

@@ -196,7 +196,7 @@ class _Force:
         self._request_id = new_request_id()
         self._changes: Dict[Source, Change] = {}
         self._began = self._requested = 0.0
-        self._messages = 0
+        self._messages = self._other_goals = 0
         # source values -> what the field was then, and its slopes
         self._tried: Dict[FrozenSet[Tuple[Source, Any]], Tuple[Any, Any]] = {}
         self._notes: List[str] = []  # what else explains that it was not reached
@@ -222,7 +222,11 @@ class _Force:
                 continue
             elif heard.publisher == self._field.publisher and self._thing(heard) == self._field.thing:
                 self._messages += 1
-                loop.take(self._observed(heard.message), heard.is_latched)
+                observation = self._observed(heard.message)
+                if loop.rounds and self._is_other_goal(heard.message, observation):
+                    self._other_goals += 1
+                else:
+                    loop.take(observation, heard.is_latched)
         if loop.is_reached and (loop.moves or self._is_kept()):
             return self._outcome(is_reached=True)
         if loop.last is None and not self._notes:
@@ -295,6 +299,14 @@ class _Force:
         except messages.NoSuchPart:
             return None
         return observe(part, self._wanted, type_, self._messages)
+
+    def _is_other_goal(self, message: Any, observation: Optional[Observation]) -> bool:
+        """Return whether a message is a goal of an action that has none of the changed sources.
+
+        Each goal is a thing of its own: such a one says nothing of the goal that was changed, and stays as it is.
+        """
+        is_goal = hasattr(message, 'goal_id') and hasattr(message, 'goal')
+        return is_goal and observation is not None and not self._changes.keys() & set(observation.expression.sources)
 
     def _is_kept(self) -> bool:
         """Return whether owners still have what they were given: one may have clamped it after a message or two."""
@@ -402,6 +414,12 @@ class _Force:
         if observer.old:
             names = ' and '.join(map(self._name, self._changes))
             return f'the {observer.old} messages of {publisher} since then still come from the old value of {names}'
+        if self._other_goals:
+            names = ' and '.join(map(self._name, self._changes))
+            return (
+                f'none of the {self._other_goals} goals that {publisher} has sent within {self._timeout:g} s was computed '
+                f'from {names}'
+            )
         if observer.missing:
             return f'the messages of {publisher} have no {self._field.path} any more'
         return f'no message of {publisher} came within {self._timeout:g} s'
