@@ -417,8 +417,8 @@ class _Force:
         if self._other_goals:
             names = ' and '.join(map(self._name, self._changes))
             return (
-                f'none of the {self._other_goals} goals that {publisher} has sent within {self._timeout:g} s was computed '
-                f'from {names}'
+                f'none of the {self._other_goals} goals that {publisher} has sent within {self._timeout:g} s '
+                f'was computed from {names}'
             )
         if observer.missing:
             return f'the messages of {publisher} have no {self._field.path} any more'
