@@ -29,7 +29,7 @@ _TIMEOUT = 2.0
 #: At which service a node that `rosslt run` runs says where it makes plain numbers of tracked ones.
 _FIND_LOSSES = '/rosslt/find_losses'
 
-#: The most places that are told of one node.
+#: The most positions in files that are listed for one node.
 _MOST_PLACES = 5
 
 #: The ends of the paths of numbers that a message always has, and that nobody drags.
@@ -132,7 +132,7 @@ class Losses:
         self._answers, _ = ask_all('find_losses', srv.FindLosses, self._requests, self._timeout)
 
     def of(self, publisher: str) -> str:
-        """The places in a node's files, as a part of a sentence; '' where none was seen."""
+        """List the positions in a node's files, as a part of a sentence; '' if none was seen."""
         self._asking.join()
         answer = self._answers.get(publisher)
         if answer is None or not answer.files:

@@ -9,7 +9,7 @@ from rosslt.cli.directory import Directory, Place
 
 
 def is_terminal() -> bool:
-    """Whether a person reads standard output."""
+    """Return True if standard output is a terminal."""
     return sys.stdout.isatty()
 
 
@@ -22,7 +22,7 @@ def shortened(text: str, longest: int) -> str:
 
 
 def width() -> int:
-    """How many columns the terminal has."""
+    """Return the number of columns of the terminal."""
     return shutil.get_terminal_size().columns
 
 
@@ -75,7 +75,7 @@ def write_change(
     """Print that a source was changed, or would be.
 
     Args:
-        directory: the Directory that may know its name and place.
+        directory: the Directory that may know its name, file and line.
         old, new: its values as texts.
         more: further cells, for a pipe.
     """

@@ -14,7 +14,7 @@ from rosslt.messages import LastProvenance
 
 
 class Pair(NamedTuple):
-    """What a tracked field was, and what it should have been."""
+    """A tracked field's value and the target value for it."""
 
     result: Any
     target: Any

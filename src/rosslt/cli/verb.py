@@ -43,22 +43,22 @@ class Argument:
 
     @property
     def is_option(self) -> bool:
-        """Whether it is an option such as `--json`, not a positional argument."""
+        """True for an option such as `--json`, False for a positional argument."""
         return self.names[0].startswith('-')
 
     @property
     def takes_word(self) -> bool:
-        """Whether a word follows an option: not after a flag such as `--json`."""
+        """True if the option takes a value; a flag such as `--json` takes none."""
         return self.options.get('action', 'store') in ('store', 'append')
 
     @property
     def is_repeated(self) -> bool:
-        """Whether a positional argument may be given several times."""
+        """True if the positional argument may be given several times."""
         return self.options.get('nargs') in ('*', '+', argparse.REMAINDER)
 
     @property
     def is_rest(self) -> bool:
-        """Whether it takes all words that follow as they are, for another program."""
+        """True if the argument takes all following words unchanged, for another program."""
         return self.options.get('nargs') == argparse.REMAINDER
 
 

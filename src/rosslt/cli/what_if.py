@@ -1,4 +1,4 @@
-"""What the messages of a bag would have been with other source values: evaluated from the provenance in them."""
+"""Rewrites the messages of a bag for other source values: evaluates the provenance that the messages carry."""
 
 import io
 import time
@@ -20,7 +20,7 @@ PROGRESS_PERIOD = 0.1
 
 
 class Topic:
-    """What became of the messages of one topic.
+    """Counts of the messages of one topic after rewriting.
 
     Attributes:
         count: how many there are.
@@ -37,7 +37,7 @@ class Topic:
 
 
 class Result(NamedTuple):
-    """What rewriting a bag has done.
+    """The outcome of rewriting a bag.
 
     Attributes:
         topics: {name: Topic}.

@@ -51,7 +51,7 @@ def dot(flow: Flow, directory: Directory, sources: Optional[Iterable[values.Sour
 
 
 def svg(text: str) -> str:
-    """What graphviz draws.
+    """Draw a graph in the DOT language with graphviz; returns the SVG.
 
     Raises:
         NotDrawn: it is not installed, or does not do it.

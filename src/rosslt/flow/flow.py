@@ -22,7 +22,7 @@ class Step(NamedTuple):
 
 
 class Flow:
-    """How sources travel.
+    """The routes that sources take through nodes and topics.
 
     Args:
         provenance: a ProvenanceMap.

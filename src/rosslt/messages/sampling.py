@@ -156,11 +156,11 @@ class LastProvenance:
         return with_leaves(message, dict(zip(kept.wanted, values))) if values else message
 
     def is_between(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> bool:
-        """Whether a message is plain because its publisher has sent a whole one of the same thing a moment ago."""
+        """Return True for a plain message whose publisher has just sent provenance for the same thing."""
         return self._of(message, publisher, time.monotonic() if now is None else now) is not None
 
     def _of(self, message: Any, publisher: Hashable, now: float) -> 'Optional[_Kept]':
-        """What is kept of the thing of a plain message; of a whole one, its provenance is kept, and None returned."""
+        """Return the stored provenance for a plain message; store the provenance of any other and return None."""
         fields: List[Tuple[int, Any, str]] = []
         size = walkers(message.__class__).collect(message, 0, fields)
         thing = publisher, thing_reader(message.__class__, reads_all=True)(message)

@@ -28,7 +28,7 @@ Bounds = Mapping[Source, Tuple[Any, Any]]
 
 
 class Fit(NamedTuple):
-    """What a fit has found.
+    """The outcome of a fit.
 
     Attributes:
         values: `{Source: value}`, those that bring the results nearest.
@@ -187,7 +187,7 @@ class _Problem:
         return nodes
 
     def differences(self, point: Any) -> Any:
-        """How far each result is above its target; infinite where one has no value."""
+        """Return each result minus its target; infinities if a result has no value."""
         numpy = self._numpy
         try:
             nodes = self._at(point)

@@ -232,7 +232,7 @@ def itself(self: Any, *_: Any) -> Any:
 
 
 def as_instructions(self: Any, protocol: int) -> Tuple[Any, Tuple[Any, int]]:
-    """How pickle keeps a value: as the flat instructions that make it, so that depth does not matter."""
+    """Reduce a value for pickle to a flat list of instructions, so that deep expressions do not recurse."""
     instructions, (index,) = disassemble([self])
     return from_instructions, (instructions, index)
 

@@ -30,7 +30,7 @@ TERM_LIMIT = 4 * INSTRUCTION_LIMIT
 
 
 def are_too_many(instructions: Sequence[tuple]) -> bool:
-    """Whether a reader would refuse so many instructions, or so many terms of their affine parts."""
+    """Return True if instructions, or the terms of their affine parts, exceed the limits that readers enforce."""
     return (
         len(instructions) > INSTRUCTION_LIMIT
         or sum([len(instruction[2]) for instruction in instructions if instruction[0] == AFFINE]) > TERM_LIMIT

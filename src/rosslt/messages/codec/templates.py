@@ -83,7 +83,7 @@ class Template:
 
 
 def are_finite(values: Collection[float], slopes: Collection[float]) -> bool:
-    """Whether floats are finite; False as well where their sum is not."""
+    """Return True if all floats and their sum are finite."""
     total = sum(values) + sum(slopes)
     return total - total == 0
 
@@ -92,16 +92,15 @@ class Shape(NamedTuple):
     """Affine fields apart from their floats: where the keys of two are equal, one template serves both."""
 
     key: Tuple[Any, ...]
-    """The fields with numbers in the places of their floats."""
+    """The fields with numbers instead of their floats."""
     values: List[float]
-    """Of sources, each reading once, in order of appearance."""
+    """The values of sources, each reading once, in order of appearance."""
     slopes: List[float]
     """Coefficients that are written as floats, each once, in order of appearance."""
 
 
 def shape_of(fields: Sequence[AffineField]) -> Optional[Shape]:
-    """The shape of fields; None where they hold something else than floats in their place, or floats that are not
-    finite."""
+    """Return the shape of fields; None if their terms hold numbers other than floats, or floats that are not finite."""
     key: List[Any] = []
     add = key.append
     readings: Dict[Any, int] = {}

@@ -79,11 +79,11 @@ def listed(array: Any) -> List[Any]:
 
 
 def reached(name: str, paths: Iterable[str]) -> Iterator[Tuple[List[str], str]]:
-    """Of each leaf below the message that code calls by that name, the lines that lead to its owner, where they are
-    needed, and the expression for its value.
+    """Yield the generated code that reads each leaf of a message: lines that assign the leaf's owner to a variable,
+    unless an earlier leaf has done so, and the expression for the leaf's value.
 
     Args:
-        name: of a variable.
+        name: the variable that holds the message.
         paths: of the leaves, such as `pose.position.x`, those with the same owner one behind the other.
     """
     names = {'': name}

@@ -1,4 +1,4 @@
-"""What is known of an operation, and the one way to say it: rows of the table and users' operations are made alike."""
+"""Descriptions of operations: the rows of the table and the operations that users register."""
 
 import dataclasses
 from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple
@@ -26,7 +26,7 @@ class Forms(NamedTuple):
 
 @dataclasses.dataclass(eq=False, repr=False)
 class Operation:
-    """What is known of an operation.
+    """Describes an operation: its function, its inverses and its slopes.
 
     Attributes:
         code: the number of a row of the table on the wire, which never changes. None where other nodes do not know the
