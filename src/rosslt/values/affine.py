@@ -43,7 +43,7 @@ class Shortening:
         self.is_hasty = False
 
 
-#: Of this process.
+#: The settings of this process.
 SHORTENING = Shortening()
 
 Node = Tuple[Any, tuple]

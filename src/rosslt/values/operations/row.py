@@ -33,19 +33,20 @@ class Operation:
             operation; they get its linearization.
         name: what the table and `rosslt.math` call it.
         forward: the function itself.
-        inverse: of each operand, what it must become for a wanted result: `inverse(wanted, *operands)`. None where only
-            a search can tell.
-        slope: of each operand, the derivative: `slope(*operands)`. None where only differences can tell.
-        arity: 1 or 2; 0 where it takes any number of operands.
+        inverse: a function for each operand, `inverse(wanted, *operands)`, that returns the operand for a wanted result.
+            None if it must be searched for.
+        slope: a function for each operand, `slope(*operands)`, that returns the derivative. None if it must be
+            approximated by differences.
+        arity: 1 or 2; 0 for any number of operands.
         affine: in which operands it is affine: 'a' or 'b' while the other is constant, 'ab' in both together.
-        commutes: whether the operands may be swapped.
+        commutes: True if the operands may be swapped.
         image: the interval of the results, None for all numbers.
-        stepped: whether the results are whole numbers.
-        on_text: whether it takes texts; no other row does, though Python's own operators might.
-        symbol: its infix (or prefix) symbol, None where it is written as a function.
+        stepped: True if the results are whole numbers.
+        on_text: True if the operation takes texts; other operations refuse them, even if Python's operator takes them.
+        symbol: its infix (or prefix) symbol, None if it is written as a function.
         precedence: how strongly the symbol binds, as in Python; functions and names have the highest.
-        shown_as: what `explain` and error messages call it.
-        numpy: the names of the NumPy functions that do the same.
+        shown_as: its name in `explain` and error messages.
+        numpy: the names of the equivalent NumPy functions.
         forms: its forms of record for so many operands.
         left, right, both: those of a row of the table.
 

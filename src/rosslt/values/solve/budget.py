@@ -1,4 +1,4 @@
-"""How much a solve may cost, and expressions evaluated within that.
+"""Limits the work of a solve, and evaluates expressions within that limit.
 
 Work is counted, not timed, so that the same question has the same answer on every machine. A unit is one operation
 of the expression evaluated once, 0.2 to 0.4 microseconds; the derivative of one costs several.
@@ -96,7 +96,7 @@ class Trial:
     Args:
         graph: holds the expressions.
         changing: the sources that may change.
-        roots: the places of the nodes that are asked for.
+        roots: the indices of the wanted nodes.
         base: the values of the nodes while nothing changes.
         budget: what it may cost.
         wanted: the results that are wanted, which may be long whole numbers themselves.

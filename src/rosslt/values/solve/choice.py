@@ -213,7 +213,7 @@ def _holds_number(graph: Graph, source: Source) -> bool:
 
 
 def holds_floats(graph: Graph, source: Source) -> bool:
-    """Whether a source holds a float."""
+    """Return True if a source holds a float."""
     return all(type(graph.nodes[place]._plain) is float for place in graph.occurrences[source])
 
 
@@ -268,7 +268,7 @@ def _moved_with_whole(
     budget: Budget,
     base: Optional[List[Any]] = None,
 ) -> Optional[Dict[Source, Any]]:
-    """As `_moved_together`, with whole numbers among the sources: they are rounded, and the floats make up for it."""
+    """Move several sources, some of them whole numbers: round these, then solve for the floats again."""
     whole = [source for source in sources if _is_whole(graph, source)]
     floats = [source for source in sources if source not in whole]
     truths = [source for source in whole if type(_present(graph, source)) is bool]
@@ -370,7 +370,7 @@ def tracked_parts(value: Any, target: Any) -> List[Goal]:
 
 
 def _solve_tracked(tracked: List[Goal], freedom: Freedom) -> Dict[Source, Any]:
-    """As `_solve_parts`, for its tracked leaves."""
+    """Solve for several tracked leaves; those that share sources are solved together."""
     graph = Graph(leaf for _, leaf, _ in tracked)
     answer: Dict[Source, Any] = {}
     groups = connected(graph, tracked, freedom)

@@ -89,7 +89,7 @@ class Path(System):
         return x
 
     def _as_before(self, x: Point, before: List[Any]) -> bool:
-        """Whether a point gives the same results as other values of the nodes."""
+        """Return True if a point gives the same results as given values of the nodes."""
         values = self._tried(x)
         return values is not None and self._are_met(values, [before[root] for root in self._roots])
 
@@ -126,7 +126,7 @@ class Path(System):
         return x
 
     def is_continuous(self, last: Point, x: Point) -> bool:
-        """Whether the slopes on the way from one point to another account for how far it is."""
+        """Return True if the slopes between two points explain the distance between them, so that it is no jump."""
         way = [value - old for value, old in zip(x, last)]
         length = self._length(way)
         if length <= STILL * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
@@ -200,7 +200,7 @@ def continued(
 def _group_continued(
     goals: List[Goal], freedom: Freedom, last: Mapping[Source, Any], options: Dict[str, Any]
 ) -> Dict[Source, Any]:
-    """As `continued`, for results that share sources."""
+    """Continue the last answer without a jump, for a group of results that share sources."""
     graph = Graph(x for _, x, _ in goals)
     here = {source: last[source] for source in graph.occurrences if source in last}
     movable = [source for source in freedom.ranked(graph.occurrences) if freedom.allows(source)]
@@ -244,7 +244,7 @@ def _group_continued(
 def _one_more(
     graph: Graph, goal: Goal, floats: List[Source], freedom: Freedom, here: Mapping[Source, Any], path: Path
 ) -> Dict[Source, Any]:
-    """Where the source that moved is stopped, another one moves while it stays; on the way back, that one first."""
+    """Move a second source when the first is at its limit; on the way back, the second one moves first."""
     _, value, wanted = goal
     x = [float(here.get(source, start)) for source, start in zip(floats, path.start)]
     reason: Optional[NotInvertible] = None

@@ -36,7 +36,7 @@ NEARLY_LINEAR = 1e-3
 
 
 class Descent(NamedTuple):
-    """Where a descent ended: the point, and how much is missing there."""
+    """The end of a descent: the point, and the size of the remaining differences."""
 
     x: Point
     size: float
@@ -63,7 +63,7 @@ class Descents(Equations):
         self._limits = [in_floats(freedom.limits(source)) for source in unknowns]
         self._scales = [freedom.scale(source, value) for source, value in zip(unknowns, self.start)]
         self._promised = 0.0
-        """How far away the answer is, as the first step taken promises."""
+        """The distance of the answer that the first step predicts."""
         self.start = [self._clamped(place, value) for place, value in enumerate(self.start)]
 
     def _clamped(self, place: int, value: float) -> float:
@@ -71,7 +71,7 @@ class Descents(Equations):
         return min(max(value, low), high)
 
     def _leaves(self, place: int, value: float, way: float) -> bool:
-        """Whether an unknown at a bound would leave it."""
+        """Return True if a step would move an unknown at its bound out of bounds."""
         low, high = self._limits[place]
         return value >= high if way > 0 else way < 0 and value <= low
 
@@ -101,12 +101,12 @@ class Descents(Equations):
             held.add(max(leaving, key=lambda place: abs(step[place]) / self._scales[place]))
 
     def _descend(self, x: Point, equations: Sequence[Equation], rounds: int = ROUNDS) -> Optional[Descent]:
-        """Where steps that each bring the results nearer lead from a point; None where they are not defined there.
+        """Descend from a point in steps that each bring the results nearer; None if they are undefined at that point.
 
         Args:
-            x: where to begin.
-            equations: what is to be met.
-            rounds: the most steps.
+            x: the first point.
+            equations: the equations to meet.
+            rounds: the largest number of steps.
         """
         values = self._tried(x)
         missing = self._missing(values, equations)
@@ -121,7 +121,7 @@ class Descents(Equations):
             if size <= EXACT * math.sqrt(len(equations)):
                 break
             try:
-                # The slopes of the round before do where they foretold the results that well.
+                # The slopes of the last round are used again if they predicted the results well.
                 rows = rows or self._jacobian(values, equations)
             except Exhausted:
                 raise
@@ -169,13 +169,13 @@ class Descents(Equations):
     def _ahead(
         self, x: Point, step: Point, part: float, equations: Sequence[Equation]
     ) -> Tuple[Point, Optional[List[Any]], Optional[List[float]]]:
-        """Where a part of a step leads: the point, the nodes' values and what is missing."""
+        """Take a part of a step: return the new point, the nodes' values and the remaining differences."""
         ahead = [self._clamped(place, value + part * way) for place, (value, way) in enumerate(zip(x, step))]
         there = self._tried(ahead)
         return ahead, there, self._missing(there, equations)
 
     def _approach(self, x: Point) -> Optional[Descent]:
-        """Where a point moves to that comes nearer to what is wanted with every step (Levenberg-Marquardt)."""
+        """Minimize the differences from a point with the Levenberg-Marquardt method."""
         values = self._tried(x)
         missing = self._missing(values, self._equations)
         if values is None or missing is None:
@@ -197,7 +197,7 @@ class Descents(Equations):
             if there is None or left is None:
                 damping *= 4
                 continue
-            # The gain against the one that the slopes promise, which a step that goes too far does not keep.
+            # A step that is too long gains less than the slopes predict.
             foretold = [
                 part - sum([slope * way[place] for place, slope in row.items()]) for part, row in zip(missing, rows)
             ]

@@ -42,8 +42,8 @@ class Attempt:
     """A result of a graph as a function of one source.
 
     Args:
-        graph: holds the result and all it is made of.
-        root: the place of the result in it.
+        graph: holds the result and the nodes below it.
+        root: the index of the result in the graph.
         source: the source that may change.
         base: the values of the nodes once other sources are as wanted.
         limits: the source's minimum and maximum, infinite for none.
@@ -110,11 +110,11 @@ class Attempt:
             return found
 
     def _gives_it_now(self, wanted: Any) -> bool:
-        """Whether the result is the wanted one at the present value, which then stays, also out of its bounds."""
+        """Return True if the present value gives the wanted result. It is then kept even if it is out of bounds."""
         return bool(wanted == self._base[self._root] and self._result(self.present) == wanted)
 
     def _is_final(self, reason: NoPreimage) -> bool:
-        """Whether an answer beyond a bound is the only one there is."""
+        """Return True if an answer beyond a bound is the only answer, so that a search is useless."""
         return isinstance(reason, OutOfBounds) and self._graph.is_affine(self._depends, self._root)
 
     def _elsewhere(self, wanted: Any) -> Optional[Any]:
@@ -139,7 +139,7 @@ class Attempt:
             return None
 
     def _starts(self) -> List[Any]:
-        """Where else to undo the operations from: at the bounds and between them, near 0 and on its other side."""
+        """List more values to undo the operations from: at and between the bounds, near 0, with the other sign."""
         low, high, present = self._low, self._high, self.present
         ends = [end for end in (low, high) if math.isfinite(end)]
         if len(ends) == 2:
@@ -245,7 +245,10 @@ class Attempt:
             place = b if side else a
 
     def _through_form(self, place: int, operand: int, wanted: Any, values: List[Any], present: Any) -> Any:
-        """What an operand of a record that is no row's must become; NotImplemented where only a search can tell."""
+        """Return the operand's value for a wanted value of a record that is not in the table of operations.
+
+        NotImplemented if that needs a search.
+        """
         form, first, second = self._graph.records[place]
         try:
             found = form.undo(operand, wanted, present, first, second, values)
@@ -346,7 +349,7 @@ class Attempt:
         return found
 
     def _of_kind(self, found: Any) -> List[Any]:
-        """What the source can hold nearest to a number found: a float, whole numbers around it, a text."""
+        """Convert an answer to values of the source's type: a float, the whole numbers around it, or a text."""
         if self._kind is str:
             return [found] if isinstance(found, str) else refuse('%r is not a text', found)
         if isinstance(found, str):

@@ -99,10 +99,10 @@ class System(Descents):
         return best
 
     def _ends(self, start: Point) -> Iterator[Descent]:
-        """Where descents from a start end.
+        """Yield the ends of descents from a start.
 
-        Those of the results as they are, and those of what is left of them when their outermost operations are
-        undone, which has no poles and does not saturate.
+        One descent uses the results themselves. Another uses the results with their outermost operations undone, which
+        has no poles and does not saturate.
         """
         if start is self.start:
             # As the results are, first: in the plane, the way to a point on the other side leads around the middle.
@@ -151,7 +151,7 @@ class System(Descents):
         return math.inf if missing is None else math.hypot(*missing)
 
     def _as_close_as(self, x: Point) -> Callable[[Point], Optional[Point]]:
-        """What takes a point that brings the results as near as another one does, but for roundings."""
+        """Return a filter: it returns a point that is as near to the targets as this one, and None for any other."""
         limit = self._distance(x) * (1 + ROUNDING) + ROUNDING * min(1.0, self._size)
         return lambda turned: turned if self._distance(turned) <= limit else None
 
@@ -161,7 +161,7 @@ class System(Descents):
         return end.x if end is not None and self.accepts(end.x) else None
 
     def accepts(self, x: Point) -> bool:
-        """Whether such values give all results."""
+        """Return True if a point gives all wanted results."""
         values = self._tried(x)
         return values is not None and self._are_met(values, self._wanted)
 
@@ -169,7 +169,7 @@ class System(Descents):
         return all(almost_meets(values[root], goal, self._size) for root, goal in zip(self._roots, wanted))
 
     def _starts(self) -> Iterator[Point]:
-        """Where descents begin: at the present values, near them, along the way to the target, then further away."""
+        """Yield the starts of descents: the present values, points near them, towards the target, then further away."""
         yield self.start
         for perturbation in PERTURBATIONS:
             yield self._perturbed(perturbation)
@@ -216,7 +216,7 @@ class System(Descents):
         ]
 
     def _followed(self) -> Optional[Point]:
-        """Where the unknowns come to when the results are moved to what is wanted in small steps."""
+        """Move the results to the wanted values in small steps; returns the unknowns at the end."""
         x: Point = self.start
         for number in range(1, FOLLOWED_STEPS):
             part = number / FOLLOWED_STEPS
@@ -231,10 +231,10 @@ class System(Descents):
         return x
 
     def _without_one(self) -> Iterator[Point]:
-        """Where all results but one are met, each left out in turn, the one that is missed most at first.
+        """Yield points that meet all results but one, for each in turn, the one with the largest difference first.
 
-        One that goes up and down, or has a pole on the way, does not hinder the others then; where these leave no
-        choice, it is met with them.
+        A result that oscillates or has a pole then does not hinder the others. If the others determine all unknowns,
+        their solution meets the omitted result, too.
         """
         if not 2 < len(self._equations) <= MOST_LEFT_OUT:
             return
