@@ -20,10 +20,10 @@ from rosslt.node import ask_all
 #: The kinds of findings: nothing is wrong; it may hinder a change; it prevents a change.
 FINE, NOTE, FAULT = 'ok', 'note', 'fault'
 
-#: What a node that makes interactive markers publishes.
+#: The message type that a node with interactive markers publishes.
 _UPDATE_TYPE = 'visualization_msgs/InteractiveMarkerUpdate'
 
-#: How long the master, or a node, may take to answer, in seconds.
+#: Timeout for answers of the master or of a node, in seconds.
 _TIMEOUT = 2.0
 
 #: At which service a node that `rosslt run` runs says where it makes plain numbers of tracked ones.
@@ -113,9 +113,9 @@ class Losses:
     """The lines at which nodes make plain numbers of those with provenance. They are asked from now on.
 
     Args:
-        state: what the master knows of nodes.
-        topics: those whose publishers are asked.
-        seconds: for how long they look.
+        state: the master's system state.
+        topics: the topics whose publishers are asked.
+        seconds: the time for which they look.
     """
 
     def __init__(self, state: SystemState, topics: Iterable[str], seconds: float) -> None:
@@ -156,10 +156,10 @@ class Examination:
 
     Args:
         master: the ROS master.
-        state: what it knows of nodes.
-        traffic: what came on the topics, and on those that their publishers listen to.
+        state: the master's system state.
+        traffic: the messages received on the topics, and on the topics that their publishers subscribe to.
         directory: has learned the sources in it.
-        losses: where the publishers lose provenance.
+        losses: the lines at which the publishers lose provenance.
     """
 
     def __init__(

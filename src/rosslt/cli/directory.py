@@ -24,7 +24,7 @@ __all__ = [
     'tracked_node',
 ]
 
-#: How long owners may take to answer, in seconds.
+#: Timeout for answers of owners, in seconds.
 TIMEOUT = 2.0
 
 

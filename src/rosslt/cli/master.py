@@ -12,7 +12,7 @@ import rosgraph
 from rosslt.cli.failure import Failure
 from rosslt.cli.suggestions import did_you_mean_beginning
 
-#: How long a master may take to answer, in seconds; a person is waiting.
+#: Timeout for answers of a master, in seconds; a person is waiting.
 TIMEOUT = 2.0
 
 #: At which service a tracked node lists its locations.

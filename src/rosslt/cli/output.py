@@ -30,9 +30,9 @@ def table(rows: Sequence[Sequence[str]], indent: str = '', left: Optional[int] =
     """Lines of aligned columns.
 
     Args:
-        rows: of as many cells each.
+        rows: the rows, with as many cells each.
         indent: stands in front of each line.
-        left: how many columns are aligned to the left, by default all; what follows are numbers.
+        left: the number of columns that are aligned to the left, by default all; the others hold numbers.
     """
     if not rows:
         return []
@@ -55,7 +55,7 @@ def write_row(*cells: object) -> None:
 
 
 def limits(place: Place) -> str:
-    """What a location takes, as a table has it: `0.5 .. 10.0`, `read-only`, or nothing."""
+    """Describe the limits of a location for a table: `0.5 .. 10.0`, `read-only`, or nothing."""
     location = place.location
     if location.read_only:
         return 'read-only'

@@ -29,7 +29,7 @@ def pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], sla
     Args:
         bag: open.
         fields, references: as many TOPIC/FIELD each.
-        slack: how far apart two stamps may be, in seconds.
+        slack: the largest difference of two stamps, in seconds.
 
     Returns:
         For each field its Pairs, in the order of the messages.

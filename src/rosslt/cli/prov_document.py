@@ -30,8 +30,8 @@ def prov_json(
     Args:
         directory: the Directory that knows the locations.
         sources: the locations to describe; those in `found` and `changes` are, too.
-        found: which fields of which topics they reach.
-        changes: what their owners remember, the oldest first.
+        found: the topics and fields that the locations reach.
+        changes: the changes that their owners remember, the oldest first.
 
     Raises:
         Failure: the Python package prov is not installed.

@@ -13,7 +13,7 @@ from rosslt.cli.fields import joined
 from rosslt.cli.output import shortened, table, write_row
 from rosslt.cli.reading import Received
 
-#: How long an array without provenance may be for people; programs get all of it.
+#: The longest array without provenance that is shown to people in full; programs get all of it.
 LONGEST_ARRAY = 120
 
 

@@ -8,7 +8,7 @@ import rosgraph
 
 from rosslt.cli.master import LIST_SERVICE, default_timeout
 
-#: How long a connection to a node may take, in seconds.
+#: Timeout for a connection to a node, in seconds.
 _TIMEOUT = 1.0
 
 
@@ -18,7 +18,7 @@ def why_unreachable(master: rosgraph.Master, node: str, reason: str) -> str:
     Args:
         master: knows the node's addresses.
         node: its full name.
-        reason: what is said where the node can be reached all the same.
+        reason: the answer if the node can be reached all the same.
     """
     return problem_of(master, node) or reason
 

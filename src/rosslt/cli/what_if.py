@@ -15,7 +15,7 @@ from rosslt.values import AFFINE, Source
 #: In how many messages of a topic it is looked for linearizations.
 LOOKED_AT = 20
 
-#: How often the progress is told, in seconds.
+#: Interval of progress reports, in seconds.
 PROGRESS_PERIOD = 0.1
 
 
@@ -23,10 +23,10 @@ class Topic:
     """Counts of the messages of one topic after rewriting.
 
     Attributes:
-        count: how many there are.
-        changed: how many have other values now.
-        left_out: how many have no value any more, as `reason` says, and were left out.
-        is_approximate: whether some of them come from the provenance of the message before, or the first of them from a
+        count: the number of messages.
+        changed: the number of messages with changed values.
+        left_out: the number of messages that were left out as they have no value any more; `reason` says why.
+        is_approximate: True if some of them come from the provenance of the message before, or the first of them from a
             linearization, which holds near the recorded values only.
     """
 
@@ -41,7 +41,7 @@ class Result(NamedTuple):
 
     Attributes:
         topics: {name: Topic}.
-        recorded: how long the recording is, in seconds.
+        recorded: the length of the recording, in seconds.
     """
 
     topics: Dict[str, Topic]

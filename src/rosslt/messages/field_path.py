@@ -13,7 +13,7 @@ import genpy
 from rosslt import values
 from rosslt.messages.fields import SCALARS
 
-#: How far apart two neighbouring numbers of 32 bits are, relative to their size.
+#: The distance of neighbouring 32-bit floats, relative to their size.
 FLOAT32 = 2.0**-23
 
 _SINGLE = struct.Struct('<f')
@@ -99,7 +99,7 @@ def is_reached(part: Any, wanted: Any, type_: str = '') -> bool:
 
     Args:
         part: a scalar, a message or an array of them.
-        wanted: of the same shape; None for what may be anything.
+        wanted: the target, in the same shape; None for parts that may have any value.
         type_: the part's ROS type.
 
     Raises:

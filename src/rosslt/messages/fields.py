@@ -15,7 +15,7 @@ from genpy.generator import make_python_safe
 
 _SEPARATOR = '\n' + '=' * 80 + '\nMSG: '
 
-#: Of each scalar type its letter for `struct`; None for a string, which has no size of its own.
+#: The `struct` letter of each scalar type; None for a string, which has no fixed size.
 SCALARS: Dict[str, Optional[str]] = {
     'bool': 'B',
     'int8': 'b',
@@ -54,7 +54,7 @@ class Field(NamedTuple):
     """None for a field that is no array, VARIABLE, or the number of elements."""
 
 
-#: What Python makes of each kind of scalar type, as `kind_of` gives it.
+#: The Python type of each kind of `kind_of`.
 TYPE_OF_KIND = {'d': float, 'f': float, 'i': int, 'b': bool, 's': str}
 
 

@@ -51,7 +51,7 @@ def decode(data: bytes, message_class: type) -> Decoded:
 
     Args:
         data: as received.
-        message_class: of the message on the wire.
+        message_class: the class of the message on the wire.
 
     Raises:
         genpy.DeserializationError: the message itself cannot be read.

@@ -12,12 +12,12 @@ _UNCHANGED = TRACKED | {float, int, bool, str, bytes}
 
 
 Located = Tuple[Any, Any, Any, str]
-"""Where a leaf is, its owner and the key in that; its value and its kind, as the walkers locate them."""
+"""A located leaf: its owner, its key in the owner, its value and its kind."""
 
 _OWNER, _KEY = operator.itemgetter(0), operator.itemgetter(1)
 
 LocatedArray = Tuple[Any, str, Any, List[Any]]
-"""Where an array of scalars is, its owner and the name in that; the array, and the copy that leaves are located in."""
+"""A located array of scalars: its owner, its name in the owner, the array, and a copy that its leaves refer to."""
 
 
 def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:

@@ -19,7 +19,7 @@ COSTLY = 0.0025
 """The CPU time in seconds from which on a provenance is written less often, in proportion: at 20 Hz, 5 % of a core."""
 
 KEPT = 2.0
-"""For how many seconds a provenance is kept: a publisher of that thing would have written another one since."""
+"""Time in seconds that a provenance is kept; a publisher that is still alive writes a new one sooner."""
 
 MOST_THINGS = 1024
 """The most things that a publisher, or a reader, remembers."""
@@ -34,7 +34,7 @@ def thing_reader(message_class: Any, reads_all: bool = False) -> ThingReader:
     """The ThingReader of a message class, compiled when first asked for.
 
     Args:
-        message_class: of the messages.
+        message_class: the class of the messages.
         reads_all: read all elements of an array, and not the first one alone.
     """
     layout = walkers(message_class).layout
@@ -142,7 +142,7 @@ class LastProvenance:
 
         Args:
             message: as received; not changed.
-            publisher: of the message, with the topic where messages of several are read.
+            publisher: the publisher of the message, with the topic if several topics are read.
             now: when it came, in seconds; by default now.
 
         Returns:

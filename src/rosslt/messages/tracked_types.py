@@ -147,7 +147,7 @@ def wrap(message: Any, tracked_class: Any, provenance: Optional[bytes] = None) -
 
     Args:
         message: an ordinary message; it is not copied.
-        tracked_class: of the message's type.
+        tracked_class: the tracked class of the message's type.
         provenance: as `encode` gave it; by default it is encoded now.
 
     Raises:

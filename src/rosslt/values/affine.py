@@ -28,7 +28,7 @@ MAX_FAST_FOLD = 64
 """The most operations that are passed in one go."""
 
 MAX_VISITS = 8
-"""How many times the nodes of an expression may be visited, on average, while parts of it are folded."""
+"""The most visits of a node, on average, while parts of an expression are folded."""
 
 
 class Shortening:

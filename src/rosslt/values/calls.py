@@ -210,7 +210,7 @@ def operation(
         operands = [number for number in numbers if type(number) in TRACKED]
         if not operands or RECORDING.is_paused:
             return layout.call(function, [plain(number) for number in numbers])
-        # What the function gets is the program's, which may change it at any time; what is kept is not.
+        # The program may change the arguments at any time; the record keeps copies.
         kept = numbers if SCALARS.issuperset(map(type, numbers)) else [copied(number) for number in numbers]
         result = layout.call(function, [plain(number) for number in numbers])
         first, size = (tuple(kept), layout), size_of(operands)

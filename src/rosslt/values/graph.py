@@ -133,7 +133,7 @@ class Graph:
         """Update the list of the nodes' values for changed source values.
 
         Args:
-            steps: what to do, as `steps` gives it.
+            steps: the steps to run, from `steps`.
             values: the value of each node; it is changed.
             changes: `{Source: value}`.
             most_bits: the length at which whole numbers are refused, 0 for none.
@@ -188,7 +188,7 @@ class Graph:
         """List the indices of a node and of all nodes below it that may change, users before their operands."""
         begin = self.begins.get(root, root)
         own = range(root, begin - 1, -1)
-        # What other roots brought in, too.
+        # The shared nodes that other roots brought in.
         shared = {operand for place in own if place in partials for operand, _ in partials[place] if operand < begin}
         stack = list(shared)
         while stack:

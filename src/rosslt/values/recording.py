@@ -24,7 +24,7 @@ class Recording:
         self.is_paused = False
 
 
-#: Of this process.
+#: The state of this process.
 RECORDING = Recording()
 
 

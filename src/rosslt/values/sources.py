@@ -23,7 +23,7 @@ class UnnamedSource(Source):
     source need no change when the name is known.
 
     Args:
-        location_id: of the location.
+        location_id: the id of the location.
     """
 
     def __new__(cls, location_id: int) -> 'UnnamedSource':

@@ -10,7 +10,7 @@ class BoundedCache(Generic[Value]):
     """Keeps the values that were put into it last. Several threads may use it.
 
     Args:
-        size: how many.
+        size: the largest number of values.
     """
 
     def __init__(self, size: int) -> None:

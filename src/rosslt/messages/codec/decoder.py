@@ -39,7 +39,7 @@ MAX_TEMPLATES = 4
 """The most templates of one length that are remembered for a message class."""
 
 SCALAR_TYPES = frozenset((float, int, bool, str))
-"""What a leaf holds, apart from its provenance."""
+"""The types of the plain values of leaves."""
 
 _VALUE, _KIND = operator.itemgetter(2), operator.itemgetter(3)
 
@@ -217,8 +217,8 @@ class _Loads:
     """Loads the provenance of the fields of one message when it is first read.
 
     Args:
-        header: of the message.
-        kinds: of its fields.
+        header: the header of the message.
+        kinds: the kinds of its fields.
     """
 
     __slots__ = ('_header', '_kinds')

@@ -233,8 +233,8 @@ class _Encoder:
     def __init__(self, message_type: str) -> None:
         self._message_type = message_type
         self.tables = TableWriter()
-        # Of each field its leaf, the number of its source and the key of its coefficient; or the numbers of the lists
-        # of both, and True.
+        # For each field: its leaf, the number of its source, the key of its coefficient and False; or the numbers of
+        # the lists of both, and True.
         self.fields: List[Tuple[int, int, Any, bool]] = []
         self._instructions: List[tuple] = []
         self._roots: Dict[int, int] = {}

@@ -42,8 +42,8 @@ def packed_instructions(instructions: Sequence[tuple], tables: TableWriter, numb
 
     Args:
         instructions: as from `values.disassemble`, made known to the tables by `register`.
-        tables: those of the message.
-        numbers: of the coefficients.
+        tables: the tables of the message.
+        numbers: the numbers of the coefficients.
     """
     parts = [packed([len(instructions)])]
     for at, (kind, *operands) in enumerate(instructions):
@@ -122,10 +122,10 @@ class ReceivedInstructions(NamedTuple):
     """`(SOURCE, number of the source)`, `(CONSTANT, value)`, `(AFFINE, value, ((index, number of the coefficient),
     ...), is_exact)` or `(Operation, index, ...)`."""
     floats_at: List[int]
-    """Where the floats in them begin."""
+    """The positions of the floats in the data."""
 
     def resolved(self, tables: ReceivedTables) -> List[tuple]:
-        """The same as `values.assemble` takes them."""
+        """Return the instructions with sources and coefficients instead of their numbers, for `values.assemble`."""
         return [_resolved(instruction, tables) for instruction in self.read]
 
 

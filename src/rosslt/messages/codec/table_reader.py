@@ -83,9 +83,9 @@ class ReceivedTables(NamedTuple):
 
     sources: SourceTable
     values: Sequence[Any]
-    """For each source its value; None where no value was sent."""
+    """The value of each source; None if no value was sent."""
     coefficients: Sequence[Any]
-    """From number 1; number 0 is None."""
+    """The coefficients, from number 1; number 0 is None."""
     source_lists: Sequence[Tuple[int, ...]]
     slope_lists: Sequence[Tuple[int, ...]]
     blocks: FloatBlocks

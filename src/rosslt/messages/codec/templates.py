@@ -13,7 +13,7 @@ from rosslt.values import Source
 Terms = Sequence[Tuple[Source, Any, Any]]
 
 AffineField = Tuple[int, Optional[Source], Terms]
-"""One affine leaf on the wire: its index, and its source where it is a source itself, else None and its terms."""
+"""An affine leaf on the wire: its index, and its source if it equals a source, else None and its terms."""
 
 
 class Parts(NamedTuple):
@@ -21,10 +21,10 @@ class Parts(NamedTuple):
 
     head: bytes
     values: Sequence[float]
-    """Of sources, as far as they are floats."""
+    """The values of sources that are floats."""
     middle: bytes
     slopes: Sequence[float]
-    """Coefficients, as far as they are written as floats."""
+    """The coefficients that are written as floats."""
     tail: bytes
 
     def joined(self) -> bytes:
@@ -39,7 +39,7 @@ class Template:
 
     Args:
         head, middle, tail: the bytes before, between and behind the two blocks of floats.
-        value_count, slope_count: how many floats the blocks have.
+        value_count, slope_count: the numbers of floats in the blocks.
     """
 
     __slots__ = ('_around', '_pack', '_size', '_slopes_at', '_unpack')

@@ -11,15 +11,15 @@ from .inverses import refuse
 from .notation import FUNCTION, LEAF, Text, applied, literal, sum_of_terms
 
 SOURCE_INSTRUCTION, CONSTANT_INSTRUCTION, AFFINE_INSTRUCTION = 'source', 'constant', 'affine'
-"""How instructions that are no operation begin."""
+"""The first elements of instructions that are no operation."""
 
 
 class Form:
     """The meaning of a record `(form, first, second)`. A new form of record is a subclass with these methods.
 
-    What walks expressions asks the form, with two short cuts for speed: a record with `single_operand` is an operation
-    on one tracked value `first` and a constant `second`, with `forward(first, second)`, `inverse(y, first, second)`
-    and `slope(first, second)` in that order; a record whose `operation` is not None and that has no `single_operand`
+    Code that walks expressions calls these methods, with two short cuts for speed. A record with `single_operand` is an
+    operation on one tracked value `first` and a constant `second`, with `forward(first, second)`, `inverse(y, first,
+    second)` and `slope(first, second)` in that order. A record whose `operation` is not None and that has no `single_operand`
     is one on two tracked values, and its `inverse` and `slope` are pairs.
 
     Attributes:

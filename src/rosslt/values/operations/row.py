@@ -31,12 +31,11 @@ class Operation:
     Attributes:
         code: the number of a row of the table on the wire, which never changes. None where other nodes do not know the
             operation; they get its linearization.
-        name: what the table and `rosslt.math` call it.
+        name: its name in the table and in `rosslt.math`.
         forward: the function itself.
-        inverse: a function for each operand, `inverse(wanted, *operands)`, that returns the operand for a wanted result.
-            None if it must be searched for.
-        slope: a function for each operand, `slope(*operands)`, that returns the derivative. None if it must be
-            approximated by differences.
+        inverse: a function for each operand, `inverse(wanted, *operands)`: returns the operand for a wanted result.
+            None where a search is needed.
+        slope: a function for each operand, `slope(*operands)`: returns the derivative. None where differences are used.
         arity: 1 or 2; 0 for any number of operands.
         affine: in which operands it is affine: 'a' or 'b' while the other is constant, 'ab' in both together.
         commutes: True if the operands may be swapped.
@@ -44,11 +43,11 @@ class Operation:
         stepped: True if the results are whole numbers.
         on_text: True if the operation takes texts; other operations refuse them, even if Python's operator takes them.
         symbol: its infix (or prefix) symbol, None if it is written as a function.
-        precedence: how strongly the symbol binds, as in Python; functions and names have the highest.
+        precedence: the precedence of the symbol, as in Python; functions and names have the highest.
         shown_as: its name in `explain` and error messages.
         numpy: the names of the equivalent NumPy functions.
         forms: its forms of record for so many operands.
-        left, right, both: those of a row of the table.
+        left, right, both: the forms of a row of the table.
 
     Raises:
         TypeError: something is no function; an operation with a code lacks an inverse or a slope.

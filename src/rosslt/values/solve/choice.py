@@ -36,16 +36,16 @@ from .several import System
 from .simplest import simplest
 
 MANY_SOURCES = 16
-"""Of more sources than these, it is first looked up which ones cannot give the result alone."""
+"""With more sources than this, those that cannot give the result alone are sorted out first."""
 
 MOST_ROUNDINGS = 16
-"""In so many ways at most are whole numbers rounded, up or down."""
+"""The most combinations of rounding whole numbers up or down."""
 
 MOST_OUT_OF_BOUNDS = 4
-"""Of so many sources at most that are out of their bounds, each is moved alone before all of them are."""
+"""The most sources out of their bounds that are each moved alone before all are moved together."""
 
 ALONE = 0.8
-"""The part of the work that may go into looking for one source that does it alone; the rest is for several."""
+"""The part of the work for finding a single source that gives the target; the rest is for several sources."""
 
 
 def solve(
@@ -134,7 +134,7 @@ def solve_one(
 
     Args:
         changes: values that other sources take on meanwhile; they are not changed again.
-        budget: what it may cost.
+        budget: the work that it may take.
 
     Raises:
         NotTracked, NotInvertible: as `solve`.

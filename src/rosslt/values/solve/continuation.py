@@ -22,13 +22,13 @@ from .periods import turns_too_many
 from .several import System
 
 JUMP = 5.0
-"""A step that is so many times as long as the slopes on its way ask for is a jump."""
+"""A step is a jump if it is this many times as long as its slopes predict."""
 
 ON_THE_WAY = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Where on its way the slopes are looked at."""
+"""The fractions of a step at which its slopes are evaluated."""
 
 SINGULAR = 1e-6
-"""How directions in which the results hardly move are damped, when it is asked how far the slopes would go."""
+"""The damping of directions in which the results hardly move, for the length that the slopes predict."""
 
 HALF_TURN = math.pi
 """An unknown that is further than this, in radians, from where it was is looked at for whole periods."""
@@ -177,7 +177,7 @@ def continued(
 
     Raises:
         NotTracked, NotInvertible: as of `solve`; also where there are answers, but none that the last one leads to.
-            What was before should stay then, and be `last` still.
+            The previous values should then stay, and `last` too.
     """
     options: Dict[str, Any] = {
         'sources': sources,
@@ -213,7 +213,7 @@ def _group_continued(
         except NotInvertible as error:
             reason = error
         if reason is None and not (set(floats) >= set(anew) and set(floats) >= set(here)):
-            return anew  # What is whole moves in jumps.
+            return anew  # Whole numbers move in jumps.
     path = _path(graph, goals, floats, freedom)
     if path is None or not floats:
         if reason is not None:

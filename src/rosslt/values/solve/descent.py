@@ -20,19 +20,19 @@ DAMPINGS = (0.0, 1e-6, 1e-3, 0.03, 1.0, 30.0)
 FIRST_DAMPING, LAST_DAMPING = 1e-3, 1e9
 
 MOST_APPROACHES = 200
-"""How a descent to what cannot be met is damped, and how many steps it takes at most."""
+"""The damping of a descent towards targets out of reach, and its largest number of steps."""
 
 FIRST_RADIUS = 1.0
-"""How far the first step may go, in the sources' scales or sizes, unless the results follow it as a line does."""
+"""The longest first step, in the sources' scales or sizes, unless the results are nearly linear."""
 
 CONVERGED = 1e-10
-"""Results that miss no more than this part of their size are met; what is left to do is to polish them."""
+"""Results that miss by at most this part of their size are met, and only polished further."""
 
 EXACT = 2.0**-51
-"""Nearer than this, in the root of the mean square of what is missing, only roundings differ."""
+"""Below this root mean square of the differences, only roundings differ."""
 
 NEARLY_LINEAR = 1e-3
-"""Where a step leaves no more than this part of what was missing, the results follow the slopes as a line does."""
+"""The results are nearly linear if a step leaves at most this part of the difference."""
 
 
 class Descent(NamedTuple):
@@ -47,7 +47,7 @@ class Descents(Equations):
 
     Args:
         graph, goals, unknowns, budget, base: as of `Equations`.
-        freedom: what limits the unknowns (`freedom.Freedom`).
+        freedom: the constraints on the unknowns (`freedom.Freedom`).
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Descents(Equations):
             leaving = [place for place in at_bounds if self._leaves(place, x[place], step[place])]
             if not leaving:
                 return step
-            # One at a time: without it the others may come back.
+            # Unknowns are held one by one: without one of them the others may come back.
             held.add(max(leaving, key=lambda place: abs(step[place]) / self._scales[place]))
 
     def _descend(self, x: Point, equations: Sequence[Equation], rounds: int = ROUNDS) -> Optional[Descent]:
@@ -127,7 +127,7 @@ class Descents(Equations):
                 raise
             except UNDEFINED:
                 break
-            # What is met is polished, without a search for a better way.
+            # Results that are met are polished with undamped steps only.
             for attempt in range(level, len(DAMPINGS)) if size > CONVERGED else (0,):
                 try:
                     step = self._step(x, rows, missing, DAMPINGS[attempt])
@@ -140,7 +140,7 @@ class Descents(Equations):
                     continue
                 self._promised = self._promised or length
                 if length > radius and attempt == level:
-                    # As good as a line: however far it is.
+                    # The results are nearly linear: the step may be long.
                     ahead, there, left = self._ahead(x, step, 1.0, equations)
                     if left is not None and math.hypot(*left) <= NEARLY_LINEAR * size:
                         break

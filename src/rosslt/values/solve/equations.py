@@ -50,7 +50,7 @@ class Equations:
         graph: holds the results.
         goals: `(path, tracked value, wanted value)` each.
         unknowns: the sources to change.
-        budget: what solving may cost.
+        budget: the work that solving may take.
         base: the values of the graph's nodes while nothing changes; the present ones by default.
 
     Raises:

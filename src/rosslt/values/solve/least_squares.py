@@ -28,7 +28,7 @@ def shortest_step(
         missing: by how much each result should rise.
         scales: the scale of each unknown; steps are measured in these units.
         damping: at least 0, in relation to rows of length 1.
-        by_row: whether all results count alike, whatever their slopes; this changes nothing where all can be met.
+        by_row: gives all results the same weight, whatever their slopes; this changes nothing if all can be met.
             Otherwise what is missing counts in its own unit.
 
     Returns:

@@ -1,9 +1,9 @@
-"""One source's try at making one result become what is wanted (paper, IV.A, `force_value`).
+"""Solves one result for one source (paper, IV.A, `force_value`).
 
 From the result, the operations are undone one after the other as long as only one operand depends on the source.
 Where two do, the source appears more than once: if the rest is affine in it, its slope gives the answer, else Newton.
-An operation with several inverses is undone to the one nearest its operand's value. Where that does not lead to an
-answer, or to one out of bounds, other source values are started from, and at last the whole result is searched.
+An operation with several inverses is undone to the one nearest its operand's value. If that gives no answer, or one
+out of bounds, other start values are tried, and at last the whole result is searched.
 """
 
 import math
@@ -47,8 +47,8 @@ class Attempt:
         source: the source that may change.
         base: the values of the nodes once other sources are as wanted.
         limits: the source's minimum and maximum, infinite for none.
-        budget: what it may cost.
-        wanted: what the result should become.
+        budget: the work that it may take.
+        wanted: the wanted result.
     """
 
     def __init__(
@@ -275,7 +275,7 @@ class Attempt:
         self._searches += 1
         search = self._search(place, wanted, lambda result: meets(result, wanted), self._low, self._high)
         if self._searches > 1:
-            # What a whole search from one start does not find, a descent from another one may.
+            # Further starts are only descended from: the whole search has been done once.
             return search.descend_whole(start) if self._kind is int else search.descend(start)
         if self._kind is float:
             found = self._of_quotient(place, wanted, start)
@@ -286,8 +286,8 @@ class Attempt:
             return self._searched(place, wanted, start, lambda result: meets(result, wanted), self._low, self._high)
 
     def _of_quotient(self, place: int, wanted: Any, start: float) -> Optional[float]:
-        """Where a quotient of two expressions may be the wanted one, found without its poles: `a - wanted * b` is 0
-        there. None for any other operation."""
+        """Find a candidate answer for a quotient of two expressions without its poles, as a root of `a - wanted * b`.
+        None for any other operation."""
         form, first, second = self._graph.records[place]
         if form.operation is not DIVIDE:
             return None
@@ -371,7 +371,7 @@ def beyond_bounds(value: Any, wanted: Any, limits_of: Callable[[Source], Limits]
 
     Args:
         value: the tracked value.
-        wanted: what it should become.
+        wanted: the wanted value.
         limits_of: gives a source's minimum and maximum.
 
     Returns:

@@ -38,7 +38,7 @@ class Periods:
         """The periods that each source may have, the longest first; whether all results have them is not checked.
 
         Args:
-            sources: which may change.
+            sources: the sources that may change.
             values: the value of each node.
 
         Raises:

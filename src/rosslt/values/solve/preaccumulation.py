@@ -137,7 +137,7 @@ class Preaccumulated:
         Args:
             values: the value of each node.
             places: the indices of the nodes whose gradients are wanted.
-            budget: what it may cost.
+            budget: the work that it may take.
         """
         depends = self._trial.depends
         for place in places:
@@ -179,7 +179,7 @@ class Preaccumulated:
         return row
 
     def _made_of(self, root: int) -> List[int]:
-        """List the indices of a node and of all changing nodes below it, users before operands, without the unknowns."""
+        """List the indices of a node and of the changing nodes below it, users before operands, without unknowns."""
         found = {root}
         stack = [root]
         while stack:

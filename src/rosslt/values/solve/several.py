@@ -17,46 +17,46 @@ from .equations import Point
 from .periods import TURN, turns_too_many
 
 PERTURBATIONS = (1e-2, 0.1, 0.5)
-"""By how much the start is moved, in turn, where the slopes at the present values lead nowhere (a straight arm)."""
+"""Successive shifts of the start, for present values whose slopes lead nowhere (a straight arm)."""
 
 RADII = (0.3, 1.0, 0.15, 3.0, 0.3)
-"""How far from the present values the later starts lie, in turn."""
+"""The distances of the later starts from the present values, in turn."""
 
 MOST_STARTS = 120
 
 FOLLOWED_STEPS = 8
-"""In how many steps the results are moved along the straight way to what is wanted."""
+"""The number of steps in which the results are moved straight to their targets."""
 
 MOST_LEFT_OUT = 12
-"""Of so many results at most, each is left out once to find a start."""
+"""The largest number of results of which each is left out once to find a start."""
 
 MOST_EQUAL_MINIMA = 12
-"""So many starts that end in the same place short of the target show that it is out of reach."""
+"""A target counts as out of reach once this many starts have ended at the same point short of it."""
 
 SHORT_WAY = 0.25
-"""A source that moves by no more than this is not looked at for whole periods."""
+"""A source that moves by no more than this is not checked for whole periods."""
 
 LARGE_TURN = 0.8
-"""An angle that turns by more than this, in radians, is worth a look for an answer that turns it less."""
+"""If an angle turns by more than this, in radians, an answer that turns it less is searched for."""
 
 SECOND_RADII = (1.0, 2.0, 3.0)
 
 MOST_SECOND_STARTS = 8
-"""From where such a nearer answer is looked for."""
+"""The largest number of starts of the search for a nearer answer."""
 
 MUCH_LONGER = 2.0
-"""An answer that is so many times as far away as the slopes promise is worth a look for a nearer one."""
+"""If an answer is this many times as far away as the slopes predict, a nearer one is searched for."""
 
 
 class System(Descents):
-    """Results of a graph as functions of several sources that hold numbers, to be met or come near to.
+    """Solves several results of a graph for several numeric sources, exactly or as nearly as possible.
 
     Args:
         graph: holds the results.
         goals: `(path, tracked value, wanted value)` each.
         unknowns: the sources to change.
-        freedom: what limits them (`freedom.Freedom`).
-        budget: what solving may cost.
+        freedom: the constraints on the unknowns (`freedom.Freedom`).
+        budget: the work that solving may take.
         base: the values of the graph's nodes while nothing changes; the present ones by default.
     """
 
@@ -105,7 +105,7 @@ class System(Descents):
         has no poles and does not saturate.
         """
         if start is self.start:
-            # As the results are, first: in the plane, the way to a point on the other side leads around the middle.
+            # First, all results get the same weight: in the plane, this leads around the middle to the other side.
             unit = min([equation.unit for equation in self._equations])
             end = self._descend(start, [equation._replace(unit=unit) for equation in self._equations])
             if end is not None and self.accepts(end.x):
@@ -249,11 +249,11 @@ class System(Descents):
                 yield met.x
 
     def _unwound(self, x: Point, kept: Callable[[Point], Optional[Point]]) -> Point:
-        """A point with each unknown within half a period of its present value, where that does as well.
+        """Move each unknown to within half a period of its present value, if the results stay as near.
 
         Args:
             x: the point.
-            kept: of a point with one unknown turned back, what is taken of it; None where it does not do as well.
+            kept: returns the point to take for a point with one unknown turned back; None if that is worse.
         """
         far = [place for place, value in enumerate(x) if abs(value - self.start[place]) > SHORT_WAY]
         if not far or not self._periods:
