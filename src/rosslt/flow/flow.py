@@ -75,7 +75,7 @@ class Flow:
         return [(way[-1].topic, way[-1].fields, [step.publisher for step in way]) for way in self.ways(source)]
 
     def edges(self, sources: Optional[Iterable[values.Source]] = None) -> Dict[Tuple[Thing, Thing], List[str]]:
-        """List the edges to draw: {(from, to): [field, ...]} over ('location', Source), ('node', name), ('topic', name).
+        """List the edges: {(from, to): [field, ...]} over ('location', Source), ('node', name), ('topic', name).
 
         Args:
             sources: the sources whose flow is drawn; by default all.

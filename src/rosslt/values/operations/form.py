@@ -19,8 +19,8 @@ class Form:
 
     Code that walks expressions calls these methods, with two short cuts for speed. A record with `single_operand` is an
     operation on one tracked value `first` and a constant `second`, with `forward(first, second)`, `inverse(y, first,
-    second)` and `slope(first, second)` in that order. A record whose `operation` is not None and that has no `single_operand`
-    is one on two tracked values, and its `inverse` and `slope` are pairs.
+    second)` and `slope(first, second)` in that order. A record with an `operation` and without `single_operand` is an
+    operation on two tracked values, and its `inverse` and `slope` are pairs.
 
     Attributes:
         operation: an operation with one or two operands whose inverses and slopes are known; None for any other form.
