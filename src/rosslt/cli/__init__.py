@@ -31,7 +31,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command.
 
     Args:
-        arguments: those of the command line, by default this process's.
+        arguments: the arguments of the command line, by default this process's.
 
     Returns:
         The exit code: 0, 1 where it did not work (the reason is on standard error), 2 where it was not understood.
@@ -75,7 +75,7 @@ def _takes_over(name: str) -> bool:
 
 
 def usage() -> str:
-    """What `rosslt -h` prints."""
+    """Return the text of `rosslt -h`: the commands, by group."""
     lines: Dict[str, List[str]] = {}
     for name in verb.names():
         described = verb.load(name)
@@ -90,8 +90,8 @@ def run(name: str, arguments: Sequence[str], program: Optional[str] = None) -> i
 
     Args:
         name: the verb's.
-        arguments: those after the verb.
-        program: what the command is called in its help and errors, by default `rosslt VERB`.
+        arguments: the arguments after the verb.
+        program: the command's name in its help and errors, by default `rosslt VERB`.
 
     Returns:
         The exit code, as of `main`.

@@ -14,10 +14,10 @@ from rosslt.cli.master import is_below
 from rosslt.cli.reading import Decoder, Received
 from rosslt.messages import LastProvenance
 
-#: What nodes send on <node>/rosslt/locations.
+#: The message type of <node>/rosslt/locations.
 _LOCATIONS_TYPE = 'rosslt/LocationList'
 
-#: What rosbag raises where bytes of a bag are not right: of its own, in unpacking, in decompressing, in names.
+#: Exceptions of rosbag for a damaged bag: its own, and those of unpacking, decompressing and decoding names.
 _UNREADABLE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, OSError, EOFError, UnicodeDecodeError)
 
 
@@ -63,12 +63,12 @@ def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterato
 
 
 def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Tuple[str, Any, genpy.Time, Any]]:
-    """What `bag.read_messages(topics, raw=True, return_connection_header=True)` gives."""
+    """Read the serialized messages of a bag, each with its topic, time and connection header."""
     return _read(bag, topics, raw=True, return_connection_header=True)
 
 
 def _read(bag: rosbag.Bag, topics: Optional[Sequence[str]], **options: Any) -> Iterator[Any]:
-    """As `bag.read_messages`, which of a damaged bag may raise what does not say so."""
+    """Read the messages of a bag; a damaged bag raises ROSBagException instead of a LookupError."""
     try:
         yield from bag.read_messages(topics, **options)
     except LookupError as error:

@@ -9,7 +9,7 @@ from rosslt import messages
 from rosslt.cli.directory import Directory
 from rosslt.cli.master import find_master, full_name, tracked_nodes
 
-#: How long completion waits for a master or a node, in seconds.
+#: Timeout of completion for a master or a node, in seconds.
 _TIMEOUT = 0.7
 
 

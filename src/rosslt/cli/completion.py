@@ -12,7 +12,7 @@ def write_completions(line: str, seen: str) -> None:
 
     Args:
         line: the line up to the cursor.
-        seen: what bash takes for its last word: the end of it, where the word has a colon.
+        seen: the last word as bash sees it: only its end if the word has a colon.
     """
     words = line.split()[1:]
     word = words.pop() if words and not line[-1:].isspace() else ''

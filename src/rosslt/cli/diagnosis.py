@@ -20,16 +20,16 @@ from rosslt.node import ask_all
 #: The kinds of findings: nothing is wrong; it may hinder a change; it prevents a change.
 FINE, NOTE, FAULT = 'ok', 'note', 'fault'
 
-#: What a node that makes interactive markers publishes.
+#: The message type that a node with interactive markers publishes.
 _UPDATE_TYPE = 'visualization_msgs/InteractiveMarkerUpdate'
 
-#: How long the master, or a node, may take to answer, in seconds.
+#: Timeout for answers of the master or of a node, in seconds.
 _TIMEOUT = 2.0
 
 #: At which service a node that `rosslt run` runs says where it makes plain numbers of tracked ones.
 _FIND_LOSSES = '/rosslt/find_losses'
 
-#: The most places that are told of one node.
+#: The most positions in files that are listed for one node.
 _MOST_PLACES = 5
 
 #: The ends of the paths of numbers that a message always has, and that nobody drags.
@@ -113,9 +113,9 @@ class Losses:
     """The lines at which nodes make plain numbers of those with provenance. They are asked from now on.
 
     Args:
-        state: what the master knows of nodes.
-        topics: those whose publishers are asked.
-        seconds: for how long they look.
+        state: the master's system state.
+        topics: the topics whose publishers are asked.
+        seconds: the time for which they look.
     """
 
     def __init__(self, state: SystemState, topics: Iterable[str], seconds: float) -> None:
@@ -132,7 +132,7 @@ class Losses:
         self._answers, _ = ask_all('find_losses', srv.FindLosses, self._requests, self._timeout)
 
     def of(self, publisher: str) -> str:
-        """The places in a node's files, as a part of a sentence; '' where none was seen."""
+        """List the positions in a node's files, as a part of a sentence; '' if none was seen."""
         self._asking.join()
         answer = self._answers.get(publisher)
         if answer is None or not answer.files:
@@ -156,10 +156,10 @@ class Examination:
 
     Args:
         master: the ROS master.
-        state: what it knows of nodes.
-        traffic: what came on the topics, and on those that their publishers listen to.
+        state: the master's system state.
+        traffic: the messages received on the topics, and on the topics that their publishers subscribe to.
         directory: has learned the sources in it.
-        losses: where the publishers lose provenance.
+        losses: the lines at which the publishers lose provenance.
     """
 
     def __init__(

@@ -24,12 +24,12 @@ __all__ = [
     'tracked_node',
 ]
 
-#: How long owners may take to answer, in seconds.
+#: Timeout for answers of owners, in seconds.
 TIMEOUT = 2.0
 
 
 def locations_of(master: rosgraph.Master, directory: Directory, name: str, timeout: float = TIMEOUT) -> List[Place]:
-    """The Places of one node.
+    """The locations of one node.
 
     Raises:
         Failure: it does not answer.
@@ -106,7 +106,7 @@ def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
 
 
 def find(master: rosgraph.Master, directory: Directory, text: str) -> Place:
-    """The Place that NODE/LOCATION, or NODE#ID, names.
+    """Return the location named by NODE/LOCATION or NODE#ID.
 
     Raises:
         Failure: there is none, or more than one.

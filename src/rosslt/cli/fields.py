@@ -57,7 +57,7 @@ def path_where(message: Any, path: str, wanted: Dict[str, str]) -> Optional[str]
     condition is about a list of names, the element of the field at the same index: `name=elbow` of a JointState.
 
     Args:
-        path: of the field, without the index that is looked for.
+        path: the path of the field, without the index to find.
         wanted: {field of the thing: its value as a text}.
 
     Raises:
@@ -102,7 +102,7 @@ def target(message: Any, path: str, text: str) -> Any:
 
     Args:
         message: the message.
-        path: of the part: a scalar, a message or an array of them.
+        path: the path of the part: a scalar, a message or an array of them.
         text: a scalar as `rosslt set` takes it; for anything else YAML, `{x: 1.0, y: 2.0}`. What is not mentioned may
             become anything.
 

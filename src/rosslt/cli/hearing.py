@@ -11,7 +11,7 @@ from rosslt.cli.reading import Inbox, Received
 from rosslt.cli.suggestions import did_you_mean
 from rosslt.cli.unreachable import problem_of
 
-#: How long the other publishers of a topic are waited for after the first one was heard, in seconds.
+#: Time to wait for the other publishers of a topic after the first message, in seconds.
 _GATHERING = 1.0
 
 
@@ -29,9 +29,9 @@ def heard_publishers(
         master: knows who publishes it.
         inbox: listens to that topic alone.
         topic: its full name.
-        timeout: how long to wait for the first message, in seconds.
+        timeout: the time to wait for the first message, in seconds.
         publisher: wait for this node alone.
-        is_meant: whether a message is one of those that are waited for.
+        is_meant: returns True for a message to wait for; others are passed over.
 
     Raises:
         Failure: nobody sends such a message in time, or the publisher is none.

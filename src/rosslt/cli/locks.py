@@ -1,4 +1,4 @@
-"""What nodes say of who may change what: for `rosslt list`, `lock` and `unlock`."""
+"""Access rules of nodes and locks of their locations, for `rosslt list`, `lock` and `unlock`."""
 
 import argparse
 import getpass
@@ -21,7 +21,7 @@ def locks_of(nodes: Iterable[str]) -> Dict[str, srv.LockLocationsResponse]:
 
 
 def note_of(answer: srv.LockLocationsResponse, location_id: int = 0) -> str:
-    """Who has locked a location, or with 0 the node as a whole, and why: `locked by ada@desk: it runs`; or ''."""
+    """Describe the lock on a location, or on the node for id 0: `locked by ada@desk: it runs`; '' without one."""
     for locked, who, reason in zip(answer.locked_ids, answer.locked_by, answer.reasons):
         if locked == location_id:
             return f'locked by {who}' + (f': {reason}' if reason else '')
@@ -29,7 +29,7 @@ def note_of(answer: srv.LockLocationsResponse, location_id: int = 0) -> str:
 
 
 def notes_of(answer: srv.LockLocationsResponse) -> List[str]:
-    """What holds for a node as a whole, in short texts."""
+    """List a node's own restrictions on changes as short texts."""
     notes = [] if answer.accepts_changes else ['takes no changes: accept_changes is false']
     if note_of(answer):
         notes.append(note_of(answer))

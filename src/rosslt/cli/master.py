@@ -12,7 +12,7 @@ import rosgraph
 from rosslt.cli.failure import Failure
 from rosslt.cli.suggestions import did_you_mean_beginning
 
-#: How long a master may take to answer, in seconds; a person is waiting.
+#: Timeout for answers of a master, in seconds; a person is waiting.
 TIMEOUT = 2.0
 
 #: At which service a tracked node lists its locations.
@@ -42,7 +42,7 @@ def find_master(timeout: float = TIMEOUT) -> rosgraph.Master:
 
 
 class SystemState(NamedTuple):
-    """Who publishes, subscribes and serves what: {topic or service: [node, ...]}."""
+    """Publishers, subscribers and servers known to a master: {topic or service: [node, ...]}."""
 
     publishers: Dict[str, List[str]]
     subscribers: Dict[str, List[str]]
@@ -60,7 +60,7 @@ class SystemState(NamedTuple):
 
 
 def system_state(master: rosgraph.Master) -> SystemState:
-    """What the master knows of nodes now."""
+    """Ask the master for its current publishers, subscribers and services."""
     return SystemState(*map(dict, master.getSystemState()))
 
 
@@ -101,7 +101,7 @@ def split_topic(master: rosgraph.Master, text: str) -> Tuple[str, str, str]:
 
 
 def is_below(path: str, name: str) -> bool:
-    """Whether a path is a name or begins with it and a separator."""
+    """Return True if a path equals a name or begins with the name and a separator."""
     return path == name or (path.startswith(name) and path[len(name)] in '/.[')
 
 

@@ -1,4 +1,4 @@
-"""How much provenance costs on a topic: rates and sizes, like the paper's node slt_message_statistics (section VI).
+"""Cost of provenance on a topic: rates and sizes, like the paper's node slt_message_statistics (section VI).
 
 Messages are taken as they come from the wire, of any type and without reading their fields: what follows an ordinary
 message, or stands in the header of a tracked one, is its provenance.
@@ -18,12 +18,12 @@ from rosslt.cli.reading import class_of
 
 _COLUMNS = ('topic', 'type', 'rate', 'plain', 'provenance', 'ratio')
 
-#: Of a topic: its name and type, the rate, the sizes of a message and of its provenance, the ratio; None: not known.
+#: A topic's name and type, its rate, the sizes of a message and of its provenance, and their ratio; None: not known.
 Row = Tuple[str, str, float, Optional[float], Optional[float], Optional[float]]
 
 
 class Topic:
-    """What arrives on one topic.
+    """Counts the messages of one topic and their bytes.
 
     Args:
         name: the topic.
@@ -80,7 +80,7 @@ def formatted(row: Row) -> Tuple[str, ...]:
 
 
 class Screen:
-    """Prints tables, each in the place of the one before."""
+    """Prints tables, each over the previous one."""
 
     def __init__(self) -> None:
         self._height = 0

@@ -9,7 +9,7 @@ from rosslt.cli.directory import Directory, Place
 
 
 def is_terminal() -> bool:
-    """Whether a person reads standard output."""
+    """Return True if standard output is a terminal."""
     return sys.stdout.isatty()
 
 
@@ -22,7 +22,7 @@ def shortened(text: str, longest: int) -> str:
 
 
 def width() -> int:
-    """How many columns the terminal has."""
+    """Return the number of columns of the terminal."""
     return shutil.get_terminal_size().columns
 
 
@@ -30,9 +30,9 @@ def table(rows: Sequence[Sequence[str]], indent: str = '', left: Optional[int] =
     """Lines of aligned columns.
 
     Args:
-        rows: of as many cells each.
+        rows: the rows, with as many cells each.
         indent: stands in front of each line.
-        left: how many columns are aligned to the left, by default all; what follows are numbers.
+        left: the number of columns that are aligned to the left, by default all; the others hold numbers.
     """
     if not rows:
         return []
@@ -55,7 +55,7 @@ def write_row(*cells: object) -> None:
 
 
 def limits(place: Place) -> str:
-    """What a location takes, as a table has it: `0.5 .. 10.0`, `read-only`, or nothing."""
+    """Describe the limits of a location for a table: `0.5 .. 10.0`, `read-only`, or nothing."""
     location = place.location
     if location.read_only:
         return 'read-only'
@@ -75,7 +75,7 @@ def write_change(
     """Print that a source was changed, or would be.
 
     Args:
-        directory: the Directory that may know its name and place.
+        directory: the Directory that may know its name, file and line.
         old, new: its values as texts.
         more: further cells, for a pipe.
     """

@@ -14,7 +14,7 @@ from rosslt.messages import LastProvenance
 
 
 class Pair(NamedTuple):
-    """What a tracked field was, and what it should have been."""
+    """A tracked field's value and the target value for it."""
 
     result: Any
     target: Any
@@ -29,7 +29,7 @@ def pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], sla
     Args:
         bag: open.
         fields, references: as many TOPIC/FIELD each.
-        slack: how far apart two stamps may be, in seconds.
+        slack: the largest difference of two stamps, in seconds.
 
     Returns:
         For each field its Pairs, in the order of the messages.

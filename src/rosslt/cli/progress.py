@@ -4,7 +4,7 @@ import sys
 import time
 from typing import Callable
 
-#: How many characters the bar has.
+#: The number of characters of the bar.
 LENGTH = 40
 
 #: Before when nothing is shown, in seconds.

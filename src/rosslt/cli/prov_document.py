@@ -1,4 +1,4 @@
-"""What is known of locations as a W3C PROV document, for the tools that read PROV-JSON.
+"""Provenance of locations as a W3C PROV document, for tools that read PROV-JSON.
 
 Agents are nodes, and whoever asked for changes. Entities are locations, the values that they had (each a specialization
 of its location), and the fields of topics that are derived from them. Activities are the requests that changed
@@ -30,8 +30,8 @@ def prov_json(
     Args:
         directory: the Directory that knows the locations.
         sources: the locations to describe; those in `found` and `changes` are, too.
-        found: which fields of which topics they reach.
-        changes: what their owners remember, the oldest first.
+        found: the topics and fields that the locations reach.
+        changes: the changes that their owners remember, the oldest first.
 
     Raises:
         Failure: the Python package prov is not installed.
@@ -155,7 +155,7 @@ class _Things:
         return self._agent('node', name, 'prov:SoftwareAgent')
 
     def _requester(self, name: str) -> Any:
-        """Who asked for a change: a node, or what is called otherwise, such as the parameter server."""
+        """Return the agent that requested a change: a node, or another requester such as the parameter server."""
         return self._node(name) if name.startswith('/') else self._agent('requester', name or 'somebody', 'prov:Agent')
 
     def _agent(self, kind: str, name: str, prov_type: str) -> Any:

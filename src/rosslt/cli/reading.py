@@ -16,10 +16,10 @@ import rospy
 from rosslt import messages, node
 from rosslt.cli.failure import Failure
 
-#: How often a wait checks whether the node is being shut down, in seconds.
+#: Interval at which a wait checks for the node's shutdown, in seconds.
 _SHUTDOWN_CHECK_PERIOD = 0.1
 
-#: How many messages wait to be read before their publishers have to.
+#: The number of messages that are queued for reading before their publishers have to wait.
 _BACKLOG = 100
 
 
@@ -38,7 +38,7 @@ class Received(NamedTuple):
     message: Any
     """An ordinary message, also where the type on the wire is a tracked one."""
     is_latched: bool = False
-    """Whether its publisher is a latched one, which sends its last message to whoever comes later."""
+    """True for a latched publisher, which sends its last message to later subscribers."""
 
 
 @functools.lru_cache(maxsize=None)

@@ -13,7 +13,7 @@ from rosslt.cli.fields import joined
 from rosslt.cli.output import shortened, table, write_row
 from rosslt.cli.reading import Received
 
-#: How long an array without provenance may be for people; programs get all of it.
+#: The longest array without provenance that is shown to people in full; programs get all of it.
 LONGEST_ARRAY = 120
 
 
@@ -100,7 +100,7 @@ def _has_provenance(leaf: Any) -> bool:
 
 
 def _is_structure(part: Any) -> bool:
-    """Whether a part is a message, a time or a duration."""
+    """Return True for a message, a time or a duration."""
     return isinstance(part, (genpy.TVal, genpy.Message))
 
 
@@ -118,7 +118,7 @@ def text_of(leaf: Any) -> str:
 
 
 def _jsonable(part: Any) -> Any:
-    """As JSON takes it: bytes in base64 as rosbridge sends them, numbers that are not finite as text."""
+    """Convert a part of a message to JSON types: bytes to base64, as rosbridge does, and infinity and NaN to text."""
     plain = values.untracked(part)
     if _is_structure(plain):
         return {name: _jsonable(getattr(plain, name)) for name in _names(plain)}

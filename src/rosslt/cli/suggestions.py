@@ -11,7 +11,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def did_you_mean_beginning(path: str, known: Iterable[str]) -> str:
-    """As `did_you_mean`, for a name that may be followed by a path: `/traget/pose/x` suggests `/target`."""
+    """Suggest a known name for the beginning of a path: `/traget/pose/x` suggests `/target`."""
     steps, known = path.split('/'), list(known)
     guesses = []
     for count in range(2, len(steps) + 1):

@@ -8,7 +8,7 @@ import rosgraph
 
 from rosslt.cli.master import LIST_SERVICE, default_timeout
 
-#: How long a connection to a node may take, in seconds.
+#: Timeout for a connection to a node, in seconds.
 _TIMEOUT = 1.0
 
 
@@ -18,18 +18,18 @@ def why_unreachable(master: rosgraph.Master, node: str, reason: str) -> str:
     Args:
         master: knows the node's addresses.
         node: its full name.
-        reason: what is said where the node can be reached all the same.
+        reason: the answer if the node can be reached all the same.
     """
     return problem_of(master, node) or reason
 
 
 def has_ended(master: rosgraph.Master, node: str) -> bool:
-    """Whether a node has ended, although the master may still know it."""
+    """Return True if a node has ended, although the master may still list it."""
     return all(problem is ConnectionRefusedError for _, problem, _ in _problems(master, node))
 
 
 def problem_of(master: rosgraph.Master, node: str) -> Optional[str]:
-    """What is wrong with the addresses of a node, and what to do; None where somebody listens there."""
+    """Explain why a node's addresses cannot be reached and what to do about it; None if they can."""
     problems = _problems(master, node)
     if not problems:
         return 'the master does not know it: it has ended'

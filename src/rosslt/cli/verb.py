@@ -1,4 +1,4 @@
-"""What a verb of the command is. Its help, its parser and its tab completion all derive from this one description.
+"""Descriptions of the command's verbs. The help, the parser and the tab completion derive from them.
 
 A verb is a module in `verbs` with the names of `Verb`, and nothing else knows of it: adding one is adding a file.
 """
@@ -27,10 +27,10 @@ class Argument:
     """An argument of a verb.
 
     Args:
-        names: those of an option, or the one of a positional argument.
+        names: the names of an option, or the name of a positional argument.
         completer: offers words for it, by default none.
-        exclusive: whether at most one of the verb's exclusive arguments may be given.
-        options: what else `argparse.ArgumentParser.add_argument` takes.
+        exclusive: True for an argument that excludes the verb's other exclusive arguments.
+        options: further arguments of `argparse.ArgumentParser.add_argument`.
     """
 
     def __init__(
@@ -43,22 +43,22 @@ class Argument:
 
     @property
     def is_option(self) -> bool:
-        """Whether it is an option such as `--json`, not a positional argument."""
+        """True for an option such as `--json`, False for a positional argument."""
         return self.names[0].startswith('-')
 
     @property
     def takes_word(self) -> bool:
-        """Whether a word follows an option: not after a flag such as `--json`."""
+        """True if the option takes a value; a flag such as `--json` takes none."""
         return self.options.get('action', 'store') in ('store', 'append')
 
     @property
     def is_repeated(self) -> bool:
-        """Whether a positional argument may be given several times."""
+        """True if the positional argument may be given several times."""
         return self.options.get('nargs') in ('*', '+', argparse.REMAINDER)
 
     @property
     def is_rest(self) -> bool:
-        """Whether it takes all words that follow as they are, for another program."""
+        """True if the argument takes all following words unchanged, for another program."""
         return self.options.get('nargs') == argparse.REMAINDER
 
 
@@ -66,13 +66,13 @@ class Verb(Protocol):
     """The names that a module in `verbs` has."""
 
     GROUP: str
-    """One of GROUPS."""
+    """The verb's group, one of GROUPS."""
     SUMMARY: str
-    """What it does, for the list of verbs."""
+    """A short description, for the list of verbs."""
     DESCRIPTION: str
-    """What it does, in full."""
+    """The full description."""
     EXAMPLE: str
-    """One example or several, and what it prints into a pipe."""
+    """Examples, and the output in a pipe."""
     ARGUMENTS: List[Argument]
 
     @staticmethod
@@ -95,7 +95,7 @@ def parser(name: str, program: Optional[str] = None) -> argparse.ArgumentParser:
 
     Args:
         name: the verb's.
-        program: what the help calls the command, by default `rosslt VERB`.
+        program: the command's name in the help, by default `rosslt VERB`.
     """
     verb = load(name)
     made = argparse.ArgumentParser(

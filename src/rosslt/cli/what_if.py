@@ -1,4 +1,4 @@
-"""What the messages of a bag would have been with other source values: evaluated from the provenance in them."""
+"""Rewrites the messages of a bag for other source values: evaluates the provenance that the messages carry."""
 
 import io
 import time
@@ -15,18 +15,18 @@ from rosslt.values import AFFINE, Source
 #: In how many messages of a topic it is looked for linearizations.
 LOOKED_AT = 20
 
-#: How often the progress is told, in seconds.
+#: Interval of progress reports, in seconds.
 PROGRESS_PERIOD = 0.1
 
 
 class Topic:
-    """What became of the messages of one topic.
+    """Counts of the messages of one topic after rewriting.
 
     Attributes:
-        count: how many there are.
-        changed: how many have other values now.
-        left_out: how many have no value any more, as `reason` says, and were left out.
-        is_approximate: whether some of them come from the provenance of the message before, or the first of them from a
+        count: the number of messages.
+        changed: the number of messages with changed values.
+        left_out: the number of messages that were left out as they have no value any more; `reason` says why.
+        is_approximate: True if some of them come from the provenance of the message before, or the first of them from a
             linearization, which holds near the recorded values only.
     """
 
@@ -37,11 +37,11 @@ class Topic:
 
 
 class Result(NamedTuple):
-    """What rewriting a bag has done.
+    """The outcome of rewriting a bag.
 
     Attributes:
         topics: {name: Topic}.
-        recorded: how long the recording is, in seconds.
+        recorded: the length of the recording, in seconds.
     """
 
     topics: Dict[str, Topic]

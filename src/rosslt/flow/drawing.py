@@ -8,7 +8,7 @@ from rosslt.flow.flow import Flow, Thing
 from rosslt.flow.provenance_map import brief
 from rosslt.node import Directory
 
-#: How graphviz draws each kind.
+#: The graphviz shape of each kind.
 _ATTRIBUTES = {
     'location': 'shape=note, style=filled, fillcolor="#fff2cc"',
     'node': 'shape=ellipse, style=filled, fillcolor="#dae8fc"',
@@ -51,7 +51,7 @@ def dot(flow: Flow, directory: Directory, sources: Optional[Iterable[values.Sour
 
 
 def svg(text: str) -> str:
-    """What graphviz draws.
+    """Draw a graph in the DOT language with graphviz; returns the SVG.
 
     Raises:
         NotDrawn: it is not installed, or does not do it.

@@ -5,7 +5,7 @@ from typing import Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional
 from rosslt import values
 from rosslt.flow.provenance_map import ProvenanceMap
 
-#: What is drawn: ('location', Source), ('node', name) or ('topic', name).
+#: A vertex of the drawing: ('location', Source), ('node', name) or ('topic', name).
 Thing = Tuple[str, object]
 
 
@@ -18,11 +18,11 @@ class Step(NamedTuple):
     next: List['Step']
     """The Steps of the nodes that subscribe to the topic."""
     is_known: bool
-    """Whether it is known how the values came to this node; for example, the answer of a service is on no topic."""
+    """False if the route of the values to this node is unknown; for example, a service's answer is on no topic."""
 
 
 class Flow:
-    """How sources travel.
+    """The routes that sources take through nodes and topics.
 
     Args:
         provenance: a ProvenanceMap.
@@ -34,7 +34,7 @@ class Flow:
         self._subscribers = subscribers
 
     def steps(self, source: values.Source) -> List[Step]:
-        """Where a source's values go from its node: a list of Steps. The steps of each node are given once."""
+        """List the Steps from a source's node to the topics that its values reach, those of each node once."""
         reaches = self.provenance.reached_by(source)
         told: Set[str] = set()
 
@@ -75,10 +75,10 @@ class Flow:
         return [(way[-1].topic, way[-1].fields, [step.publisher for step in way]) for way in self.ways(source)]
 
     def edges(self, sources: Optional[Iterable[values.Source]] = None) -> Dict[Tuple[Thing, Thing], List[str]]:
-        """What is drawn: {(from, to): [field, ...]} over ('location', Source), ('node', name), ('topic', name).
+        """List the edges: {(from, to): [field, ...]} over ('location', Source), ('node', name), ('topic', name).
 
         Args:
-            sources: those whose flow is drawn; by default all.
+            sources: the sources whose flow is drawn; by default all.
         """
         found: Dict[Tuple[Thing, Thing], List[str]] = {}
         for source in self.provenance.sources if sources is None else sources:

@@ -1,4 +1,4 @@
-"""Where values come from, topic by topic: gathered from messages that pass."""
+"""A map from sources to the topics and fields that they reach, built from received messages."""
 
 import re
 from typing import Any, Dict, Iterable, List, NamedTuple
@@ -15,7 +15,7 @@ class Reach(NamedTuple):
 
 
 class ProvenanceMap:
-    """Which source reaches which fields of which topics.
+    """The topics and fields that each source reaches.
 
     Attributes:
         fields: {Reach: [field, ...]} in order of appearance; `[*]` stands for any index.

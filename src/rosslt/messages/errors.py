@@ -1,4 +1,4 @@
-"""What can be wrong with messages and message types. Users meet these errors as `rosslt.BadHeader` and the like."""
+"""Exceptions for faulty messages and message types. Users meet them as `rosslt.BadHeader` and the like."""
 
 from rosslt.values import Error
 

@@ -17,7 +17,7 @@ def warn_once(fault: Hashable, text: str, *arguments: object) -> None:
     """Log a warning where rospy takes it to rosout.
 
     Args:
-        fault: what nothing more is said of after that.
+        fault: identifies the fault; further warnings about it are dropped.
         text, arguments: as of `logging`.
     """
     if fault in _said:

@@ -13,7 +13,7 @@ import genpy
 from rosslt import values
 from rosslt.messages.fields import SCALARS
 
-#: How far apart two neighbouring numbers of 32 bits are, relative to their size.
+#: The distance of neighbouring 32-bit floats, relative to their size.
 FLOAT32 = 2.0**-23
 
 _SINGLE = struct.Struct('<f')
@@ -95,11 +95,11 @@ def check_range(part: Any, type_: str, wanted: Any) -> None:
 
 
 def is_reached(part: Any, wanted: Any, type_: str = '') -> bool:
-    """Whether a part of a message equals its target, but for rounding.
+    """Return True if a part of a message equals its target, up to rounding.
 
     Args:
         part: a scalar, a message or an array of them.
-        wanted: of the same shape; None for what may be anything.
+        wanted: the target, in the same shape; None for parts that may have any value.
         type_: the part's ROS type.
 
     Raises:
@@ -109,7 +109,7 @@ def is_reached(part: Any, wanted: Any, type_: str = '') -> bool:
 
 
 def is_sent_as(value: Any, reading: Any) -> bool:
-    """Whether what a message says of a source is a value of that source, as it is or rounded to 32 bits."""
+    """Return True if the value of a source that a message carries is this value, exactly or rounded to 32 bits."""
     if type(value) is float and value != reading:
         try:
             return _SINGLE.unpack(_SINGLE.pack(value)) == (reading,)
@@ -119,7 +119,7 @@ def is_sent_as(value: Any, reading: Any) -> bool:
 
 
 def distance(part: Any, wanted: Any) -> float:
-    """How far a part of a message is from its target: Euclidean, infinite where a text or a bool differs."""
+    """Return the Euclidean distance of a part of a message from its target; infinite if a text or a bool differs."""
     total = 0.0
     for leaf, target, _ in _paired(part, wanted, ''):
         try:

@@ -1,4 +1,4 @@
-"""What the fields of a message class are, read from the definition that every genpy class carries with it.
+"""Fields of a message class, read from the definition that every genpy class carries with it.
 
 So a class that genpy made at run time, of a bag or for `rostopic echo`, is as good as a generated one, and nothing is
 looked for on the disk. The leaves of a message are its scalars in the order of their serialization; a time or duration
@@ -15,7 +15,7 @@ from genpy.generator import make_python_safe
 
 _SEPARATOR = '\n' + '=' * 80 + '\nMSG: '
 
-#: Of each scalar type its letter for `struct`; None for a string, which has no size of its own.
+#: The `struct` letter of each scalar type; None for a string, which has no fixed size.
 SCALARS: Dict[str, Optional[str]] = {
     'bool': 'B',
     'int8': 'b',
@@ -44,22 +44,22 @@ VARIABLE = -1
 
 
 class Field(NamedTuple):
-    """One field of a message type."""
+    """A field of a message type: its name, its type and, for an array, its length."""
 
     name: str
-    """As an attribute of the Python class."""
+    """The name of the attribute in the Python class."""
     type: str
     """The type of the field, or of its elements where it is an array; with its package where it is a message."""
     length: Optional[int]
     """None for a field that is no array, VARIABLE, or the number of elements."""
 
 
-#: What Python makes of each kind of scalar type, as `kind_of` gives it.
+#: The Python type of each kind of `kind_of`.
 TYPE_OF_KIND = {'d': float, 'f': float, 'i': int, 'b': bool, 's': str}
 
 
 def kind_of(scalar: str) -> str:
-    """What Python makes of a scalar type: 'd' float, 'f' float of 32 bits, 'i' int, 'b' bool, 's' str."""
+    """Return the kind of a scalar type: 'd' float, 'f' float of 32 bits, 'i' int, 'b' bool, 's' str."""
     if scalar in ('float32', 'float64', 'bool', 'string'):
         return {'float32': 'f', 'float64': 'd', 'bool': 'b', 'string': 's'}[scalar]
     return 'i'

@@ -36,7 +36,7 @@ def append_provenance(message: Any, buff: BinaryIO, provenance: Optional[bytes] 
 
 
 class Decoded(NamedTuple):
-    """What a serialized message was decoded to."""
+    """A decoded message and the fault in its provenance, if any."""
 
     message: Any
     """The ordinary message, with tracked leaves where it came with a provenance."""
@@ -51,7 +51,7 @@ def decode(data: bytes, message_class: type) -> Decoded:
 
     Args:
         data: as received.
-        message_class: of the message on the wire.
+        message_class: the class of the message on the wire.
 
     Raises:
         genpy.DeserializationError: the message itself cannot be read.

@@ -12,12 +12,12 @@ _UNCHANGED = TRACKED | {float, int, bool, str, bytes}
 
 
 Located = Tuple[Any, Any, Any, str]
-"""Where a leaf is, its owner and the key in that; its value and its kind, as the walkers locate them."""
+"""A located leaf: its owner, its key in the owner, its value and its kind."""
 
 _OWNER, _KEY = operator.itemgetter(0), operator.itemgetter(1)
 
 LocatedArray = Tuple[Any, str, Any, List[Any]]
-"""Where an array of scalars is, its owner and the name in that; the array, and the copy that leaves are located in."""
+"""A located array of scalars: its owner, its name in the owner, the array, and a copy that its leaves refer to."""
 
 
 def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
@@ -33,7 +33,7 @@ def tracked_leaves(message: Any) -> List[Tuple[int, Any]]:
 
 
 def locate(message: Any, wanted: Sequence[int], arrays: List[LocatedArray]) -> List[Located]:
-    """Where some leaves of a message are, as far as it has them.
+    """Find leaves of a message by their indices; those beyond its end are left out.
 
     Args:
         message: any ROS message.
@@ -46,7 +46,7 @@ def locate(message: Any, wanted: Sequence[int], arrays: List[LocatedArray]) -> L
 
 
 def put_located(found: Sequence[Located], values: Iterable[Any], arrays: Sequence[LocatedArray]) -> None:
-    """Put other values in the places of located leaves, in arrays with copies of theirs, too."""
+    """Write other values to located leaves, also to those in copied arrays."""
     owners, keys = map(_OWNER, found), map(_KEY, found)
     if not arrays:
         collections.deque(map(setattr, owners, keys, values), maxlen=0)
@@ -61,7 +61,7 @@ def put_located(found: Sequence[Located], values: Iterable[Any], arrays: Sequenc
 
 
 def _like(array: Any, items: List[Any]) -> Any:
-    """Items as an array of the same sort, where that can hold tracked values: a list otherwise."""
+    """Convert items to an array of the given array's type if it can hold tracked values, else to a list."""
     if type(array) is tuple:
         return tuple(items)
     if hasattr(array, 'dtype'):

@@ -19,7 +19,7 @@ COSTLY = 0.0025
 """The CPU time in seconds from which on a provenance is written less often, in proportion: at 20 Hz, 5 % of a core."""
 
 KEPT = 2.0
-"""For how many seconds a provenance is kept: a publisher of that thing would have written another one since."""
+"""Time in seconds that a provenance is kept; a publisher that is still alive writes a new one sooner."""
 
 MOST_THINGS = 1024
 """The most things that a publisher, or a reader, remembers."""
@@ -34,7 +34,7 @@ def thing_reader(message_class: Any, reads_all: bool = False) -> ThingReader:
     """The ThingReader of a message class, compiled when first asked for.
 
     Args:
-        message_class: of the messages.
+        message_class: the class of the messages.
         reads_all: read all elements of an array, and not the first one alone.
     """
     layout = walkers(message_class).layout
@@ -142,7 +142,7 @@ class LastProvenance:
 
         Args:
             message: as received; not changed.
-            publisher: of the message, with the topic where messages of several are read.
+            publisher: the publisher of the message, with the topic if several topics are read.
             now: when it came, in seconds; by default now.
 
         Returns:
@@ -156,11 +156,11 @@ class LastProvenance:
         return with_leaves(message, dict(zip(kept.wanted, values))) if values else message
 
     def is_between(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> bool:
-        """Whether a message is plain because its publisher has sent a whole one of the same thing a moment ago."""
+        """Return True for a plain message whose publisher has just sent provenance for the same thing."""
         return self._of(message, publisher, time.monotonic() if now is None else now) is not None
 
     def _of(self, message: Any, publisher: Hashable, now: float) -> 'Optional[_Kept]':
-        """What is kept of the thing of a plain message; of a whole one, its provenance is kept, and None returned."""
+        """Return the stored provenance for a plain message; store the provenance of any other and return None."""
         fields: List[Tuple[int, Any, str]] = []
         size = walkers(message.__class__).collect(message, 0, fields)
         thing = publisher, thing_reader(message.__class__, reads_all=True)(message)

@@ -36,7 +36,7 @@ _lock = threading.Lock()
 
 
 def is_tracked_type(cls: Any) -> bool:
-    """Whether a class is that of a tracked message type."""
+    """Return True for the class of a tracked message type."""
     types: Sequence[str] = getattr(cls, '_slot_types', ())
     return len(types) == 2 and types[0] == PROVENANCE and list(cls.__slots__) == FIELDS
 
@@ -133,7 +133,7 @@ def _made(message_class: Any) -> type:
 
 
 def _compiled(full_name: str, texts: Dict[str, str]) -> type:
-    """What genpy generates for a definition, over the classes that its fields already have."""
+    """Compile the class that genpy generates for a definition; its fields use classes that exist already."""
     context = genmsg.MsgContext.create_default()
     specs = {name: genmsg.msg_loader.load_msg_from_string(context, text, name) for name, text in texts.items()}
     lines: List[str] = list(genpy.generator.msg_generator(context, specs[full_name], {}))
@@ -147,7 +147,7 @@ def wrap(message: Any, tracked_class: Any, provenance: Optional[bytes] = None) -
 
     Args:
         message: an ordinary message; it is not copied.
-        tracked_class: of the message's type.
+        tracked_class: the tracked class of the message's type.
         provenance: as `encode` gave it; by default it is encoded now.
 
     Raises:

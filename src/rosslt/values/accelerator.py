@@ -10,7 +10,7 @@ import os
 from typing import Any, Callable, TypeVar
 
 INTERFACE = 13
-"""What `core/module.c` must have been when it was built: a workspace may hold one that is older than the Python."""
+"""The version of `core/module.c` that this code needs: a workspace may hold an older build."""
 
 
 def _loaded() -> Any:

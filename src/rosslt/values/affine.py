@@ -28,22 +28,22 @@ MAX_FAST_FOLD = 64
 """The most operations that are passed in one go."""
 
 MAX_VISITS = 8
-"""How many times the nodes of an expression may be visited, on average, while parts of it are folded."""
+"""The most visits of a node, on average, while parts of an expression are folded."""
 
 
 class Shortening:
-    """How expressions are shortened.
+    """Settings for shortening long expressions.
 
     Attributes:
-        is_hasty: what is too long and not affine is linearized as a whole. To find the parts of it that can be kept
-            exactly takes several times as long.
+        is_hasty: linearize a long expression as a whole if it is not affine. The default keeps its affine parts exact,
+            which takes several times as long.
     """
 
     def __init__(self) -> None:
         self.is_hasty = False
 
 
-#: Of this process.
+#: The settings of this process.
 SHORTENING = Shortening()
 
 Node = Tuple[Any, tuple]
@@ -127,7 +127,7 @@ def _exactly_remembered(node: Any) -> tuple:
 
 
 def _nodes_below(value: Any, record_of: Callable[[Any], tuple]) -> List[Node]:
-    """What a value is made of by the records given: each once, operands before their users, left before right."""
+    """List the nodes of a value's expression with their records, each once, operands before their users."""
     found: List[Node] = []
     seen = set()
     stack: List[Tuple[Any, Optional[tuple]]] = [(value, None)]
@@ -196,7 +196,7 @@ def _swept(nodes: List[Node]) -> Tuple[List[Tuple[Any, Any]], bool]:
 
 
 def _is_exact(record: tuple) -> bool:
-    """Whether a record is exactly described by its slopes at the present values."""
+    """Return True if the slopes at the present values describe a record exactly."""
     form, first, second = record
     if form is AFFINE:
         return bool(second)
@@ -251,7 +251,7 @@ if CORE is not None:
 
 
 def _is_curved(value: Any) -> bool:
-    """Whether the operations nearest a value show that it is not affine, which folding it would find out late."""
+    """Return True if a value's last few operations show that it is not affine. Folding would find this out late."""
     node = value
     for _ in range(MAX_FAST_FOLD):
         form, first, second = node._record
@@ -312,5 +312,5 @@ def _fold_exact_parts(nodes: List[Node]) -> None:
 
 
 def _is_exact_leaf(node: Any) -> bool:
-    """Whether a source is a number."""
+    """Return True for a source that is a number."""
     return type(node._plain) in NUMBERS

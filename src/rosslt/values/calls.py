@@ -23,7 +23,7 @@ Functions = Union[None, Callable[..., Any], Sequence[Optional[Callable[..., Any]
 
 
 class Layout(NamedTuple):
-    """How the numbers of a call are its arguments.
+    """Maps the flat list of numbers of a call to its arguments.
 
     Attributes:
         keywords: the names of the last arguments.
@@ -35,7 +35,7 @@ class Layout(NamedTuple):
     containers: Sequence[Optional[Tuple[Any, int]]]
 
     def is_plain(self) -> bool:
-        """Whether each argument is one number, by position."""
+        """Return True if all arguments are positional and are single numbers."""
         return not self.keywords and not any(self.containers)
 
     def arguments(self, numbers: Sequence[Any]) -> List[Any]:
@@ -52,7 +52,7 @@ class Layout(NamedTuple):
         return function(*arguments[:begin], **dict(zip(self.keywords, arguments[begin:])))
 
     def argument_of(self, place: int) -> Tuple[int, Optional[int]]:
-        """Which argument a number belongs to, and its place in that, None where it is the argument."""
+        """Return the index of a number's argument and the number's index in it; None if it is the whole argument."""
         for at, held in enumerate(self.containers):
             size = 1 if held is None else held[1]
             if place < size:
@@ -65,8 +65,8 @@ class CallForm(Form):
     """`(form, (numbers, layout), place)`: a call of a user's function, or one of its results.
 
     `numbers` are what the arguments are made of, by position, then by keyword, tracked or not; `layout` makes the
-    arguments of them; `place` is that of the result in the tuple, list or array that the function returns, None where
-    it returns a number.
+    arguments of them; `place` is the index of the result in the tuple, list or array that the function returns, None
+    if it returns a number.
     """
 
     __slots__ = ('called',)
@@ -135,7 +135,7 @@ class CallForm(Form):
 
 
 def _part(result: Any, place: Optional[int]) -> Any:
-    """One of several results; the only one where the place is None."""
+    """Return the number at an index of a function's result; the result itself if the index is None."""
     if place is None:
         return result
     if _is_array(result):
@@ -210,7 +210,7 @@ def operation(
         operands = [number for number in numbers if type(number) in TRACKED]
         if not operands or RECORDING.is_paused:
             return layout.call(function, [plain(number) for number in numbers])
-        # What the function gets is the program's, which may change it at any time; what is kept is not.
+        # The program may change the arguments at any time; the record keeps copies.
         kept = numbers if SCALARS.issuperset(map(type, numbers)) else [copied(number) for number in numbers]
         result = layout.call(function, [plain(number) for number in numbers])
         first, size = (tuple(kept), layout), size_of(operands)

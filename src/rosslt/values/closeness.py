@@ -20,7 +20,7 @@ ULPS = 8 * 2.0**-52
 
 
 def meets(found: Any, wanted: Any) -> bool:
-    """Whether a result is the wanted one: whole numbers, bools and texts exactly, floats to a relative 1e-9."""
+    """Return True if a result is the wanted one: equal, or a float within a relative 1e-9 of it."""
     if found == wanted:
         return True
     try:
@@ -48,17 +48,17 @@ def almost_meets(found: Any, wanted: Any, size: Any) -> bool:
 
 
 def is_rounded(found: Any, wanted: Any) -> bool:
-    """Whether an operation's result is the wanted one but for rounding; whole numbers exactly."""
+    """Return True if an operation's result equals the wanted one: floats up to rounding, whole numbers exactly."""
     return found == wanted or (isinstance(found, float) and math.isclose(found, wanted, rel_tol=ROUNDING))
 
 
 def is_near(found: Any, wanted: Any) -> bool:
-    """Whether a whole result is the wanted one, which itself may have been rounded on the way here."""
+    """Return True if a whole number equals the wanted one, or is near a wanted float, which may have been rounded."""
     return found == wanted or (isinstance(wanted, float) and math.isclose(found, wanted, rel_tol=RELATIVE))
 
 
 def is_same(present: Any, wanted: Any) -> bool:
-    """Whether a value is the wanted one, apart from rounding: a number, a text, or a list of these."""
+    """Return True if two values are equal: numbers up to rounding, texts and lists exactly."""
     try:
         return bool(present == wanted) or math.isclose(present, wanted, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
     except (TypeError, ValueError):
@@ -67,5 +67,5 @@ def is_same(present: Any, wanted: Any) -> bool:
 
 
 def is_at(value: float, bound: float) -> bool:
-    """Whether a source's value is a bound but for a few roundings."""
+    """Return True if a source's value is within a few roundings of a bound."""
     return abs(value - bound) <= ULPS * max(abs(value), abs(bound))

@@ -7,7 +7,7 @@ from typing import Any, List, Sequence
 
 
 def is_plain_zero(x: Any) -> bool:
-    """Whether a number is a plain 0: a tracked 0 may change."""
+    """Return True for a plain 0, False for a tracked 0, which may change."""
     return type(x) in (float, int) and x == 0
 
 

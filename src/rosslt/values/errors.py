@@ -1,4 +1,4 @@
-"""What can go wrong with tracked values; every error of the package derives from `Error`."""
+"""Exceptions of tracked values; every exception of the package derives from `Error`."""
 
 
 class Error(Exception):

@@ -11,10 +11,10 @@ LONGEST = 400
 
 
 def explain(x: Any) -> str:
-    """One readable line: what was done, in infix, and where each source is with its value.
+    """Describe a value on one line: its expression in infix, with the value, file and line of each source.
 
     Args:
-        x: a tracked value; of anything else its repr is the explanation.
+        x: a tracked value; anything else is described by its repr.
 
     Returns:
         For instance `2 * (0.3 [waypoints.script:3:12] + 1)`. A part that was folded to coefficients reads as a sum of

@@ -16,10 +16,10 @@ from .tracked import TRACKED
 from .tree import paired
 
 LOSSES = ('linear', 'soft_l1', 'huber', 'cauchy', 'arctan')
-"""What SciPy calls them."""
+"""The names of the losses in SciPy."""
 
 TOLERANCE = 1e-14
-"""Where the search ends: by how much the cost, the sources or the slope of the cost still change, relative."""
+"""The search ends when the relative change of the cost, of the sources or of the cost's slope is below this."""
 
 SINGULAR = 1e-10
 """Directions in which the results move less than this, against the one in which they move most, are not determined."""
@@ -28,7 +28,7 @@ Bounds = Mapping[Source, Tuple[Any, Any]]
 
 
 class Fit(NamedTuple):
-    """What a fit has found.
+    """The outcome of a fit.
 
     Attributes:
         values: `{Source: value}`, those that bring the results nearest.
@@ -36,10 +36,10 @@ class Fit(NamedTuple):
             it. Of a robust loss it is an approximation.
         old: `{Source: value before}`.
         before, after: the root of the mean square of the differences from the targets, before and after.
-        cost: what was made small: half the sum of the squares, or, of a robust loss, half the sum of its values.
-        compared: how many results were compared.
-        is_converged: whether the search has ended by itself.
-        is_linearized: whether a result's expression was cut to a linearization, which holds near the old values only.
+        cost: the minimized cost: half the sum of the squares or, for a robust loss, half the sum of its values.
+        compared: the number of compared results.
+        is_converged: True if the search ended by itself.
+        is_linearized: True if a result's expression was cut to a linearization, which holds near the old values only.
     """
 
     values: Dict[Source, float]
@@ -187,7 +187,7 @@ class _Problem:
         return nodes
 
     def differences(self, point: Any) -> Any:
-        """How far each result is above its target; infinite where one has no value."""
+        """Return each result minus its target; infinities if a result has no value."""
         numpy = self._numpy
         try:
             nodes = self._at(point)

@@ -203,5 +203,5 @@ def _namespace() -> Dict[str, Any]:
 
 
 MATH = _namespace()
-"""All names of `math`, with those functions in place that keep provenance. `gamma`, `lgamma`, `frexp` and the
+"""All names of `math`, bound to functions that keep provenance where there are any. `gamma`, `lgamma`, `frexp` and the
 functions of whole numbers (`gcd`, `comb`, `factorial`, ...) are those of `math`, and give plain numbers."""

@@ -17,10 +17,10 @@ class Graph:
     Attributes:
         nodes: the tracked values.
         records: for each node its record `(form, first, second)`.
-        index: the place of each node, by id.
-        occurrences: for each source, in order of first appearance, the places of the nodes that are it.
-        begins: for the place of each root, the first place of the nodes that it brought in, which end with itself: all
-            of them belong to it.
+        index: the index of each node in `nodes`, by id.
+        occurrences: for each source, in order of first appearance, the indices of its nodes.
+        begins: for the index of each root, the index of the first node that was added for it. All nodes from there to
+            the root belong to it.
     """
 
     __slots__ = ('nodes', 'records', 'index', 'occurrences', 'begins', '_steps')
@@ -86,7 +86,7 @@ class Graph:
         return [node._plain for node in self.nodes]
 
     def depending(self, changed: Iterable[Source]) -> List[bool]:
-        """For each node, whether it depends on one of the sources."""
+        """Return a flag for each node: True if it depends on one of the sources."""
         changed = set(changed)
         if changed.issuperset(self.occurrences):
             return [True] * len(self.nodes)
@@ -103,10 +103,10 @@ class Graph:
         return flags
 
     def steps(self, depends: Optional[List[bool]] = None) -> List[tuple]:
-        """What `run` does: a step for each node that depends on what changes, sources aside; for all by default.
+        """List the steps of `run`: one for each operation that depends on changed sources, or by default for all.
 
-        A step is `(place, forward, place of the operand, None, constant)`, `(place, forward, place, place, None)` with
-        two operands, and `(place, None, places of the operands, None, present value)` where the form evaluates it.
+        A step is `(index, forward, index of the operand, None, constant)`, `(index, forward, index, index, None)` with
+        two operands, or `(index, None, indices of the operands, None, present value)` if the form evaluates it.
         """
         if self._steps is None:
             self._steps = self._all_steps()
@@ -130,10 +130,10 @@ class Graph:
         return steps
 
     def run(self, steps: List[tuple], values: List[Any], changes: Mapping[Source, Any], most_bits: int = 0) -> None:
-        """Bring the nodes' values up to date with changed source values, in place.
+        """Update the list of the nodes' values for changed source values.
 
         Args:
-            steps: what to do, as `steps` gives it.
+            steps: the steps to run, from `steps`.
             values: the value of each node; it is changed.
             changes: `{Source: value}`.
             most_bits: the length at which whole numbers are refused, 0 for none.
@@ -164,7 +164,7 @@ class Graph:
         return values
 
     def partials(self, steps: List[tuple], values: List[Any]) -> Dict[int, tuple]:
-        """The slope of each node for its operands, at such values of the nodes: `{place: ((operand, slope), ...)}`.
+        """The slopes of each node for its operands, at given values of the nodes: `{index: ((operand, slope), ...)}`.
 
         It is 0 where there is none, or none that a float holds. Constants are left out.
         """
@@ -185,10 +185,10 @@ class Graph:
         return found
 
     def below(self, root: int, partials: Dict[int, tuple]) -> List[int]:
-        """The places of a node and of all that it is made of and that may change, users before their operands."""
+        """List the indices of a node and of all nodes below it that may change, users before their operands."""
         begin = self.begins.get(root, root)
         own = range(root, begin - 1, -1)
-        # What other roots brought in, too.
+        # The shared nodes that other roots brought in.
         shared = {operand for place in own if place in partials for operand, _ in partials[place] if operand < begin}
         stack = list(shared)
         while stack:
@@ -199,7 +199,7 @@ class Graph:
         return [*own, *sorted(shared, reverse=True)]
 
     def made_of(self, places: Iterable[int]) -> Set[int]:
-        """The places of some nodes and of all that they are made of."""
+        """Return the indices of some nodes and of all nodes below them."""
         found = set(places)
         stack = list(found)
         while stack:
@@ -215,7 +215,7 @@ class Graph:
         """The slope of one node for each source that may change, by one sweep backwards.
 
         Args:
-            root: its place.
+            root: the index of the node.
             partials: as `partials` gives them.
             below: as `below` gives it for this root.
         """
@@ -238,11 +238,11 @@ class Graph:
         return found
 
     def tangent(self, source: Source, partials: Dict[int, tuple]) -> Dict[int, Any]:
-        """The slope of each node for one source, by one sweep forwards: `{place: slope}`, without those that are 0.
+        """The slope of each node for one source, by one sweep forwards: `{index: slope}`, without zeros.
 
         Args:
             source: it moves; where it was read several times, all its readings move together.
-            partials: as `partials` gives them, in the order of the places.
+            partials: as `partials` gives them, in the order of the indices.
         """
         rise: Dict[int, Any] = dict.fromkeys(self.occurrences[source], 1)
         for place, slopes in partials.items():
@@ -255,7 +255,7 @@ class Graph:
         return rise
 
     def is_affine(self, depends: List[bool], root: int) -> bool:
-        """Whether a node is affine in all that changes, together."""
+        """Return True if a node is affine in all changing sources together."""
         index = self.index
         flags: List[bool] = []
         for place in range(root + 1):

@@ -118,7 +118,7 @@ def assemble(
                 if not isinstance(value, (float, int, str)) or (isinstance(value, float) and not math.isfinite(value)):
                     raise ValueError('an operation gives %r' % (value,))
             except Exception as error:
-                # Of any class: what makes it comes from outside.
+                # Any exception class: the instructions come from outside.
                 fault = error.with_traceback(None)
         if fault is not None:
             faults[at], value = fault, None

@@ -23,7 +23,7 @@ _compute: Optional[Callable[..., Any]] = None
 
 
 def compute_ufuncs_with(function: Optional[Callable[..., Any]]) -> None:
-    """Set what computes with arrays and tracked scalars, in place of arrays of objects.
+    """Set the function that computes with arrays and tracked scalars; the default makes arrays of objects.
 
     Args:
         function: called with the ufunc, its method's name, its operands and its options, where none of the operands
@@ -34,12 +34,12 @@ def compute_ufuncs_with(function: Optional[Callable[..., Any]]) -> None:
 
 
 def computes_ufuncs() -> bool:
-    """Whether `compute_ufuncs_with` has set what computes."""
+    """Return True if `compute_ufuncs_with` has set a function."""
     return _compute is not None
 
 
 def is_array(x: Any) -> bool:
-    """Whether `x` is a NumPy array, without importing NumPy."""
+    """Return True if `x` is a NumPy array; does not import NumPy."""
     return hasattr(x, '__array_ufunc__') and hasattr(x, 'dtype') and hasattr(x, 'astype')
 
 

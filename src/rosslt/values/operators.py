@@ -84,7 +84,7 @@ def __r{name}__(self, other):
         return result
     return operate(operation, other, self)
 """
-"""What `operate` does, written out for floats: a call less, and `self._plain + other` is Python's fast addition."""
+"""`operate`, written out for floats: this saves a call, and `self._plain + other` is Python's fast addition."""
 
 
 def give_fast_operator(name: str, operation: Operation) -> None:
@@ -232,7 +232,7 @@ def itself(self: Any, *_: Any) -> Any:
 
 
 def as_instructions(self: Any, protocol: int) -> Tuple[Any, Tuple[Any, int]]:
-    """How pickle keeps a value: as the flat instructions that make it, so that depth does not matter."""
+    """Reduce a value for pickle to a flat list of instructions, so that deep expressions do not recurse."""
     instructions, (index,) = disassemble([self])
     return from_instructions, (instructions, index)
 
@@ -322,7 +322,7 @@ def give_all() -> None:
 
 give_all()
 
-#: What a paused class does without, so that it computes as the plain one does: {class: {name: method}}.
+#: The methods that are removed from a class while recording is paused: {class: {name: method}}.
 _RECORDING_METHODS: Dict[Any, Dict[str, Any]] = {
     cls: {
         name: method
@@ -334,9 +334,9 @@ _RECORDING_METHODS: Dict[Any, Dict[str, Any]] = {
 
 
 def pause_recording() -> None:
-    """Let what is computed from now on be plain, at the speed of plain numbers, until `resume_recording`.
+    """Make operations give plain results, at the speed of plain numbers, until `resume_recording`.
 
-    What is tracked already stays so. It holds for all threads.
+    Tracked values stay tracked. The pause holds for all threads.
     """
     if not RECORDING.is_paused:
         _tell_whether_paused(True)

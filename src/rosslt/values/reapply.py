@@ -10,7 +10,7 @@ from .tree import rebuilt
 
 
 def reapply(x: Any, changes: Mapping[Source, Any]) -> Any:
-    """As `evaluate`, but tracked: what `x` would have been had its sources had other values (paper, IV.A).
+    """Evaluate `x` for other source values (paper, IV.A); the result is tracked, unlike that of `evaluate`.
 
     Args:
         x: a tracked value, or a message, list or dict holding such; it is not changed.

@@ -14,17 +14,17 @@ up their sizes would count it twice at every step, and so pass the limit in no t
 
 
 class Recording:
-    """Whether operations are recorded.
+    """The state of recording: on, or paused.
 
     Attributes:
-        is_paused: what is computed now is plain; what is tracked already stays so.
+        is_paused: True while operations give plain results; values that are tracked already stay tracked.
     """
 
     def __init__(self) -> None:
         self.is_paused = False
 
 
-#: Of this process.
+#: The state of this process.
 RECORDING = Recording()
 
 
@@ -59,10 +59,10 @@ def size_of(operands: Sequence[Any]) -> int:
 
 
 def apply(operation: Operation, first: Any, second: Any = None) -> Any:
-    """The result of an operation: tracked if an operand is, an array if one is, NotImplemented for other types.
+    """Apply an operation: the result is tracked if an operand is, an array if one is, NotImplemented for other types.
 
-    Plain while recording is paused, and where it is too long to be solved for and sent: the program computes it as it
-    does without provenance.
+    It is plain while recording is paused, and if its expression is too long to be solved and sent: the program
+    computes it as it does without provenance.
 
     Raises:
         ArithmeticError, ValueError, TypeError: as the operation itself does.
@@ -79,7 +79,7 @@ def apply(operation: Operation, first: Any, second: Any = None) -> Any:
 
 
 def apply_and_record(operation: Operation, first: Any, second: Any = None) -> Any:
-    """As `apply`, also while recording is paused: for what has been recorded elsewhere and is made again."""
+    """Apply an operation and record it even while recording is paused, to rebuild an expression recorded elsewhere."""
     if operation.arity == 1:
         if isinstance(first, str) and not operation.on_text:
             raise TypeError('%s of a text' % operation.name)

@@ -1,4 +1,4 @@
-"""Sources: the places that numbers come from, and their names in texts."""
+"""Sources: identifiers of the values that numbers are computed from, and their names in texts."""
 
 from typing import Any, Callable, Iterator, NamedTuple, Optional
 
@@ -6,7 +6,7 @@ from typing import Any, Callable, Iterator, NamedTuple, Optional
 class Source(NamedTuple):
     """Names one changeable location: a node of the ROS graph and a location in it (paper, IV.A).
 
-    Two sources are the same place exactly if they are equal; they are immutable and hashable.
+    Equal sources name the same location, unequal ones different locations; they are immutable and hashable.
     """
 
     node: str
@@ -23,7 +23,7 @@ class UnnamedSource(Source):
     source need no change when the name is known.
 
     Args:
-        location_id: of the location.
+        location_id: the id of the location.
     """
 
     def __new__(cls, location_id: int) -> 'UnnamedSource':
@@ -84,5 +84,5 @@ def describe_sources_with(function: Optional[Callable[[Source], Optional[str]]])
 
 
 def describe_source(source: Source) -> str:
-    """The name of a source in a text: its place in a file where that is known."""
+    """Return the name of a source in a text: its file and line if these are known."""
     return (_describe and _describe(source)) or str(source)

@@ -59,9 +59,9 @@ class TrackedStr(str, metaclass=TrackedType):  # type: ignore[misc]  # for mypy,
 
 CLASSES: Dict[Any, Any] = {float: TrackedFloat, int: TrackedInt, bool: TrackedBool, str: TrackedStr}
 CREATE: Dict[Any, Callable[[Any], Any]] = {kind: type.__call__.__get__(tracked) for kind, tracked in CLASSES.items()}
-"""What makes a tracked value of the classes above, still without provenance, of a plain one of each type."""
+"""Functions that turn a plain value of each type into a tracked one, still without provenance."""
 if CORE is not None:
-    # The same, compiled; bools and texts are few.
+    # The compiled classes of floats and ints; bools and texts are rare.
     TrackedFloat = CLASSES[float] = CORE.TrackedFloat  # type: ignore[misc]
     TrackedInt = CLASSES[int] = CORE.TrackedInt  # type: ignore[misc]
 PLAIN_CLASSES: Dict[Any, Any] = {tracked: kind for kind, tracked in CLASSES.items()}
@@ -137,7 +137,7 @@ def lazy(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[A
 
     Args:
         values: each a plain float, int, bool or str.
-        loads: of each value, what makes its provenance: `load(value)` gives a tracked value of the same type (the one
+        loads: a function for each value: `load(value)` returns a tracked value of the same type (the one
             that `value` is, or was rounded from), or terms as `affine` gives them. It may be called more than once, and
             by several threads.
     """
@@ -145,8 +145,8 @@ def lazy(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[A
 
 
 def lazy_of(values: Iterable[Any], load: Callable[[Any, int], Any]) -> List[Any]:
-    """As `lazy`, where one function makes the provenance of all: `load(value, number)`, with the number of the value,
-    from 0. It takes less memory than a function for each."""
+    """Make tracked values whose provenance one function loads when it is first needed: `load(value, number)`, with the
+    number of the value, from 0. This takes less memory than `lazy`, with a function for each value."""
     return [new(value, (LAZY, load, number), 1) for number, value in enumerate(values)]
 
 

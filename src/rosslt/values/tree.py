@@ -11,18 +11,18 @@ from .tracked import SCALARS, TRACKED
 
 
 def is_message(x: Any) -> bool:
-    """Whether `x` is a ROS message: fields in `__slots__`, their types in `_slot_types`."""
+    """Return True for a ROS message: it has fields in `__slots__` and their types in `_slot_types`."""
     return hasattr(x, '_slot_types') and hasattr(x, '__slots__') and not is_instant(x)
 
 
 def is_instant(x: Any) -> bool:
-    """Whether `x` is a ROS time or duration: slots secs and nsecs, but no message."""
+    """Return True for a ROS time or duration: it has slots secs and nsecs and is no message."""
     # rospy's times inherit the `_slot_types` of genpy's; what is a message has a `_type`.
     return hasattr(x, 'secs') and hasattr(x, 'nsecs') and not hasattr(x, '_type')
 
 
 def is_object_array(x: Any) -> bool:
-    """Whether `x` is a NumPy array of Python objects, which may hold tracked values."""
+    """Return True for a NumPy array of Python objects, which may hold tracked values."""
     return getattr(getattr(x, 'dtype', None), 'char', '') == 'O' and hasattr(x, 'tolist')
 
 
@@ -53,7 +53,7 @@ def leaves(x: Any) -> List[Tuple[str, Any]]:
 
 
 def each_leaf(x: Any) -> Iterator[Tuple[str, Any]]:
-    """As `leaves`, one after the other: who needs the first ones does not wait for all."""
+    """Iterate over the leaves of `x` as `(path, scalar)` without collecting all of them first, unlike `leaves`."""
     waiting = [('', iter([('', x)]))]
     while waiting:
         path, inner = waiting[-1]
@@ -72,11 +72,11 @@ def each_leaf(x: Any) -> Iterator[Tuple[str, Any]]:
 
 
 def rebuilt(x: Any, change: Callable[[Any], Any]) -> Any:
-    """A deep copy of `x` with `change(leaf)` in the place of each scalar leaf.
+    """Copy `x` deeply, with `change(leaf)` instead of each scalar leaf.
 
     Args:
         x: as for `leaves`; a message keeps its class, and any other object is deep-copied.
-        change: gives what stands in a scalar's place.
+        change: returns the new value for a scalar.
     """
     if type(x) in SCALARS:
         return change(x)
@@ -126,7 +126,7 @@ def copied(x: Any) -> Any:
 
 
 def is_tracked(x: Any) -> bool:
-    """Whether `x` has provenance: a tracked value, or anything that holds one."""
+    """Return True if `x` has provenance: it is a tracked value or holds one."""
     return type(x) in TRACKED or any(type(leaf) in TRACKED for _, leaf in leaves(x))
 
 
@@ -141,7 +141,7 @@ def paired(x: Any, target: Any) -> List[Tuple[str, Any, Any]]:
     Parts whose target is None are left out.
 
     Raises:
-        ValueError: the shapes differ; the place is named.
+        ValueError: the shapes differ; the message names the path.
     """
     found = []
     stack = [('', x, target)]

@@ -49,10 +49,10 @@ ARGUMENTS = [
     Argument('-o', '--output', metavar='OUT', help='write the messages as they would have been'),
 ]
 
-#: How many messages of each topic are looked at for their sources, before all are.
+#: The number of messages of each topic that are searched for sources first, before all are.
 FIRST = 20
 
-#: What is known of the sources on a topic: (source, the fields that it reaches).
+#: The sources on a topic: (source, the fields that it reaches).
 Rows = Sequence[Tuple[str, List[str]]]
 
 

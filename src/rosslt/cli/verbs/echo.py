@@ -42,7 +42,7 @@ ARGUMENTS = [
     Argument('--bag', metavar='FILE', help='from a recorded bag'),
 ]
 
-#: After how many seconds without a message it is said why there may be none.
+#: Seconds without a message before a possible reason is printed.
 SILENCE = 3.0
 
 

@@ -177,7 +177,7 @@ def _chosen(directory: Directory, parts: Dict[str, Any], text: Optional[str]) ->
     Args:
         directory: knows what sources are called.
         parts: {publisher: the field in its message}.
-        text: what people call the source, or None.
+        text: the source's name for people, or None.
     """
     if text is None:
         return next((name for name, part in parts.items() if values.sources(part)), next(iter(parts))), None

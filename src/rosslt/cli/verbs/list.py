@@ -28,7 +28,7 @@ ARGUMENTS = [
     Argument('node', completer=nodes, nargs='?', metavar='NODE', help='this node alone'),
 ]
 
-#: What a node that knows no locks would say.
+#: The answer assumed for a node that knows no locks.
 _OPEN = srv.LockLocationsResponse(accepts_changes=True)
 
 #: The most that a value takes of a line.

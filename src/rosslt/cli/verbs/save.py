@@ -108,7 +108,7 @@ def _write_yaml(master: rosgraph.Master, name: str, file: str) -> None:
 
 
 def _put(parameters: Any, saved: Any, path: Sequence[str], value: Any) -> bool:
-    """Take one value into what is saved: in the place that it has among the parameters.
+    """Add a parameter's value to the saved tree, under the parameter's name.
 
     Args:
         parameters: the tree of all parameters, whose lists are taken over whole, with the value in them.
@@ -116,7 +116,7 @@ def _put(parameters: Any, saved: Any, path: Sequence[str], value: Any) -> bool:
         path: the steps of the parameter's name; an index where it is in a list.
 
     Returns:
-        Whether there is such a parameter.
+        True if the parameter exists.
     """
     step: Union[str, int, None] = path[0]
     rest = path[1:]

@@ -26,7 +26,7 @@ ARGUMENTS = [
     Argument('--fixed-frame', default='', metavar='FRAME', help='that stands still; by default the root of tf'),
 ]
 
-#: What has to be installed, and how.
+#: The command that installs the packages that `rosslt web` needs.
 INSTALL = "pip install viser==1.1.1 'typing_extensions>=4.12' pycollada"
 
 

@@ -10,7 +10,7 @@ class BoundedCache(Generic[Value]):
     """Keeps the values that were put into it last. Several threads may use it.
 
     Args:
-        size: how many.
+        size: the largest number of values.
     """
 
     def __init__(self, size: int) -> None:
@@ -24,7 +24,7 @@ class BoundedCache(Generic[Value]):
         return self._values.get(key)
 
     def put(self, key: Hashable, value: Value) -> None:
-        """Remember a value, in the place of the key's earlier one."""
+        """Store a value for a key and replace its earlier value."""
         with self._lock:
             self._values[key] = value
             if len(self._values) > self._size:

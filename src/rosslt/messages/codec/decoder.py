@@ -39,7 +39,7 @@ MAX_TEMPLATES = 4
 """The most templates of one length that are remembered for a message class."""
 
 SCALAR_TYPES = frozenset((float, int, bool, str))
-"""What a leaf holds, apart from its provenance."""
+"""The types of the plain values of leaves."""
 
 _VALUE, _KIND = operator.itemgetter(2), operator.itemgetter(3)
 
@@ -106,16 +106,16 @@ def _header(message_class: type, data: bytes) -> 'ReceivedHeader':
 
 
 class ReceivedFields(NamedTuple):
-    """What a header says of its fields, but for its numbers."""
+    """A header's description of its fields, without the values and coefficients."""
 
     wanted: Sequence[int]
     """The indices of the leaves, rising, and END."""
     origins: Sequence[int]
-    """Of each field the number of its source, list of sources or instruction."""
+    """The number of the source, list of sources or instruction of each field."""
     slopes: Sequence[int]
-    """Of each field the number of its coefficient or list of coefficients."""
+    """The number of the coefficient or list of coefficients of each field."""
     is_numeric: bool
-    """Whether every source that stands with a coefficient has a number as its value."""
+    """True if every source with a coefficient has a number as its value."""
 
 
 class ReceivedHeader:
@@ -138,7 +138,7 @@ class ReceivedHeader:
 
     @property
     def is_affine(self) -> bool:
-        """Whether there are no instructions, which have floats of their own."""
+        """True if the header has no instructions, so that the tables hold all of its floats."""
         return self._expressions is None
 
     def template(self, data: bytes) -> Template:
@@ -146,7 +146,7 @@ class ReceivedHeader:
         return self._tables.template(data)
 
     def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReceivedHeader':
-        """The same header with other floats, which are finite, as values and coefficients."""
+        """Return a copy of the header with other values and coefficients; these floats must be finite."""
         return ReceivedHeader(self._fields, self._tables.with_floats(values, slopes), self._expressions)
 
     def tracked(self, found: Sequence[Located]) -> List[Any]:
@@ -214,11 +214,11 @@ class ReceivedHeader:
 
 
 class _Loads:
-    """What makes the provenance of the fields of one message.
+    """Loads the provenance of the fields of one message when it is first read.
 
     Args:
-        header: of the message.
-        kinds: of its fields.
+        header: the header of the message.
+        kinds: the kinds of its fields.
     """
 
     __slots__ = ('_header', '_kinds')
@@ -307,7 +307,7 @@ def _check_summed(reader: Reader, summed: int) -> None:
 
 
 def _has_numbers_only(tables: ReceivedTables, origins: Sequence[int], slopes: Sequence[int]) -> bool:
-    """Whether every source that stands with a coefficient has a number as its value."""
+    """Return True if every source with a coefficient has a number as its value."""
     if {float, int}.issuperset(map(type, tables.values)):
         return True
     others = {number for number, value in enumerate(tables.values) if type(value) not in (float, int)}

@@ -126,7 +126,7 @@ def provenance_to_send(message: Any, full_history: bool = False) -> bytes:
 
 
 def fits(kind: str, terms: Sequence[Tuple[Any, Any, Any]]) -> bool:
-    """Whether affine terms give values of a field's kind: only integers make integers."""
+    """Return True if affine terms give values of a field's kind: an integer field needs integer terms."""
     if kind in 'df':
         return True
     return kind == 'i' and all(type(value) is int and type(slope) is int for _, value, slope in terms)
@@ -170,7 +170,7 @@ def _affine(value: Any) -> Optional[Terms]:
 
 
 def _field(leaf: Leaf, terms: Terms) -> AffineField:
-    """What the wire says of an affine leaf."""
+    """Convert an affine leaf to its form on the wire: one source, or a list of terms."""
     index, value, kind = leaf
     if len(terms) == 1:
         source, at, slope = terms[0]
@@ -233,8 +233,8 @@ class _Encoder:
     def __init__(self, message_type: str) -> None:
         self._message_type = message_type
         self.tables = TableWriter()
-        # Of each field its leaf, the number of its source and the key of its coefficient; or the numbers of the lists
-        # of both, and True.
+        # For each field: its leaf, the number of its source, the key of its coefficient and False; or the numbers of
+        # the lists of both, and True.
         self.fields: List[Tuple[int, int, Any, bool]] = []
         self._instructions: List[tuple] = []
         self._roots: Dict[int, int] = {}
@@ -279,7 +279,7 @@ class _Encoder:
             self.fields.append((index, numbers, keys, True))
 
     def _linearized(self, leaves: Sequence[Leaf]) -> Tuple[List[Leaf], List[tuple], List[int]]:
-        """A linearization of each leaf, in place of the instructions that are too many."""
+        """Linearize each leaf, as the exact expressions have too many instructions to be sent."""
         shorter: List[tuple] = []
         places: Dict[Any, int] = {}
         kept, ends, terms_left = [], [], TERM_LIMIT

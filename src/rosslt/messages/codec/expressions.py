@@ -30,7 +30,7 @@ TERM_LIMIT = 4 * INSTRUCTION_LIMIT
 
 
 def are_too_many(instructions: Sequence[tuple]) -> bool:
-    """Whether a reader would refuse so many instructions, or so many terms of their affine parts."""
+    """Return True if instructions, or the terms of their affine parts, exceed the limits that readers enforce."""
     return (
         len(instructions) > INSTRUCTION_LIMIT
         or sum([len(instruction[2]) for instruction in instructions if instruction[0] == AFFINE]) > TERM_LIMIT
@@ -42,8 +42,8 @@ def packed_instructions(instructions: Sequence[tuple], tables: TableWriter, numb
 
     Args:
         instructions: as from `values.disassemble`, made known to the tables by `register`.
-        tables: those of the message.
-        numbers: of the coefficients.
+        tables: the tables of the message.
+        numbers: the numbers of the coefficients.
     """
     parts = [packed([len(instructions)])]
     for at, (kind, *operands) in enumerate(instructions):
@@ -122,10 +122,10 @@ class ReceivedInstructions(NamedTuple):
     """`(SOURCE, number of the source)`, `(CONSTANT, value)`, `(AFFINE, value, ((index, number of the coefficient),
     ...), is_exact)` or `(Operation, index, ...)`."""
     floats_at: List[int]
-    """Where the floats in them begin."""
+    """The positions of the floats in the data."""
 
     def resolved(self, tables: ReceivedTables) -> List[tuple]:
-        """The same as `values.assemble` takes them."""
+        """Return the instructions with sources and coefficients instead of their numbers, for `values.assemble`."""
         return [_resolved(instruction, tables) for instruction in self.read]
 
 

@@ -110,7 +110,7 @@ def _text_size(operation: Operation, operands: Sequence[Any], kinds: Any) -> int
 
 
 def agrees(made: Any, expected: Any, kind: str) -> bool:
-    """Whether a value equals the one in a field, but for the rounding of fields and machines.
+    """Return True if a computed value equals the value of a field, up to rounding.
 
     A field of 32 bits rounds, and the last digits of a sine differ from one machine to another. The tolerances are
     wider than those of `values.is_same`, as the numbers may have been large on the way.

@@ -40,7 +40,7 @@ class SourceTable:
         self._alike: Optional[Sequence[int]] = None
 
     def alike(self) -> Sequence[int]:
-        """For each source a number that equal ones have in common: a table may name one twice."""
+        """A number for each source, shared by equal sources, as a table may name a source twice."""
         if self._alike is None:
             named: Dict[str, int] = {}
             names = [named.setdefault(node, number) for number, node in enumerate(self.nodes)]
@@ -54,7 +54,7 @@ class SourceTable:
 
     @property
     def size(self) -> int:
-        """How many sources there are."""
+        """The number of sources."""
         return len(self.source_nodes)
 
     def location_id(self, number: int) -> int:
@@ -67,13 +67,13 @@ class SourceTable:
 
 
 class FloatBlocks(NamedTuple):
-    """Where the two blocks of floats are in the data."""
+    """The positions of the two blocks of floats in the data."""
 
     values_at: int
     value_numbers: Sequence[int]
     """The numbers of the sources whose values are floats."""
     values_to: int
-    """Where the values end: integers and texts follow the floats."""
+    """The end of the values: integers and texts follow the floats."""
     slopes_at: int
     slope_count: int
 
@@ -83,9 +83,9 @@ class ReceivedTables(NamedTuple):
 
     sources: SourceTable
     values: Sequence[Any]
-    """For each source its value; None where no value was sent."""
+    """The value of each source; None if no value was sent."""
     coefficients: Sequence[Any]
-    """From number 1; number 0 is None."""
+    """The coefficients, from number 1; number 0 is None."""
     source_lists: Sequence[Tuple[int, ...]]
     slope_lists: Sequence[Tuple[int, ...]]
     blocks: FloatBlocks
@@ -97,13 +97,13 @@ class ReceivedTables(NamedTuple):
         return self.source_lists[origin - self.sources.size], self.slope_lists[slope - len(self.coefficients)]
 
     def origins_of(self, kinds: Container[type]) -> List[bool]:
-        """Whether the value of each source, and those of all in each list of sources, are of some types: by the numbers
-        that fields give, sources first."""
+        """Return a flag for each source, then one for each list of sources: True if all of its values have one of some
+        types. The origin number of a field is an index of this list."""
         singles = [type(value) in kinds for value in self.values]
         return singles + [all(map(singles.__getitem__, each)) for each in self.source_lists]
 
     def whole_slopes(self) -> List[bool]:
-        """The same of coefficients and lists of coefficients: whether they are integers."""
+        """Return a flag for each coefficient, then one for each list of coefficients: True if all are integers."""
         singles = [type(slope) is int for slope in self.coefficients]
         return singles + [all(map(singles.__getitem__, each)) for each in self.slope_lists]
 
@@ -113,7 +113,7 @@ class ReceivedTables(NamedTuple):
         return Template.cut(data, blocks.values_at, len(blocks.value_numbers), blocks.slopes_at, blocks.slope_count)
 
     def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReceivedTables':
-        """The same tables with those floats as values and coefficients; they must be finite."""
+        """Return a copy of the tables with other values and coefficients; these floats must be finite."""
         all_values: Sequence[Any] = values
         if len(values) < self.sources.size:
             replaced = list(self.values)

@@ -13,7 +13,7 @@ from rosslt.values import Source
 Terms = Sequence[Tuple[Source, Any, Any]]
 
 AffineField = Tuple[int, Optional[Source], Terms]
-"""One affine leaf on the wire: its index, and its source where it is a source itself, else None and its terms."""
+"""An affine leaf on the wire: its index, and its source if it equals a source, else None and its terms."""
 
 
 class Parts(NamedTuple):
@@ -21,10 +21,10 @@ class Parts(NamedTuple):
 
     head: bytes
     values: Sequence[float]
-    """Of sources, as far as they are floats."""
+    """The values of sources that are floats."""
     middle: bytes
     slopes: Sequence[float]
-    """Coefficients, as far as they are written as floats."""
+    """The coefficients that are written as floats."""
     tail: bytes
 
     def joined(self) -> bytes:
@@ -39,7 +39,7 @@ class Template:
 
     Args:
         head, middle, tail: the bytes before, between and behind the two blocks of floats.
-        value_count, slope_count: how many floats the blocks have.
+        value_count, slope_count: the numbers of floats in the blocks.
     """
 
     __slots__ = ('_around', '_pack', '_size', '_slopes_at', '_unpack')
@@ -83,7 +83,7 @@ class Template:
 
 
 def are_finite(values: Collection[float], slopes: Collection[float]) -> bool:
-    """Whether floats are finite; False as well where their sum is not."""
+    """Return True if all floats and their sum are finite."""
     total = sum(values) + sum(slopes)
     return total - total == 0
 
@@ -92,16 +92,15 @@ class Shape(NamedTuple):
     """Affine fields apart from their floats: where the keys of two are equal, one template serves both."""
 
     key: Tuple[Any, ...]
-    """The fields with numbers in the places of their floats."""
+    """The fields with numbers instead of their floats."""
     values: List[float]
-    """Of sources, each reading once, in order of appearance."""
+    """The values of sources, each reading once, in order of appearance."""
     slopes: List[float]
     """Coefficients that are written as floats, each once, in order of appearance."""
 
 
 def shape_of(fields: Sequence[AffineField]) -> Optional[Shape]:
-    """The shape of fields; None where they hold something else than floats in their place, or floats that are not
-    finite."""
+    """Return the shape of fields; None if their terms hold numbers other than floats, or floats that are not finite."""
     key: List[Any] = []
     add = key.append
     readings: Dict[Any, int] = {}

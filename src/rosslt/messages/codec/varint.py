@@ -38,7 +38,7 @@ def unzigzagged(numbers: Sequence[int]) -> List[int]:
 
 
 def is_whole(number: float) -> bool:
-    """Whether a float is sent as an integer. Negative zero is not: it would lose its sign."""
+    """Return True for a float that is sent as an integer. Negative zero is not: it would lose its sign."""
     return number.is_integer() and -SMALL < number < SMALL and (number != 0 or math.copysign(1, number) > 0)
 
 
@@ -168,6 +168,6 @@ class Reader:
 
 
 def packed_strings(texts: Sequence[str]) -> bytes:
-    """What `Reader.strings` reads."""
+    """Pack texts for `Reader.strings`: their lengths, then their bytes."""
     encoded = [text.encode('utf-8') for text in texts]
     return packed([len(text) for text in encoded]) + b''.join(encoded)

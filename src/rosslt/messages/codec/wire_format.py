@@ -30,7 +30,7 @@ NO_VALUE, FLOAT, INT, STRING, FALSE, TRUE = range(6)
 """The kinds of a source's value, and of a constant."""
 
 IDENTITY = 0
-"""In the place of the number of a field's coefficients: the field is its source."""
+"""Written instead of the number of a field's coefficients if the field equals its source."""
 
 FROM_SOURCE, EXACT, LINEAR, OPERATION = 0, 6, 8, 16
 """The codes of instructions beside those of constants, 1 to 5: a source, affine parts with a float (7 and 9: with an

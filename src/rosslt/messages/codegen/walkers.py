@@ -79,12 +79,12 @@ def listed(array: Any) -> List[Any]:
 
 
 def reached(name: str, paths: Iterable[str]) -> Iterator[Tuple[List[str], str]]:
-    """Of each leaf below the message that code calls by that name, the lines that lead to its owner, where they are
-    needed, and the expression for its value.
+    """Yield the generated code that reads each leaf of a message: lines that assign the leaf's owner to a variable,
+    unless an earlier leaf has done so, and the expression for the leaf's value.
 
     Args:
-        name: of a variable.
-        paths: of the leaves, such as `pose.position.x`, those with the same owner one behind the other.
+        name: the variable that holds the message.
+        paths: the paths of the leaves, such as `pose.position.x`; leaves with the same owner follow each other.
     """
     names = {'': name}
     for path in paths:
@@ -160,8 +160,7 @@ class _WalkerCompiler:
         descend('', self._layout.definitions[type_])
         return runs
 
-    # How `b`, the index of the leaf that comes next, is kept: each walk gets that of its first leaf and returns that
-    # behind its last.
+    # `b` is the index of the next leaf: each walk gets the index of its first leaf and returns the one after its last.
 
     def _write_collect(self, number: int, type_: str) -> None:
         self._write(0, 'def collect_%d(m, b, found, limit=END):', number)

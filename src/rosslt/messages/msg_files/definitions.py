@@ -39,12 +39,12 @@ def split_type(name: str) -> Tuple[str, str]:
 
 
 def short_name(type_: str) -> str:
-    """What the tracked type of a message type is called: PoseTracked."""
+    """Return the name of a message type's tracked type: PoseTracked."""
     return split_type(type_)[1] + SUFFIX
 
 
 def long_name(type_: str) -> str:
-    """What it is called where that name is taken: GeometryMsgsPoseTracked."""
+    """Return the name of a tracked type with its package, for use where names clash: GeometryMsgsPoseTracked."""
     package, short = split_type(type_)
     return ''.join(word.capitalize() for word in package.split('_')) + short + SUFFIX
 
@@ -70,7 +70,7 @@ def data_type(text: str) -> Optional[str]:
 
 
 class MessagePath:
-    """Where message definitions are looked for.
+    """Search path for message definitions.
 
     Args:
         include: `{package: folders}` to look into first.

@@ -27,7 +27,7 @@ class CannotGenerate(Error):
 
 
 def tracked_names(types: Sequence[str], name: Optional[str] = None) -> Dict[str, str]:
-    """What the tracked types of several message types are called.
+    """Choose the names of the tracked types of several message types.
 
     Args:
         types: distinct message types.

@@ -97,7 +97,7 @@ def plain_array(x: Any) -> Any:
 
 
 def holds_tracked(x: Any) -> bool:
-    """Whether a value, a list or tuple, or an object array holds tracked values."""
+    """Return True for a tracked value, and for a list, tuple or object array that holds one."""
     if type(x) in TRACKED:
         return True
     if isinstance(x, (list, tuple)):

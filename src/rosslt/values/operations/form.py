@@ -11,22 +11,22 @@ from .inverses import refuse
 from .notation import FUNCTION, LEAF, Text, applied, literal, sum_of_terms
 
 SOURCE_INSTRUCTION, CONSTANT_INSTRUCTION, AFFINE_INSTRUCTION = 'source', 'constant', 'affine'
-"""How instructions that are no operation begin."""
+"""The first elements of instructions that are no operation."""
 
 
 class Form:
-    """What a record `(form, first, second)` means. A new form of record is a subclass with these methods.
+    """The meaning of a record `(form, first, second)`. A new form of record is a subclass with these methods.
 
-    What walks expressions asks the form, with two short cuts for speed: a record with `single_operand` is an operation
-    on one tracked value `first` and a constant `second`, with `forward(first, second)`, `inverse(y, first, second)`
-    and `slope(first, second)` in that order; a record whose `operation` is not None and that has no `single_operand`
-    is one on two tracked values, and its `inverse` and `slope` are pairs.
+    Code that walks expressions calls these methods, with two short cuts for speed. A record with `single_operand` is an
+    operation on one tracked value `first` and a constant `second`, with `forward(first, second)`, `inverse(y, first,
+    second)` and `slope(first, second)` in that order. A record with an `operation` and without `single_operand` is an
+    operation on two tracked values, and its `inverse` and `slope` are pairs.
 
     Attributes:
-        operation: that with one or two operands whose inverses and slopes are known; None for any other form.
-        position: the place of the tracked operand, None where there is not exactly one.
-        single_operand: whether the record is such an operation with exactly one tracked operand.
-        affine: whether the result is affine in the tracked operands together.
+        operation: an operation with one or two operands whose inverses and slopes are known; None for any other form.
+        position: the index of the tracked operand, None unless there is exactly one.
+        single_operand: True if the record is such an operation with exactly one tracked operand.
+        affine: True if the result is affine in the tracked operands together.
     """
 
     __slots__ = ('operation', 'position', 'single_operand', 'affine', 'forward', 'inverse', 'slope')
@@ -57,7 +57,7 @@ class Form:
         raise NotImplementedError
 
     def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple['Form', Any, Any]:
-        """The record with other tracked operands in the places of its own."""
+        """Return a copy of the record with other tracked operands, in the same order."""
         raise NotImplementedError
 
     def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
@@ -78,14 +78,14 @@ class Form:
         raise NotImplementedError
 
     def is_affine(self, first: Any, second: Any, depends: Sequence[bool]) -> bool:
-        """Whether the value is affine in those operands together that `depends` says."""
+        """Return True if the value is affine in the operands flagged by `depends`, taken together."""
         return self.affine
 
     def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
-        """What one operand must become, the others being as they are; NotImplemented where only a search can tell.
+        """Return the value of one operand that gives a wanted value; NotImplemented if that needs a search.
 
         Args:
-            place: which operand.
+            place: the index of the operand that changes; the others keep their values.
             wanted: the value to be given.
             present: the value that `values` give.
             values: the plain values of the operands.

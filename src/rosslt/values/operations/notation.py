@@ -1,9 +1,9 @@
-"""How expressions are written for people: infix, with as few brackets as Python needs."""
+"""Writes expressions for people: infix, with as few brackets as Python needs."""
 
 from typing import Any, Sequence, Tuple
 
 FUNCTION = 20
-"""The precedence of what needs no brackets: numbers, names, calls."""
+"""The precedence of texts without operators, which need no brackets: numbers, names, calls."""
 
 LEAF = FUNCTION - 1
 """The precedence of a source: only a minus in front of it needs brackets, as its text begins with its value."""
@@ -46,10 +46,10 @@ def infix(symbol: str, level: int, first: Text, second: Text) -> Text:
 
 
 def sum_of_terms(value: Any, terms: Sequence[Tuple[str, Any, Any]]) -> Text:
-    """What is affine in some leaves, as a sum of products.
+    """Write an affine expression of some leaves as a sum of products.
 
     Args:
-        value: what it is at present.
+        value: the present value of the expression.
         terms: each leaf's text, its present value and its slope.
     """
     text: Text = ('', 0)

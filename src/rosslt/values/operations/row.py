@@ -1,4 +1,4 @@
-"""What is known of an operation, and the one way to say it: rows of the table and users' operations are made alike."""
+"""Descriptions of operations: the rows of the table and the operations that users register."""
 
 import dataclasses
 from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple
@@ -26,28 +26,28 @@ class Forms(NamedTuple):
 
 @dataclasses.dataclass(eq=False, repr=False)
 class Operation:
-    """What is known of an operation.
+    """Describes an operation: its function, its inverses and its slopes.
 
     Attributes:
         code: the number of a row of the table on the wire, which never changes. None where other nodes do not know the
             operation; they get its linearization.
-        name: what the table and `rosslt.math` call it.
+        name: its name in the table and in `rosslt.math`.
         forward: the function itself.
-        inverse: of each operand, what it must become for a wanted result: `inverse(wanted, *operands)`. None where only
-            a search can tell.
-        slope: of each operand, the derivative: `slope(*operands)`. None where only differences can tell.
-        arity: 1 or 2; 0 where it takes any number of operands.
+        inverse: a function for each operand, `inverse(wanted, *operands)`: returns the operand for a wanted result.
+            None where a search is needed.
+        slope: a function for each operand, `slope(*operands)`: returns the derivative. None where differences are used.
+        arity: 1 or 2; 0 for any number of operands.
         affine: in which operands it is affine: 'a' or 'b' while the other is constant, 'ab' in both together.
-        commutes: whether the operands may be swapped.
+        commutes: True if the operands may be swapped.
         image: the interval of the results, None for all numbers.
-        stepped: whether the results are whole numbers.
-        on_text: whether it takes texts; no other row does, though Python's own operators might.
-        symbol: its infix (or prefix) symbol, None where it is written as a function.
-        precedence: how strongly the symbol binds, as in Python; functions and names have the highest.
-        shown_as: what `explain` and error messages call it.
-        numpy: the names of the NumPy functions that do the same.
+        stepped: True if the results are whole numbers.
+        on_text: True if the operation takes texts; other operations refuse them, even if Python's operator takes them.
+        symbol: its infix (or prefix) symbol, None if it is written as a function.
+        precedence: the precedence of the symbol, as in Python; functions and names have the highest.
+        shown_as: its name in `explain` and error messages.
+        numpy: the names of the equivalent NumPy functions.
         forms: its forms of record for so many operands.
-        left, right, both: those of a row of the table.
+        left, right, both: the forms of a row of the table.
 
     Raises:
         TypeError: something is no function; an operation with a code lacks an inverse or a slope.

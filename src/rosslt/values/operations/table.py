@@ -94,7 +94,7 @@ def rounded_to(a: Any, digits: int) -> Any:
 
 
 def half_unit(digits: int) -> Any:
-    """Half of the last place that rounding to so many digits keeps."""
+    """Half of the last decimal digit that rounding to so many digits keeps."""
     return 10 ** min(-digits, MOST_DIGITS) // 2 if digits < 0 else 0.5 * 10.0**-digits
 
 

@@ -1,4 +1,4 @@
-"""How much a solve may cost, and expressions evaluated within that.
+"""Limits the work of a solve, and evaluates expressions within that limit.
 
 Work is counted, not timed, so that the same question has the same answer on every machine. A unit is one operation
 of the expression evaluated once, 0.2 to 0.4 microseconds; the derivative of one costs several.
@@ -19,22 +19,22 @@ MOST_WORK_OF_RESULTS = 300_000
 """... and for all of them, in expressions of ordinary size."""
 
 WORK_PER_NODE = 40
-"""What may be done beyond that for each node of a large expression ..."""
+"""The additional work for each node of a large expression ..."""
 
 WORK_PER_NODE_ALONE = 400
-"""... and what more for each that belongs to one result alone, of which a long chain may need many evaluations."""
+"""... and for each node of one result alone, as a long chain may need many evaluations."""
 
 WORK_OF_A_CALL = 12
-"""What an evaluation costs besides its operations."""
+"""The work of an evaluation besides its operations."""
 
 WORK_OF_A_SLOPE = 3
-"""What a node's slopes cost, in evaluations of that node."""
+"""The work of a node's slopes, in evaluations of that node."""
 
 MOST_BITS = 2**14
 """While an answer is looked for, longer whole numbers are refused: repeated squaring would fill the memory."""
 
 UNDEFINED = (ArithmeticError, ValueError, TypeError)
-"""What arithmetic raises where it is not defined: no real number, no finite one, no operands for it."""
+"""Exceptions of undefined arithmetic: a result that is not real or not finite, or unsuitable operands."""
 
 
 class Exhausted(NoPreimage):
@@ -96,9 +96,9 @@ class Trial:
     Args:
         graph: holds the expressions.
         changing: the sources that may change.
-        roots: the places of the nodes that are asked for.
+        roots: the indices of the wanted nodes.
         base: the values of the nodes while nothing changes.
-        budget: what it may cost.
+        budget: the work that it may take.
         wanted: the results that are wanted, which may be long whole numbers themselves.
     """
 

@@ -36,16 +36,16 @@ from .several import System
 from .simplest import simplest
 
 MANY_SOURCES = 16
-"""Of more sources than these, it is first looked up which ones cannot give the result alone."""
+"""With more sources than this, those that cannot give the result alone are sorted out first."""
 
 MOST_ROUNDINGS = 16
-"""In so many ways at most are whole numbers rounded, up or down."""
+"""The most combinations of rounding whole numbers up or down."""
 
 MOST_OUT_OF_BOUNDS = 4
-"""Of so many sources at most that are out of their bounds, each is moved alone before all of them are."""
+"""The most sources out of their bounds that are each moved alone before all are moved together."""
 
 ALONE = 0.8
-"""The part of the work that may go into looking for one source that does it alone; the rest is for several."""
+"""The part of the work for finding a single source that gives the target; the rest is for several sources."""
 
 
 def solve(
@@ -134,7 +134,7 @@ def solve_one(
 
     Args:
         changes: values that other sources take on meanwhile; they are not changed again.
-        budget: what it may cost.
+        budget: the work that it may take.
 
     Raises:
         NotTracked, NotInvertible: as `solve`.
@@ -213,7 +213,7 @@ def _holds_number(graph: Graph, source: Source) -> bool:
 
 
 def holds_floats(graph: Graph, source: Source) -> bool:
-    """Whether a source holds a float."""
+    """Return True if a source holds a float."""
     return all(type(graph.nodes[place]._plain) is float for place in graph.occurrences[source])
 
 
@@ -268,7 +268,7 @@ def _moved_with_whole(
     budget: Budget,
     base: Optional[List[Any]] = None,
 ) -> Optional[Dict[Source, Any]]:
-    """As `_moved_together`, with whole numbers among the sources: they are rounded, and the floats make up for it."""
+    """Move several sources, some of them whole numbers: round these, then solve for the floats again."""
     whole = [source for source in sources if _is_whole(graph, source)]
     floats = [source for source in sources if source not in whole]
     truths = [source for source in whole if type(_present(graph, source)) is bool]
@@ -370,7 +370,7 @@ def tracked_parts(value: Any, target: Any) -> List[Goal]:
 
 
 def _solve_tracked(tracked: List[Goal], freedom: Freedom) -> Dict[Source, Any]:
-    """As `_solve_parts`, for its tracked leaves."""
+    """Solve for several tracked leaves; those that share sources are solved together."""
     graph = Graph(leaf for _, leaf, _ in tracked)
     answer: Dict[Source, Any] = {}
     groups = connected(graph, tracked, freedom)

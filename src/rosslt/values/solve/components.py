@@ -8,7 +8,7 @@ from .equations import Goal
 from .freedom import Freedom
 
 LAST_STEPS = 8
-"""Of each result, so many operations are looked at first, which mostly show that all results are connected."""
+"""The number of last operations of each result that are read first; mostly they show that all are connected."""
 
 
 def connected(graph: Graph, goals: List[Goal], freedom: Freedom) -> List[List[Goal]]:

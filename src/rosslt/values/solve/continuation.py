@@ -22,13 +22,13 @@ from .periods import turns_too_many
 from .several import System
 
 JUMP = 5.0
-"""A step that is so many times as long as the slopes on its way ask for is a jump."""
+"""A step is a jump if it is this many times as long as its slopes predict."""
 
 ON_THE_WAY = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Where on its way the slopes are looked at."""
+"""The fractions of a step at which its slopes are evaluated."""
 
 SINGULAR = 1e-6
-"""How directions in which the results hardly move are damped, when it is asked how far the slopes would go."""
+"""The damping of directions in which the results hardly move, for the length that the slopes predict."""
 
 HALF_TURN = math.pi
 """An unknown that is further than this, in radians, from where it was is looked at for whole periods."""
@@ -89,7 +89,7 @@ class Path(System):
         return x
 
     def _as_before(self, x: Point, before: List[Any]) -> bool:
-        """Whether a point gives the same results as other values of the nodes."""
+        """Return True if a point gives the same results as given values of the nodes."""
         values = self._tried(x)
         return values is not None and self._are_met(values, [before[root] for root in self._roots])
 
@@ -126,7 +126,7 @@ class Path(System):
         return x
 
     def is_continuous(self, last: Point, x: Point) -> bool:
-        """Whether the slopes on the way from one point to another account for how far it is."""
+        """Return True if the slopes between two points explain the distance between them, so that it is no jump."""
         way = [value - old for value, old in zip(x, last)]
         length = self._length(way)
         if length <= STILL * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
@@ -177,7 +177,7 @@ def continued(
 
     Raises:
         NotTracked, NotInvertible: as of `solve`; also where there are answers, but none that the last one leads to.
-            What was before should stay then, and be `last` still.
+            The previous values should then stay, and `last` too.
     """
     options: Dict[str, Any] = {
         'sources': sources,
@@ -200,7 +200,7 @@ def continued(
 def _group_continued(
     goals: List[Goal], freedom: Freedom, last: Mapping[Source, Any], options: Dict[str, Any]
 ) -> Dict[Source, Any]:
-    """As `continued`, for results that share sources."""
+    """Continue the last answer without a jump, for a group of results that share sources."""
     graph = Graph(x for _, x, _ in goals)
     here = {source: last[source] for source in graph.occurrences if source in last}
     movable = [source for source in freedom.ranked(graph.occurrences) if freedom.allows(source)]
@@ -213,7 +213,7 @@ def _group_continued(
         except NotInvertible as error:
             reason = error
         if reason is None and not (set(floats) >= set(anew) and set(floats) >= set(here)):
-            return anew  # What is whole moves in jumps.
+            return anew  # Whole numbers move in jumps.
     path = _path(graph, goals, floats, freedom)
     if path is None or not floats:
         if reason is not None:
@@ -244,7 +244,7 @@ def _group_continued(
 def _one_more(
     graph: Graph, goal: Goal, floats: List[Source], freedom: Freedom, here: Mapping[Source, Any], path: Path
 ) -> Dict[Source, Any]:
-    """Where the source that moved is stopped, another one moves while it stays; on the way back, that one first."""
+    """Move a second source when the first is at its limit; on the way back, the second one moves first."""
     _, value, wanted = goal
     x = [float(here.get(source, start)) for source, start in zip(floats, path.start)]
     reason: Optional[NotInvertible] = None

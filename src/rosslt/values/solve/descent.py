@@ -20,23 +20,23 @@ DAMPINGS = (0.0, 1e-6, 1e-3, 0.03, 1.0, 30.0)
 FIRST_DAMPING, LAST_DAMPING = 1e-3, 1e9
 
 MOST_APPROACHES = 200
-"""How a descent to what cannot be met is damped, and how many steps it takes at most."""
+"""The damping of a descent towards targets out of reach, and its largest number of steps."""
 
 FIRST_RADIUS = 1.0
-"""How far the first step may go, in the sources' scales or sizes, unless the results follow it as a line does."""
+"""The longest first step, in the sources' scales or sizes, unless the results are nearly linear."""
 
 CONVERGED = 1e-10
-"""Results that miss no more than this part of their size are met; what is left to do is to polish them."""
+"""Results that miss by at most this part of their size are met, and only polished further."""
 
 EXACT = 2.0**-51
-"""Nearer than this, in the root of the mean square of what is missing, only roundings differ."""
+"""Below this root mean square of the differences, only roundings differ."""
 
 NEARLY_LINEAR = 1e-3
-"""Where a step leaves no more than this part of what was missing, the results follow the slopes as a line does."""
+"""The results are nearly linear if a step leaves at most this part of the difference."""
 
 
 class Descent(NamedTuple):
-    """Where a descent ended: the point, and how much is missing there."""
+    """The end of a descent: the point, and the size of the remaining differences."""
 
     x: Point
     size: float
@@ -47,7 +47,7 @@ class Descents(Equations):
 
     Args:
         graph, goals, unknowns, budget, base: as of `Equations`.
-        freedom: what limits the unknowns (`freedom.Freedom`).
+        freedom: the constraints on the unknowns (`freedom.Freedom`).
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Descents(Equations):
         self._limits = [in_floats(freedom.limits(source)) for source in unknowns]
         self._scales = [freedom.scale(source, value) for source, value in zip(unknowns, self.start)]
         self._promised = 0.0
-        """How far away the answer is, as the first step taken promises."""
+        """The distance of the answer that the first step predicts."""
         self.start = [self._clamped(place, value) for place, value in enumerate(self.start)]
 
     def _clamped(self, place: int, value: float) -> float:
@@ -71,7 +71,7 @@ class Descents(Equations):
         return min(max(value, low), high)
 
     def _leaves(self, place: int, value: float, way: float) -> bool:
-        """Whether an unknown at a bound would leave it."""
+        """Return True if a step would move an unknown at its bound out of bounds."""
         low, high = self._limits[place]
         return value >= high if way > 0 else way < 0 and value <= low
 
@@ -97,16 +97,16 @@ class Descents(Equations):
             leaving = [place for place in at_bounds if self._leaves(place, x[place], step[place])]
             if not leaving:
                 return step
-            # One at a time: without it the others may come back.
+            # Unknowns are held one by one: without one of them the others may come back.
             held.add(max(leaving, key=lambda place: abs(step[place]) / self._scales[place]))
 
     def _descend(self, x: Point, equations: Sequence[Equation], rounds: int = ROUNDS) -> Optional[Descent]:
-        """Where steps that each bring the results nearer lead from a point; None where they are not defined there.
+        """Descend from a point in steps that each bring the results nearer; None if they are undefined at that point.
 
         Args:
-            x: where to begin.
-            equations: what is to be met.
-            rounds: the most steps.
+            x: the first point.
+            equations: the equations to meet.
+            rounds: the largest number of steps.
         """
         values = self._tried(x)
         missing = self._missing(values, equations)
@@ -121,13 +121,13 @@ class Descents(Equations):
             if size <= EXACT * math.sqrt(len(equations)):
                 break
             try:
-                # The slopes of the round before do where they foretold the results that well.
+                # The slopes of the last round are used again if they predicted the results well.
                 rows = rows or self._jacobian(values, equations)
             except Exhausted:
                 raise
             except UNDEFINED:
                 break
-            # What is met is polished, without a search for a better way.
+            # Results that are met are polished with undamped steps only.
             for attempt in range(level, len(DAMPINGS)) if size > CONVERGED else (0,):
                 try:
                     step = self._step(x, rows, missing, DAMPINGS[attempt])
@@ -140,7 +140,7 @@ class Descents(Equations):
                     continue
                 self._promised = self._promised or length
                 if length > radius and attempt == level:
-                    # As good as a line: however far it is.
+                    # The results are nearly linear: the step may be long.
                     ahead, there, left = self._ahead(x, step, 1.0, equations)
                     if left is not None and math.hypot(*left) <= NEARLY_LINEAR * size:
                         break
@@ -169,13 +169,13 @@ class Descents(Equations):
     def _ahead(
         self, x: Point, step: Point, part: float, equations: Sequence[Equation]
     ) -> Tuple[Point, Optional[List[Any]], Optional[List[float]]]:
-        """Where a part of a step leads: the point, the nodes' values and what is missing."""
+        """Take a part of a step: return the new point, the nodes' values and the remaining differences."""
         ahead = [self._clamped(place, value + part * way) for place, (value, way) in enumerate(zip(x, step))]
         there = self._tried(ahead)
         return ahead, there, self._missing(there, equations)
 
     def _approach(self, x: Point) -> Optional[Descent]:
-        """Where a point moves to that comes nearer to what is wanted with every step (Levenberg-Marquardt)."""
+        """Minimize the differences from a point with the Levenberg-Marquardt method."""
         values = self._tried(x)
         missing = self._missing(values, self._equations)
         if values is None or missing is None:
@@ -197,7 +197,7 @@ class Descents(Equations):
             if there is None or left is None:
                 damping *= 4
                 continue
-            # The gain against the one that the slopes promise, which a step that goes too far does not keep.
+            # A step that is too long gains less than the slopes predict.
             foretold = [
                 part - sum([slope * way[place] for place, slope in row.items()]) for part, row in zip(missing, rows)
             ]

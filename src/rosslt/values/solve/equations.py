@@ -27,14 +27,14 @@ Point = List[float]
 
 
 class Equation(NamedTuple):
-    """A node's value that is wanted.
+    """An equation: the value of a node and the value wanted of it.
 
     Attributes:
-        place: the node's place in the graph.
-        wanted: what is wanted of it.
-        unit: what a difference of 1 counts.
-        denominators: the places of nodes by which the difference is multiplied, so that it has no poles where these are
-            0: that of `1 / x - 2` is then the one of `1 - 2 * x`.
+        place: the node's index in the graph.
+        wanted: the wanted value.
+        unit: the weight of a difference of 1.
+        denominators: the indices of nodes that multiply the difference, so that it has no poles where these are 0:
+            `1 / x - 2` becomes `1 - 2 * x`.
     """
 
     place: int
@@ -50,7 +50,7 @@ class Equations:
         graph: holds the results.
         goals: `(path, tracked value, wanted value)` each.
         unknowns: the sources to change.
-        budget: what solving may cost.
+        budget: the work that solving may take.
         base: the values of the graph's nodes while nothing changes; the present ones by default.
 
     Raises:
@@ -175,7 +175,7 @@ class Equations:
             return Equation(place, wanted, unit)
 
     def _denominators(self, root: int) -> Tuple[int, ...]:
-        """What a sum of products and quotients is to be multiplied by so that it has no poles."""
+        """Return the indices of the denominators of a sum of quotients; multiplied by them, it has no poles."""
         records, index, depends = self._graph.records, self._graph.index, self._trial.depends
         found: List[int] = []
         stack = [root]
@@ -228,7 +228,7 @@ def _add(row: Dict[int, float], slopes: Mapping[int, Any], unit: float) -> None:
 
 
 def _unit(wanted: Any, present: Any, least: float) -> float:
-    """What a difference counts of a value that is and becomes so large."""
+    """Return the weight of a difference: one over the larger size of the wanted and the present value."""
     try:
         size = max(abs(float(wanted)), abs(float(present)), least)
     except UNDEFINED:

@@ -1,4 +1,4 @@
-"""What limits an answer: which sources may change, how far, and how willingly."""
+"""Constraints on an answer: the sources that may change, their bounds, ranks and weights."""
 
 import math
 from typing import Any, Callable, Collection, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
@@ -13,7 +13,7 @@ Rank = Union[Mapping[Source, int], Callable[[Source], int]]
 
 
 class Freedom(NamedTuple):
-    """Which sources may change, and how far.
+    """The sources that may change, with their bounds, ranks and weights.
 
     Attributes:
         only: the sources that may change, None for any.
@@ -30,7 +30,7 @@ class Freedom(NamedTuple):
     weights: Mapping[Source, float]
 
     def allows(self, source: Source) -> bool:
-        """Whether a source may change at all."""
+        """Return True if a source may change."""
         return source not in self.read_only and (self.only is None or source in self.only)
 
     def ranked(self, sources: Iterable[Source]) -> List[Source]:
@@ -43,12 +43,12 @@ class Freedom(NamedTuple):
         return -math.inf if low is None else low, math.inf if high is None else high
 
     def scale(self, source: Source, value: float) -> float:
-        """How far a source moves as easily as one without bounds, of an ordinary size, moves by 1.
+        """Return the scale of a source: a change by it counts as much as a change by 1 of an ordinary unbounded source.
 
-        That is the range of its bounds, else its size where that is a large one, unless it has a weight.
+        The scale follows from the source's weight, else from the range of its bounds, else from its size.
 
         Args:
-            value: what it is now.
+            value: the source's present value.
         """
         if source in self.weights:
             return 1.0 / self.weights[source]

@@ -24,11 +24,11 @@ def shortest_step(
     """The step that adds what is missing, shortest in relation to the scales, damped (Levenberg-Marquardt).
 
     Args:
-        rows: the Jacobian, a row for each result: `{place of the unknown: slope}`, without zeros.
+        rows: the Jacobian, a row for each result: `{index of the unknown: slope}`, without zeros.
         missing: by how much each result should rise.
-        scales: for each unknown how far it moves as easily as another one moves by 1.
+        scales: the scale of each unknown; steps are measured in these units.
         damping: at least 0, in relation to rows of length 1.
-        by_row: whether all results count alike, whatever their slopes; this changes nothing where all can be met.
+        by_row: gives all results the same weight, whatever their slopes; this changes nothing if all can be met.
             Otherwise what is missing counts in its own unit.
 
     Returns:
@@ -59,7 +59,7 @@ def shortest_step(
 
 
 def work_of_step(rows: Rows, unknowns: int) -> float:
-    """What a step costs, in the units of `budget`."""
+    """Return the cost of a step, in the units of `budget`."""
     width = min(len(rows), unknowns)
     if width < LARGE:
         return 0.3 * width**3 + 10 * unknowns

@@ -1,7 +1,7 @@
-"""How sources move results, and how near they bring them to what cannot be met exactly.
+"""Sensitivity of results to sources, and the nearest answers to targets that cannot be met exactly.
 
-`solve` answers exactly or not at all. A hand on a mouse asks for more: a target just beyond reach, a quaternion that
-was rounded to 32 bits on its way.
+`solve` answers exactly or not at all. A drag with the mouse may ask for a target just beyond reach, or for a quaternion
+that was rounded to 32 bits.
 """
 
 import math

@@ -1,9 +1,9 @@
-"""One source's try at making one result become what is wanted (paper, IV.A, `force_value`).
+"""Solves one result for one source (paper, IV.A, `force_value`).
 
 From the result, the operations are undone one after the other as long as only one operand depends on the source.
 Where two do, the source appears more than once: if the rest is affine in it, its slope gives the answer, else Newton.
-An operation with several inverses is undone to the one nearest its operand's value. Where that does not lead to an
-answer, or to one out of bounds, other source values are started from, and at last the whole result is searched.
+An operation with several inverses is undone to the one nearest its operand's value. If that gives no answer, or one
+out of bounds, other start values are tried, and at last the whole result is searched.
 """
 
 import math
@@ -42,13 +42,13 @@ class Attempt:
     """A result of a graph as a function of one source.
 
     Args:
-        graph: holds the result and all it is made of.
-        root: the place of the result in it.
+        graph: holds the result and the nodes below it.
+        root: the index of the result in the graph.
         source: the source that may change.
         base: the values of the nodes once other sources are as wanted.
         limits: the source's minimum and maximum, infinite for none.
-        budget: what it may cost.
-        wanted: what the result should become.
+        budget: the work that it may take.
+        wanted: the wanted result.
     """
 
     def __init__(
@@ -110,11 +110,11 @@ class Attempt:
             return found
 
     def _gives_it_now(self, wanted: Any) -> bool:
-        """Whether the result is the wanted one at the present value, which then stays, also out of its bounds."""
+        """Return True if the present value gives the wanted result. It is then kept even if it is out of bounds."""
         return bool(wanted == self._base[self._root] and self._result(self.present) == wanted)
 
     def _is_final(self, reason: NoPreimage) -> bool:
-        """Whether an answer beyond a bound is the only one there is."""
+        """Return True if an answer beyond a bound is the only answer, so that a search is useless."""
         return isinstance(reason, OutOfBounds) and self._graph.is_affine(self._depends, self._root)
 
     def _elsewhere(self, wanted: Any) -> Optional[Any]:
@@ -139,7 +139,7 @@ class Attempt:
             return None
 
     def _starts(self) -> List[Any]:
-        """Where else to undo the operations from: at the bounds and between them, near 0 and on its other side."""
+        """List more values to undo the operations from: at and between the bounds, near 0, with the other sign."""
         low, high, present = self._low, self._high, self.present
         ends = [end for end in (low, high) if math.isfinite(end)]
         if len(ends) == 2:
@@ -245,7 +245,10 @@ class Attempt:
             place = b if side else a
 
     def _through_form(self, place: int, operand: int, wanted: Any, values: List[Any], present: Any) -> Any:
-        """What an operand of a record that is no row's must become; NotImplemented where only a search can tell."""
+        """Return the operand's value for a wanted value of a record that is not in the table of operations.
+
+        NotImplemented if that needs a search.
+        """
         form, first, second = self._graph.records[place]
         try:
             found = form.undo(operand, wanted, present, first, second, values)
@@ -272,7 +275,7 @@ class Attempt:
         self._searches += 1
         search = self._search(place, wanted, lambda result: meets(result, wanted), self._low, self._high)
         if self._searches > 1:
-            # What a whole search from one start does not find, a descent from another one may.
+            # Further starts are only descended from: the whole search has been done once.
             return search.descend_whole(start) if self._kind is int else search.descend(start)
         if self._kind is float:
             found = self._of_quotient(place, wanted, start)
@@ -283,8 +286,8 @@ class Attempt:
             return self._searched(place, wanted, start, lambda result: meets(result, wanted), self._low, self._high)
 
     def _of_quotient(self, place: int, wanted: Any, start: float) -> Optional[float]:
-        """Where a quotient of two expressions may be the wanted one, found without its poles: `a - wanted * b` is 0
-        there. None for any other operation."""
+        """Find a candidate answer for a quotient of two expressions without its poles, as a root of `a - wanted * b`.
+        None for any other operation."""
         form, first, second = self._graph.records[place]
         if form.operation is not DIVIDE:
             return None
@@ -346,7 +349,7 @@ class Attempt:
         return found
 
     def _of_kind(self, found: Any) -> List[Any]:
-        """What the source can hold nearest to a number found: a float, whole numbers around it, a text."""
+        """Convert an answer to values of the source's type: a float, the whole numbers around it, or a text."""
         if self._kind is str:
             return [found] if isinstance(found, str) else refuse('%r is not a text', found)
         if isinstance(found, str):
@@ -368,7 +371,7 @@ def beyond_bounds(value: Any, wanted: Any, limits_of: Callable[[Source], Limits]
 
     Args:
         value: the tracked value.
-        wanted: what it should become.
+        wanted: the wanted value.
         limits_of: gives a source's minimum and maximum.
 
     Returns:

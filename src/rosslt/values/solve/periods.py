@@ -31,14 +31,14 @@ class Periods:
         self._steps = [step for step in trial.steps if step[0] in concerned] if concerned else []
 
     def __bool__(self) -> bool:
-        """Whether there are any."""
+        """Return True if the expressions contain any periodic operations."""
         return bool(self._places)
 
     def of(self, sources: List[Source], values: List[Any]) -> Iterator[List[float]]:
         """The periods that each source may have, the longest first; whether all results have them is not checked.
 
         Args:
-            sources: which may change.
+            sources: the sources that may change.
             values: the value of each node.
 
         Raises:
@@ -77,6 +77,6 @@ def _has_period(form: Any) -> bool:
 
 
 def turns_too_many(present: float, found: float, period: float) -> int:
-    """How many whole periods lie between a source's present value and the one found."""
+    """Return the number of whole periods between a source's present value and the answer."""
     ratio = (found - present) / period
     return round(ratio) if math.isfinite(ratio) else 0

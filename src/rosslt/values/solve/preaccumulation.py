@@ -33,8 +33,8 @@ class Preaccumulated:
     Args:
         graph: holds the expressions.
         trial: says which nodes may change, and what the values of the others are.
-        columns: for the place of each node that is an unknown its column.
-        roots: the places of the nodes whose slopes are asked for.
+        columns: `{index of a node that is an unknown: its column}`.
+        roots: the indices of the nodes whose slopes are wanted.
     """
 
     def __init__(self, graph: Graph, trial: Trial, columns: Dict[int, int], roots: List[int]) -> None:
@@ -136,8 +136,8 @@ class Preaccumulated:
 
         Args:
             values: the value of each node.
-            places: the nodes whose gradients will be asked for.
-            budget: what it may cost.
+            places: the indices of the nodes whose gradients are wanted.
+            budget: the work that it may take.
         """
         depends = self._trial.depends
         for place in places:
@@ -179,8 +179,7 @@ class Preaccumulated:
         return row
 
     def _made_of(self, root: int) -> List[int]:
-        """The places of a node and of all that it is made of and that may change, unknowns aside, users before their
-        operands."""
+        """List the indices of a node and of the changing nodes below it, users before operands, without unknowns."""
         found = {root}
         stack = [root]
         while stack:

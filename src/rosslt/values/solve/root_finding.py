@@ -1,9 +1,9 @@
 """Numbers at which a function takes a wanted value, where the source appears too often for a formula.
 
-Newton's method with the table's slopes, safeguarded: a step that makes things worse is halved. Where the slope leads
-nowhere, the neighbourhood is searched outward: between two places where the function is too small and too large
-there is an answer, and near a place where it comes nearest to what is wanted there may be one. Of the
-answers the one nearest the start is taken.
+Newton's method with the table's slopes, safeguarded: a step that makes things worse is halved. If it does not converge,
+the neighbourhood is searched outward: an answer lies between two points where the function is too small and too large,
+and may lie near a point where the function comes nearest to the wanted value. Of several answers, the one nearest to
+the start is taken.
 """
 
 import math
@@ -28,8 +28,8 @@ class Search:
         f: the function; it may raise where it is not defined.
         slope: its derivative, 0 where there is none.
         wanted: the value to be met.
-        meets: whether a value of f counts as the wanted one.
-        low, high: the least and the largest x that may be tried; infinite for none.
+        meets: returns True if a value of f counts as the wanted one.
+        low, high: the smallest and the largest x to try; infinite for no limit.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class Search:
             return None
 
     def is_met(self, x: Any) -> bool:
-        """Whether f(x) counts as the wanted value, and x is finite and within the limits."""
+        """Return True if f(x) counts as the wanted value, and x is finite and within the limits."""
         if x is None or x - x != 0 or not self._low <= x <= self._high:
             return False
         try:
@@ -103,7 +103,7 @@ class Search:
             return False
 
     def descend(self, x: float, steps: int = STEPS) -> float:
-        """Where Newton's method leads from x, each step at most as long as it makes f come nearer."""
+        """Run Newton's method from x; a step that does not bring f nearer is halved."""
         missing = self.missing(x)
         longest = LONG_STEPS * max(1.0, abs(x))
         slow = 0
@@ -121,7 +121,7 @@ class Search:
             straight = self._clamped(x + step)
             left = self.missing(straight)
             if left is not None and abs(left) <= 1e-3 * abs(missing):
-                # As good as a line: however far it is.
+                # f is nearly a line here: the step may be long.
                 x, missing = straight, left
                 continue
             step = math.copysign(min(abs(step), longest), step)
@@ -157,7 +157,7 @@ class Search:
         return found
 
     def _scanned(self, start: float) -> Iterator[float]:
-        """Where there may be an answer, the likeliest first."""
+        """Scan outward from the start, over all magnitudes, then between the bounds; yields candidate answers."""
         size = max(abs(start), 1e-3)
         fine = [0.02 * (1.05**n) for n in range(24)]
         ways = [size * 10.0**n for n in range(-6, -1)] + fine + [fine[-1] + 0.05 * n for n in range(1, 120)]
@@ -203,7 +203,7 @@ class Search:
             yield self.descend(x, STEPS // 2)
 
     def _edge(self, inside: float, outside: float) -> float:
-        """The last place where f is defined, on the way from one where it is to one where it is not."""
+        """Find the last point where f is defined, between a point where it is defined and one where it is not."""
         for _ in range(60):
             middle = inside + (outside - inside) / 2
             if middle in (inside, outside):
@@ -215,7 +215,7 @@ class Search:
         return inside
 
     def _at_edge(self, inside: float, edge: float) -> Iterator[float]:
-        """Answers between a place where f is defined and the edge of where it is, where f may be steep."""
+        """Yield candidate answers between a point of f's domain and the domain's edge, where f may be steep."""
         before, was = inside, self.missing(inside)
         for part in (0.1, 1e-2, 1e-4, 1e-8, 0.0):
             x = edge + (inside - edge) * part
@@ -226,7 +226,7 @@ class Search:
         yield edge
 
     def between(self, low: float, high: float) -> float:
-        """Where f passes the wanted value, between one x where it is below and another where it is above."""
+        """Bisect between an x where f is below the wanted value and one where it is above."""
         largest = max([abs(missing) for missing in (self.missing(low), self.missing(high)) if missing is not None])
         is_polished = False
         for _ in range(120):
@@ -235,7 +235,7 @@ class Search:
             if not missing or middle in (low, high):
                 return middle
             if abs(missing) > 2 * largest and abs(high - low) <= 1e-3 * abs(middle):
-                return middle  # a pole, where f passes nothing
+                return middle  # f changes its sign at a pole here, not at an answer
             low, high = (middle, high) if missing < 0 else (low, middle)
             if not is_polished and abs(high - low) <= 1e-3 * abs(middle):
                 is_polished = True
@@ -245,7 +245,7 @@ class Search:
         return self.descend(low + (high - low) / 2, 8)
 
     def _whole(self, start: int) -> int:
-        """As `near`, over whole numbers."""
+        """Find the whole number near the start at which f takes the wanted value."""
         try:
             x = self.descend_whole(start)
             if self.is_met(x):
@@ -259,7 +259,7 @@ class Search:
         return self._refused('')
 
     def descend_whole(self, x: int) -> int:
-        """Where Newton's method leads over whole numbers, each step rounded."""
+        """Run Newton's method over whole numbers: each step is rounded."""
         seen = set()
         for _ in range(STEPS * 4):
             missing = self.missing(x)

@@ -17,46 +17,46 @@ from .equations import Point
 from .periods import TURN, turns_too_many
 
 PERTURBATIONS = (1e-2, 0.1, 0.5)
-"""By how much the start is moved, in turn, where the slopes at the present values lead nowhere (a straight arm)."""
+"""Successive shifts of the start, for present values whose slopes lead nowhere (a straight arm)."""
 
 RADII = (0.3, 1.0, 0.15, 3.0, 0.3)
-"""How far from the present values the later starts lie, in turn."""
+"""The distances of the later starts from the present values, in turn."""
 
 MOST_STARTS = 120
 
 FOLLOWED_STEPS = 8
-"""In how many steps the results are moved along the straight way to what is wanted."""
+"""The number of steps in which the results are moved straight to their targets."""
 
 MOST_LEFT_OUT = 12
-"""Of so many results at most, each is left out once to find a start."""
+"""The largest number of results of which each is left out once to find a start."""
 
 MOST_EQUAL_MINIMA = 12
-"""So many starts that end in the same place short of the target show that it is out of reach."""
+"""A target counts as out of reach once this many starts have ended at the same point short of it."""
 
 SHORT_WAY = 0.25
-"""A source that moves by no more than this is not looked at for whole periods."""
+"""A source that moves by no more than this is not checked for whole periods."""
 
 LARGE_TURN = 0.8
-"""An angle that turns by more than this, in radians, is worth a look for an answer that turns it less."""
+"""If an angle turns by more than this, in radians, an answer that turns it less is searched for."""
 
 SECOND_RADII = (1.0, 2.0, 3.0)
 
 MOST_SECOND_STARTS = 8
-"""From where such a nearer answer is looked for."""
+"""The largest number of starts of the search for a nearer answer."""
 
 MUCH_LONGER = 2.0
-"""An answer that is so many times as far away as the slopes promise is worth a look for a nearer one."""
+"""If an answer is this many times as far away as the slopes predict, a nearer one is searched for."""
 
 
 class System(Descents):
-    """Results of a graph as functions of several sources that hold numbers, to be met or come near to.
+    """Solves several results of a graph for several numeric sources, exactly or as nearly as possible.
 
     Args:
         graph: holds the results.
         goals: `(path, tracked value, wanted value)` each.
         unknowns: the sources to change.
-        freedom: what limits them (`freedom.Freedom`).
-        budget: what solving may cost.
+        freedom: the constraints on the unknowns (`freedom.Freedom`).
+        budget: the work that solving may take.
         base: the values of the graph's nodes while nothing changes; the present ones by default.
     """
 
@@ -99,13 +99,13 @@ class System(Descents):
         return best
 
     def _ends(self, start: Point) -> Iterator[Descent]:
-        """Where descents from a start end.
+        """Yield the ends of descents from a start.
 
-        Those of the results as they are, and those of what is left of them when their outermost operations are
-        undone, which has no poles and does not saturate.
+        One descent uses the results themselves. Another uses the results with their outermost operations undone, which
+        has no poles and does not saturate.
         """
         if start is self.start:
-            # As the results are, first: in the plane, the way to a point on the other side leads around the middle.
+            # First, all results get the same weight: in the plane, this leads around the middle to the other side.
             unit = min([equation.unit for equation in self._equations])
             end = self._descend(start, [equation._replace(unit=unit) for equation in self._equations])
             if end is not None and self.accepts(end.x):
@@ -151,7 +151,7 @@ class System(Descents):
         return math.inf if missing is None else math.hypot(*missing)
 
     def _as_close_as(self, x: Point) -> Callable[[Point], Optional[Point]]:
-        """What takes a point that brings the results as near as another one does, but for roundings."""
+        """Return a filter: it returns a point that is as near to the targets as this one, and None for any other."""
         limit = self._distance(x) * (1 + ROUNDING) + ROUNDING * min(1.0, self._size)
         return lambda turned: turned if self._distance(turned) <= limit else None
 
@@ -161,7 +161,7 @@ class System(Descents):
         return end.x if end is not None and self.accepts(end.x) else None
 
     def accepts(self, x: Point) -> bool:
-        """Whether such values give all results."""
+        """Return True if a point gives all wanted results."""
         values = self._tried(x)
         return values is not None and self._are_met(values, self._wanted)
 
@@ -169,7 +169,7 @@ class System(Descents):
         return all(almost_meets(values[root], goal, self._size) for root, goal in zip(self._roots, wanted))
 
     def _starts(self) -> Iterator[Point]:
-        """Where descents begin: at the present values, near them, along the way to the target, then further away."""
+        """Yield the starts of descents: the present values, points near them, towards the target, then further away."""
         yield self.start
         for perturbation in PERTURBATIONS:
             yield self._perturbed(perturbation)
@@ -216,7 +216,7 @@ class System(Descents):
         ]
 
     def _followed(self) -> Optional[Point]:
-        """Where the unknowns come to when the results are moved to what is wanted in small steps."""
+        """Move the results to the wanted values in small steps; returns the unknowns at the end."""
         x: Point = self.start
         for number in range(1, FOLLOWED_STEPS):
             part = number / FOLLOWED_STEPS
@@ -231,10 +231,10 @@ class System(Descents):
         return x
 
     def _without_one(self) -> Iterator[Point]:
-        """Where all results but one are met, each left out in turn, the one that is missed most at first.
+        """Yield points that meet all results but one, for each in turn, the one with the largest difference first.
 
-        One that goes up and down, or has a pole on the way, does not hinder the others then; where these leave no
-        choice, it is met with them.
+        A result that oscillates or has a pole then does not hinder the others. If the others determine all unknowns,
+        their solution meets the omitted result, too.
         """
         if not 2 < len(self._equations) <= MOST_LEFT_OUT:
             return
@@ -249,11 +249,11 @@ class System(Descents):
                 yield met.x
 
     def _unwound(self, x: Point, kept: Callable[[Point], Optional[Point]]) -> Point:
-        """A point with each unknown within half a period of its present value, where that does as well.
+        """Move each unknown to within half a period of its present value, if the results stay as near.
 
         Args:
             x: the point.
-            kept: of a point with one unknown turned back, what is taken of it; None where it does not do as well.
+            kept: returns the point to take for a point with one unknown turned back; None if that is worse.
         """
         far = [place for place, value in enumerate(x) if abs(value - self.start[place]) > SHORT_WAY]
         if not far or not self._periods:

@@ -21,10 +21,10 @@ def simplest(
     """Round the float source values of an answer, where the results come as near to what is wanted.
 
     Args:
-        graph: of the goals.
+        graph: the graph of the goals.
         goals: with the wanted results.
         found: source values that meet the goals.
-        values: what the graph's nodes are with these.
+        values: the values of the graph's nodes for them.
         limits: gives the lowest and the highest value of a source.
 
     Returns:
