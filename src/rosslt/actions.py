@@ -72,7 +72,7 @@ class SimpleActionClient(actionlib.SimpleActionClient):
         return True
 
     def _is_known_to_server(self) -> bool:
-        """Whether the server has this node among those that it sends feedback and results to."""
+        """Tell whether the server is connected to this node for both feedback and results."""
         client, own_name = self.action_client, rospy.get_name()
         server = client.last_status_msg._connection_header['callerid']
         try:

@@ -75,7 +75,7 @@ def _takes_over(name: str) -> bool:
 
 
 def usage() -> str:
-    """What `rosslt -h` prints."""
+    """Return the help text of `rosslt -h`."""
     lines: Dict[str, List[str]] = {}
     for name in verb.names():
         described = verb.load(name)

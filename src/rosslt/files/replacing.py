@@ -97,7 +97,7 @@ def _attempt(path: str) -> Optional[bytes]:
 def replace(path: str, expected: str, text: str) -> bool:
     """Replace a file's text atomically; its mode, its owner and the links that lead to it stay.
 
-    A file with hard links is written in place, which a reader may see half done.
+    A file with hard links is overwritten, and a reader may see it half written.
 
     Args:
         expected: the text that is to be replaced.

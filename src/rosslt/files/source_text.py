@@ -27,7 +27,7 @@ class Edit(NamedTuple):
         file: its path.
         digest: the hash of the content that the edit is meant for.
         start, end: the range in that content, in bytes.
-        old, new: what stands there, and what takes its place.
+        old, new: the present text, and the text that replaces it.
         what: for people, what is changed: `/patrol/speed`.
     """
 
@@ -178,7 +178,7 @@ class SourceText:
         )
 
     def _offset(self, place: int) -> int:
-        """A place in the text, in bytes of the content."""
+        """Convert a position in the text to an offset in the bytes of the content."""
         # Where a byte order mark is skipped, encoding puts it back, also in front of no text.
         return len(self.text[:place].encode(self._encoding))
 

@@ -88,7 +88,7 @@ class _Probe:
 
 
 def _references_of_one_name() -> int:
-    """How many references a method sees to its object if one name refers to that."""
+    """Count the references that a method sees to its object when exactly one name refers to the object."""
     probe = _Probe()
     return probe.references()
 

@@ -128,7 +128,7 @@ class ArrayWithProvenance(numpy.ndarray):
 
     @property
     def has_provenance(self) -> bool:
-        """Whether any element may have provenance."""
+        """True if any element may have provenance."""
         return self._beside is not None
 
     def _made_beside(self) -> numpy.ndarray:
@@ -204,7 +204,7 @@ class ArrayWithProvenance(numpy.ndarray):
         return found if self._beside is None else self._number(found, self._beside.item(*place))
 
     def _number(self, number: Any, tracked: Any) -> Any:
-        """What a list that is made of the array has of an element."""
+        """Return an element as a Python number, with its provenance if the tracked value equals it."""
         return same_number(number, tracked, ROUNDING_32 if self.dtype.char == 'f' else ROUNDING)
 
     def astype(self, dtype: Any, *arguments: Any, **options: Any) -> Any:
@@ -323,7 +323,7 @@ def provenance_of(value: Any) -> Any:
 
 
 def any_tracked(value: Any) -> bool:
-    """Whether a list, or what is in it, has provenance."""
+    """Tell whether any element of a list, at any depth, has provenance."""
     for part in value:
         kind = type(part)
         if kind in WITH_PROVENANCE or (kind in (list, tuple) and any_tracked(part)):
@@ -347,7 +347,7 @@ def _flat(value: Any) -> Iterable[Any]:
 
 
 def plain_operand(value: Any) -> Any:
-    """What an array is made from, without provenance."""
+    """Return an operand without provenance: a plain number, a plain array, or a list of these."""
     if type(value) in TRACKED:
         return value._plain
     if type(value) is ArrayWithProvenance:
@@ -366,7 +366,7 @@ def _plain_key(key: Any) -> Any:
 
 
 def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
-    """What a ufunc gives for arrays and tracked numbers: NumPy's own numbers, and their provenance beside them."""
+    """Call a ufunc: the result has NumPy's own numbers, with the provenance of the operands."""
     plain = [plain_operand(one) for one in inputs]
     if method == '__call__' and not options and ARRAYS.isdisjoint(map(type, inputs)):
         number = ufunc(*plain)
@@ -377,7 +377,7 @@ def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str,
     if out is not None:
         options = dict(options, out=tuple([plain_operand(one) for one in out]))
     is_paused = values.RECORDING.is_paused
-    # First, since what is computed in place is no operand any more when it is done.
+    # The provenance is read first: an operation with `out` may overwrite its operands.
     besides = [] if is_paused else [provenance_of(one) for one in inputs]
     beside = None
     if any(one is not None for one in besides) and method != 'at':
@@ -453,7 +453,7 @@ def _boxed(beside: Any) -> Any:
 
 
 def _of_tracked(function: Callable[..., Any], operands: Tuple[Any, ...]) -> Any:
-    """What a function makes of numbers, where one of them is tracked and so is the result; None otherwise."""
+    """Call a function; return its result if an operand and the result are tracked, None otherwise."""
     if not TRACKED.isdisjoint(map(type, operands)):
         try:
             return _only_tracked(function(*operands))
@@ -484,7 +484,7 @@ _EACH_ONLY_TRACKED = numpy.frompyfunc(_only_tracked, 1, 1)
 
 
 def only_tracked(objects: Any) -> Any:
-    """An array of objects with None in the place of what is not tracked."""
+    """An array of objects with None for each element that is not tracked."""
     if not isinstance(objects, numpy.ndarray):
         return _only_tracked(objects)
     return _EACH_ONLY_TRACKED(objects)

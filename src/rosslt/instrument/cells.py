@@ -44,7 +44,7 @@ def plain_object(value: Any) -> Any:
 
 
 def is_same(one: Any, other: Any) -> bool:
-    """What `one is other` says, which is not a literal.
+    """Evaluate `one is other` for operands that are not literals.
 
     Two tracked numbers are two objects as plain ones are. Python has but one object of each truth value, text that is
     written in a file, and small int.
@@ -386,7 +386,7 @@ class CellLocation(node.LiteralLocation):
 
 
 def _words(literal: Literal) -> Tuple[str, ...]:
-    """What names a literal: the name that it is the value of, else its place."""
+    """Return the words of a literal's name: the name that it is assigned to, else its file, line and column."""
     stem = re.sub(r'\W', '_', os.path.splitext(os.path.basename(literal.file))[0], flags=re.ASCII)
     if literal.name:
         words = [word for word in re.split(r'\W', literal.name, flags=re.ASCII) if word and word != 'self']

@@ -116,7 +116,7 @@ def prefix_of(present: Any, command: str) -> str:
 
 
 def _is_trackable(one: Any) -> bool:
-    """Whether a node is one of rospy: a Python file on this machine that is not of this package."""
+    """Tell whether a launched node can be tracked: a Python file on this machine, not one of rosslt's."""
     if one.package == 'rosslt' or (one.launch_prefix or '').endswith('rosslt run'):
         return False
     try:

@@ -21,7 +21,7 @@ _BINARY = {
 
 
 def _recorded(number: Any, function: Callable[..., Any], *operands: Any) -> Any:
-    """What NumPy has computed, with the provenance of the same function of tracked numbers."""
+    """Add to a number that NumPy computed the provenance of the same function of tracked numbers."""
     if type(number) not in CLASSES or values.RECORDING.is_paused:
         return number
     try:

@@ -1,8 +1,8 @@
-"""Which variables of a program are states: counters, clocks and accumulators that are carried round an endless loop, or
-from one callback to the next.
+"""Finds the state variables of a program: counters, clocks and accumulators that keep their value from one round of an
+endless loop, or from one callback, to the next.
 
-A state is the sum of all that ever happened. Moving a literal that went into it would have to move the past, so its
-present value keeps no provenance: what is published from it follows its steps from now on, never backwards.
+A state sums up all earlier rounds. A changed literal cannot change those, so the present value of a state keeps no
+provenance: a new value affects future steps only.
 """
 
 import ast
@@ -18,7 +18,7 @@ _FILLING = {'__init__', '__new__', '__post_init__', 'setup', 'reset'}
 
 
 class States(NamedTuple):
-    """What of a program is a state.
+    """The statements of a program that start a state, and those that step it.
 
     Attributes:
         steps: the statements that carry a state on; what they assign is to be cut off from its provenance.
@@ -233,7 +233,7 @@ def _is_count(change: _Change) -> bool:
 
 
 def _makes_anew(other: _Change, change: _Change, around: Tuple[ast.AST, ...]) -> bool:
-    """Whether another assignment gives the target, or the object that it is in, a new value in every round."""
+    """Tell whether another assignment replaces the target, or the object that holds it, in every round."""
     is_around = change.target.startswith(other.target) and change.target[len(other.target) :][:1] in ('', '.', '[')
     if other.refers_to_itself or not is_around:
         return False

@@ -1,7 +1,7 @@
-"""Which number literals of a program are locations: a judgement of the text alone, by the rules in `RULES`.
+"""Decides from the source text which number literals of a program are locations, by the rules in `RULES`.
 
-A literal gets the verdict of the first rule that speaks for the place where it stands, from the literal outwards. The
-verdict says two things: whether the number is a location at all, and how willingly a drag changes it.
+A literal gets the verdict of the first rule that applies to its position, from the literal outwards. The verdict says
+whether the number is a location, and at which rank a drag changes it.
 """
 
 import ast
@@ -117,7 +117,7 @@ _Literal = Tuple[ast.expr, ast.Constant]
 
 
 class Judgement(NamedTuple):
-    """What is decided of one literal.
+    """The decision about one literal.
 
     Attributes:
         node: the expression, with a sign in front of the number.
@@ -350,7 +350,7 @@ def _is_turn_about_one_axis(call: ast.Call) -> bool:
 
 
 def _is_strict(node: ast.AST) -> bool:
-    """Whether a definition is read by another compiler, or asks for the exact types of its numbers."""
+    """Tell whether a definition needs plain numbers: an enumeration, or a function for another compiler."""
     if isinstance(node, ast.ClassDef):
         return any(_last(base) in ENUMERATIONS for base in node.bases)
     return isinstance(node, FUNCTIONS) and any(

@@ -80,11 +80,11 @@ class Place(NamedTuple):
 
     @property
     def read_only(self) -> bool:
-        """Whether it refuses all changes."""
+        """True if the location refuses all changes."""
         return self.location.read_only
 
     def is_called(self, text: str) -> bool:
-        """Whether `text`, the part after the node's name and a /, names this location."""
+        """Tell whether `text`, the part after the node's name and a /, names this location."""
         return text in (self.local_name, self.location.name.lstrip('/'), str(self.location.id))
 
 

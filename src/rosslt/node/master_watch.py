@@ -64,7 +64,7 @@ class MasterWatch:
                 continue  # no master now: the next turn asks again
 
     def _identity(self) -> Optional[int]:
-        """Which master there is; None before this process is a node."""
+        """Return the process id of the master, which a restart changes; None before this process is a node."""
         if self._master is None:
             if not is_initialized():
                 return None

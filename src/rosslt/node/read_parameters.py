@@ -139,7 +139,7 @@ class ReadParameters(Parameter):
         self._code[name] = values.plain_scalar(value), name[len(key) :].split('/')[1:]
 
     def default_of(self, name: str) -> Tuple[Any, List[str]]:
-        """What the code says of a location, None where it says nothing, and the path to that in the call's default."""
+        """Return the default that the code gives for a location (None if none), and its path in the call's argument."""
         return self._code.get(name, (None, []))
 
     def checked(self, value: Any) -> Any:
@@ -188,7 +188,7 @@ class ReadParameters(Parameter):
             self._renew(known)
 
     def _is_unwritten(self, location: ParameterLocation) -> bool:
-        """Whether a location was changed here, and the master has not been told yet."""
+        """Tell whether a location's change has not been sent to the master yet."""
         return bool(location.value != self._said.get(location.name))
 
     def _renew(self, known: Any) -> None:
@@ -239,12 +239,12 @@ class ReadParameters(Parameter):
         return {name: value for name, value in plain if '//' not in name and _can_be_sent(value)}
 
     def _as_read(self, name: str, value: Any) -> Any:
-        """A scalar, a float in the place of an int where that was asked for."""
+        """A scalar; an int is converted to a float where a float was asked for."""
         is_float = type(value) is int and any(is_within(name, key) for key in self._floats)
         return float(value) if is_float else value
 
     def _mapped(self, key: str, value: Any, read: Callable[[ParameterLocation], Any]) -> Any:
-        """A parameter with what is read of each location in its place."""
+        """A parameter's value, each leaf of which is replaced by the value read from its location."""
 
         def part(name: str, leaf: Any) -> Any:
             location = self._present.get(name)
@@ -347,7 +347,7 @@ def _leafwise(name: str, value: Any, function: Callable[[str, Any], Any]) -> Any
 
 
 def _can_be_sent(value: Any) -> bool:
-    """Whether a value is a scalar that JSON can carry."""
+    """Tell whether a value is a scalar that JSON can carry."""
     if type(value) is str:
         return value.isascii() or value == value.encode('utf-8', 'ignore').decode('utf-8')
     return type(value) in (int, bool) or (type(value) is float and math.isfinite(value))

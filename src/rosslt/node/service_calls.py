@@ -41,7 +41,7 @@ def ask_all(
 
 
 class _Call(threading.Thread):
-    """One call, in a thread of its own."""
+    """A service call that runs in its own thread."""
 
     def __init__(self, node: str, service: str, service_class: Any, request: Any) -> None:
         super().__init__(name='rosslt call of ' + node, daemon=True)

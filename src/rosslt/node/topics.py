@@ -148,7 +148,7 @@ class Publisher(rospy.Publisher):
                 impl.publish(latched.outgoing)
 
     def _outgoing(self, message: Any) -> Any:
-        """What rospy gets in place of a message."""
+        """Return the object that rospy serializes for a message."""
         return message if _has_its_provenance(message) else self._serializable(message)
 
     def _wrapped(self, message: Any, provenance: Optional[Provenance] = None) -> Any:
@@ -167,8 +167,10 @@ def _plain_options(args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> Tuple[Tuple
 
 
 def _has_its_provenance(message: Any) -> bool:
-    """Whether a message is to be sent as it is: of a tracked type, bytes that were received, or a class in place of a
-    message, of which rospy says what is wrong."""
+    """Tell whether a message is sent unchanged.
+
+    This holds for tracked types, for received bytes, and for a class instead of a message, which rospy reports.
+    """
     return isinstance(message, (rospy.AnyMsg, type)) or messages.is_tracked_type(type(message))
 
 

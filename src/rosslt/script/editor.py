@@ -215,7 +215,7 @@ class _Text(QPlainTextEdit):
         self._make_room()
 
     def mark(self, cursors: List[QTextCursor]) -> None:
-        """Mark places for a moment."""
+        """Mark ranges of the text for a moment."""
         self._marked.extend(cursors)
         self._show_marks()
         QTimer.singleShot(MARKED, lambda: self._unmark(cursors))

@@ -18,7 +18,7 @@ from rosslt.script.literals import LITERALS, Parsed
 
 
 class Goto(NamedTuple):
-    """Fly to a place, in metres."""
+    """Fly to a point, in metres."""
 
     x: float
     y: float

@@ -89,7 +89,7 @@ class Locations:
         return bool(first and place.location.value) and not _is_same_json(first, place.location.value)
 
     def wish(self, place: Place, value: Any, hand: str, refused: Callable[[str], None]) -> None:
-        """Have a location changed soon; a later wish takes the place of one that still waits.
+        """Have a location changed soon; a later wish replaces one that still waits.
 
         Args:
             place: the location.

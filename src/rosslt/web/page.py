@@ -40,7 +40,7 @@ class Server(viser.ViserServer):
 
 
 class Page:
-    """One page, for all who look at it.
+    """The web page, shared by all its visitors.
 
     Args:
         host: the address to listen at.

@@ -89,7 +89,7 @@ class Drags:
         self._tell = tell
 
     def hear(self, view: str, held: Dict[str, float]) -> None:
-        """Another view says what is held in it, {name of a handle: since when}."""
+        """Take in the handles that are held in another view, {name of a handle: start time}; the earlier hold wins."""
         with self._wake:
             self._others.hear(view, held)
             for name in list(self._held):

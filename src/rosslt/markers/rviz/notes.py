@@ -39,7 +39,7 @@ class Notes:
         self._news: Dict[str, Any] = {}
 
     def put(self, handle: Handle, text: str) -> None:
-        """Put a note in front of a handle, in place of an earlier one there."""
+        """Put a note in front of a handle; it replaces an earlier one there."""
         name = handle.name + SUFFIX
         self._news[name] = self._drawn(name, handle, text)
         self._notes[name] = (time.monotonic() + DURATION, None)

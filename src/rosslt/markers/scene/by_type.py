@@ -32,7 +32,7 @@ LINE_WIDTH, LINE_COLOR = 0.03, (0.1, 0.9, 0.1)
 #: How opaque a ball is on a pose, which has axes or an arrow of its own.
 SEE_THROUGH = 0.6
 
-#: Handles that give way to a marker at the same place.
+#: Handles that give way to a marker at the same position.
 RANK = 2
 
 #: The time for which RViz shows a frame that is broadcast no more, in seconds.

@@ -164,6 +164,6 @@ def _highest(location: Location) -> Any:
 
 
 def _default(shown: Shown) -> Any:
-    """What the code says where that is known, else the present value."""
+    """Return the default of a field: the literal in the code if known and valid, else the present value."""
     literal = shown.location.literal
     return literal if type(literal) is shown.location.type and _fits(literal) else shown.value

@@ -2,7 +2,7 @@
 
 tf2 computes in C++, where provenance is lost. What it says stands; beside it, the transforms that have provenance are
 kept here, and what was looked up is computed once more from them, over the frames that lie between. Where that agrees
-with what tf2 says, its numbers, with their provenance, take the place of tf2's.
+with what tf2 says, its numbers, with their provenance, replace those of tf2.
 """
 
 import math
@@ -92,10 +92,10 @@ class Buffer(tf2_ros.Buffer):
             samples.add(_nanoseconds(transform.header.stamp), Sample(parent, motion_of(transform.transform)))
 
     def _motion(self, target: str, source: str, stamp: Any) -> Optional[Motion]:
-        """What takes a point from the source frame to the target frame, with provenance.
+        """Compute the motion that takes points from the source frame to the target frame, with provenance.
 
         Returns:
-            None where nothing of it is tracked, or where it is not known.
+            None where no part of it is tracked, or where it is not known.
         """
         with self._frames_lock:
             up, down = _to_common(self._ancestors(source), self._ancestors(target))
@@ -133,7 +133,7 @@ class Buffer(tf2_ros.Buffer):
         return frames
 
     def _sample(self, child: str, parent: str, stamp: Any) -> Optional[Motion]:
-        """Where a frame is in its parent; None where that is plain, or not known."""
+        """Return the tracked pose of a frame in its parent at a time; None where it is plain or unknown."""
         samples = self._samples.get(child)
         sample = samples.at(_nanoseconds(stamp)) if samples else None
         return sample.motion if sample and sample.parent == parent else None
@@ -148,7 +148,7 @@ def _to_common(up: List[str], down: List[str]) -> Tuple[List[str], List[str]]:
 
 
 def _attach(transform: Any, motion: Optional[Motion]) -> None:
-    """Put tracked numbers in the place of equal plain ones; none where one of them differs."""
+    """Replace plain numbers by equal tracked ones; none is replaced if one of them differs."""
     if motion is None:
         return
     parts = (transform.translation, transform.rotation)
