@@ -11,10 +11,10 @@ _NUMBER = re.compile(r'(?P<sign>[-+]?)[ \t]*(?P<whole>\d*)(?P<point>\.?)(?P<frac
 #: The maximal number of digits that are written out where an exponent would be shorter.
 _LONGEST = 16
 
-#: How a text in Python begins.
+#: The start of a Python text literal: its prefix and its quote.
 _QUOTE = re.compile(r'([uUrR]?)("""|\'\'\'|"|\')')
 
-#: What says a truth value in YAML and in launch files, True first.
+#: The words for truth values in YAML and launch files, True first.
 _TRUTHS = (('true', 'false'), ('yes', 'no'), ('on', 'off'), ('1', '0'))
 
 _Value = Union[int, float]

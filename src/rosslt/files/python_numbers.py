@@ -29,7 +29,7 @@ class Word(NamedTuple):
     value: Union[str, bool]
 
 
-#: What stands for the numbers in a tree: they are taken from a list of that name.
+#: The name of the list from which a tree without numbers reads them.
 LITERALS = '__literals__'
 
 MINUS = re.compile(r'-[ \t]*')

@@ -15,7 +15,7 @@ from typing import Optional
 
 from rosslt.files.errors import FileError
 
-#: How long a file has to stay the same to count as saved, in seconds.
+#: The time without a change after which a file counts as saved, in seconds.
 SETTLING_TIME = 0.03
 
 #: How often to look whether it has: looks are counted, not seconds, as a busy machine may let none come for a second.

@@ -117,7 +117,7 @@ def _chosen(function: Any, arguments: Any, options: Any) -> Any:
 
 
 def _largest(function: Any, arguments: Any, options: Any) -> Any:
-    """Of `numpy.max` and `numpy.min` of a list."""
+    """Return the provenance of `numpy.max` or `numpy.min` of a list."""
     ufunc = numpy.maximum if function in (numpy.max, numpy.amax) else numpy.minimum
     return provenance_of(
         compute(
@@ -159,7 +159,7 @@ _ALGEBRA = ('norm', 'inv', 'solve', 'det', 'multi_dot', 'matrix_power', 'pinv')
 _RULES.update((getattr(numpy.linalg, name), _as_of_values) for name in _ALGEBRA)
 
 
-#: What a rule raises where only NumPy's own numbers have a result.
+#: The exceptions of a rule that cannot compute a result which NumPy can.
 _FAILING = (ArithmeticError, ValueError, TypeError, IndexError, AttributeError, numpy.linalg.LinAlgError)
 
 
@@ -217,7 +217,7 @@ def numpy_functions() -> Dict[str, Any]:
 
 
 def linalg_functions() -> Dict[str, Any]:
-    """The same of `numpy.linalg`."""
+    """Return the replacements of functions of `numpy.linalg` that rewritten code uses, {name: function}."""
     return {name: _noticing(getattr(numpy.linalg, name)) for name in _ALGEBRA}
 
 

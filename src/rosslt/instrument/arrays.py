@@ -35,7 +35,7 @@ LARGEST = 1024
 
 #: The types of arrays that have provenance: floats of 64 and 32 bits, ints of 64, and of 8 as the cells of maps are.
 TYPES = 'dflqb'
-#: Those of which an element is read with it.
+#: The types of arrays whose elements are read with provenance.
 _READ = 'dflq'
 
 
@@ -46,7 +46,7 @@ def _product(a: Any, b: Any) -> Any:
     return a * b
 
 
-#: What ufuncs do with tracked numbers.
+#: Operations on tracked numbers, by the name of the ufunc.
 _OPERATORS: Dict[str, Callable[..., Any]] = {
     'multiply': _product,
     'add': operator.add,
@@ -180,7 +180,7 @@ class ArrayWithProvenance(numpy.ndarray):
         return self.view(numpy.ndarray).__reduce_ex__(protocol)
 
     def copy(self, order: Any = 'C') -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         return with_provenance(
             self.view(numpy.ndarray).copy(order), None if self._beside is None else self._beside.copy()
         )
@@ -189,7 +189,7 @@ class ArrayWithProvenance(numpy.ndarray):
         return repr(self.view(numpy.ndarray))
 
     def tolist(self) -> Any:
-        """As of `numpy.ndarray`; the tracked elements are tracked numbers."""
+        """Override the method of `numpy.ndarray`: tracked elements become tracked numbers."""
         if self._beside is None:
             return super().tolist()
         if not self.ndim:
@@ -199,7 +199,7 @@ class ArrayWithProvenance(numpy.ndarray):
         return [part.tolist() for part in self]
 
     def item(self, *place: Any) -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         found = super().item(*place)
         return found if self._beside is None else self._number(found, self._beside.item(*place))
 
@@ -208,12 +208,12 @@ class ArrayWithProvenance(numpy.ndarray):
         return same_number(number, tracked, ROUNDING_32 if self.dtype.char == 'f' else ROUNDING)
 
     def astype(self, dtype: Any, *arguments: Any, **options: Any) -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         made = self.view(numpy.ndarray).astype(dtype, *arguments, **options)
         return with_provenance(made, self._beside)
 
     def fill(self, value: Any) -> None:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         self[...] = value
 
     def _called(self, name: str, *arguments: Any, **options: Any) -> Any:
@@ -221,25 +221,25 @@ class ArrayWithProvenance(numpy.ndarray):
 
     @property
     def T(self) -> Any:  # noqa: N802 (NumPy's name)
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         return numpy.transpose(self)
 
     def reshape(self, *shape: Any, **options: Any) -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         return numpy.reshape(self, shape[0] if len(shape) == 1 else shape, **options)
 
     def transpose(self, *axes: Any) -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         return numpy.transpose(self, *([axes] if len(axes) > 1 else axes))
 
     def clip(self, *bounds: Any, **options: Any) -> Any:
-        """As of `numpy.ndarray`, which takes one bound alone."""
+        """Override the method of `numpy.ndarray`, which takes one bound alone, too."""
         low = options.pop('min', bounds[0] if bounds else None)
         high = options.pop('max', bounds[1] if len(bounds) > 1 else None)
         return numpy.clip(self, low, high, *bounds[2:], **options)
 
     def flatten(self, order: Any = 'C') -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         return numpy.ravel(self, order).copy()
 
 
@@ -323,7 +323,7 @@ def provenance_of(value: Any) -> Any:
 
 
 def any_tracked(value: Any) -> bool:
-    """Tell whether any element of a list, at any depth, has provenance."""
+    """Return whether any element of a list, at any depth, has provenance."""
     for part in value:
         kind = type(part)
         if kind in WITH_PROVENANCE or (kind in (list, tuple) and any_tracked(part)):

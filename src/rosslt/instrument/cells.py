@@ -61,7 +61,7 @@ def is_same(one: Any, other: Any) -> bool:
 
 @functools.lru_cache(maxsize=4096)
 def _one_object(number: Any, _: str) -> Any:
-    """The same object for the same number, of which the text tells 0.0 from -0.0 and from 0."""
+    """Return one object for equal numbers; the text distinguishes 0.0 from -0.0 and from 0."""
     return number
 
 

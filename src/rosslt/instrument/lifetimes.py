@@ -19,7 +19,7 @@ _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Module)
 #: A loop that calls one of these waits for the world: it goes round for as long as the node runs.
 _WAITING = {'sleep', 'publish', 'spin', 'spin_once', 'sendTransform', 'wait_for_message', 'recv', 'read', 'is_shutdown'}
 
-#: What gives the elements of its arguments.
+#: Functions and methods that return the elements of their arguments.
 _ELEMENTS_OF = {'enumerate', 'zip', 'reversed', 'list', 'sorted', 'values', 'items'}
 
 
@@ -31,7 +31,7 @@ def root_of(node: Optional[ast.AST]) -> Optional[str]:
 
 
 def is_endless(loop: ast.While) -> bool:
-    """Tell whether a loop runs as long as the node: its condition is constant and true, or it waits or publishes."""
+    """Return whether a loop runs as long as the node: its condition is constant and true, or it waits or publishes."""
     if isinstance(loop.test, ast.Constant):
         return bool(loop.test.value)
     called = {_last(node.func) for node in ast.walk(loop) if isinstance(node, ast.Call)}
@@ -84,14 +84,14 @@ class Lifetimes:
             pass
 
     def outlives(self, scope: ast.AST, name: str) -> bool:
-        """Tell whether the object of a name outlives the function, so that changes of its attributes and elements last.
+        """Return whether the object of a name outlives the function, so that changes of its parts last.
 
         The name itself may be a local one.
         """
         return self._outlives(self._scopes[scope], name)
 
     def is_lasting(self, scope: ast.AST, expression: ast.AST) -> bool:
-        """Tell whether an expression's value is, or is a part of, an object that outlives the function."""
+        """Return whether an expression's value is, or is a part of, an object that outlives the function."""
         return self._is_lasting(self._scopes[scope], expression)
 
     def _outlives(self, scope: '_Scope', name: str, seen: Tuple[str, ...] = ()) -> bool:
@@ -164,7 +164,7 @@ class _Scope:
         self.bound -= declared
 
     def is_from_before(self, argument: ast.AST, loop: Optional[ast.AST]) -> bool:
-        """Tell whether an argument of a call in an endless loop was bound before the loop, and not anew in it."""
+        """Return whether an argument of a call in an endless loop was bound before the loop, and not anew in it."""
         name = getattr(argument, 'id', '')
         is_before = bool(self._bound_in.get(name, set()) - {loop})
         return loop is not None and is_before and loop not in self._anew_in.get(name, ())

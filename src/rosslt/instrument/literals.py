@@ -13,7 +13,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 from rosslt.instrument.states import States
 from rosslt.instrument.verdicts import FORM, NUMBER, PLAIN, RULES, judge
 
-#: How willingly a drag changes a literal, by the rule that speaks for it; 0 is most willingly, as for parameters.
+#: The rank at which a drag changes a literal, by its rule; it changes rank 0 first, as for parameters.
 RANKS = {'named': 0, 'parameter': 0, 'value': 1, 'term': 2}
 _RANK_OF_VERDICT = {NUMBER: 2, FORM: 3}
 LAST_RANK = 4

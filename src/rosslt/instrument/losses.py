@@ -39,7 +39,7 @@ class Losses:
     """The lines of a node's own files where provenance is lost.
 
     Attributes:
-        is_watched: whether somebody looks.
+        is_watched: True while losses are counted.
     """
 
     def __init__(self) -> None:
@@ -126,7 +126,7 @@ class Losses:
         )
 
 
-#: Those of this process.
+#: The losses of this process.
 LOSSES = Losses()
 
 
@@ -215,7 +215,7 @@ def _has_provenance(thing: Any, depth: int = 3) -> bool:
 
 
 def _is_plain(result: Any, depth: int = 2) -> bool:
-    """Tell whether a result consists of numbers without provenance."""
+    """Return whether a result consists of numbers without provenance."""
     if type(result) in (list, tuple) and depth:
         return bool(result) and all(_is_plain(part, depth - 1) for part in result)
     is_number = isinstance(result, (int, float)) and type(result) is not bool and not math.isnan(result)

@@ -145,7 +145,7 @@ class _Makers(NamedTuple):
     names: Set[str]
 
     def make(self, node: Optional[ast.AST]) -> bool:
-        """Tell whether an expression makes such a number from a literal, a parameter or a name for one of these."""
+        """Return whether an expression makes such a number from a literal, a parameter or a name for one of these."""
         if node is None:
             return False
         if isinstance(node, (ast.Name, ast.Attribute, ast.Subscript)):
@@ -270,7 +270,7 @@ class _Rewriter(ast.NodeTransformer):
         return _call(operator, [node.left, node.right], node) if operator and is_needed else node
 
     def _is_known(self, node: ast.AST) -> bool:
-        """Tell whether an operand needs no wrapper: a literal, or a call of a random function."""
+        """Return whether a left operand keeps its own provenance, is no number, or comes from a random function."""
         return (
             id(node) in self._cells
             or isinstance(node, (ast.Constant, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.ListComp))

@@ -38,7 +38,7 @@ _LATE: Dict[str, Callable[[types.ModuleType], Any]] = {}
 _counterparts: Dict[int, Any] = {}
 _kept = []  # what is known by its id must not go away
 _told = set()
-#: Those of this room, once there is a node.
+#: The services of this room, once there is a node.
 _services: List[Any] = []
 #: The readings of parameters that stand for what was read of them before there was a node. Here they are in use for as
 #: long as this process runs, so that messages with such values follow the parameters.

@@ -47,7 +47,7 @@ def find_node(package: str, name: str) -> str:
 
 
 def is_python_node(path: str) -> bool:
-    """Tell whether an executable is a Python file."""
+    """Return whether an executable is a Python file."""
     return _script(path)[1] is not None
 
 
@@ -160,7 +160,7 @@ _in_thread = threading.excepthook
 
 
 def _without_ours_in_thread(raised: Any) -> None:
-    """The same of what a thread of the node raised, such as a `rospy.Timer`."""
+    """Print the traceback of an exception in a thread of the node, such as a `rospy.Timer`."""
     if raised.exc_value is not None:
         _trim(raised.exc_value)
         traceback = raised.exc_value.__traceback__

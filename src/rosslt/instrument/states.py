@@ -50,7 +50,7 @@ def dotted(node: Optional[ast.AST]) -> Optional[str]:
 
 
 def _place(node: Optional[ast.AST]) -> Optional[str]:
-    """As `dotted`, with elements as well: `self.position[0]`, whose index is given by its tree."""
+    """Return the dotted name of an expression with its elements: `self.position[0]`."""
     if isinstance(node, ast.Subscript):
         whole = _place(node.value)
         return whole and f'{whole}[{ast.dump(node.slice)}]'
@@ -217,7 +217,7 @@ def _carried(scope: ast.AST, changes: List[_Change], declared: Set[str], lifetim
 
 
 def _is_part(change: _Change, scope: ast.AST, lifetimes: Lifetimes) -> bool:
-    """Whether an assignment names a part of what outlives the function: `first = self.particles[0]`."""
+    """Return whether an assignment names a part of a lasting object: `first = self.particles[0]`."""
     is_name = isinstance(change.statement, ast.Assign) and _root(change.target) == change.target
     return is_name and lifetimes.is_lasting(scope, change.statement.value)  # type: ignore[attr-defined]
 
@@ -233,7 +233,7 @@ def _is_count(change: _Change) -> bool:
 
 
 def _makes_anew(other: _Change, change: _Change, around: Tuple[ast.AST, ...]) -> bool:
-    """Tell whether another assignment replaces the target, or the object that holds it, in every round."""
+    """Return whether another assignment replaces the target, or the object that holds it, in every round."""
     is_around = change.target.startswith(other.target) and change.target[len(other.target) :][:1] in ('', '.', '[')
     if other.refers_to_itself or not is_around:
         return False

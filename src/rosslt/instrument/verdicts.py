@@ -241,7 +241,7 @@ class _Judge:
         return name
 
     def _is_field(self, keyword: ast.keyword) -> bool:
-        """Whether a keyword may be a field of a message that is made, `Joy(axes=[0.5])`."""
+        """Return whether a keyword may be a field of a message constructor, as in `Joy(axes=[0.5])`."""
         call = self._parents[id(keyword)][0]
         return keyword.arg in FIELDS and isinstance(call, ast.Call) and _last(call.func)[:1].isupper()
 
@@ -350,7 +350,7 @@ def _is_turn_about_one_axis(call: ast.Call) -> bool:
 
 
 def _is_strict(node: ast.AST) -> bool:
-    """Tell whether a definition needs plain numbers: an enumeration, or a function for another compiler."""
+    """Return whether a definition needs plain numbers: an enumeration, or a function for another compiler."""
     if isinstance(node, ast.ClassDef):
         return any(_last(base) in ENUMERATIONS for base in node.bases)
     return isinstance(node, FUNCTIONS) and any(
@@ -379,7 +379,7 @@ def _of_operator(parent: ast.AST, field: str, child: ast.AST, is_whole: bool) ->
 
 
 def _is_constant(formula: Optional[ast.AST]) -> bool:
-    """Whether a formula is a number that was written in parts, `3 * math.pi / 2`: then they are its value."""
+    """Return whether a formula is a constant written in parts, as `3 * math.pi / 2`: its literals are its value."""
     called = {id(node.func) for node in ast.walk(formula) if isinstance(node, ast.Call)} if formula else set()
     return formula is not None and all(
         isinstance(node, ast.Constant) or id(node) in called or _last(node) in TURNS

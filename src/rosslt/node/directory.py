@@ -23,10 +23,10 @@ from rosslt.node.service_calls import ask_all
 #: change, but its node can be restarted with other code.
 FRESH = 10.0
 
-#: After how many seconds a node is asked again that did not answer, or did not know a source.
+#: The delay before a node is asked again that did not answer or did not know a source, in seconds.
 RETRY_AFTER = 2.0
 
-#: How long owners may take to answer by default, in seconds.
+#: The default timeout of owners' answers, in seconds.
 TIMEOUT = 2.0
 
 
@@ -84,7 +84,7 @@ class Place(NamedTuple):
         return self.location.read_only
 
     def is_called(self, text: str) -> bool:
-        """Tell whether `text`, the part after the node's name and a /, names this location."""
+        """Return whether `text`, the part after the node's name and a /, names this location."""
         return text in (self.local_name, self.location.name.lstrip('/'), str(self.location.id))
 
 

@@ -9,7 +9,7 @@ from rosslt import msg
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations import Location
 
-#: How many requests are remembered.
+#: The maximal number of remembered requests.
 LENGTH = 1000
 
 NOTHING_TO_UNDO = 'there is no change to take back'

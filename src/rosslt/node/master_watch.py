@@ -21,7 +21,7 @@ from rosslt.node.rospy_internals import (
     is_initialized,
 )
 
-#: How often to ask whether the master is still the same, in seconds.
+#: The period of checking whether the master was restarted, in seconds.
 PERIOD = 1.0
 
 
@@ -82,5 +82,5 @@ class MasterWatch:
                 get_registration_listeners().notify_added(name, data_type_or_uri, kind)
 
 
-#: That of this process, which is one node.
+#: The watch of this process, which is one node.
 MASTER_WATCH = MasterWatch()

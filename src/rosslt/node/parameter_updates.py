@@ -16,7 +16,7 @@ import rospy
 
 from rosslt.node.no_master import NO_MASTER
 
-#: How long the server may take to start, in seconds.
+#: The timeout of the server's start, in seconds.
 START_TIMEOUT = 10.0
 
 

@@ -31,7 +31,7 @@ from rosslt.node.parameters import (
 )
 from rosslt.node.source_files import SOURCE_FILES
 
-#: Who changes a location whose parameter is set from outside.
+#: The requester's name for a change that came by setting a parameter.
 REQUESTER = 'parameter server'
 
 
@@ -188,7 +188,7 @@ class ReadParameters(Parameter):
             self._renew(known)
 
     def _is_unwritten(self, location: ParameterLocation) -> bool:
-        """Tell whether a location's change has not been sent to the master yet."""
+        """Return whether a location's change has not been sent to the master yet."""
         return bool(location.value != self._said.get(location.name))
 
     def _renew(self, known: Any) -> None:
@@ -333,8 +333,10 @@ def _lacking(key: str, value: Any, stands: Any) -> Iterator[Tuple[str, Any]]:
 
 
 def _leafwise(name: str, value: Any, function: Callable[[str, Any], Any]) -> Any:
-    """A list or dict with a function of each leaf and its name in its place. A name that no parameter can have has `//`
-    in it."""
+    """Replace each leaf of a list or dict by a function of its name and value.
+
+    Names with `//` in them are of keys that no parameter can have.
+    """
     if isinstance(value, list):
         return [_leafwise(f'{name}/{index}', part, function) for index, part in enumerate(value)]
     if not isinstance(value, dict):
@@ -347,7 +349,7 @@ def _leafwise(name: str, value: Any, function: Callable[[str, Any], Any]) -> Any
 
 
 def _can_be_sent(value: Any) -> bool:
-    """Tell whether a value is a scalar that JSON can carry."""
+    """Return whether a value is a scalar that JSON can carry."""
     if type(value) is str:
         return value.isascii() or value == value.encode('utf-8', 'ignore').decode('utf-8')
     return type(value) in (int, bool) or (type(value) is float and math.isfinite(value))

@@ -45,7 +45,7 @@ hand_over = rospy.impl.tcpros_pubsub.QueuedConnection.write_data
 #: What rospy does when the node is interrupted or terminated: it shuts down wherever the main thread is.
 shut_down_at_signal = rospy.core._ros_signal
 
-#: After how many seconds a signal that came while such a lock was held is sent again.
+#: The delay before a signal that came while such a lock was held is sent again, in seconds.
 _SIGNALLED_AGAIN = 0.02
 
 #: What connects the subscriber of a topic to one publisher, unless it is connected already.
@@ -59,7 +59,7 @@ _TURNS: Any = weakref.WeakValueDictionary()
 _TURNS_LOCK = threading.Lock()
 
 #: What `topics` uses of the objects behind a publisher and a subscriber. A publisher publishes, under their lock, a
-#: message that is carried in the place of another one, clears what it has written of a message that cannot be
+#: message that replaces another one, clears what it has written of a message that cannot be
 #: serialized, and sends the last message of a latched topic anew. A subscriber of a topic that is already subscribed
 #: to in this process has its reader replaced.
 USED_OF_IMPLEMENTATIONS = {

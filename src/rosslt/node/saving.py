@@ -15,7 +15,7 @@ from rosslt.node.directory import Directory, Place
 from rosslt.node.json_scalars import from_json
 from rosslt.node.service_calls import ask_all
 
-#: How many values of one parameter are remembered that were to be written.
+#: The maximal number of remembered values of a parameter that a save offered to write.
 _MOST_OFFERED = 20
 
 
@@ -136,7 +136,7 @@ def _offer(origins: Any, places: List[Place]) -> None:
 
 
 def _was_changed_earlier(place: Place, origin: Any) -> bool:
-    """Tell whether a node that ran earlier, and whose history is gone, may have changed a parameter.
+    """Return whether a node that ran earlier, and whose history is gone, may have changed a parameter.
 
     Its value differs from the one in the file that it was loaded from, or a save was offered before.
     """

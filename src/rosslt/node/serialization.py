@@ -162,7 +162,7 @@ def received_class(message_class: Any, channel: str, shares: bool = False) -> An
 
 
 def serialization_fault(message: Any, error: Exception) -> str:
-    """What is wrong with a message. genpy compares exact types and would name a tracked value instead."""
+    """Return the fault of a message; genpy, which compares exact types, would name a tracked value instead."""
     try:
         values.untracked(message).serialize(io.BytesIO())
     except genpy.SerializationError as found:

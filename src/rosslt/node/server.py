@@ -35,7 +35,7 @@ FOLLOW_TIMEOUT = 1.0
 #: Parameters in the namespace of the locations that are settings of the node.
 SETTINGS = Sending.NAMES | access.SETTINGS
 
-#: How many changes may wait to be sent on `<node>/rosslt/changes`.
+#: The maximal number of changes that wait to be sent on `<node>/rosslt/changes`.
 CHANGES_QUEUE = 1000
 
 

@@ -6,7 +6,7 @@ from typing import Any, Dict, Tuple
 
 import rospy
 
-#: How often a call that waits looks whether this node is being shut down, in seconds.
+#: The period in which a waiting call checks whether this node is shutting down, in seconds.
 SHUTDOWN_CHECK_PERIOD = 0.1
 
 #: Why there is no response of a node that hangs, or is too slow.

@@ -68,7 +68,7 @@ class SourceFiles:
         return known
 
     def is_saved_here(self, digest: str) -> bool:
-        """Tell whether a file's present content is a result of `edits`.
+        """Return whether a file's present content is a result of `edits`.
 
         Each content is recognized once only, since a user may restore it later.
         """
@@ -116,7 +116,7 @@ class SourceFiles:
 def _edits_of_file(
     original: files.SourceText, those: List[Location], changed: List[Location], offered: Dict[Location, Set[Any]]
 ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
-    """What `SourceFiles.edits` gives, of one file."""
+    """Make the edits of one file, for `SourceFiles.edits`."""
     readers: Dict[int, List[Location]] = {}
     for location in those:
         index = location.find_in(original)
@@ -181,5 +181,5 @@ def _check_unedited(location: Location, written: Written, offered: Collection[An
         )
 
 
-#: Those of this process.
+#: The source files of this process.
 SOURCE_FILES = SourceFiles()

@@ -39,9 +39,9 @@ _NO_QUEUE_SIZE = (
     "The publisher should be created with an explicit keyword argument 'queue_size'. Please see "
     'http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers for more information.'
 )
-#: How the types of an action's messages end. A goal or a result comes once.
+#: The endings of the type names of an action's messages. A goal or a result comes once.
 _OF_ACTIONS = 'ActionGoal', 'ActionFeedback', 'ActionResult'
-#: Which of the arguments behind `subscriber_listener` the queue size is.
+#: The index of the queue size among the arguments after `subscriber_listener`.
 _PLACE_OF_QUEUE_SIZE = 3
 
 
@@ -167,7 +167,7 @@ def _plain_options(args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> Tuple[Tuple
 
 
 def _has_its_provenance(message: Any) -> bool:
-    """Tell whether a message is sent unchanged.
+    """Return whether a message is sent unchanged.
 
     This holds for tracked types, for received bytes, and for a class instead of a message, which rospy reports.
     """

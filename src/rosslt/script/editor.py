@@ -33,7 +33,7 @@ from rosslt import files
 from rosslt.script import literals, running
 from rosslt.script.errors import ScriptError
 
-#: For how long a number that was changed from outside is marked, in milliseconds.
+#: The time for which a number that was changed from outside is marked, in milliseconds.
 MARKED = 1000
 
 MARK_COLOR = QColor(255, 224, 102)

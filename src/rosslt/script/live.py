@@ -35,7 +35,7 @@ from rosslt.script.running import Step
 #: then put into what was saved. Editors themselves warn of older texts.
 STALE = 2.0
 
-#: How often a change is tried again because others write the file, too.
+#: The maximal number of retries of a change while others write the file.
 ATTEMPTS = 100
 
 

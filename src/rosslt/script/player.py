@@ -10,7 +10,7 @@ from geometry_msgs.msg import Point, PoseStamped
 from rosslt import node
 from rosslt.script.running import Goto, Step
 
-#: How long the frame of the robot may be missing before it is warned of, in seconds.
+#: The time after which a missing frame of the robot is warned of, in seconds.
 TF_PATIENCE = 5.0
 
 

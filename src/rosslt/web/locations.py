@@ -16,10 +16,10 @@ from rosslt.node import Place
 #: How often nodes are asked for their locations, in seconds. What changes between is told on `<node>/rosslt/changes`.
 PERIOD = 1.0
 
-#: How long an owner may take to answer, in seconds.
+#: The timeout of an owner's answer, in seconds.
 TIMEOUT = 2.0
 
-#: After so many questions without an answer, a node is taken as gone; a busy one misses some.
+#: The number of unanswered questions after which a node is taken as gone; a busy one misses some.
 PATIENCE = 3
 
 #: Changes of one location by one hand that are no further apart than this, in seconds, are undone as one.

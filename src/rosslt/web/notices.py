@@ -4,7 +4,7 @@ import threading
 import time
 from typing import Any, Dict, Tuple
 
-#: How long a notice stays, in seconds.
+#: The duration of a notice, in seconds.
 DURATION = 6.0
 
 LONGEST = 300

@@ -28,13 +28,13 @@ MANY = 50
 #: is for what is no number, such as the beginning of one.
 TYPING, TYPING_ON = 0.7, 2.0
 
-#: For how long after a hand has moved a field the owner's reports do not move it, in seconds.
+#: The time after a user has moved a field in which the owner's reports do not move it, in seconds.
 HAND_IS_ON_IT = 0.5
 
 #: The largest whole number that a browser tells from the next one, as a slider has to.
 LARGEST = 2**53
 
-#: What marks a location that has been changed.
+#: The mark of a changed location.
 MARK = '● '
 
 

@@ -22,7 +22,7 @@ from rosslt.web.things import Things
 
 NODE = 'slt_web'
 
-#: How often things follow messages, and fields the changes that their owners tell of, in Hz.
+#: The rate at which things follow messages, and fields follow their owners' changes, in Hz.
 FRAME_RATE = 30.0
 
 #: How often it is looked which fields there are, and plots are continued, as a part of that.

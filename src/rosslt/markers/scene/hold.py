@@ -6,10 +6,10 @@ from typing import Any, Dict, Optional
 from rosslt import messages, values
 from rosslt.markers.scene.handle import Handle
 
-#: For how long messages that do not show a change may still be older than it, in seconds.
+#: The time after a change in which messages may still be older than it, in seconds.
 OLDER_MESSAGES = 2.0
 
-#: After how long without any message a change is said not to be shown yet, in seconds.
+#: The time without a message after which a change is reported as not shown yet, in seconds.
 SILENCE = 1.0
 
 

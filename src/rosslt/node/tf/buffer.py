@@ -16,10 +16,10 @@ from rosslt import messages
 from rosslt.node.tf.samples import Motion, MovingSamples, Sample, StaticSamples, matching, motion_of
 from rosslt.values import is_tracked
 
-#: How long tf2 keeps transforms where it is not told, in seconds.
+#: The default time that tf2 keeps transforms, in seconds.
 DEFAULT_CACHE_TIME = 10.0
 
-#: How far a number may differ from tf2's, relative to its size, or absolutely below 1.
+#: The maximal difference from tf2's numbers, relative to the size, or absolute below 1.
 TOLERANCE = 1e-9
 
 
@@ -37,12 +37,12 @@ class Buffer(tf2_ros.Buffer):
         super().__init__(cache_time, debug)
 
     def set_transform(self, transform: Any, authority: str) -> None:
-        """As `tf2_ros.Buffer.set_transform`; the numbers of the transform may be tracked."""
+        """Override `tf2_ros.Buffer.set_transform`; the numbers of the transform may be tracked."""
         super().set_transform(transform, authority)
         self._keep(transform, False)
 
     def set_transform_static(self, transform: Any, authority: str) -> None:
-        """As `tf2_ros.Buffer.set_transform_static`; the numbers of the transform may be tracked."""
+        """Override `tf2_ros.Buffer.set_transform_static`; the numbers of the transform may be tracked."""
         super().set_transform_static(transform, authority)
         self._keep(transform, True)
 
@@ -53,7 +53,7 @@ class Buffer(tf2_ros.Buffer):
             self._forget()
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
-        """As `tf2_ros.Buffer.lookup_transform_core`; its numbers are tracked where they come from such."""
+        """Override `tf2_ros.Buffer.lookup_transform_core`; the result keeps the provenance of tracked transforms."""
         found = super().lookup_transform_core(target_frame, source_frame, time)
         if self._samples:
             _attach(found.transform, self._motion(target_frame, source_frame, found.header.stamp))
@@ -62,7 +62,7 @@ class Buffer(tf2_ros.Buffer):
     def lookup_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> Any:
-        """As `tf2_ros.Buffer.lookup_transform_full_core`; its numbers are tracked where they come from such."""
+        """Override `tf2_ros.Buffer.lookup_transform_full_core`; the result keeps the provenance of tracked transforms."""
         found = super().lookup_transform_full_core(target_frame, target_time, source_frame, source_time, fixed_frame)
         if self._samples:
             first = self.lookup_transform_core(fixed_frame, source_frame, source_time)

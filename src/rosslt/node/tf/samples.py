@@ -114,7 +114,7 @@ def _mean(older: Any, newer: Any, ratio: float) -> Any:
 
 
 def _is_same(older: Any, newer: Any) -> bool:
-    """Tell whether two numbers are equal and have the same sources, so that they need no interpolation."""
+    """Return whether two numbers are equal and have the same sources, so that they need no interpolation."""
     return older == newer and sources(older) == sources(newer)
 
 
