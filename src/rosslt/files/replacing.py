@@ -18,9 +18,8 @@ from rosslt.files.errors import FileError
 #: The time without a change after which a file counts as saved, in seconds.
 SETTLING_TIME = 0.03
 
-#: How often to look whether it has: looks are counted, not seconds, as a busy machine may let none come for a second.
-#: A file that is empty, or not there, has to stay so in all looks: some editors empty it, or take it away, and write
-#: later.
+#: The number of checks in that time. Checks are counted, not seconds, since a busy machine may delay them. An empty or
+#: missing file has to stay so in all checks: some editors empty or remove a file and write it later.
 LOOKS = 17
 
 EXCHANGE = 2  # RENAME_EXCHANGE, for renameat2

@@ -11,7 +11,7 @@ from rosslt.files.errors import FileError
 from rosslt.files.notation import alike, in_manner_of, text_in_manner_of
 from rosslt.files.python_numbers import NEWLINE, Number, Positions, Word, numbers_in, without_numbers, words_in
 
-#: What stands for a number in a line, and for a text or a truth value: no file has a null, as Python takes none.
+#: The placeholders of a number, and of a text or truth value, in a line. Python allows no null characters in a file.
 _BLANK, _BLANK_WORD = '\0', '\0\0'
 
 

@@ -3,8 +3,8 @@
 It may import the rooms `node`, `messages`, `files` and `values`, and rospy. From the bottom up: `lifetimes`, `states`
 and `verdicts` judge which number literals of a program are locations, by its text alone; `literals` finds them;
 `rewriting` replaces them by reads of cells, and `loader` loads the rewritten code, mostly from a cache; `cells` holds
-their values and registers those that reach a message; `routing` replaces what the node imports by counterparts that keep
-provenance; `reloading` applies edits of the source file; `runner` runs the node as Python would.
+their values and registers those that reach a message; `routing` replaces what the node imports by counterparts that
+keep provenance; `reloading` applies edits of the source file; `runner` runs the node as Python would.
 """
 
 from typing import Any

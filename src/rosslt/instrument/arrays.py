@@ -269,7 +269,7 @@ for _name in _METHODS:
     setattr(ArrayWithProvenance, _name, _method(_name))
 
 
-#: What has elements that are known without asking it.
+#: The types of operands whose elements can be read without side effects.
 _OPERANDS = (numpy.ndarray, numpy.generic, list, tuple, float, int)
 #: The classes of what is computed element by element.
 ARRAYS = frozenset({numpy.ndarray, ArrayWithProvenance, list, tuple})

@@ -29,8 +29,11 @@ _lock = threading.RLock()
 
 
 def plain_object(value: Any) -> Any:
-    """What `is` compares: the plain number or text that a tracked one stands for, the class of plain ones for the class
-    of tracked ones (`x.__class__ is float`), anything else itself."""
+    """Return the object that `is` compares.
+
+    This is the plain number or text of a tracked one, the plain class for the class of tracked numbers
+    (`x.__class__ is float`), and any other object itself.
+    """
     try:
         if type(value) not in values.TRACKED_CLASSES:
             return _PLAIN_CLASSES.get(value, value) if isinstance(value, type) else value
@@ -76,8 +79,8 @@ MOST_IN_STATE = 256
 def plain(value: Any) -> Any:
     """A value without its provenance, to carry a state on.
 
-    Lists may be extended in place, and what was put into them keeps its provenance. What has been computed from what
-    they held before grows from step to step, such as the covariance of a filter: where that is long, it goes without.
+    Elements that were put into a list keep their provenance. Elements computed from earlier ones, such as the
+    covariance of a filter, have expressions that grow from step to step; they lose their provenance once it is long.
     """
     kind = type(value)
     strip = _stripped_by.get(kind)
@@ -185,7 +188,7 @@ class Cells(list):
         return reading
 
     def _origin(self, number: int, value: Any) -> Any:
-        """Where the number in a cell comes from, as `values.lazy` wants it."""
+        """Return the origin of the number in a cell, for `values.lazy`."""
         location = self.location(number)
         if location is None:
             return ()
@@ -347,7 +350,7 @@ class CellLocation(node.LiteralLocation):
         return reading
 
     def origin(self, value: Any) -> Any:
-        """Where the number comes from that the code reads, as `values.lazy` wants it."""
+        """Return the origin of the number that the code reads, for `values.lazy`."""
         source = values.track(self.type(value), self.source)
         # An int that may become a float: what is said of it must hold for floats.
         return source if self.type is type(value) else source + 0

@@ -341,8 +341,11 @@ class _Rewriter(ast.NodeTransformer):
         return node
 
     def _is_same_twice(self, target: ast.AST, value: ast.AST) -> bool:
-        """Whether a target may be evaluated before a value and again after it: a name, or an attribute of a name that
-        stands for the same object then. What else it is made of may do something, or give another object."""
+        """Return whether a target may be evaluated both before and after a value, with the same result.
+
+        This holds for a name, and for an attribute of a name that the value does not rebind. Other targets may have
+        side effects, or give another object.
+        """
         if isinstance(target, ast.Name):
             return True
         owner = getattr(getattr(target, 'value', None), 'id', None)

@@ -33,7 +33,7 @@ LIBRARIES = (
     'tf2_ros.transform_broadcaster',
 )
 
-#: What makes the counterparts of modules that are only loaded where a node uses them: {name: function of the module}.
+#: The makers of counterparts for modules that are loaded only where a node uses them: {name: function of the module}.
 _LATE: Dict[str, Callable[[types.ModuleType], Any]] = {}
 _counterparts: Dict[int, Any] = {}
 _kept = []  # what is known by its id must not go away

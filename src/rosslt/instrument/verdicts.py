@@ -29,7 +29,7 @@ from rosslt.instrument.states import States, dotted, find_states
 
 NUMBER, WHOLE, FORM, PLAIN = 'number', 'whole', 'form', 'plain'
 
-#: From how much on an int that is added to what counts is an offset of its own, as the 50 in `x = i - 50`.
+#: The smallest int that counts as an offset when it is added to an index, as the 50 in `x = i - 50`.
 OFFSET = 10
 
 

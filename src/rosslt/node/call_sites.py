@@ -100,7 +100,7 @@ def word_of(key: Any) -> str:
     return f'{re.sub(r"[^A-Za-z0-9]+", "_", text)}_{_digits(kind + text)}'
 
 
-#: Whether a word may be one that `word_of` has put digits behind.
+#: Matches words that may end with the digits that `word_of` appends.
 _ENDS_IN_DIGITS = re.compile(r'.*_[0-9a-f]{8}\Z').match
 
 

@@ -17,7 +17,8 @@ from rosslt.values import Source
 #: The number of successive solutions for a field that moves by itself.
 MOMENTS = 2
 
-#: How long a field stands still that does not move by itself, in seconds; many a field is sent oftener than it moves.
+#: The time after which an unchanged field counts as standing still, in seconds: some fields are sent more often than
+#: they move.
 STILL = 1.0
 
 

@@ -31,8 +31,8 @@ AT_ONCE, PREPARE, COMMIT, ABORT, ASK = '', 'prepare', 'commit', 'abort', 'state'
 #: The time that a requester has to abort changes after its own timeout, in seconds.
 ABORT_TIMEOUT = 1.0
 
-#: After the lease of what is prepared, the node waits so long before it asks the others, in seconds: a requester that
-#: is still there has decided by then.
+#: The wait between the end of a lease and the question to the other participants, in seconds: a requester that still
+#: runs has decided by then.
 GRACE = ABORT_TIMEOUT + 0.5
 
 #: The time that other participants have to report their decisions, in seconds.

@@ -19,8 +19,8 @@ from rosslt import msg, srv, values
 from rosslt.node.json_scalars import from_json
 from rosslt.node.service_calls import ask_all
 
-#: How long an owner's answer may be used for a change, in seconds. The values that a location accepts rarely
-#: change, but its node can be restarted with other code.
+#: The time for which an owner's answer is used for changes, in seconds. Bounds rarely change, but a node can be
+#: restarted with other code.
 FRESH = 10.0
 
 #: The delay before a node is asked again that did not answer or did not know a source, in seconds.

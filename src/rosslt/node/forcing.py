@@ -29,7 +29,7 @@ ERROR_PERIOD = 0.1
 #: Fields that say what a message is about, where a node sends several things on one topic.
 NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 
-#: How the path ends of what names a goal of an action: each has another one, also where it is sent again.
+#: The end of the path of a goal's id in a message of an action: each goal has its own, also when sent again.
 OF_GOALS = 'goal_id.id'
 
 #: The maximal number of other branches that are described, and of numbers that are suggested.

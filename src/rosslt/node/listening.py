@@ -16,7 +16,7 @@ from rosslt.node.topics import Subscriber
 #: The maximal number of unread messages; beyond it, the oldest are dropped.
 BACKLOG = 1000
 
-#: How long another publisher's message with a source is waited for once one without has come, in seconds.
+#: The maximal wait for another publisher's message with a source after a message without one, in seconds.
 GATHERING = 1.0
 
 

@@ -14,7 +14,7 @@ SECOND_MESSAGE = 1.0
 #: The time in which messages without the changed sources are taken to be about another thing, in seconds.
 OTHER_THINGS = 0.5
 
-#: How many times as far as it moves by itself a moving field may be from the target.
+#: The maximal distance of a moving field from the target, as a multiple of its own movement.
 LEEWAY = 3.0
 
 #: The fewest messages that have come between the one that was solved and the first one that shows the change.

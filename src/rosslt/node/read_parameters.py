@@ -36,7 +36,7 @@ REQUESTER = 'parameter server'
 
 
 class Owner(Protocol):
-    """What is used of this node as the owner of locations; `server.Owner` is it."""
+    """The attributes of `server.Owner`, the owner of this node's locations, that this module uses."""
 
     name: str
     locations: Locations

@@ -34,7 +34,7 @@ from rosslt.node.serialization import (
     whole_provenance,
 )
 
-#: What rospy warns of.
+#: The text of rospy's warning about a missing queue size.
 _NO_QUEUE_SIZE = (
     "The publisher should be created with an explicit keyword argument 'queue_size'. Please see "
     'http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers for more information.'

@@ -40,7 +40,7 @@ MARK_COLOR = QColor(255, 224, 102)
 ERROR_COLOR = QColor(255, 205, 205)
 GUTTER_COLOR, NUMBER_COLOR = QColor(240, 240, 240), QColor(140, 140, 140)
 
-#: What Qt takes as the end of a line, and holds as BLOCK_END.
+#: The line ends that Qt recognizes, and converts to BLOCK_END.
 LINE_END = re.compile('\r\n|[\r\n\u2029\ufdd0\ufdd1]')
 BLOCK_END = '\u2029'
 

@@ -31,8 +31,8 @@ from rosslt.script import literals, running
 from rosslt.script.errors import ScriptError
 from rosslt.script.running import Step
 
-#: How old a text may be that somebody began to edit and then saved over newer numbers, in seconds. The numbers are
-#: then put into what was saved. Editors themselves warn of older texts.
+#: The maximal age of a text that somebody began to edit and saved over newer numbers, in seconds. The numbers are then
+#: put into the saved text. Editors themselves warn of older texts.
 STALE = 2.0
 
 #: The maximal number of retries of a change while others write the file.

@@ -13,7 +13,7 @@ from rosslt import msg, node, srv, values
 from rosslt.markers import refusal
 from rosslt.node import Place
 
-#: How often nodes are asked for their locations, in seconds. What changes between is told on `<node>/rosslt/changes`.
+#: The period of asking nodes for their locations, in seconds. `<node>/rosslt/changes` tells of changes in between.
 PERIOD = 1.0
 
 #: The timeout of an owner's answer, in seconds.

@@ -24,8 +24,8 @@ STEPS = 1000
 #: The fields of a file with more of them are not seen before somebody opens their folder: a browser draws each.
 MANY = 50
 
-#: How long a person may pause while typing into a field, in seconds: what stands there then is wanted. The longer pause
-#: is for what is no number, such as the beginning of one.
+#: The pause in typing after which the content of a field is taken, in seconds. The longer one is for a content that is
+#: no number, such as the beginning of one.
 TYPING, TYPING_ON = 0.7, 2.0
 
 #: The time after a user has moved a field in which the owner's reports do not move it, in seconds.

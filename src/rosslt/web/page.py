@@ -25,7 +25,7 @@ NODE = 'slt_web'
 #: The rate at which things follow messages, and fields follow their owners' changes, in Hz.
 FRAME_RATE = 30.0
 
-#: How often it is looked which fields there are, and plots are continued, as a part of that.
+#: The number of frames between two updates of the list of fields and of the plots.
 FIELDS_EVERY = 3
 
 #: The light from all sides: how strong it is, in viser's unit, and the color of what comes from below.

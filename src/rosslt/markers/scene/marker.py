@@ -21,8 +21,8 @@ SIZE = 0.5
 #: The color of handles of what has no color of its own: (red, green, blue).
 COLOR: Vector = (1.0, 0.6, 0.1)
 
-#: How much larger a shape to grab is than the same shape, shown by RViz itself, that it covers; and by how many
-#: metres at least. RViz takes hold of what is in front, and an orthographic view tells depths from 6 mm on.
+#: The size of a shape to grab relative to the shape of RViz's own that it covers, and the least difference in metres.
+#: RViz grabs the shape in front; an orthographic view distinguishes depths from 6 mm on.
 OVERLAP, LEAST_OVERLAP = 1.03, 0.014
 
 #: The opacity of that shape relative to the one it covers: invisible on top of it, visible when dragged away.

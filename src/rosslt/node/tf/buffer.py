@@ -53,7 +53,7 @@ class Buffer(tf2_ros.Buffer):
             self._forget()
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
-        """Override `tf2_ros.Buffer.lookup_transform_core`; the result keeps the provenance of tracked transforms."""
+        """Override `tf2_ros.Buffer.lookup_transform_core`; the result keeps provenance."""
         found = super().lookup_transform_core(target_frame, source_frame, time)
         if self._samples:
             _attach(found.transform, self._motion(target_frame, source_frame, found.header.stamp))
@@ -62,7 +62,7 @@ class Buffer(tf2_ros.Buffer):
     def lookup_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> Any:
-        """Override `tf2_ros.Buffer.lookup_transform_full_core`; the result keeps the provenance of tracked transforms."""
+        """Override `tf2_ros.Buffer.lookup_transform_full_core`; the result keeps provenance."""
         found = super().lookup_transform_full_core(target_frame, target_time, source_frame, source_time, fixed_frame)
         if self._samples:
             first = self.lookup_transform_core(fixed_frame, source_frame, source_time)
