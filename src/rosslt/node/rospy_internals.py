@@ -37,8 +37,8 @@ get_registration_listeners = rospy.impl.registration.get_registration_listeners
 get_service_manager = rospy.impl.registration.get_service_manager
 get_topic_manager = rospy.impl.registration.get_topic_manager
 
-#: The functions that hold a non-reentrant lock of rospy's shutdown: a call of the master, and the hand-over of a message
-#: to a slow connection.
+#: The functions that hold a lock which rospy's shutdown also takes, and which is not reentrant: a call of the master,
+#: and the hand-over of a message to a slow connection.
 ask_master = rospy.core._LockedServerProxy._ServerProxy__request
 hand_over = rospy.impl.tcpros_pubsub.QueuedConnection.write_data
 

@@ -15,8 +15,8 @@ from rosslt.web.frames import Frames
 #: The length of arrows and the width of rings, relative to the thing that they surround.
 CONTROL_SCALE = 1.5
 
-#: The maximal number of things that all have arrows and rings; beyond it, only the thing clicked last has them. A browser
-#: draws each arrow and ring separately, which takes most of the time.
+#: The maximal number of things that all have arrows and rings; beyond it, only the thing clicked last has them. A
+#: browser draws each arrow and ring separately, which takes most of the time.
 MANY = 50
 
 #: The rotation of a control that acts along, or around, the axes of the frame.
