@@ -61,7 +61,7 @@ class Literal(NamedTuple):
 
     @property
     def is_shape(self) -> bool:
-        """True for an exponent, a count and the like: the number can be set, but a drag does not change it."""
+        """True for a divisor, a phase, a count and the like: the number can be set, but a drag does not change it."""
         return self.verdict == FORM or self.rule == 'used as a count'
 
     @property

@@ -43,7 +43,7 @@ class Hold:
         return self._changed is None
 
     def is_over(self) -> bool:
-        """True once the handle is shown at the pose in its messages again."""
+        """True when the handle is to be shown at the pose in its messages again."""
         return self._is_over
 
     def is_left_alone(self) -> bool:
