@@ -18,7 +18,7 @@ from rosslt.files.errors import FileError
 #: The time without a change after which a file counts as saved, in seconds.
 SETTLING_TIME = 0.03
 
-#: The maximal number of checks for that. Checks are counted, not seconds, since a busy machine may delay them. An empty or
+#: The maximal number of checks for that, counted since a busy machine may delay them by seconds. An empty or
 #: missing file has to stay so in all checks: some editors empty or remove a file and write it later.
 LOOKS = 17
 
