@@ -80,7 +80,7 @@ __all__ = [
 
 
 def _has_ros() -> bool:
-    """Whether rospy is installed and this package's messages are built: the workspace has been sourced."""
+    """Return whether rospy and this package's built messages can be imported, as in a sourced workspace."""
     try:
         return all(importlib.util.find_spec(name) is not None for name in ('rospy', __name__ + '.srv'))
     except ImportError:

@@ -15,7 +15,7 @@ from actionlib.action_client import ClientGoalHandle
 
 from rosslt.node import Publisher, Subscriber
 
-#: How often a client asks whether the server knows of its connections, and for how long at most, in seconds.
+#: The period and the maximal duration of asking the server for its connections, in seconds.
 CONFIRMATION_PERIOD = 0.02
 CONFIRMATION_TIMEOUT = 5.0
 
@@ -72,7 +72,7 @@ class SimpleActionClient(actionlib.SimpleActionClient):
         return True
 
     def _is_known_to_server(self) -> bool:
-        """Whether the server has this node among those that it sends feedback and results to."""
+        """Return whether the server is connected to this node for both feedback and results."""
         client, own_name = self.action_client, rospy.get_name()
         server = client.last_status_msg._connection_header['callerid']
         try:

@@ -1,4 +1,4 @@
-"""The names of `math`, for tracked values: `from rosslt import math` in the place of `import math`.
+"""The names of `math`, for tracked values: write `from rosslt import math` instead of `import math`.
 
 The functions keep the provenance of tracked values and give what `math` gives for plain numbers. See
 `docs/values.md` for those that have no provenance to keep.

@@ -1,4 +1,4 @@
-"""The names of NumPy, for tracked values: `from rosslt import numpy as np` in the place of `import numpy as np`.
+"""The names of NumPy, for tracked values: `from rosslt import numpy as np` instead of `import numpy as np`.
 
 The functions keep the provenance of tracked scalars, of lists and arrays that hold them, and give what NumPy's give
 for plain numbers. `array`, `zeros`, `ones` and their like make arrays that take tracked values, which NumPy's own

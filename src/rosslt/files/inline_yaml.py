@@ -11,7 +11,7 @@ from rosslt.files.yaml_text import YamlChange, ranges_at, yaml_edits
 
 _Path = Sequence[Union[str, int]]
 
-#: What a save may write in place of something of the same kind: an angle of rosparam, or a number.
+#: Scalars that a save may replace by one of the same kind: an angle of rosparam, or a number.
 _NUMBER = re.compile(r'\b(?:deg|rad)\([^)]*\)|[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 
 

@@ -15,7 +15,7 @@ ORIGINS = '/rosslt/parameter_origins'
 _ATTRIBUTE = re.compile(rb'([\w:.-]+)\s*=\s*("[^"]*"|\'[^\']*\')')
 
 
-#: What XML would read as a blank within an attribute.
+#: The characters that XML reads as a blank within an attribute.
 _ESCAPES = {'\n': '&#10;', '\r': '&#13;', '\t': '&#9;'}
 
 

@@ -8,13 +8,13 @@ from typing import Any, Callable, Iterator, List, Union
 
 _NUMBER = re.compile(r'(?P<sign>[-+]?)[ \t]*(?P<whole>\d*)(?P<point>\.?)(?P<fraction>\d*)(?P<exponent>[eE][-+]?\d+)?')
 
-#: Up to how many places a number is written out that an exponent would make shorter.
+#: The maximal number of digits that are written out where an exponent would be shorter.
 _LONGEST = 16
 
-#: How a text in Python begins.
+#: The start of a Python text literal: its prefix and its quote.
 _QUOTE = re.compile(r'([uUrR]?)("""|\'\'\'|"|\')')
 
-#: What says a truth value in YAML and in launch files, True first.
+#: The words for truth values in YAML and launch files, True first.
 _TRUTHS = (('true', 'false'), ('yes', 'no'), ('on', 'off'), ('1', '0'))
 
 _Value = Union[int, float]
@@ -37,7 +37,7 @@ def equal(one: object, other: object) -> bool:
 
 
 def text_in_manner_of(old: str, value: str, is_utf8: bool = True) -> str:
-    """A text as it is written in Python, in the place of another one.
+    """Write a text as a Python literal, in the style of the literal that it replaces.
 
     Args:
         old: how the text before is written.
@@ -73,7 +73,7 @@ def _python(text: str) -> _Value:
 
 
 def in_manner_of(old: str, value: _Value, read: Callable[[str], object] = _python) -> str:
-    """A number as it is written in the place of another one.
+    """Write a number in the notation of the number that it replaces.
 
     `2.50` becomes `3.25` or `3.00`, `.5` becomes `.25`, `1e-3` becomes `2.5e-3`; where the manner cannot hold the value
     exactly, `repr` does.

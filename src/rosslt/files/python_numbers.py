@@ -29,7 +29,7 @@ class Word(NamedTuple):
     value: Union[str, bool]
 
 
-#: What stands for the numbers in a tree: they are taken from a list of that name.
+#: The name of the list from which a tree without numbers reads them.
 LITERALS = '__literals__'
 
 MINUS = re.compile(r'-[ \t]*')
@@ -87,7 +87,7 @@ def words_in(tree: ast.AST, text: str) -> List[Tuple[Word, ast.AST]]:
 
 
 def without_numbers(tree: ast.Module, numbers: Sequence[ast.AST]) -> ast.Module:
-    """A tree with its numbers taken out, and `__literals__[index]` in their places; the tree itself is changed."""
+    """Replace each number of a tree by `__literals__[index]`; the tree itself is changed."""
     taken_out: ast.Module = _Substitution({id(node): index for index, node in enumerate(numbers)}).visit(tree)
     return taken_out
 
@@ -144,7 +144,7 @@ def _is_finite(number: Union[int, float]) -> bool:
 
 
 class _Substitution(ast.NodeTransformer):
-    """Takes the numbers out of a tree, and puts `__literals__[index]` in their places."""
+    """Replaces each number of a tree by `__literals__[index]`."""
 
     def __init__(self, indices: Mapping[int, int]) -> None:
         self._indices: Dict[int, int] = dict(indices)

@@ -15,12 +15,11 @@ from typing import Optional
 
 from rosslt.files.errors import FileError
 
-#: How long a file has to stay the same to count as saved, in seconds.
+#: The time without a change after which a file counts as saved, in seconds.
 SETTLING_TIME = 0.03
 
-#: How often to look whether it has: looks are counted, not seconds, as a busy machine may let none come for a second.
-#: A file that is empty, or not there, has to stay so in all looks: some editors empty it, or take it away, and write
-#: later.
+#: The maximal number of checks for that, counted since a busy machine may delay them by seconds. An empty or
+#: missing file has to stay so in all checks: some editors empty or remove a file and write it later.
 LOOKS = 17
 
 EXCHANGE = 2  # RENAME_EXCHANGE, for renameat2
@@ -97,7 +96,7 @@ def _attempt(path: str) -> Optional[bytes]:
 def replace(path: str, expected: str, text: str) -> bool:
     """Replace a file's text atomically; its mode, its owner and the links that lead to it stay.
 
-    A file with hard links is written in place, which a reader may see half done.
+    A file with hard links is overwritten, and a reader may see it half written.
 
     Args:
         expected: the text that is to be replaced.

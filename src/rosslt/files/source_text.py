@@ -11,7 +11,7 @@ from rosslt.files.errors import FileError
 from rosslt.files.notation import alike, in_manner_of, text_in_manner_of
 from rosslt.files.python_numbers import NEWLINE, Number, Positions, Word, numbers_in, without_numbers, words_in
 
-#: What stands for a number in a line, and for a text or a truth value: no file has a null, as Python takes none.
+#: The placeholders of a number, and of a text or truth value, in a line. Python allows no null characters in a file.
 _BLANK, _BLANK_WORD = '\0', '\0\0'
 
 
@@ -27,7 +27,7 @@ class Edit(NamedTuple):
         file: its path.
         digest: the hash of the content that the edit is meant for.
         start, end: the range in that content, in bytes.
-        old, new: what stands there, and what takes its place.
+        old, new: the present text, and the text that replaces it.
         what: for people, what is changed: `/patrol/speed`.
     """
 
@@ -178,7 +178,7 @@ class SourceText:
         )
 
     def _offset(self, place: int) -> int:
-        """A place in the text, in bytes of the content."""
+        """Convert a position in the text to an offset in the bytes of the content."""
         # Where a byte order mark is skipped, encoding puts it back, also in front of no text.
         return len(self.text[:place].encode(self._encoding))
 

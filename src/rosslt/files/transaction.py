@@ -17,7 +17,7 @@ def _contents(edits: Sequence[Edit]) -> Dict[str, Tuple[bytes, bytes]]:
 
     Raises:
         FileError: a file is not there, holds another content than the edits are meant for, or would have to hold two
-            things in one place.
+            things at one position.
     """
     by_file: Dict[str, List[Edit]] = {}
     for edit in edits:
@@ -35,7 +35,7 @@ def _once(path: str, content: bytes, edits: Sequence[Edit]) -> List[Edit]:
     """Edits of one file, each once: several nodes may have read the same number, and be saved together.
 
     Raises:
-        FileError: they would write different things in one place.
+        FileError: they would write different things at one position.
     """
     found = {(edit.start, edit.end, edit.new): edit for edit in edits}
     ordered = sorted(found.values(), key=lambda edit: edit.start)

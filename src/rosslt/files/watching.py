@@ -5,8 +5,8 @@ import threading
 import time
 from typing import Callable, Dict, Optional, Tuple
 
-#: How often files are looked at, in seconds. A look costs a few microseconds, and asks for the path from its first
-#: folder on: a folder that was made again and a link that leads elsewhere by now are noticed like any other change.
+#: The period of checking files for changes, in seconds. A check costs a few microseconds. It resolves the whole path,
+#: and so also notices a folder that was made again or a link with a new target.
 PERIOD = 0.1
 
 

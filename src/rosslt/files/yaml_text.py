@@ -136,7 +136,7 @@ def _constructed(node: Any) -> Any:
 
 
 def _number(text: str, node: Any, place: Tuple[int, int], value: Union[int, float]) -> Tuple[int, str]:
-    """A number as it is written in the place of another one.
+    """Write a number in the notation of the number that it replaces.
 
     Args:
         text: the whole YAML.
@@ -169,7 +169,7 @@ def _number(text: str, node: Any, place: Tuple[int, int], value: Union[int, floa
 
 
 def _word(text: str, node: Any, place: Tuple[int, int], change: YamlChange) -> str:
-    """A text or a truth value as it is written in the place of another one.
+    """Write a text or a truth value in the notation of the scalar that it replaces.
 
     Args:
         text: the whole YAML.

@@ -1,10 +1,10 @@
-"""The room of nodes that know nothing of all this: a rospy node that was not written for rosslt runs with provenance.
+"""Runs rospy nodes that were not written for rosslt with provenance.
 
 It may import the rooms `node`, `messages`, `files` and `values`, and rospy. From the bottom up: `lifetimes`, `states`
 and `verdicts` judge which number literals of a program are locations, by its text alone; `literals` finds them;
-`rewriting` makes readings of them, and `loader` loads what it made, from a cache mostly; `cells` holds their values
-and makes those known that reach a message; `routing` gives the node what keeps provenance in the place of what it
-imports; `reloading` takes in what somebody edits; `runner` runs it as Python would.
+`rewriting` replaces them by reads of cells, and `loader` loads the rewritten code, mostly from a cache; `cells` holds
+their values and registers those that reach a message; `routing` replaces what the node imports by counterparts that
+keep provenance; `reloading` applies edits of the source file; `runner` runs the node as Python would.
 """
 
 from typing import Any

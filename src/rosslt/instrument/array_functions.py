@@ -49,14 +49,14 @@ def _besides(x: Any) -> Any:
 
 
 def _moved(function: Any, arguments: Any, options: Any) -> Any:
-    """Of a function that only puts elements elsewhere."""
+    """Return the provenance of a result that only moves elements of its first argument (reshape, transpose)."""
     first = arguments[0]
     first = _beside_array(first) if type(first) in (list, tuple) else _besides(first)
     return function(first, *plain(list(arguments[1:])), **plain(options))
 
 
 def _all_moved(function: Any, arguments: Any, options: Any) -> Any:
-    """Of a function that puts the elements of several arrays elsewhere."""
+    """Return the provenance of a result that moves elements of several arrays (concatenate, insert)."""
     first = arguments[0]
     if function is numpy.block:
         return function(_beside_each(first))
@@ -81,13 +81,13 @@ def _beside_array(x: Any) -> numpy.ndarray:
 
 
 def _added(function: Any, arguments: Any, options: Any) -> Any:
-    """Of a function that adds and multiplies, which does so with objects too."""
+    """Return the provenance of sums and products: the function itself, called with arrays of tracked objects."""
     options = {key: value for key, value in options.items() if key != 'dtype'}
     return only_tracked(function(*map(_objects, arguments), **plain(options)))
 
 
 def _as_of_values(function: Any, arguments: Any, options: Any) -> Any:
-    """Of a function for which the room `values` has one of arrays of tracked values."""
+    """Return the provenance of a result by the counterpart of the function in `rosslt.values`."""
     is_algebra = function.__module__ == 'numpy.linalg'
     matrices = arguments[0] if function is numpy.linalg.multi_dot else arguments[:1]
     if is_algebra and function is not numpy.linalg.norm and max(map(_width, matrices)) > LARGEST_MATRIX:
@@ -117,7 +117,7 @@ def _chosen(function: Any, arguments: Any, options: Any) -> Any:
 
 
 def _largest(function: Any, arguments: Any, options: Any) -> Any:
-    """Of `numpy.max` and `numpy.min` of a list."""
+    """Return the provenance of `numpy.max` or `numpy.min` of a list."""
     ufunc = numpy.maximum if function in (numpy.max, numpy.amax) else numpy.minimum
     return provenance_of(
         compute(
@@ -159,7 +159,7 @@ _ALGEBRA = ('norm', 'inv', 'solve', 'det', 'multi_dot', 'matrix_power', 'pinv')
 _RULES.update((getattr(numpy.linalg, name), _as_of_values) for name in _ALGEBRA)
 
 
-#: What a rule raises where only NumPy's own numbers have a result.
+#: The exceptions of a rule that cannot compute a result which NumPy can.
 _FAILING = (ArithmeticError, ValueError, TypeError, IndexError, AttributeError, numpy.linalg.LinAlgError)
 
 
@@ -168,7 +168,7 @@ def _size(x: Any) -> int:
 
 
 def call(function: Any, arguments: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
-    """What a function of NumPy gives: NumPy's own numbers, and their provenance beside them where it is known."""
+    """Call a function of NumPy: the result has NumPy's own numbers, with their provenance where it is known."""
     given, named = [plain(one) for one in arguments], plain(options)
     result = function(*given, **named)
     rule = _RULES.get(function)
@@ -211,13 +211,13 @@ def _noticing(function: Any) -> Any:
 
 
 def numpy_functions() -> Dict[str, Any]:
-    """What a node's own code gets in place of functions of `numpy`, by name."""
+    """Return the replacements of `numpy` functions that rewritten code uses, {name: function}."""
     ruled = {name: _noticing(getattr(numpy, name)) for name in _RULED if getattr(numpy, name, None) in _RULES}
     return {**ruled, **makers()}
 
 
 def linalg_functions() -> Dict[str, Any]:
-    """The same of `numpy.linalg`."""
+    """Return the replacements of functions of `numpy.linalg` that rewritten code uses, {name: function}."""
     return {name: _noticing(getattr(numpy.linalg, name)) for name in _ALGEBRA}
 
 

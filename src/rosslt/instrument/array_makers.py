@@ -74,7 +74,7 @@ def _full(original: Any) -> Any:
 
 
 def makers() -> Dict[str, Any]:
-    """What a node's own code gets in place of these functions of `numpy`, by name."""
+    """Return the replacements of `numpy` functions that make arrays (`array`, `zeros`), {name: function}."""
     found: Dict[str, Any] = {}
     for name in ('array', 'asarray', 'asanyarray', 'asfarray', 'ascontiguousarray'):
         if hasattr(numpy, name):
@@ -87,7 +87,7 @@ def makers() -> Dict[str, Any]:
 
 
 class _Builtin:
-    """A function of Python in place of one of C, which is no method of a class that has it as an attribute."""
+    """A Python function that replaces a C function: as an attribute of a class, it does not become a method."""
 
     def __init__(self, original: Any, function: Callable[..., Any]) -> None:
         self._function = function
@@ -98,5 +98,5 @@ class _Builtin:
 
 
 def builtin_like(original: Any, function: Callable[..., Any]) -> Any:
-    """A function that is no more of a method than the one in place of which it is called."""
+    """Wrap a replacement so that, as a class attribute, it becomes a method only if the original does."""
     return function if isinstance(original, types.FunctionType) else _Builtin(original, function)

@@ -14,10 +14,10 @@ from rosslt import values
 #: The classes of tracked floats and ints of Python.
 TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int))
 
-#: How far a number computed by NumPy may be from the same one computed by `math`, against its size.
+#: The maximal relative difference between a number computed by NumPy and by `math`.
 ROUNDING = 1e-9
 
-#: The same of 32 bits.
+#: The maximal relative difference between a 32-bit number and the tracked one.
 ROUNDING_32 = 1e-6
 
 

@@ -88,7 +88,7 @@ class _Probe:
 
 
 def _references_of_one_name() -> int:
-    """How many references a method sees to its object if one name refers to that."""
+    """Count the references that a method sees to its object when exactly one name refers to the object."""
     probe = _Probe()
     return probe.references()
 
@@ -97,7 +97,7 @@ _ALONE = _references_of_one_name()
 
 
 def _resize(self: Any, *shape: Any, refcheck: bool = True) -> None:
-    """As of `numpy.ndarray`, and the elements lose their provenance.
+    """Override the method of `numpy.ndarray`: the elements lose their provenance.
 
     An array with provenance is a view of a plain one that has its numbers, and NumPy itself resizes no view.
     """

@@ -35,7 +35,7 @@ LARGEST = 1024
 
 #: The types of arrays that have provenance: floats of 64 and 32 bits, ints of 64, and of 8 as the cells of maps are.
 TYPES = 'dflqb'
-#: Those of which an element is read with it.
+#: The types of arrays whose elements are read with provenance.
 _READ = 'dflq'
 
 
@@ -46,7 +46,7 @@ def _product(a: Any, b: Any) -> Any:
     return a * b
 
 
-#: What ufuncs do with tracked numbers.
+#: Operations on tracked numbers, by the name of the ufunc.
 _OPERATORS: Dict[str, Callable[..., Any]] = {
     'multiply': _product,
     'add': operator.add,
@@ -128,7 +128,7 @@ class ArrayWithProvenance(numpy.ndarray):
 
     @property
     def has_provenance(self) -> bool:
-        """Whether any element may have provenance."""
+        """True if any element may have provenance."""
         return self._beside is not None
 
     def _made_beside(self) -> numpy.ndarray:
@@ -180,7 +180,7 @@ class ArrayWithProvenance(numpy.ndarray):
         return self.view(numpy.ndarray).__reduce_ex__(protocol)
 
     def copy(self, order: Any = 'C') -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         return with_provenance(
             self.view(numpy.ndarray).copy(order), None if self._beside is None else self._beside.copy()
         )
@@ -189,7 +189,7 @@ class ArrayWithProvenance(numpy.ndarray):
         return repr(self.view(numpy.ndarray))
 
     def tolist(self) -> Any:
-        """As of `numpy.ndarray`; the tracked elements are tracked numbers."""
+        """Override the method of `numpy.ndarray`: tracked elements become tracked numbers."""
         if self._beside is None:
             return super().tolist()
         if not self.ndim:
@@ -199,21 +199,21 @@ class ArrayWithProvenance(numpy.ndarray):
         return [part.tolist() for part in self]
 
     def item(self, *place: Any) -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         found = super().item(*place)
         return found if self._beside is None else self._number(found, self._beside.item(*place))
 
     def _number(self, number: Any, tracked: Any) -> Any:
-        """What a list that is made of the array has of an element."""
+        """Return an element as a Python number, with its provenance if the tracked value equals it."""
         return same_number(number, tracked, ROUNDING_32 if self.dtype.char == 'f' else ROUNDING)
 
     def astype(self, dtype: Any, *arguments: Any, **options: Any) -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         made = self.view(numpy.ndarray).astype(dtype, *arguments, **options)
         return with_provenance(made, self._beside)
 
     def fill(self, value: Any) -> None:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         self[...] = value
 
     def _called(self, name: str, *arguments: Any, **options: Any) -> Any:
@@ -221,25 +221,25 @@ class ArrayWithProvenance(numpy.ndarray):
 
     @property
     def T(self) -> Any:  # noqa: N802 (NumPy's name)
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         return numpy.transpose(self)
 
     def reshape(self, *shape: Any, **options: Any) -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         return numpy.reshape(self, shape[0] if len(shape) == 1 else shape, **options)
 
     def transpose(self, *axes: Any) -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         return numpy.transpose(self, *([axes] if len(axes) > 1 else axes))
 
     def clip(self, *bounds: Any, **options: Any) -> Any:
-        """As of `numpy.ndarray`, which takes one bound alone."""
+        """Override the method of `numpy.ndarray`, which takes one bound alone, too."""
         low = options.pop('min', bounds[0] if bounds else None)
         high = options.pop('max', bounds[1] if len(bounds) > 1 else None)
         return numpy.clip(self, low, high, *bounds[2:], **options)
 
     def flatten(self, order: Any = 'C') -> Any:
-        """As of `numpy.ndarray`."""
+        """Override the method of `numpy.ndarray` to keep provenance."""
         return numpy.ravel(self, order).copy()
 
 
@@ -269,7 +269,7 @@ for _name in _METHODS:
     setattr(ArrayWithProvenance, _name, _method(_name))
 
 
-#: What has elements that are known without asking it.
+#: The types of operands whose elements can be read without side effects.
 _OPERANDS = (numpy.ndarray, numpy.generic, list, tuple, float, int)
 #: The classes of what is computed element by element.
 ARRAYS = frozenset({numpy.ndarray, ArrayWithProvenance, list, tuple})
@@ -323,7 +323,7 @@ def provenance_of(value: Any) -> Any:
 
 
 def any_tracked(value: Any) -> bool:
-    """Whether a list, or what is in it, has provenance."""
+    """Return whether any element of a list, at any depth, has provenance."""
     for part in value:
         kind = type(part)
         if kind in WITH_PROVENANCE or (kind in (list, tuple) and any_tracked(part)):
@@ -347,7 +347,7 @@ def _flat(value: Any) -> Iterable[Any]:
 
 
 def plain_operand(value: Any) -> Any:
-    """What an array is made from, without provenance."""
+    """Return an operand without provenance: a plain number, a plain array, or a list of these."""
     if type(value) in TRACKED:
         return value._plain
     if type(value) is ArrayWithProvenance:
@@ -366,7 +366,7 @@ def _plain_key(key: Any) -> Any:
 
 
 def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str, Any]) -> Any:
-    """What a ufunc gives for arrays and tracked numbers: NumPy's own numbers, and their provenance beside them."""
+    """Call a ufunc: the result has NumPy's own numbers, with the provenance of the operands."""
     plain = [plain_operand(one) for one in inputs]
     if method == '__call__' and not options and ARRAYS.isdisjoint(map(type, inputs)):
         number = ufunc(*plain)
@@ -377,7 +377,7 @@ def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str,
     if out is not None:
         options = dict(options, out=tuple([plain_operand(one) for one in out]))
     is_paused = values.RECORDING.is_paused
-    # First, since what is computed in place is no operand any more when it is done.
+    # The provenance is read first: an operation with `out` may overwrite its operands.
     besides = [] if is_paused else [provenance_of(one) for one in inputs]
     beside = None
     if any(one is not None for one in besides) and method != 'at':
@@ -453,7 +453,7 @@ def _boxed(beside: Any) -> Any:
 
 
 def _of_tracked(function: Callable[..., Any], operands: Tuple[Any, ...]) -> Any:
-    """What a function makes of numbers, where one of them is tracked and so is the result; None otherwise."""
+    """Call a function; return its result if an operand and the result are tracked, None otherwise."""
     if not TRACKED.isdisjoint(map(type, operands)):
         try:
             return _only_tracked(function(*operands))
@@ -484,7 +484,7 @@ _EACH_ONLY_TRACKED = numpy.frompyfunc(_only_tracked, 1, 1)
 
 
 def only_tracked(objects: Any) -> Any:
-    """An array of objects with None in the place of what is not tracked."""
+    """An array of objects with None for each element that is not tracked."""
     if not isinstance(objects, numpy.ndarray):
         return _only_tracked(objects)
     return _EACH_ONLY_TRACKED(objects)

@@ -58,7 +58,7 @@ SHAPE_CALLS = {
     'ones_like': 1,
 }
 
-#: Those of them that pass on what they are given; their keywords say how much of it, and from where on.
+#: The calls that pass on their arguments; their keywords select the range.
 PASSING_ON = {'enumerate', 'islice', 'deque'}
 
 #: Keywords whose numbers are options of a call.
@@ -71,7 +71,7 @@ PLAIN_KEYWORDS = _words(
     """
 )
 
-#: Such keywords that are fields of messages too.
+#: Keywords of options that are also fields of messages.
 FIELDS = {'axes', 'width', 'size', 'shape'}
 
 #: Attributes, keywords and names (in small letters) whose ints name, select or count.

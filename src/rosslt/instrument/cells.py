@@ -29,8 +29,11 @@ _lock = threading.RLock()
 
 
 def plain_object(value: Any) -> Any:
-    """What `is` compares: the plain number or text that a tracked one stands for, the class of plain ones for the class
-    of tracked ones (`x.__class__ is float`), anything else itself."""
+    """Return the object that `is` compares.
+
+    This is the plain number or text of a tracked one, the plain class for the class of tracked numbers
+    (`x.__class__ is float`), and any other object itself.
+    """
     try:
         if type(value) not in values.TRACKED_CLASSES:
             return _PLAIN_CLASSES.get(value, value) if isinstance(value, type) else value
@@ -44,7 +47,7 @@ def plain_object(value: Any) -> Any:
 
 
 def is_same(one: Any, other: Any) -> bool:
-    """What `one is other` says, which is not a literal.
+    """Evaluate `one is other` for operands that are not literals.
 
     Two tracked numbers are two objects as plain ones are. Python has but one object of each truth value, text that is
     written in a file, and small int.
@@ -61,7 +64,7 @@ def is_same(one: Any, other: Any) -> bool:
 
 @functools.lru_cache(maxsize=4096)
 def _one_object(number: Any, _: str) -> Any:
-    """The same object for the same number, of which the text tells 0.0 from -0.0 and from 0."""
+    """Return one object for equal numbers; the text distinguishes 0.0 from -0.0 and from 0."""
     return number
 
 
@@ -76,8 +79,8 @@ MOST_IN_STATE = 256
 def plain(value: Any) -> Any:
     """A value without its provenance, to carry a state on.
 
-    Lists may be extended in place, and what was put into them keeps its provenance. What has been computed from what
-    they held before grows from step to step, such as the covariance of a filter: where that is long, it goes without.
+    Elements that were put into a list keep their provenance. Elements computed from earlier ones, such as the
+    covariance of a filter, have expressions that grow from step to step; they lose their provenance once it is long.
     """
     kind = type(value)
     strip = _stripped_by.get(kind)
@@ -185,7 +188,7 @@ class Cells(list):
         return reading
 
     def _origin(self, number: int, value: Any) -> Any:
-        """Where the number in a cell comes from, as `values.lazy` wants it."""
+        """Return the origin of the number in a cell, for `values.lazy`."""
         location = self.location(number)
         if location is None:
             return ()
@@ -347,7 +350,7 @@ class CellLocation(node.LiteralLocation):
         return reading
 
     def origin(self, value: Any) -> Any:
-        """Where the number comes from that the code reads, as `values.lazy` wants it."""
+        """Return the origin of the number that the code reads, for `values.lazy`."""
         source = values.track(self.type(value), self.source)
         # An int that may become a float: what is said of it must hold for floats.
         return source if self.type is type(value) else source + 0
@@ -386,7 +389,7 @@ class CellLocation(node.LiteralLocation):
 
 
 def _words(literal: Literal) -> Tuple[str, ...]:
-    """What names a literal: the name that it is the value of, else its place."""
+    """Return the words of a literal's name: the name that it is assigned to, else its file, line and column."""
     stem = re.sub(r'\W', '_', os.path.splitext(os.path.basename(literal.file))[0], flags=re.ASCII)
     if literal.name:
         words = [word for word in re.split(r'\W', literal.name, flags=re.ASCII) if word and word != 'self']

@@ -11,7 +11,7 @@ _TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind 
 
 
 def _to_the_bit(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callable[..., Any]:
-    """What gives the numbers of one function, and fails as that does, with the provenance that another one gives."""
+    """Combine two functions: numbers and exceptions come from `original`, provenance from `tracked`."""
 
     def to_the_bit(*arguments: Any, **options: Any) -> Any:
         number = original(*map(_plain, arguments), **{name: _plain(option) for name, option in options.items()})
@@ -73,7 +73,7 @@ def convert_by(original: Any, tracked: Callable[..., Any]) -> None:
 
     Args:
         original: the class.
-        tracked: what is called in its place.
+        tracked: the function that is called instead.
     """
     _CONVERSIONS[id(original)] = tracked
 
@@ -169,7 +169,7 @@ def _reflecting(name: str, in_place: bool = False) -> Callable[[Any, Any], Any]:
 
 
 _NAMES = ('add', 'sub', 'mul', 'truediv')
-#: Operators by their names, also those in place, which see the provenance on the right of a plain number.
+#: Operators by name, with the augmented ones (`+=`), which keep the provenance to the right of a plain number.
 REFLECTING: Dict[str, Callable[[Any, Any], Any]] = {
     **{name: _reflecting(name) for name in _NAMES},
     **{'i' + name: _reflecting(name, in_place=True) for name in _NAMES},

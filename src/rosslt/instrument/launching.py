@@ -19,7 +19,7 @@ from rosslt.instrument.runner import NoNode, find_node, is_python_node
 
 MARKERS, RVIZ = 'slt_visualization', 'slt_rviz'
 
-#: How long after its end slt_visualization is started again, in seconds.
+#: The delay before slt_visualization is restarted, in seconds.
 RESPAWN_DELAY = 1.0
 
 
@@ -116,7 +116,7 @@ def prefix_of(present: Any, command: str) -> str:
 
 
 def _is_trackable(one: Any) -> bool:
-    """Whether a node is one of rospy: a Python file on this machine that is not of this package."""
+    """Return whether a launched node can be tracked: a Python file on this machine, not one of rosslt's."""
     if one.package == 'rosslt' or (one.launch_prefix or '').endswith('rosslt run'):
         return False
     try:

@@ -1,13 +1,13 @@
-"""Which objects of a program outlive the function that changes them: what it finds there again in the next round.
+"""Finds the objects of a program that outlive the function that changes them, so that the next round sees the change.
 
-A node keeps what it is in `self`, in globals, and in what stands before its endless loop, and hands it on:
+A node keeps its state in `self`, in globals and in variables assigned before its endless loop, and passes it on:
 
     for particle in self.cloud:             state = State(x=1.0)
         move(particle)                      while not rospy.is_shutdown():
                                                 state = update(state)
 
-What `move` and `update` do to the attributes and elements of their parameters is carried on, as what a method does to
-those of `self`.
+Changes that `move` and `update` make to attributes and elements of their parameters last, like those that a method
+makes to `self`.
 """
 
 import ast
@@ -19,7 +19,7 @@ _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Module)
 #: A loop that calls one of these waits for the world: it goes round for as long as the node runs.
 _WAITING = {'sleep', 'publish', 'spin', 'spin_once', 'sendTransform', 'wait_for_message', 'recv', 'read', 'is_shutdown'}
 
-#: What gives the elements of its arguments.
+#: Functions and methods that return the elements of their arguments.
 _ELEMENTS_OF = {'enumerate', 'zip', 'reversed', 'list', 'sorted', 'values', 'items'}
 
 
@@ -31,7 +31,7 @@ def root_of(node: Optional[ast.AST]) -> Optional[str]:
 
 
 def is_endless(loop: ast.While) -> bool:
-    """Whether a loop goes round for as long as the node runs."""
+    """Return whether a loop runs as long as the node: its condition is constant and true, or it waits or publishes."""
     if isinstance(loop.test, ast.Constant):
         return bool(loop.test.value)
     called = {_last(node.func) for node in ast.walk(loop) if isinstance(node, ast.Call)}
@@ -63,7 +63,7 @@ def bound_arguments(function: Any, call: ast.Call) -> Iterator[Tuple[str, ast.ex
 
 
 class Lifetimes:
-    """What outlives the functions of a program.
+    """Decides which objects of a program outlive the function that uses them.
 
     Args:
         tree: of the program.
@@ -84,12 +84,14 @@ class Lifetimes:
             pass
 
     def outlives(self, scope: ast.AST, name: str) -> bool:
-        """Whether what a name refers to in a function, or in the module, is there again in the next round: not the
-        name itself, but the attributes and elements of its object."""
+        """Return whether the object of a name outlives the function, so that changes of its parts last.
+
+        The name itself may be a local one.
+        """
         return self._outlives(self._scopes[scope], name)
 
     def is_lasting(self, scope: ast.AST, expression: ast.AST) -> bool:
-        """Whether the value of an expression in a function is a part or an element of what outlives it."""
+        """Return whether an expression's value is, or is a part of, an object that outlives the function."""
         return self._is_lasting(self._scopes[scope], expression)
 
     def _outlives(self, scope: '_Scope', name: str, seen: Tuple[str, ...] = ()) -> bool:
@@ -103,7 +105,7 @@ class Lifetimes:
         return any(self._is_lasting(scope, whole, seen) for whole in scope.parts_of.get(name, ()))
 
     def _is_lasting(self, scope: '_Scope', expression: ast.AST, seen: Tuple[str, ...] = ()) -> bool:
-        """Whether the value of an expression belongs to something that outlives the function."""
+        """Implement `is_lasting` for one scope; `seen` stops recursion through names that refer to each other."""
         if isinstance(expression, ast.Call) and _last(expression.func) in _ELEMENTS_OF:
             parts = [*expression.args, getattr(expression.func, 'value', None)]
             return any(part is not None and self._is_lasting(scope, part, seen) for part in parts)
@@ -162,7 +164,7 @@ class _Scope:
         self.bound -= declared
 
     def is_from_before(self, argument: ast.AST, loop: Optional[ast.AST]) -> bool:
-        """Whether an argument in an endless loop was made before it."""
+        """Return whether an argument of a call in an endless loop was bound before the loop, and not anew in it."""
         name = getattr(argument, 'id', '')
         is_before = bool(self._bound_in.get(name, set()) - {loop})
         return loop is not None and is_before and loop not in self._anew_in.get(name, ())

@@ -13,7 +13,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 from rosslt.instrument.states import States
 from rosslt.instrument.verdicts import FORM, NUMBER, PLAIN, RULES, judge
 
-#: How willingly a drag changes a literal, by the rule that speaks for it; 0 is most willingly, as for parameters.
+#: The rank at which a drag changes a literal, by its rule; it changes rank 0 first, as for parameters.
 RANKS = {'named': 0, 'parameter': 0, 'value': 1, 'term': 2}
 _RANK_OF_VERDICT = {NUMBER: 2, FORM: 3}
 LAST_RANK = 4
@@ -22,12 +22,12 @@ _DIRECTIVE = re.compile(r'#\s*rosslt:\s*(?:(skip)|([-+.\deE]+)?\s*\.\.\s*([-+.\d
 
 
 class Literal(NamedTuple):
-    """One number in a source file.
+    """A number literal in a source file.
 
     Attributes:
         file: the real path of the file.
         line, column, end_line, end_column: the range of its text, with the sign in front of it; lines and columns
-            are counted from 1, in characters, and the end is the place behind the last one.
+            are counted from 1, in characters, and the end is the position after the last one.
         text: as it is written, `-2.50`.
         value: the number.
         verdict, rule: as of `verdicts.RULES`.
@@ -56,17 +56,17 @@ class Literal(NamedTuple):
 
     @property
     def rank(self) -> int:
-        """How willingly a drag changes it: 0 most, `LAST_RANK` least."""
+        """The order in which a drag changes literals: 0 first, `LAST_RANK` last."""
         return RANKS.get(self.rule, _RANK_OF_VERDICT.get(self.verdict, LAST_RANK))
 
     @property
     def is_shape(self) -> bool:
-        """Whether it gives a formula its shape rather than its value: it can be set, and is not what a drag changes."""
+        """True for a divisor, a phase, a count and the like: the number can be set, but a drag does not change it."""
         return self.verdict == FORM or self.rule == 'used as a count'
 
     @property
     def identity(self) -> str:
-        """What makes it itself: the same after a restart, and after edits elsewhere in the file."""
+        """A key of the literal that stays the same after a restart and after edits elsewhere in the file."""
         nth, count = self.place
         return f'{self.file}\n{self.function}\n{self.words}\n{nth} of {count}'
 
@@ -97,7 +97,7 @@ class SourceText:
         return len(self.line(line).encode('utf-8')[:offset].decode('utf-8', 'replace')) + 1
 
     def text_of(self, node: Any) -> str:
-        """What stands there, of a node on one line or several."""
+        """Return the source text of a syntax node, on one line or several."""
         start, end = self.column(node.lineno, node.col_offset), self.column(node.end_lineno, node.end_col_offset)
         lines = self._lines[node.lineno - 1 : node.end_lineno]
         lines[-1] = lines[-1][: end - 1]
@@ -168,7 +168,7 @@ def _words_of_lines(source: SourceText) -> Dict[int, str]:
 
 
 def _functions(tree: ast.Module) -> Dict[int, str]:
-    """For each node, the qualified name of the function or class that it is in."""
+    """Map each syntax node, by `id`, to the qualified name of the function or class around it."""
     names: Dict[int, str] = {}
     waiting: List[Tuple[ast.AST, str]] = [(tree, '')]
     while waiting:
@@ -180,7 +180,7 @@ def _functions(tree: ast.Module) -> Dict[int, str]:
 
 
 def _directives(tree: ast.Module, source: SourceText) -> Dict[int, Any]:
-    """What comments say of the literals on each line: 'skip', or bounds.
+    """Read `# rosslt:` comments: {line: 'skip', or (minimum, maximum) of the literals on it}.
 
     A comment on the first line of a statement holds for all of it; one on a line of its own for the statement below.
     """

@@ -36,13 +36,13 @@ from rosslt.instrument.rewriting import (
     rewrite,
 )
 
-#: What generators of code write above it: nobody edits a literal there.
+#: The marks of generated files, whose literals nobody edits.
 _GENERATED = re.compile(rb'do not edit', re.IGNORECASE)
 _OURS = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 
 
 def cache_folder() -> str:
-    """Where the bytecode of rewritten files is kept."""
+    """Return the folder that caches the bytecode of rewritten files."""
     base = os.environ.get('XDG_CACHE_HOME') or os.path.join(os.path.expanduser('~'), '.cache')
     return os.path.join(base, 'rosslt', f'rewritten-{sys.implementation.cache_tag}')
 
@@ -92,7 +92,7 @@ _made_by: List[bytes] = []
 
 
 def _version() -> bytes:
-    """What rewrites: the sources of this room, and Python itself."""
+    """Return a digest of the rewriting code and the Python version, which validates cached bytecode."""
     if not _made_by:
         folder = os.path.dirname(os.path.realpath(__file__))
         digest = hashlib.blake2b(importlib.util.MAGIC_NUMBER, digest_size=16)
@@ -149,7 +149,7 @@ class OwnModules:
         self._foreign = _foreign_folders()
 
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> Optional[ModuleSpec]:
-        """As of `importlib.abc.MetaPathFinder`; None for all modules that others load as ever."""
+        """Find a module to rewrite, as `importlib.abc.MetaPathFinder` does; None for all other modules."""
         if name.partition('.')[0] in ('rosslt', 'rospy', 'genpy'):
             return None
         if BuiltinImporter.find_spec(name) or FrozenImporter.find_spec(name):
@@ -184,7 +184,7 @@ def _foreign_folders() -> tuple:
 
 
 def _is_installed(file: str) -> bool:
-    """Whether a file is in a folder of packages that is no catkin workspace's."""
+    """Return whether a file is in site-packages or dist-packages, outside of catkin workspaces."""
     for folder in ('/site-packages/', '/dist-packages/'):
         if folder in file:
             # <workspace>/devel/lib/python3/dist-packages/...: catkin marks its spaces by a file.

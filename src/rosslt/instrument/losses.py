@@ -1,9 +1,9 @@
-"""Where a node makes plain numbers of those with provenance: looked for while it starts, and while somebody asks.
+"""Finds the lines of a node where numbers lose their provenance, while the node starts and while somebody asks.
 
-Whoever wants a plain float of a number asks it for `__float__`: NumPy does where one is written into an array that
-keeps no provenance, and so do other libraries. While nobody looks, the classes of tracked numbers have no method of
-their own for that, and it costs nothing. Functions of other libraries that are written in C read the number itself;
-they are looked at from outside while somebody asks, in the modules that the node has imported.
+Code that needs a plain float calls `__float__`: NumPy does so when a number is written into an array without
+provenance, and so do other libraries. Tracked numbers define that method only while losses are counted, so that it
+costs nothing otherwise. C functions of other libraries read the number directly; while somebody asks, these functions
+are wrapped in the modules that the node has imported.
 """
 
 import functools
@@ -20,13 +20,13 @@ import rospy
 from rosslt import srv, values
 from rosslt.instrument.rewriting import CELLS
 
-#: For how long after its first message a node is looked at, in seconds.
+#: Duration of the search after a node's first message, in seconds.
 START = 5.0
 
 #: The longest time that may be asked for, in seconds.
 LONGEST = 60.0
 
-#: The most places that are remembered.
+#: The maximal number of lines that are remembered.
 MOST_PLACES = 100
 
 #: Packages that make no results of what they are given: they send it, wait for it or write it down.
@@ -36,10 +36,10 @@ _NUMBERS = tuple(type(values.track(kind(), values.Source('/', 0))) for kind in (
 
 
 class Losses:
-    """The places in a node's own files where provenance is lost.
+    """The lines of a node's own files where provenance is lost.
 
     Attributes:
-        is_watched: whether somebody looks.
+        is_watched: True while losses are counted.
     """
 
     def __init__(self) -> None:
@@ -126,7 +126,7 @@ class Losses:
         )
 
 
-#: Those of this process.
+#: The losses of this process.
 LOSSES = Losses()
 
 
@@ -215,7 +215,7 @@ def _has_provenance(thing: Any, depth: int = 3) -> bool:
 
 
 def _is_plain(result: Any, depth: int = 2) -> bool:
-    """Whether a result is numbers without provenance."""
+    """Return whether a result consists of numbers without provenance."""
     if type(result) in (list, tuple) and depth:
         return bool(result) and all(_is_plain(part, depth - 1) for part in result)
     is_number = isinstance(result, (int, float)) and type(result) is not bool and not math.isnan(result)

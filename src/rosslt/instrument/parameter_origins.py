@@ -1,4 +1,4 @@
-"""Which file says a parameter: noted by `rosslt launch` while it reads launch files, for who writes values back."""
+"""Records the file position of each parameter while `rosslt launch` reads launch files, for saving values later."""
 
 import json
 import os
@@ -61,7 +61,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
         verbose: bool = True,
         subst_function: Any = None,
     ) -> None:
-        """As of roslaunch."""
+        """Load parameters as roslaunch does, and note their origins."""
         before = dict(ros_config.params)
         super().load_rosparam(
             context, ros_config, cmd, param, file_, text, verbose=verbose, subst_function=subst_function
@@ -106,7 +106,7 @@ def _scalars(value: Any) -> Iterator[Tuple[List[_Step], Any]]:
 
 
 def _place_of(tag: Element) -> Tuple[int, int]:
-    """Which of its file a tag is among those of its name, and of how many."""
+    """Return (index, count) of a tag among the tags with its name in its file."""
     document: Any = tag.ownerDocument
     those = document.getElementsByTagName(tag.tagName)
     return next(index for index, one in enumerate(those) if one is tag), len(those)

@@ -10,8 +10,8 @@ from rosslt import messages, node, values
 from rosslt.instrument.cells import decide_shapes, location_of
 from rosslt.instrument.losses import LOSSES
 
-#: How often the messages of a publisher are looked into, in seconds; how many of the first in any case; and the most of
-#: a core that this may take.
+#: The period of inspecting a publisher's messages, in seconds; the number of first messages that are always inspected;
+#: the maximal share of a core that this may take.
 PERIOD = 0.5
 FIRST_MESSAGES = 3
 SHARE = 0.05

@@ -90,7 +90,7 @@ def _plain_type(kind: Any) -> Any:
 
 
 def _plain(config: Any) -> Any:
-    """What a callback returns, without provenance; the node may keep that which it has got."""
+    """Copy the configuration that a callback returns, without provenance; the node's own object stays as it is."""
     if config is None:
         return None
     made = copy.deepcopy(config)

@@ -54,7 +54,7 @@ def _look() -> None:
 
 
 class _Reader:
-    """What was taken in of a file.
+    """Applies the changed literals of one file to its cells.
 
     Args:
         cells: its numbers.

@@ -51,7 +51,7 @@ def name_of_cells(path: str, digest: str) -> str:
 
 
 def in_place(operator: str) -> str:
-    """The name of an operator that computes in place, of the name of the one that does not."""
+    """Return the name of the augmented operator (`iadd`) for the name of a plain one (`add`)."""
     return operator.replace('__rosslt_', '__rosslt_i')
 
 
@@ -119,7 +119,7 @@ def _shared_names(tree: ast.AST) -> Set[str]:
 
 
 def _hidden(tree: ast.AST, cells: Any) -> Tuple[Set[str], Tuple[type, ...]]:
-    """What a plain number on the left would not ask for its provenance.
+    """Find right operands whose provenance a plain number on the left would ignore.
 
     Returns:
         The names, without what they are attributes of, that may stand for such numbers, and the classes of those: ints,
@@ -138,14 +138,14 @@ def _hidden(tree: ast.AST, cells: Any) -> Tuple[Set[str], Tuple[type, ...]]:
 
 
 class _Makers(NamedTuple):
-    """Which expressions make numbers that a plain one on their left would take for plain ones."""
+    """Finds expressions whose numbers a plain left operand would treat as plain."""
 
     kinds: Tuple[type, ...]
     cells: Any
     names: Set[str]
 
     def make(self, node: Optional[ast.AST]) -> bool:
-        """Whether an expression makes one: of a literal, of a parameter, or of a name that stands for one."""
+        """Return whether an expression makes such a number from a literal, a parameter or a name for one of these."""
         if node is None:
             return False
         if isinstance(node, (ast.Name, ast.Attribute, ast.Subscript)):
@@ -270,7 +270,7 @@ class _Rewriter(ast.NodeTransformer):
         return _call(operator, [node.left, node.right], node) if operator and is_needed else node
 
     def _is_known(self, node: ast.AST) -> bool:
-        """Whether an operand is a literal, which keeps its own provenance or is no number, or is mere chance."""
+        """Return whether a left operand keeps its own provenance, is no number, or comes from a random function."""
         return (
             id(node) in self._cells
             or isinstance(node, (ast.Constant, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.ListComp))
@@ -341,8 +341,11 @@ class _Rewriter(ast.NodeTransformer):
         return node
 
     def _is_same_twice(self, target: ast.AST, value: ast.AST) -> bool:
-        """Whether a target may be evaluated before a value and again after it: a name, or an attribute of a name that
-        stands for the same object then. What else it is made of may do something, or give another object."""
+        """Return whether a target may be evaluated both before and after a value, with the same result.
+
+        This holds for a name, and for an attribute of a name that the value does not rebind. Other targets may have
+        side effects, or give another object.
+        """
         if isinstance(target, ast.Name):
             return True
         owner = getattr(getattr(target, 'value', None), 'id', None)

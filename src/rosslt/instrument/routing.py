@@ -1,8 +1,8 @@
-"""What a node imports, and what it gets in its place: the same names, keeping provenance.
+"""Replaces what a node imports by counterparts of the same names that keep provenance.
 
-Only rewritten code is given other things: after each of its imports, what came is looked up here by what it is, not by
-how it is called, so that `import rospy`, `from rospy import *` and names handed on by other modules are all the same.
-Other packages go on with their own, but for those that publish for the node (`LIBRARIES`): they get another rospy.
+Only rewritten code gets counterparts. After each import, the imported object is looked up here by identity, not by
+name, so that `import rospy`, `from rospy import *` and re-exported names all work. Other packages keep the originals,
+except those that publish for the node (`LIBRARIES`): they get a replacement of rospy.
 """
 
 import contextlib
@@ -33,12 +33,12 @@ LIBRARIES = (
     'tf2_ros.transform_broadcaster',
 )
 
-#: What makes the counterparts of modules that are only loaded where a node uses them: {name: function of the module}.
+#: The makers of counterparts for modules that are loaded only where a node uses them: {name: function of the module}.
 _LATE: Dict[str, Callable[[types.ModuleType], Any]] = {}
 _counterparts: Dict[int, Any] = {}
 _kept = []  # what is known by its id must not go away
 _told = set()
-#: Those of this room, once there is a node.
+#: The services of this room, once there is a node.
 _services: List[Any] = []
 #: The readings of parameters that stand for what was read of them before there was a node. Here they are in use for as
 #: long as this process runs, so that messages with such values follow the parameters.
@@ -72,7 +72,7 @@ class Counterpart(types.ModuleType):
 
 
 def route(thing: Any, origin: str = '') -> Any:
-    """What rewritten code gets in place of something that it imported: itself mostly.
+    """Return the counterpart of an imported object, or the object itself where there is none.
 
     Args:
         thing: what was imported.
@@ -107,7 +107,7 @@ def route_all(names: Dict[str, Any], origin: str = '') -> None:
 
 
 def replace(original: Any, counterpart: Any) -> None:
-    """Have rewritten code get a counterpart in place of an original."""
+    """Register the counterpart that rewritten code gets instead of an original."""
     _counterparts[id(original)] = counterpart
     _kept.append(original)
 
@@ -166,7 +166,7 @@ def get_param(param_name: str, default: Any = _UNSET) -> Any:
 
 
 def _with_later_sources(value: Any, read: Callable[[], Any]) -> Any:
-    """What a parameter says, of which the sources of numbers are looked up when they are first needed.
+    """Return the value of a parameter whose numbers look up their sources when these are first needed.
 
     Args:
         value: what it says.

@@ -47,7 +47,7 @@ def find_node(package: str, name: str) -> str:
 
 
 def is_python_node(path: str) -> bool:
-    """Whether an executable is a Python file."""
+    """Return whether an executable is a Python file."""
     return _script(path)[1] is not None
 
 
@@ -55,7 +55,7 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
     """Run a node in this process, which becomes its own; what it raises goes through.
 
     Args:
-        path: of the file. What is no Python of this version takes the place of this process, untracked.
+        path: of the file. A program that this Python cannot run replaces this process, untracked.
         arguments: of the node.
         include: names of modules to track beside the user's own.
     """
@@ -160,7 +160,7 @@ _in_thread = threading.excepthook
 
 
 def _without_ours_in_thread(raised: Any) -> None:
-    """The same of what a thread of the node raised, such as a `rospy.Timer`."""
+    """Print the traceback of an exception in a thread of the node, such as a `rospy.Timer`."""
     if raised.exc_value is not None:
         _trim(raised.exc_value)
         traceback = raised.exc_value.__traceback__

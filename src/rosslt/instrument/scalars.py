@@ -21,7 +21,7 @@ _BINARY = {
 
 
 def _recorded(number: Any, function: Callable[..., Any], *operands: Any) -> Any:
-    """What NumPy has computed, with the provenance of the same function of tracked numbers."""
+    """Add to a number that NumPy computed the provenance of the same function of tracked numbers."""
     if type(number) not in CLASSES or values.RECORDING.is_paused:
         return number
     try:
@@ -84,7 +84,7 @@ def _round(self: Any, digits: Any = None) -> Any:
 
 
 def _astype(self: Any, dtype: Any, *arguments: Any, **options: Any) -> Any:
-    """As of `numpy.generic`."""
+    """Override the method of `numpy.generic` to keep provenance."""
     return _converted(self.plain.astype(dtype, *arguments, **options), self.tracked)
 
 
@@ -104,7 +104,7 @@ def conversion(kind: Any) -> Any:
 
 
 def _item(self: Any, *arguments: Any) -> Any:
-    """As of `numpy.generic`: Python's number, tracked."""
+    """Override the method of `numpy.generic`: return Python's number, tracked."""
     self.plain.item(*arguments)
     return self.tracked
 

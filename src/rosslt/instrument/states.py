@@ -1,8 +1,8 @@
-"""Which variables of a program are states: counters, clocks and accumulators that are carried round an endless loop, or
-from one callback to the next.
+"""Finds the state variables of a program: counters, clocks and accumulators that keep their value from one round of an
+endless loop, or from one callback, to the next.
 
-A state is the sum of all that ever happened. Moving a literal that went into it would have to move the past, so its
-present value keeps no provenance: what is published from it follows its steps from now on, never backwards.
+A state sums up all earlier rounds. A changed literal cannot change those, so the present value of a state keeps no
+provenance: a new value affects future steps only.
 """
 
 import ast
@@ -18,7 +18,7 @@ _FILLING = {'__init__', '__new__', '__post_init__', 'setup', 'reset'}
 
 
 class States(NamedTuple):
-    """What of a program is a state.
+    """The statements of a program that start a state, and those that step it.
 
     Attributes:
         steps: the statements that carry a state on; what they assign is to be cut off from its provenance.
@@ -50,7 +50,7 @@ def dotted(node: Optional[ast.AST]) -> Optional[str]:
 
 
 def _place(node: Optional[ast.AST]) -> Optional[str]:
-    """As `dotted`, with elements as well: `self.position[0]`, whose index is given by its tree."""
+    """Return the dotted name of an expression with its elements: `self.position[0]`."""
     if isinstance(node, ast.Subscript):
         whole = _place(node.value)
         return whole and f'{whole}[{ast.dump(node.slice)}]'
@@ -217,7 +217,7 @@ def _carried(scope: ast.AST, changes: List[_Change], declared: Set[str], lifetim
 
 
 def _is_part(change: _Change, scope: ast.AST, lifetimes: Lifetimes) -> bool:
-    """Whether an assignment names a part of what outlives the function: `first = self.particles[0]`."""
+    """Return whether an assignment names a part of a lasting object: `first = self.particles[0]`."""
     is_name = isinstance(change.statement, ast.Assign) and _root(change.target) == change.target
     return is_name and lifetimes.is_lasting(scope, change.statement.value)  # type: ignore[attr-defined]
 
@@ -233,7 +233,7 @@ def _is_count(change: _Change) -> bool:
 
 
 def _makes_anew(other: _Change, change: _Change, around: Tuple[ast.AST, ...]) -> bool:
-    """Whether another assignment gives the target, or the object that it is in, a new value in every round."""
+    """Return whether another assignment replaces the target, or the object that holds it, in every round."""
     is_around = change.target.startswith(other.target) and change.target[len(other.target) :][:1] in ('', '.', '[')
     if other.refers_to_itself or not is_around:
         return False

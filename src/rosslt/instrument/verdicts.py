@@ -1,7 +1,7 @@
-"""Which number literals of a program are locations: a judgement of the text alone, by the rules in `RULES`.
+"""Decides from the source text which number literals of a program are locations, by the rules in `RULES`.
 
-A literal gets the verdict of the first rule that speaks for the place where it stands, from the literal outwards. The
-verdict says two things: whether the number is a location at all, and how willingly a drag changes it.
+A literal gets the verdict of the first rule that applies to its position, from the literal outwards. The verdict says
+whether the number is a location, and at which rank a drag changes it.
 """
 
 import ast
@@ -29,7 +29,7 @@ from rosslt.instrument.states import States, dotted, find_states
 
 NUMBER, WHOLE, FORM, PLAIN = 'number', 'whole', 'form', 'plain'
 
-#: From how much on an int that is added to what counts is an offset of its own, as the 50 in `x = i - 50`.
+#: The smallest int that counts as an offset when it is added to an index, as the 50 in `x = i - 50`.
 OFFSET = 10
 
 
@@ -117,7 +117,7 @@ _Literal = Tuple[ast.expr, ast.Constant]
 
 
 class Judgement(NamedTuple):
-    """What is decided of one literal.
+    """The decision about one literal.
 
     Attributes:
         node: the expression, with a sign in front of the number.
@@ -241,7 +241,7 @@ class _Judge:
         return name
 
     def _is_field(self, keyword: ast.keyword) -> bool:
-        """Whether a keyword may be a field of a message that is made, `Joy(axes=[0.5])`."""
+        """Return whether a keyword may be a field of a message constructor, as in `Joy(axes=[0.5])`."""
         call = self._parents[id(keyword)][0]
         return keyword.arg in FIELDS and isinstance(call, ast.Call) and _last(call.func)[:1].isupper()
 
@@ -350,7 +350,7 @@ def _is_turn_about_one_axis(call: ast.Call) -> bool:
 
 
 def _is_strict(node: ast.AST) -> bool:
-    """Whether a definition is read by another compiler, or asks for the exact types of its numbers."""
+    """Return whether a definition needs plain numbers: an enumeration, or a function for another compiler."""
     if isinstance(node, ast.ClassDef):
         return any(_last(base) in ENUMERATIONS for base in node.bases)
     return isinstance(node, FUNCTIONS) and any(
@@ -379,7 +379,7 @@ def _of_operator(parent: ast.AST, field: str, child: ast.AST, is_whole: bool) ->
 
 
 def _is_constant(formula: Optional[ast.AST]) -> bool:
-    """Whether a formula is a number that was written in parts, `3 * math.pi / 2`: then they are its value."""
+    """Return whether a formula is a constant written in parts, as `3 * math.pi / 2`: its literals are its value."""
     called = {id(node.func) for node in ast.walk(formula) if isinstance(node, ast.Call)} if formula else set()
     return formula is not None and all(
         isinstance(node, ast.Constant) or id(node) in called or _last(node) in TURNS

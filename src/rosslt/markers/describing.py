@@ -63,7 +63,7 @@ class Descriptions:
         return '{}, {} of {}'.format(place.file, place.local_name, source.node)
 
     def read_only(self, sources: Collection[values.Source]) -> Tuple[values.Source, ...]:
-        """Those of the sources that are known to take no change."""
+        """Return the sources that are known to be read-only."""
         places = [(source, self._directory.of(source)) for source in sources]
         return tuple([source for source, place in places if place is not None and place.read_only])
 

@@ -64,7 +64,7 @@ def distance(first: Sequence[float], second: Sequence[float]) -> float:
 
 
 def are_same_rotation(first: Sequence[float], second: Sequence[float], tolerance: float = 1e-6) -> bool:
-    """Whether two rotations of length 1 turn alike; one and its negative do."""
+    """Return whether two unit quaternions are the same rotation, as a quaternion and its negative are."""
     return abs(sum(a * b for a, b in zip(first, second))) > 1.0 - tolerance
 
 

@@ -324,7 +324,7 @@ def read_parameter(where: Union[FrameType, CallSite], name: str, *default: Any, 
 
 
 def explain(x: Any, timeout: float = 0.5) -> str:
-    """One readable line: how a value was computed, with the name, the file and the line of each source.
+    """Describe in a line of text how a value was computed, with the name, file and line of each source.
 
     Args:
         x: a value; one without provenance is written as it is.

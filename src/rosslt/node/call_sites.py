@@ -100,7 +100,7 @@ def word_of(key: Any) -> str:
     return f'{re.sub(r"[^A-Za-z0-9]+", "_", text)}_{_digits(kind + text)}'
 
 
-#: Whether a word may be one that `word_of` has put digits behind.
+#: Matches words that may end with the digits that `word_of` appends.
 _ENDS_IN_DIGITS = re.compile(r'.*_[0-9a-f]{8}\Z').match
 
 
@@ -335,7 +335,7 @@ _LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT}
 
 
 def _logical_lines(text: str) -> Tuple[Dict[int, str], Dict[int, str]]:
-    """The tokens of the logical line that each line of a text is in, with its numbers, and with 0 in place of each."""
+    """Map each line of a text to the tokens of its logical line, with numbers and with each number replaced by 0."""
     with_numbers: Dict[int, str] = {}
     without_numbers: Dict[int, str] = {}
     tokens: List[tokenize.TokenInfo] = []
@@ -352,7 +352,7 @@ def _logical_lines(text: str) -> Tuple[Dict[int, str], Dict[int, str]]:
 
 
 def _without_numbers(tokens: List[tokenize.TokenInfo]) -> str:
-    """A logical line with 0 in place of each number and its sign."""
+    """Return a logical line with each number and its sign replaced by 0."""
     words: List[str] = []
     for index, token in enumerate(tokens):
         if token.type != tokenize.NUMBER:

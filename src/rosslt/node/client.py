@@ -205,7 +205,7 @@ def solved(
 
 
 def _locked(sources: Sequence[values.Source], timeout: float) -> Dict[values.Source, str]:
-    """Those of sources of other nodes that are locked, with who and why."""
+    """Ask other nodes which of these sources are locked: {source: by whom and why}."""
     nodes = {source.node for source in sources}
     answers, _ = ask_all('lock_locations', srv.LockLocations, dict.fromkeys(nodes, srv.LockLocationsRequest()), timeout)
     return {

@@ -14,10 +14,11 @@ from rosslt.node.expression_diff import Difference
 from rosslt.node.observation import ChangeObserver, Observation
 from rosslt.values import Source
 
-#: How many times in a row a field that moves by itself is solved for its moment.
+#: The number of successive solutions for a field that moves by itself.
 MOMENTS = 2
 
-#: How long a field stands still that does not move by itself, in seconds; many a field is sent oftener than it moves.
+#: The time after which an unchanged field counts as standing still, in seconds: some fields are sent more often than
+#: they move.
 STILL = 1.0
 
 

@@ -28,23 +28,23 @@ APPLIED, REFUSED, PREPARED, ABORTED, UNKNOWN = 'applied', 'refused', 'prepared',
 #: Phases of a change.
 AT_ONCE, PREPARE, COMMIT, ABORT, ASK = '', 'prepare', 'commit', 'abort', 'state'
 
-#: How long a requester may take to have changes aborted after its time is over, in seconds.
+#: The time that a requester has to abort changes after its own timeout, in seconds.
 ABORT_TIMEOUT = 1.0
 
-#: After the lease of what is prepared, the node waits so long before it asks the others, in seconds: a requester that
-#: is still there has decided by then.
+#: The wait between the end of a lease and the question to the other participants, in seconds: a requester that still
+#: runs has decided by then.
 GRACE = ABORT_TIMEOUT + 0.5
 
-#: How long the others may take to say what they have done, in seconds.
+#: The time that other participants have to report their decisions, in seconds.
 ASK_TIMEOUT = 1.0
 
 #: The longest lease, in seconds, and how many nodes may take part.
 LONGEST, MOST_NODES = 5.0, 100
 
-#: How long another change waits for a location that is reserved, in seconds.
+#: The maximal wait of another change for a reserved location, in seconds.
 PATIENCE = 0.5
 
-#: How many transactions are remembered after their end, so that a late decision about one of them is recognized.
+#: The number of ended transactions that are remembered, so that a late decision about one is recognized.
 REMEMBERED = 1000
 
 #: A location, its value before and after.

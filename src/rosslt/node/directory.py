@@ -19,14 +19,14 @@ from rosslt import msg, srv, values
 from rosslt.node.json_scalars import from_json
 from rosslt.node.service_calls import ask_all
 
-#: How long an owner's answer may be used for a change, in seconds. The values that a location accepts rarely
-#: change, but its node can be restarted with other code.
+#: The time for which an owner's answer is used for changes, in seconds. Bounds rarely change, but a node can be
+#: restarted with other code.
 FRESH = 10.0
 
-#: After how many seconds a node is asked again that did not answer, or did not know a source.
+#: The delay before a node is asked again that did not answer or did not know a source, in seconds.
 RETRY_AFTER = 2.0
 
-#: How long owners may take to answer by default, in seconds.
+#: The default timeout of owners' answers, in seconds.
 TIMEOUT = 2.0
 
 
@@ -80,11 +80,11 @@ class Place(NamedTuple):
 
     @property
     def read_only(self) -> bool:
-        """Whether it refuses all changes."""
+        """True if the location refuses all changes."""
         return self.location.read_only
 
     def is_called(self, text: str) -> bool:
-        """Whether `text`, the part after the node's name and a /, names this location."""
+        """Return whether `text`, the part after the node's name and a /, names this location."""
         return text in (self.local_name, self.location.name.lstrip('/'), str(self.location.id))
 
 

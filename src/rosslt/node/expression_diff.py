@@ -12,7 +12,7 @@ from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
 #: Numbers that differ by less than this, relative to the size of what they are computed from, count as equal.
 TOLERANCE = 1e-9
 
-#: How many numbers that came or went are named.
+#: The maximal number of added or removed numbers that are named.
 MOST_NAMED = 4
 
 

@@ -20,19 +20,19 @@ from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, is_equal, observe
 from rosslt.values import Source
 
-#: How long owners may take to answer, in seconds.
+#: The timeout of owners' answers, in seconds.
 OWNER_TIMEOUT = 2.0
 
-#: How often it is looked whether a node has raised while no message comes, in seconds.
+#: The period of checking, while no message comes, whether a callback of the node has raised, in seconds.
 ERROR_PERIOD = 0.1
 
 #: Fields that say what a message is about, where a node sends several things on one topic.
 NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 
-#: How the path ends of what names a goal of an action: each has another one, also where it is sent again.
+#: The end of the path of a goal's id in a message of an action: each goal has its own, also when sent again.
 OF_GOALS = 'goal_id.id'
 
-#: How many other branches are described, and how many numbers are named that could be tried.
+#: The maximal number of other branches that are described, and of numbers that are suggested.
 MOST_BRANCHES, MOST_NUMBERS = 3, 3
 
 #: The longest value or expression in an error, in characters.

@@ -9,7 +9,7 @@ from rosslt import msg
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations import Location
 
-#: How many requests are remembered.
+#: The maximal number of remembered requests.
 LENGTH = 1000
 
 NOTHING_TO_UNDO = 'there is no change to take back'
@@ -145,5 +145,5 @@ def applied_change(stamp: Any, location: Location, old: Any, new: Any, requester
 
 
 def differing(changes: Sequence[Tuple[Location, Any, Any]]) -> List[Tuple[Location, Any, Any]]:
-    """Those of (location, value before, value after) in which something has changed."""
+    """Return the (location, value before, value after) whose value or type has changed."""
     return [(location, old, new) for location, old, new in changes if type(old) is not type(new) or old != new]

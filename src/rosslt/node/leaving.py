@@ -6,7 +6,7 @@ import rospy
 
 from rosslt.node.rospy_internals import add_shutdown_hook
 
-#: How long the master may take to forget this node, in seconds.
+#: The timeout of unregistering this node from the master, in seconds.
 TIMEOUT = 2.0
 
 

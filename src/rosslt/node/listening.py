@@ -13,10 +13,10 @@ from rosslt import messages, values
 from rosslt.node.service_calls import SHUTDOWN_CHECK_PERIOD
 from rosslt.node.topics import Subscriber
 
-#: How many messages wait to be read; of more, the oldest are dropped.
+#: The maximal number of unread messages; beyond it, the oldest are dropped.
 BACKLOG = 1000
 
-#: How long another publisher's message with a source is waited for once one without has come, in seconds.
+#: The maximal wait for another publisher's message with a source after a message without one, in seconds.
 GATHERING = 1.0
 
 

@@ -14,7 +14,7 @@ LOCK, UNLOCK, ASK = 'lock', 'unlock', ''
 
 
 class Owner(Protocol):
-    """What is used of this node as the owner of locations; `server.Owner` is it."""
+    """The attributes of `server.Owner`, the owner of this node's locations, that this module uses."""
 
     access: Access
     locations: Locations

@@ -21,7 +21,7 @@ from rosslt.node.rospy_internals import (
     is_initialized,
 )
 
-#: How often to ask whether the master is still the same, in seconds.
+#: The period of checking whether the master was restarted, in seconds.
 PERIOD = 1.0
 
 
@@ -64,7 +64,7 @@ class MasterWatch:
                 continue  # no master now: the next turn asks again
 
     def _identity(self) -> Optional[int]:
-        """Which master there is; None before this process is a node."""
+        """Return the process id of the master, which a restart changes; None before this process is a node."""
         if self._master is None:
             if not is_initialized():
                 return None
@@ -82,5 +82,5 @@ class MasterWatch:
                 get_registration_listeners().notify_added(name, data_type_or_uri, kind)
 
 
-#: That of this process, which is one node.
+#: The watch of this process, which is one node.
 MASTER_WATCH = MasterWatch()

@@ -1,4 +1,4 @@
-"""What asking a master raises that is not there, has just been killed, or is something else."""
+"""Exceptions raised when the master is unreachable, has just been killed, or is no ROS master."""
 
 import http.client
 import xmlrpc.client
@@ -6,5 +6,5 @@ from xml.parsers.expat import ExpatError
 
 import rosgraph
 
-#: Also where the answer broke off in its middle.
+#: Includes those raised when an answer is cut off.
 NO_MASTER = (OSError, http.client.HTTPException, rosgraph.MasterException, xmlrpc.client.Error, ExpatError)

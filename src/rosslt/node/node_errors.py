@@ -7,10 +7,10 @@ from typing import Any, Collection, Deque, NamedTuple
 import rospy
 from rosgraph_msgs.msg import Log
 
-#: How rospy begins its report of a callback that has raised.
+#: The start of rospy's log message about a callback that raised.
 REPORT = 'bad callback: '
 
-#: How many reports are kept.
+#: The maximal number of kept reports.
 MOST = 100
 
 

@@ -8,13 +8,13 @@ from rosslt.node.client import Change
 from rosslt.node.expression_diff import Expression
 from rosslt.values import Source
 
-#: How long a second message is waited for, which shows whether a field stays as it is, in seconds.
+#: The maximal wait for a second message, which shows whether a field stays the same, in seconds.
 SECOND_MESSAGE = 1.0
 
-#: For how long messages without the changed sources may be about another thing, in seconds.
+#: The time in which messages without the changed sources are taken to be about another thing, in seconds.
 OTHER_THINGS = 0.5
 
-#: How many times as far as it moves by itself a moving field may be from the target.
+#: The maximal distance of a moving field from the target, as a multiple of its own movement.
 LEEWAY = 3.0
 
 #: The fewest messages that have come between the one that was solved and the first one that shows the change.

@@ -16,7 +16,7 @@ import rospy
 
 from rosslt.node.no_master import NO_MASTER
 
-#: How long the server may take to start, in seconds.
+#: The timeout of the server's start, in seconds.
 START_TIMEOUT = 10.0
 
 
@@ -59,7 +59,7 @@ class ParameterUpdates:
 
 
 class _Handler(rosgraph.xmlrpc.XmlRpcHandler):
-    """What the master calls; the names are those of ROS's slave API."""
+    """The methods that the master calls, named as in ROS's slave API."""
 
     def __init__(self, changed: Callable[[str, Any], None]) -> None:
         self._changed = changed
@@ -74,5 +74,5 @@ class _Handler(rosgraph.xmlrpc.XmlRpcHandler):
         return 1, '', 0
 
     def shutdown(self, _caller_id: str, _reason: str = '') -> Tuple[int, str, int]:
-        """Another process has come with this node's name: the node itself hears of it and ends."""
+        """Ignore the master's request to shut down, which it also sends to the node itself."""
         return 1, '', 0

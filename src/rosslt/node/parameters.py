@@ -23,7 +23,7 @@ from rosslt.node.locations import LiteralLocation
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameter_updates import ParameterUpdates
 
-#: What rospy appends to the name of an anonymous node: process and time.
+#: The suffix that rospy appends to the name of an anonymous node: process and time.
 ANONYMOUS = re.compile(r'_\d+_\d{13}$')
 
 #: The namespace below a node's name that keeps what its parameters started from.
@@ -50,7 +50,7 @@ class Parameter:
         raise NotImplementedError
 
     def pairs(self) -> List[Tuple[str, Any]]:
-        """What is to be set on the parameter server: (full name, value)."""
+        """Return the parameters to set on the parameter server, [(full name, value)]."""
         return [(self.key, self.value())]
 
     def take(self, value: Any) -> None:
@@ -245,12 +245,15 @@ class ParameterMirror:
                 self._master.deleteParam(f'{node}/{namespace}')
 
     def is_own(self, key: str) -> bool:
-        """Whether a parameter is kept on the parameter server for the locations of this node."""
+        """Return whether a parameter is one that rosslt itself stores for the locations of this node."""
         return bool(self._node) and any(is_within(key, f'{self._node}/{one}') for one in ('rosslt', RECORDS))
 
     def read(self, key: str, default: Any) -> Any:
-        """What a parameter says on the parameter server now, without what is kept there for the locations of this
-        node; the default where it is not set."""
+        """Read a parameter from the parameter server, without the parts that rosslt stores for this node's locations.
+
+        Returns:
+            The value; the default where the parameter is not set.
+        """
         try:
             value = self._master.getParam(key)
         except rosgraph.MasterError:
@@ -291,7 +294,7 @@ class ParameterMirror:
         return f'{self._node}/{RECORDS}/_{key}'
 
     def was_default(self, key: str, value: Any) -> bool:
-        """Whether an earlier run has set a parameter to that value, where it had read the default in the code."""
+        """Return whether an earlier run set a parameter to that value because it had read the default in the code."""
         if self.records.get('_' + key) != [value]:
             return False
         try:
@@ -377,7 +380,7 @@ def as_sent(value: Any) -> Any:
 
 
 def is_sent_alike(one: Any, other: Any) -> bool:
-    """Whether two values are the same to the master; False where one cannot be sent."""
+    """Return whether two values are equal when sent to the master; False if one cannot be sent."""
     try:
         return dumps((one,), allow_none=True) == dumps((other,), allow_none=True)
     except (OverflowError, TypeError, ValueError):
@@ -385,12 +388,12 @@ def is_sent_alike(one: Any, other: Any) -> bool:
 
 
 def is_within(key: str, namespace: str) -> bool:
-    """Whether a parameter is another one, or a part of it."""
+    """Return whether the parameter `key` is `namespace` itself or below it."""
     return key == namespace or key.startswith(namespace.rstrip('/') + '/')
 
 
 def is_related(one: str, other: str) -> bool:
-    """Whether one of two parameters is a part of the other one."""
+    """Return whether two parameters are the same, or one is below the other."""
     return is_within(one, other) or is_within(other, one)
 
 

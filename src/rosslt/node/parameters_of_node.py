@@ -11,7 +11,7 @@ from rosslt.node.locations import ParameterLocation
 
 
 def is_whole_parameter(source: values.Source) -> bool:
-    """Whether a source is a ROS parameter that this node reads, and takes whole numbers only."""
+    """Return whether a source is a ROS parameter of this node that takes whole numbers only."""
     location = _parameter(source)
     return location is not None and location.type is int
 

@@ -31,12 +31,12 @@ from rosslt.node.parameters import (
 )
 from rosslt.node.source_files import SOURCE_FILES
 
-#: Who changes a location whose parameter is set from outside.
+#: The requester's name for a change that came by setting a parameter.
 REQUESTER = 'parameter server'
 
 
 class Owner(Protocol):
-    """What is used of this node as the owner of locations; `server.Owner` is it."""
+    """The attributes of `server.Owner`, the owner of this node's locations, that this module uses."""
 
     name: str
     locations: Locations
@@ -139,7 +139,7 @@ class ReadParameters(Parameter):
         self._code[name] = values.plain_scalar(value), name[len(key) :].split('/')[1:]
 
     def default_of(self, name: str) -> Tuple[Any, List[str]]:
-        """What the code says of a location, None where it says nothing, and the path to that in the call's default."""
+        """Return the default that the code gives for a location (None if none), and its path in the call's argument."""
         return self._code.get(name, (None, []))
 
     def checked(self, value: Any) -> Any:
@@ -188,7 +188,7 @@ class ReadParameters(Parameter):
             self._renew(known)
 
     def _is_unwritten(self, location: ParameterLocation) -> bool:
-        """Whether a location was changed here, and the master has not been told yet."""
+        """Return whether a location's change has not been sent to the master yet."""
         return bool(location.value != self._said.get(location.name))
 
     def _renew(self, known: Any) -> None:
@@ -239,12 +239,12 @@ class ReadParameters(Parameter):
         return {name: value for name, value in plain if '//' not in name and _can_be_sent(value)}
 
     def _as_read(self, name: str, value: Any) -> Any:
-        """A scalar, a float in the place of an int where that was asked for."""
+        """A scalar; an int is converted to a float where a float was asked for."""
         is_float = type(value) is int and any(is_within(name, key) for key in self._floats)
         return float(value) if is_float else value
 
     def _mapped(self, key: str, value: Any, read: Callable[[ParameterLocation], Any]) -> Any:
-        """A parameter with what is read of each location in its place."""
+        """A parameter's value, each leaf of which is replaced by the value read from its location."""
 
         def part(name: str, leaf: Any) -> Any:
             location = self._present.get(name)
@@ -333,8 +333,10 @@ def _lacking(key: str, value: Any, stands: Any) -> Iterator[Tuple[str, Any]]:
 
 
 def _leafwise(name: str, value: Any, function: Callable[[str, Any], Any]) -> Any:
-    """A list or dict with a function of each leaf and its name in its place. A name that no parameter can have has `//`
-    in it."""
+    """Replace each leaf of a list or dict by a function of its name and value.
+
+    Names with `//` in them are of keys that no parameter can have.
+    """
     if isinstance(value, list):
         return [_leafwise(f'{name}/{index}', part, function) for index, part in enumerate(value)]
     if not isinstance(value, dict):
@@ -347,7 +349,7 @@ def _leafwise(name: str, value: Any, function: Callable[[str, Any], Any]) -> Any
 
 
 def _can_be_sent(value: Any) -> bool:
-    """Whether a value is a scalar that JSON can carry."""
+    """Return whether a value is a scalar that JSON can carry."""
     if type(value) is str:
         return value.isascii() or value == value.encode('utf-8', 'ignore').decode('utf-8')
     return type(value) in (int, bool) or (type(value) is float and math.isfinite(value))

@@ -92,7 +92,7 @@ class ReplacedReadings:
             }
 
 
-#: Of this process, which is one node.
+#: The replaced readings of this process, which is one node.
 READINGS = ReplacedReadings()
 
 
@@ -184,7 +184,7 @@ class _Leaf(NamedTuple):
     fresh: Any = None
 
     def sent_again(self) -> '_Leaf':
-        """It, when this same value was sent before: it does not grow."""
+        """Return the leaf for a value that was sent before, which shows that its expression does not grow."""
         return self._replace(undecided=frozenset(), outdated=None) if self.undecided else self
 
     def to_change(self, outdated: _Outdated) -> Dict[Source, Any]:

@@ -22,55 +22,54 @@ import rospy.topics
 #: Publisher and service handlers take messages as rospy takes them: as one, as fields in order, or by name.
 args_kwds_to_message = rospy.msg.args_kwds_to_message
 
-#: What a service handler may return (a tuple, a dict, a response) made a response, before its provenance is added.
+#: Converts the return value of a service handler (a tuple, a dict, a response) to a response.
 convert_return_to_response = rospy.impl.tcpros_service.convert_return_to_response
 
-#: Whether `init_node` was called, by rospy or rosslt.
+#: Returns whether `init_node` was called, by rospy or rosslt.
 is_initialized = rospy.core.is_initialized
 
 #: Its functions are called when this node has been unregistered, before rospy waits for its threads.
 add_shutdown_hook = rospy.core.add_shutdown_hook
 
-#: After a restart of the master, this node's publishers, subscribers and services are registered again.
+#: The managers that register this node's publishers, subscribers and services again after a restart of the master.
 Registration = rospy.impl.registration.Registration
 get_registration_listeners = rospy.impl.registration.get_registration_listeners
 get_service_manager = rospy.impl.registration.get_service_manager
 get_topic_manager = rospy.impl.registration.get_topic_manager
 
-#: What holds a lock that rospy's shutdown takes as well, and that a thread cannot take twice: a call of the master, and
-#: the hand-over of a message to a slow connection.
+#: The functions that hold a lock which rospy's shutdown also takes, and which is not reentrant: a call of the master,
+#: and the hand-over of a message to a slow connection.
 ask_master = rospy.core._LockedServerProxy._ServerProxy__request
 hand_over = rospy.impl.tcpros_pubsub.QueuedConnection.write_data
 
-#: What rospy does when the node is interrupted or terminated: it shuts down wherever the main thread is.
+#: rospy's signal handler, which shuts down the node at any point of the main thread.
 shut_down_at_signal = rospy.core._ros_signal
 
-#: After how many seconds a signal that came while such a lock was held is sent again.
+#: The delay before a signal that came while such a lock was held is sent again, in seconds.
 _SIGNALLED_AGAIN = 0.02
 
-#: What connects the subscriber of a topic to one publisher, unless it is connected already.
+#: Connects the subscriber of a topic to one publisher, unless it is connected already.
 connect_to_publisher = rospy.impl.masterslave.ROSHandler._connect_topic
 
-#: What gives a topic that this process subscribes to a connection to a publisher, which was made before.
+#: Adds an established connection to a publisher to a topic that this process subscribes to.
 add_connection = rospy.topics._SubscriberImpl.add_connection
 
 #: {(topic, address of a publisher): held by who connects to it}.
 _TURNS: Any = weakref.WeakValueDictionary()
 _TURNS_LOCK = threading.Lock()
 
-#: What `topics` uses of the objects behind a publisher and a subscriber. A publisher publishes, under their lock, a
-#: message that is carried in the place of another one, clears what it has written of a message that cannot be
-#: serialized, and sends the last message of a latched topic anew. A subscriber of a topic that is already subscribed
-#: to in this process has its reader replaced.
+#: The attributes of rospy's implementation objects that `topics` uses. Under their lock, a publisher publishes a
+#: replacement of a message, clears the buffer of a message that cannot be serialized, and sends the last message of a
+#: latched topic again. A subscriber of a topic that this process already subscribes to has its reader replaced.
 USED_OF_IMPLEMENTATIONS = {
     'publisher': ('publock', 'publish', 'closed', 'buff', 'is_latch', 'latch'),
     'subscriber': ('resolved_name', 'data_class', 'c_lock', 'connections'),
 }
 
-#: What `connected_publishers` uses of a connection.
+#: The attributes of a connection that `connected_publishers` uses.
 USED_OF_CONNECTIONS = ('callerid_pub', 'done')
 
-#: What is used of what reads the messages of a connection.
+#: The attributes of a connection's reader that are used.
 USED_OF_PROTOCOLS = ('recv_data_class',)
 
 

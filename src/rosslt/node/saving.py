@@ -15,7 +15,7 @@ from rosslt.node.directory import Directory, Place
 from rosslt.node.json_scalars import from_json
 from rosslt.node.service_calls import ask_all
 
-#: How many values of one parameter are remembered that were to be written.
+#: The maximal number of remembered values of a parameter that a save offered to write.
 _MOST_OFFERED = 20
 
 
@@ -27,7 +27,7 @@ class Unsaved(NamedTuple):
 
 
 def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[Unsaved]]:
-    """What would write the changed values of a node back to where they were read.
+    """Make the edits that write a node's changed values back to the files that they were read from.
 
     Args:
         node: its full name.
@@ -55,7 +55,7 @@ def _call(node: str, service: str, service_class: Any, request: Any, timeout: fl
 
 
 def _in_sources(answer: Any, places: List[Place]) -> Tuple[List[files.Edit], List[Unsaved]]:
-    """What the node itself says: it knows what it has read of its code."""
+    """Convert the node's answer to edits of its source files, and the values that it cannot save."""
     by_id = {place.location.id: place for place in places}
 
     def name(location_id: int) -> str:
@@ -73,7 +73,7 @@ def _in_sources(answer: Any, places: List[Place]) -> Tuple[List[files.Edit], Lis
 def _in_parameter_files(
     history: Any, places: List[Place], in_sources: Collection[int]
 ) -> Tuple[List[files.Edit], List[Unsaved]]:
-    """What would write changed parameters into the YAML and launch files that `rosslt launch` has read them from.
+    """Make the edits that write changed parameters into the YAML and launch files that they were loaded from.
 
     Args:
         history: the node's.
@@ -136,8 +136,10 @@ def _offer(origins: Any, places: List[Place]) -> None:
 
 
 def _was_changed_earlier(place: Place, origin: Any) -> bool:
-    """Whether a parameter has another value than the file said that it was loaded from, or another one was to be
-    written there: a node that ran before, and whose history is gone, may have changed it."""
+    """Return whether a node that ran earlier, and whose history is gone, may have changed a parameter.
+
+    Its value differs from the one in the file that it was loaded from, or a save was offered before.
+    """
     if (origin or {}).get('offered'):
         return True
     said = (origin or {}).get('said')
@@ -171,12 +173,12 @@ def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> st
 
 
 def _where(origin: Dict[str, Any]) -> Dict[str, Any]:
-    """What two parameters have in common that were read in the same place of a file."""
+    """Return the position of a parameter in its file; equal for parameters that were read from the same text."""
     return {key: origin.get(key) for key in ('file', 'tag', 'name', 'text', 'rosparam', 'path', 'said')}
 
 
 def _at(parameters: Any, name: str) -> Any:
-    """What a parameter, or an element of a list, says in the tree of all; None where there is none."""
+    """Look up a parameter, or an element of a list, in the tree of all parameters; None if missing."""
     try:
         for step in name.strip('/').split('/'):
             parameters = parameters[int(step) if isinstance(parameters, list) else step]
@@ -186,7 +188,7 @@ def _at(parameters: Any, name: str) -> Any:
 
 
 def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
-    """What would write parameters into one file."""
+    """Make the edits that write parameters into a file, and list those that cannot be saved."""
     content = files.read_bytes(file)
     import rosparam  # noqa: F401 - teaches yaml to read angles
 

@@ -1,4 +1,4 @@
-"""What rospy serializes and deserializes in place of ordinary messages, so that provenance travels behind them."""
+"""Makes rospy append provenance to the messages that it serializes, and read it from those that it deserializes."""
 
 import functools
 import io
@@ -16,7 +16,7 @@ _reported: Set[Tuple[str, str]] = set()
 
 
 class Sending:
-    """How this node sends provenance.
+    """Settings of the provenance that this node sends.
 
     Attributes:
         full_history: complete expressions, for explaining, instead of what they come to.
@@ -58,7 +58,7 @@ def whole_provenance(message: Any) -> bytes:
 def serializer(
     message_class: Any, refresher: Refresher, provenance: Provenance = whole_provenance
 ) -> Callable[[Any], Any]:
-    """The function that makes of a message what rospy serializes in its place: the message, then its provenance.
+    """Make the function that wraps a message for rospy, which then serializes it followed by its provenance.
 
     Args:
         message_class: of the messages.
@@ -113,7 +113,7 @@ class _Before(threading.local):
 
 @functools.lru_cache(maxsize=None)
 def received_class(message_class: Any, channel: str, shares: bool = False) -> Any:
-    """A class that rospy deserializes in place of a message's.
+    """A class that rospy deserializes instead of a message's class.
 
     What comes out is an ordinary message, whose fields are tracked where provenance follows it. A tracked
     type is read as it is, and unwrapped for each callback; AnyMsg keeps the provenance in its bytes.
@@ -162,7 +162,7 @@ def received_class(message_class: Any, channel: str, shares: bool = False) -> An
 
 
 def serialization_fault(message: Any, error: Exception) -> str:
-    """What is wrong with a message. genpy compares exact types and would name a tracked value instead."""
+    """Return the fault of a message; genpy, which compares exact types, would name a tracked value instead."""
     try:
         values.untracked(message).serialize(io.BytesIO())
     except genpy.SerializationError as found:

@@ -28,14 +28,13 @@ from rosslt.node.refresh import READINGS
 from rosslt.node.serialization import Sending
 from rosslt.node.source_files import SOURCE_FILES
 
-#: How long an acknowledgement waits for the parameter server, in seconds; the change is in force in any
-#: case.
+#: The maximal wait of an acknowledgement for the parameter server, in seconds; the change is in force in any case.
 FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
 SETTINGS = Sending.NAMES | access.SETTINGS
 
-#: How many changes may wait to be sent on `<node>/rosslt/changes`.
+#: The maximal number of changes that wait to be sent on `<node>/rosslt/changes`.
 CHANGES_QUEUE = 1000
 
 

@@ -6,7 +6,7 @@ from typing import Any, Dict, Tuple
 
 import rospy
 
-#: How often a call that waits looks whether this node is being shut down, in seconds.
+#: The period in which a waiting call checks whether this node is shutting down, in seconds.
 SHUTDOWN_CHECK_PERIOD = 0.1
 
 #: Why there is no response of a node that hangs, or is too slow.
@@ -41,7 +41,7 @@ def ask_all(
 
 
 class _Call(threading.Thread):
-    """One call, in a thread of its own."""
+    """A service call that runs in its own thread."""
 
     def __init__(self, node: str, service: str, service_class: Any, request: Any) -> None:
         super().__init__(name='rosslt call of ' + node, daemon=True)

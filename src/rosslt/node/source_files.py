@@ -1,4 +1,4 @@
-"""Where in source files the values of this node were read, and what would write changed values back there."""
+"""Finds the values of this node in its source files, and makes the edits that save changed values there."""
 
 import os
 from typing import Any, Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
@@ -8,7 +8,7 @@ from rosslt.node.locations import Location
 
 
 class Written(NamedTuple):
-    """Where the value of a location stands in a file now.
+    """The present position of a location's value in a file.
 
     Attributes:
         source: the file as it is now.
@@ -20,7 +20,7 @@ class Written(NamedTuple):
 
     @property
     def value(self) -> Any:
-        """What the file says."""
+        """The value in the file."""
         return self.source.literals[self.literal].value
 
 
@@ -68,8 +68,10 @@ class SourceFiles:
         return known
 
     def is_saved_here(self, digest: str) -> bool:
-        """Whether a content that a file has now is what `edits` made of it; each is answered once, as somebody may
-        bring it back later on."""
+        """Return whether a file's present content is a result of `edits`.
+
+        Each content is recognized once only, since a user may restore it later.
+        """
         if digest in self._offered_digests:
             self._offered_digests.discard(digest)
             return True
@@ -78,7 +80,7 @@ class SourceFiles:
     def edits(
         self, locations: Iterable[Location]
     ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
-        """What would write the changed values of locations back to where they were read.
+        """Make the edits that write changed values of locations back to the source files.
 
         Args:
             locations: all those of this node.
@@ -114,7 +116,7 @@ class SourceFiles:
 def _edits_of_file(
     original: files.SourceText, those: List[Location], changed: List[Location], offered: Dict[Location, Set[Any]]
 ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
-    """What `SourceFiles.edits` gives, of one file."""
+    """Make the edits of one file, for `SourceFiles.edits`."""
     readers: Dict[int, List[Location]] = {}
     for location in those:
         index = location.find_in(original)
@@ -145,10 +147,10 @@ def _place(
     indices: Dict[int, int],
     readers: Dict[int, List[Location]],
 ) -> Written:
-    """Where the value of a location stands now.
+    """Find the present position of a location's value in its file.
 
     Raises:
-        NotWritten: nowhere, or it must not be written there.
+        NotWritten: there is none, or the value must not be written there.
     """
     if location.unsaved:
         raise NotWritten(location.unsaved)
@@ -179,5 +181,5 @@ def _check_unedited(location: Location, written: Written, offered: Collection[An
         )
 
 
-#: Those of this process.
+#: The source files of this process.
 SOURCE_FILES = SourceFiles()

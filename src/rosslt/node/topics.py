@@ -34,14 +34,14 @@ from rosslt.node.serialization import (
     whole_provenance,
 )
 
-#: What rospy warns of.
+#: The text of rospy's warning about a missing queue size.
 _NO_QUEUE_SIZE = (
     "The publisher should be created with an explicit keyword argument 'queue_size'. Please see "
     'http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers for more information.'
 )
-#: How the types of an action's messages end. A goal or a result comes once.
+#: The endings of the type names of an action's messages. A goal or a result comes once.
 _OF_ACTIONS = 'ActionGoal', 'ActionFeedback', 'ActionResult'
-#: Which of the arguments behind `subscriber_listener` the queue size is.
+#: The index of the queue size among the arguments after `subscriber_listener`.
 _PLACE_OF_QUEUE_SIZE = 3
 
 
@@ -148,7 +148,7 @@ class Publisher(rospy.Publisher):
                 impl.publish(latched.outgoing)
 
     def _outgoing(self, message: Any) -> Any:
-        """What rospy gets in place of a message."""
+        """Return the object that rospy serializes for a message."""
         return message if _has_its_provenance(message) else self._serializable(message)
 
     def _wrapped(self, message: Any, provenance: Optional[Provenance] = None) -> Any:
@@ -167,8 +167,10 @@ def _plain_options(args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> Tuple[Tuple
 
 
 def _has_its_provenance(message: Any) -> bool:
-    """Whether a message is to be sent as it is: of a tracked type, bytes that were received, or a class in place of a
-    message, of which rospy says what is wrong."""
+    """Return whether a message is sent unchanged.
+
+    This holds for tracked types, for received bytes, and for a class instead of a message, which rospy reports.
+    """
     return isinstance(message, (rospy.AnyMsg, type)) or messages.is_tracked_type(type(message))
 
 

@@ -33,14 +33,14 @@ from rosslt import files
 from rosslt.script import literals, running
 from rosslt.script.errors import ScriptError
 
-#: For how long a number that was changed from outside is marked, in milliseconds.
+#: The time for which a number that was changed from outside is marked, in milliseconds.
 MARKED = 1000
 
 MARK_COLOR = QColor(255, 224, 102)
 ERROR_COLOR = QColor(255, 205, 205)
 GUTTER_COLOR, NUMBER_COLOR = QColor(240, 240, 240), QColor(140, 140, 140)
 
-#: What Qt takes as the end of a line, and holds as BLOCK_END.
+#: The line ends that Qt recognizes, and converts to BLOCK_END.
 LINE_END = re.compile('\r\n|[\r\n\u2029\ufdd0\ufdd1]')
 BLOCK_END = '\u2029'
 
@@ -215,7 +215,7 @@ class _Text(QPlainTextEdit):
         self._make_room()
 
     def mark(self, cursors: List[QTextCursor]) -> None:
-        """Mark places for a moment."""
+        """Mark ranges of the text for a moment."""
         self._marked.extend(cursors)
         self._show_marks()
         QTimer.singleShot(MARKED, lambda: self._unmark(cursors))

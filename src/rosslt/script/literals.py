@@ -152,7 +152,7 @@ def difference(old: str, new: str) -> int:
 
 
 def _common_ends(old: str, new: str) -> Tuple[int, int]:
-    """Up to where the old text is equal to the new one, and from where on it is again; these may overlap."""
+    """Return the end of the common start, and the start of the common end, in the old text; these may overlap."""
 
     def common(pairs: Iterator[Tuple[str, str]]) -> int:
         return next((count for count, (a, b) in enumerate(pairs) if a != b), min(len(old), len(new)))

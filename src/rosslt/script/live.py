@@ -31,11 +31,11 @@ from rosslt.script import literals, running
 from rosslt.script.errors import ScriptError
 from rosslt.script.running import Step
 
-#: How old a text may be that somebody began to edit and then saved over newer numbers, in seconds. The numbers are
-#: then put into what was saved. Editors themselves warn of older texts.
+#: The maximal age of a text that somebody began to edit and saved over newer numbers, in seconds. The numbers are then
+#: put into the saved text. Editors themselves warn of older texts.
 STALE = 2.0
 
-#: How often a change is tried again because others write the file, too.
+#: The maximal number of retries of a change while others write the file.
 ATTEMPTS = 100
 
 
@@ -50,7 +50,7 @@ DEFAULT_SETTINGS = Settings(0.001, running.STEP_LIMIT)
 
 
 class _State(NamedTuple):
-    """A script that can be in force: its text, the place of each number, and the steps that come of it."""
+    """A version of the script: its text, a record for each number, and the resulting steps."""
 
     parsed: literals.Parsed
     places: List['_Place']
@@ -98,7 +98,7 @@ class LiveScript:
         self._refused: Optional[str] = None  # a text in the file that cannot come into force
         # (time at which it was no longer in force, _State), since somebody saved a text
         self._past: List[Tuple[float, _State]] = []
-        self._reserved: Set[str] = set()  # names of places in texts that are not in force yet
+        self._reserved: Set[str] = set()  # names of records in texts that are not in force yet
         text = files.read_settled(path)
         self._state = _State(literals.parse('', path), [], [])
         try:
@@ -224,8 +224,8 @@ class LiveScript:
         """The state of a script that is not in force yet.
 
         Args:
-            known: {index of a literal: the place that it has already}.
-            names: {index of a literal: the name of the place that is made for it}, where these are remembered.
+            known: {index of a literal: the record that it has already}.
+            names: {index of a literal: the name of its new record}, where these are remembered.
 
         Raises:
             ScriptError: it cannot come into force; then no location is left of it.

@@ -17,7 +17,7 @@ from rosslt.script.live import DEFAULT_SETTINGS, LiveScript, Settings
 from rosslt.script.player import make_player
 from rosslt.script.running import Step
 
-#: How often to look whether a step is done, in Hz.
+#: The rate of checking whether a step is done, in Hz.
 RATE = 20.0
 
 

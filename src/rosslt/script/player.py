@@ -10,7 +10,7 @@ from geometry_msgs.msg import Point, PoseStamped
 from rosslt import node
 from rosslt.script.running import Goto, Step
 
-#: How long the frame of the robot may be missing before it is warned of, in seconds.
+#: The time after which a missing frame of the robot is warned of, in seconds.
 TF_PATIENCE = 5.0
 
 
@@ -40,7 +40,7 @@ class Player:
 
         Args:
             steps: a list of Goto and Wait.
-            goes_on: go on where it is, with these in place of the steps before; else begin with the first.
+            goes_on: go on where it is, with these steps instead of the earlier ones; else begin with the first.
         """
         with self._lock:
             self._steps = list(steps)
@@ -91,12 +91,12 @@ class Player:
 
 
 class Arrival:
-    """Tells whether a robot has reached a place, by tf.
+    """Tells whether a robot has reached a point, by tf.
 
     Args:
-        frame: the frame of places.
+        frame: the frame of the points.
         robot: the frame of the robot.
-        tolerance: how far from the place the robot may be, in metres.
+        tolerance: how far from the point the robot may be, in metres.
     """
 
     def __init__(self, frame: str, robot: str, tolerance: float) -> None:

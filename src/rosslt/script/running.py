@@ -18,7 +18,7 @@ from rosslt.script.literals import LITERALS, Parsed
 
 
 class Goto(NamedTuple):
-    """Fly to a place, in metres."""
+    """Fly to a point, in metres."""
 
     x: float
     y: float
@@ -34,7 +34,7 @@ class Wait(NamedTuple):
 #: A step of a script.
 Step = Union[Goto, Wait]
 
-#: How many turns of loops, calls of functions and waypoints a script may take.
+#: The maximal number of loop turns, function calls and waypoints of a script.
 STEP_LIMIT = 100000
 
 TICK = '__tick__'
@@ -93,7 +93,7 @@ ALLOWED = (
     ast.Attribute,
 )
 
-#: What people call the parts of the syntax that a script does without.
+#: The usual names of the Python syntax that scripts do not support.
 FORBIDDEN = {
     'Import': 'import',
     'ImportFrom': 'import',

@@ -26,7 +26,7 @@ from websockets.http11 import Response
 #: The cookie of those who have given the password.
 COOKIE = 'rosslt'
 
-#: How long a wrong password is answered with silence, in seconds.
+#: The delay of the answer to a wrong password, in seconds.
 WRONG_PASSWORD_DELAY = 1.0
 
 

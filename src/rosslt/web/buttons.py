@@ -11,7 +11,7 @@ from rosslt.web.flows import Flows
 from rosslt.web.locations import Locations
 from rosslt.web.markdown import block
 
-#: How long nodes may take to answer, in seconds.
+#: The timeout of nodes' answers, in seconds.
 TIMEOUT = 2.0
 
 NOTHING_TO_SAVE = 'nothing to save: all is as the files say'

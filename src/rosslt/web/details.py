@@ -11,7 +11,7 @@ from rosslt.web.markdown import code
 from rosslt.web.plots import Plot
 from rosslt.web.things import Things
 
-#: What marks the choice that is in force.
+#: The mark of the active choice.
 CHOSEN = '✓ '
 
 

@@ -9,10 +9,10 @@ import rospy
 import trimesh
 from visualization_msgs.msg import Marker
 
-#: How thick a drawn line is at least, in metres.
+#: The minimal width of a drawn line, in metres.
 THINNEST = 0.002
 
-#: How a shaft and a head share the length and the width of an arrow without points, as in RViz.
+#: The proportions of shaft and head of an arrow without points, as in RViz.
 SHAFT_LENGTH, SHAFT_WIDTH = 0.77, 0.5
 
 Draw = Callable[[Any, str, Any], Any]

@@ -11,7 +11,7 @@ from rosslt.web.plots import Plot
 
 TITLE = 'Plot a field'
 
-#: What there is to choose while nothing is there.
+#: The only entry of an empty choice.
 NOTHING = 'listening to all topics'
 
 #: (topic, publisher)

@@ -19,13 +19,13 @@ from rosslt import node, values
 from rosslt.flow import Flow, NotDrawn, ProvenanceMap, Reach, dot, svg
 from rosslt.web.markdown import code
 
-#: How often what is shown is brought up to date, in seconds.
+#: The period of updating the drawing, in seconds.
 PERIOD = 1.0
 
-#: How often messages of one topic are looked at, in seconds: they tell the same each time.
+#: The period of reading messages of one topic, in seconds: all tell the same.
 LOOK_PERIOD = 0.5
 
-#: For how long a field is remembered that later messages of its publisher do not have, in seconds.
+#: The time for which a field is kept that later messages of its publisher do not have, in seconds.
 MEMORY = 5.0
 
 #: So many locations are drawn at most: a drawing of more is too wide to be read.

@@ -13,7 +13,7 @@ import tf2_ros
 
 from rosslt.markers import geometry
 
-#: How often it is looked which frame all others hang on, in seconds.
+#: The period of looking for the root frame, in seconds.
 ROOT_PERIOD = 1.0
 
 #: A frame, and the one that it hangs on, in what tf says of all frames: YAML, but for names that YAML would quote.

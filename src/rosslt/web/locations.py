@@ -13,13 +13,13 @@ from rosslt import msg, node, srv, values
 from rosslt.markers import refusal
 from rosslt.node import Place
 
-#: How often nodes are asked for their locations, in seconds. What changes between is told on `<node>/rosslt/changes`.
+#: The period of asking nodes for their locations, in seconds. `<node>/rosslt/changes` tells of changes in between.
 PERIOD = 1.0
 
-#: How long an owner may take to answer, in seconds.
+#: The timeout of an owner's answer, in seconds.
 TIMEOUT = 2.0
 
-#: After so many questions without an answer, a node is taken as gone; a busy one misses some.
+#: The number of unanswered questions after which a node is taken as gone; a busy one misses some.
 PATIENCE = 3
 
 #: Changes of one location by one hand that are no further apart than this, in seconds, are undone as one.
@@ -89,7 +89,7 @@ class Locations:
         return bool(first and place.location.value) and not _is_same_json(first, place.location.value)
 
     def wish(self, place: Place, value: Any, hand: str, refused: Callable[[str], None]) -> None:
-        """Have a location changed soon; a later wish takes the place of one that still waits.
+        """Have a location changed soon; a later wish replaces one that still waits.
 
         Args:
             place: the location.

@@ -4,7 +4,7 @@ import threading
 import time
 from typing import Any, Dict, Tuple
 
-#: How long a notice stays, in seconds.
+#: The duration of a notice, in seconds.
 DURATION = 6.0
 
 LONGEST = 300
@@ -18,7 +18,7 @@ class Notices:
         self._shown: Dict[Tuple[int, str], Tuple[float, str, Any]] = {}  # (client, title) -> (when, text, viser's)
 
     def tell(self, client: Any, title: str, text: str) -> None:
-        """Show a notice to somebody, in place of one of that title.
+        """Show a notice to somebody; it replaces one with the same title.
 
         Args:
             client: viser's; None for nobody.

@@ -24,17 +24,17 @@ STEPS = 1000
 #: The fields of a file with more of them are not seen before somebody opens their folder: a browser draws each.
 MANY = 50
 
-#: How long a person may pause while typing into a field, in seconds: what stands there then is wanted. The longer pause
-#: is for what is no number, such as the beginning of one.
+#: The pause in typing after which the content of a field is taken, in seconds. The longer one is for a content that is
+#: no number, such as the beginning of one.
 TYPING, TYPING_ON = 0.7, 2.0
 
-#: For how long after a hand has moved a field the owner's reports do not move it, in seconds.
+#: The time after a user has moved a field in which the owner's reports do not move it, in seconds.
 HAND_IS_ON_IT = 0.5
 
 #: The largest whole number that a browser tells from the next one, as a slider has to.
 LARGEST = 2**53
 
-#: What marks a location that has been changed.
+#: The mark of a changed location.
 MARK = '● '
 
 

@@ -22,10 +22,10 @@ from rosslt.web.things import Things
 
 NODE = 'slt_web'
 
-#: How often things follow messages, and fields the changes that their owners tell of, in Hz.
+#: The rate at which things follow messages, and fields follow their owners' changes, in Hz.
 FRAME_RATE = 30.0
 
-#: How often it is looked which fields there are, and plots are continued, as a part of that.
+#: The number of frames between two updates of the list of fields and of the plots.
 FIELDS_EVERY = 3
 
 #: The light from all sides: how strong it is, in viser's unit, and the color of what comes from below.
@@ -40,7 +40,7 @@ class Server(viser.ViserServer):
 
 
 class Page:
-    """One page, for all who look at it.
+    """The web page, shared by all its visitors.
 
     Args:
         host: the address to listen at.

@@ -10,7 +10,7 @@ from viser import uplot
 from rosslt import values
 from rosslt.markers import Descriptions
 
-#: How far back a plot goes, in seconds, and how often it is continued.
+#: The time span of a plot and the period of its updates, in seconds.
 SPAN, PERIOD = 30.0, 0.2
 
 COLORS = ('#d62728', '#2ca02c', '#1f77b4', '#ff7f0e', '#9467bd', '#8c564b', '#e377c2')

@@ -12,11 +12,11 @@ from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation
 from rosslt.web import drawing
 from rosslt.web.frames import Frames
 
-#: How long the arrows and how wide the rings are against the thing, outside of which they are.
+#: The length of arrows and the width of rings, relative to the thing that they surround.
 CONTROL_SCALE = 1.5
 
-#: Where there are more things, arrows and rings stand only around the one that was clicked last: a browser draws each
-#: of them on its own, which takes longer than all else.
+#: The maximal number of things that all have arrows and rings; beyond it, only the thing clicked last has them. A
+#: browser draws each arrow and ring separately, which takes most of the time.
 MANY = 50
 
 #: The rotation of a control that acts along, or around, the axes of the frame.

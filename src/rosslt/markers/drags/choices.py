@@ -10,7 +10,7 @@ NO_EFFECT = 1e-6
 
 
 class Choice(NamedTuple):
-    """One line to choose from.
+    """An entry of the menu that selects what a drag changes.
 
     Attributes:
         source: what is chosen, None for the default.

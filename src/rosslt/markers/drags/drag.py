@@ -1,4 +1,4 @@
-"""One hand on one handle, from the press of the button to its release."""
+"""A drag: a user moves a handle, from the press of the button to its release."""
 
 import math
 import time

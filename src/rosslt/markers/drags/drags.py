@@ -26,13 +26,13 @@ from rosslt.markers.scene.scene import Scene
 #: A view reports several times a second while a button is down; after so many seconds of silence, the drag is over.
 HAND_TIMEOUT = 3.0
 
-#: How far from its target a drag may end without a message, in the unit of the coordinate.
+#: The maximal distance from its target at which a drag ends without a message, in the unit of the coordinate.
 NOTICEABLE = 1e-3
 
-#: How often it is looked whether what was dropped is shown there, in seconds.
+#: The period of checking whether messages show a drop, in seconds.
 CHECK_PERIOD = 0.02
 
-#: How many drags of one handle can be undone.
+#: The maximal number of drags of a handle that can be undone.
 UNDO_LIMIT = 50
 
 
@@ -89,7 +89,7 @@ class Drags:
         self._tell = tell
 
     def hear(self, view: str, held: Dict[str, float]) -> None:
-        """Another view says what is held in it, {name of a handle: since when}."""
+        """Take in the handles that are held in another view, {name of a handle: start time}; the earlier hold wins."""
         with self._wake:
             self._others.hear(view, held)
             for name in list(self._held):

@@ -7,18 +7,18 @@ from rosslt import messages, node, values
 from rosslt.markers.drags.drag import NOISE, Drag
 from rosslt.markers.scene.handle import Handle
 
-#: How many times sources are changed at most, the drag itself among them.
+#: The maximal number of changes of the sources, including the drag itself.
 ROUNDS = 5
 
-#: How long to wait for a message that shows the change, in seconds.
+#: The maximal wait for a message that shows the change, in seconds.
 TIMEOUT = 5.0
 
 
 class Drop:
     """Feeds a ClosedLoop with the messages after a drop.
 
-    What moves by itself is not elsewhere: it was dropped where it was at its moment. Where the latest message has the
-    thing in another frame, or another thing in its place, it is left alone.
+    A thing that moves by itself is left where its messages have it. So is one whose latest message has another frame,
+    or another thing under its name.
 
     Args:
         drag: it is over, and sources have followed it.

@@ -9,10 +9,10 @@ from rosslt import msg
 
 TOPIC = '/rosslt/held'
 
-#: How often a view repeats what is held in it, in seconds; one that started meanwhile does not know it yet.
+#: The period in which a view repeats the handles held in it, for views that started later, in seconds.
 REPEAT_PERIOD = 0.5
 
-#: After how long without a word of a view its hands are taken as gone, in seconds.
+#: The time without a message of a view after which its holds end, in seconds.
 SILENCE = 3.0
 
 #: (when a hand took hold, in seconds since 1970; the view it is in): of two, the smaller one holds a thing.

@@ -14,7 +14,7 @@ SILENT = 'drag ended: no update from the view'
 #: Numbers that are shortened to a few digits beside a marker.
 LONG_NUMBER = re.compile(r'-?\d+\.\d{4,}(e[-+]?\d+)?')
 
-#: What a node says before the reason of a setter that refuses, and the name of the error that it raised.
+#: The text that a node puts before the reason of a setter that refuses, with the name of the exception.
 REFUSING_SETTER = re.compile(r'^(the setter of \S+ refuses .*?: )?([A-Z]\w+: )?')
 
 

@@ -15,7 +15,7 @@ from rosslt.markers.scene.handle import Handle, Motions, Ring
 
 AXIS_NAMES = 'xyz'
 
-#: How large the controls are against the thing: RViz has arrows begin at half of that, outside the thing.
+#: The size of the controls relative to the thing: RViz begins arrows at half of that, outside the thing.
 ARROW_SCALE = 1.5
 
 _blank_pose = messages.blank(Pose)

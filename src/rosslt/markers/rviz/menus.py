@@ -15,7 +15,7 @@ from rosslt.markers.rviz.display import Display
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import Handle
 
-#: For how long values must stay the same before a menu shows them, in seconds: RViz closes an open menu that changes.
+#: The time that values must stay the same before a menu shows them, in seconds: RViz closes a menu that changes.
 SETTLING_TIME = 2.0
 
 SHIFT = ' (with Shift: towards you and away)'

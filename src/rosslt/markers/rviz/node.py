@@ -20,13 +20,13 @@ from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
 
-#: How often markers follow messages, in Hz: as often as RViz draws.
+#: The rate at which markers follow messages, in Hz: that at which RViz draws.
 FRAME_RATE = 30.0
 
-#: How many menus are checked for new sources each time.
+#: The number of menus that are checked for new sources each time.
 MENUS_CHECKED = 10
 
-#: How many more objects there are when Python's garbage collector looks for those that refer to each other.
+#: The number of new objects after which Python's garbage collector looks for reference cycles.
 OBJECTS_BEFORE_COLLECTING = 20_000
 
 

@@ -13,13 +13,13 @@ from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.shapes import paint
 
-#: For how long a note stays, in seconds.
+#: The duration of a note, in seconds.
 DURATION = 5.0
 
-#: How many characters a line of a note takes, and how many lines a note has at most.
+#: The maximal length of a line of a note, in characters, and the maximal number of lines.
 WIDTH, LINES = 36, 4
 
-#: How large the letters are against the thing, and how small they may be, in metres.
+#: The height of letters relative to the thing, and their minimal height in metres.
 LETTERS_TO_SIZE, SMALLEST_LETTERS = 0.5, 0.05
 
 COLOR = (1.0, 0.85, 0.3)
@@ -39,7 +39,7 @@ class Notes:
         self._news: Dict[str, Any] = {}
 
     def put(self, handle: Handle, text: str) -> None:
-        """Put a note in front of a handle, in place of an earlier one there."""
+        """Put a note in front of a handle; it replaces an earlier one there."""
         name = handle.name + SUFFIX
         self._news[name] = self._drawn(name, handle, text)
         self._notes[name] = (time.monotonic() + DURATION, None)

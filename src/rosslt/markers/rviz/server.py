@@ -10,7 +10,7 @@ from visualization_msgs.msg import InteractiveMarkerInit, InteractiveMarkerPose,
 
 from rosslt import messages
 
-#: For how long after its last feedback a hand keeps other hands off a marker, in seconds.
+#: The time after a user's last feedback during which other users cannot move the marker, in seconds.
 OTHER_HAND_TIMEOUT = 1.0
 
 _blank_update = messages.blank(InteractiveMarkerPose)

@@ -1,4 +1,4 @@
-"""One `slt_visualization` is enough: another one waits until the first has ended, and takes over then."""
+"""Keeps a second `slt_visualization` waiting until the first has ended, then lets it take over."""
 
 import contextlib
 import os

@@ -17,22 +17,22 @@ from rosslt.markers.scene.joints import joint_state
 from rosslt.markers.scene.marker import COLOR, marker_handles
 from rosslt.markers.scene.shapes import axes, line, pose_tuple, sphere
 
-#: How large the arrows and rings are against the ball that they stand around.
+#: The size of arrows and rings relative to the ball that they surround.
 ARROWS_TO_BALL = 2.5
 
-#: How large a ball is on one of many poses, against one on a pose that stands alone.
+#: The size of a ball on one of many poses, relative to the ball on a single pose.
 ONE_OF_MANY = 0.5
 
-#: How large the ball on a PointStamped is: RViz draws a sphere there, 0.4 m across, which hides what is smaller.
+#: The size of the ball on a PointStamped: larger than RViz's own sphere there, which is 0.4 m across.
 OVER_POINT = 2.1
 
 #: The width of lines and axes, in metres, and the color of lines, as RViz has them for a Path.
 LINE_WIDTH, LINE_COLOR = 0.03, (0.1, 0.9, 0.1)
 
-#: How opaque a ball is on a pose, which has axes or an arrow of its own.
+#: The opacity of a ball on a pose, which has axes or an arrow of its own.
 SEE_THROUGH = 0.6
 
-#: Handles that give way to a marker at the same place.
+#: Handles that give way to a marker at the same position.
 RANK = 2
 
 #: The time for which RViz shows a frame that is broadcast no more, in seconds.

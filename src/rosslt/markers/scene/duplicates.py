@@ -1,4 +1,4 @@
-"""One thing, one handle: which handles stand on one thing, and which of them is shown."""
+"""Finds handles that stand on the same thing, and selects the one that is shown."""
 
 import collections
 import itertools

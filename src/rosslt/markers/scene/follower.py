@@ -51,7 +51,7 @@ class Follower:
         self._to_redraw: queue.SimpleQueue[str] = queue.SimpleQueue()
 
     def draw(self, handle: Handle, motions: Motions) -> None:
-        """Draw a handle, in place of an earlier drawing."""
+        """Draw a handle; the drawing replaces an earlier one."""
         raise NotImplementedError
 
     def move(self, handle: Handle) -> None:

@@ -5,7 +5,7 @@ from typing import Any, Hashable, List, NamedTuple, Optional, Protocol, Tuple
 from rosslt import values
 from rosslt.markers.geometry import PoseTuple, Rotation, Vector, onto, product
 
-#: For x, y and z.
+#: A flag for each of x, y and z.
 Axes = Tuple[bool, bool, bool]
 
 

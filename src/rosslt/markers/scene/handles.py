@@ -183,7 +183,7 @@ class PointHandle(Handle):
 
 
 class ScaleHandle(Handle):
-    """One of the three sizes of a thing: a small cube on its side.
+    """A handle that changes a thing's size along one axis: a small cube on its side.
 
     Args:
         name, frame: as those of a PoseHandle.

@@ -6,15 +6,15 @@ from typing import Any, Dict, Optional
 from rosslt import messages, values
 from rosslt.markers.scene.handle import Handle
 
-#: For how long messages that do not show a change may still be older than it, in seconds.
+#: The time after a change in which messages may still be older than it, in seconds.
 OLDER_MESSAGES = 2.0
 
-#: After how long without any message a change is said not to be shown yet, in seconds.
+#: The time without a message after which a change is reported as not shown yet, in seconds.
 SILENCE = 1.0
 
 
 class Hold:
-    """One hand on one handle, and the wait for a message once it has let go."""
+    """A user's hold on a handle, and the wait for a message that shows the change after the release."""
 
     def __init__(self) -> None:
         self._changed: Optional[Dict[values.Source, Any]] = None
@@ -39,15 +39,15 @@ class Hold:
             self._is_over = True
 
     def is_in_hand(self) -> bool:
-        """Whether the hand has not let go yet."""
+        """True until the handle is released."""
         return self._changed is None
 
     def is_over(self) -> bool:
-        """Whether the handle is to be shown where messages have it."""
+        """True when the handle is to be shown at the pose in its messages again."""
         return self._is_over
 
     def is_left_alone(self) -> bool:
-        """Whether no message has come since the drop, for long enough to say so; True only once."""
+        """Return True, only once, if no message has come for `SILENCE` seconds since the drop."""
         if self._changed is None or self._is_told or self._is_over:
             return False
         self._is_told = time.monotonic() - self._seen_at > SILENCE

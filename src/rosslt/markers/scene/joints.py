@@ -49,7 +49,7 @@ class Joint(NamedTuple):
 
 
 class JointHandle(Handle):
-    """One joint.
+    """A handle that turns or slides a joint of a robot: a ball on the joint.
 
     Args:
         name: as that of a Handle.

@@ -15,17 +15,17 @@ from rosslt.markers.scene.handle import Handle, Settings, has_source
 from rosslt.markers.scene.handles import UNSCALED, PointHandle, PoseHandle, ScaleHandle
 from rosslt.markers.scene.shapes import plain_pose, pose_tuple
 
-#: How large the handles are of what has no size of its own, in metres.
+#: The size of handles on things without a size of their own, in metres.
 SIZE = 0.5
 
 #: The color of handles of what has no color of its own: (red, green, blue).
 COLOR: Vector = (1.0, 0.6, 0.1)
 
-#: How much larger a shape to grab is than the same shape, shown by RViz itself, that it covers; and by how many
-#: metres at least. RViz takes hold of what is in front, and an orthographic view tells depths from 6 mm on.
+#: The size of a shape to grab relative to the shape of RViz's own that it covers, and the least difference in metres.
+#: RViz grabs the shape in front; an orthographic view distinguishes depths from 6 mm on.
 OVERLAP, LEAST_OVERLAP = 1.03, 0.014
 
-#: How opaque that shape is, against the one it covers: over it, it is not noticed; dragged away, it is seen.
+#: The opacity of that shape relative to the one it covers: invisible on top of it, visible when dragged away.
 OVERLAY_ALPHA = 0.3
 
 SHAPES = frozenset([Marker.CUBE, Marker.SPHERE, Marker.CYLINDER])

@@ -12,7 +12,7 @@ from rosslt.markers.faults import contained
 from rosslt.markers.scene.by_type import KINDS, kind_of
 from rosslt.markers.scene.scene import MARKER_TYPES, Scene
 
-#: How often topics and publishers are looked up, in seconds.
+#: The period of looking up topics and publishers, in seconds.
 PERIOD = 0.7
 
 

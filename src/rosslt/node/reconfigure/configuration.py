@@ -13,13 +13,13 @@ from dynamic_reconfigure import msg
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import Location
 
-#: What dynamic_reconfigure's messages and its client keep in the dictionary of a group, beside parameters by name.
+#: The keys of a group's dictionary in dynamic_reconfigure that are not names of parameters.
 RESERVED = {'groups', 'id', 'name', 'parameters', 'parent', 'state', 'type'}
 
 #: The range of an int in dynamic_reconfigure's messages.
 LOWEST, HIGHEST = -(2**31), 2**31 - 1
 
-#: How dynamic_reconfigure calls the types of locations.
+#: dynamic_reconfigure's names for the types of locations.
 TYPES = {float: 'double', int: 'int', str: 'str', bool: 'bool'}
 
 #: The id of the group that all others are in.
@@ -164,6 +164,6 @@ def _highest(location: Location) -> Any:
 
 
 def _default(shown: Shown) -> Any:
-    """What the code says where that is known, else the present value."""
+    """Return the default of a field: the literal in the code if known and valid, else the present value."""
     literal = shown.location.literal
     return literal if type(literal) is shown.location.type and _fits(literal) else shown.value

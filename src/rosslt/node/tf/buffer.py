@@ -2,7 +2,7 @@
 
 tf2 computes in C++, where provenance is lost. What it says stands; beside it, the transforms that have provenance are
 kept here, and what was looked up is computed once more from them, over the frames that lie between. Where that agrees
-with what tf2 says, its numbers, with their provenance, take the place of tf2's.
+with what tf2 says, its numbers, with their provenance, replace those of tf2.
 """
 
 import math
@@ -16,10 +16,10 @@ from rosslt import messages
 from rosslt.node.tf.samples import Motion, MovingSamples, Sample, StaticSamples, matching, motion_of
 from rosslt.values import is_tracked
 
-#: How long tf2 keeps transforms where it is not told, in seconds.
+#: The default time that tf2 keeps transforms, in seconds.
 DEFAULT_CACHE_TIME = 10.0
 
-#: How far a number may differ from tf2's, relative to its size, or absolutely below 1.
+#: The maximal difference from tf2's numbers, relative to the size, or absolute below 1.
 TOLERANCE = 1e-9
 
 
@@ -37,12 +37,12 @@ class Buffer(tf2_ros.Buffer):
         super().__init__(cache_time, debug)
 
     def set_transform(self, transform: Any, authority: str) -> None:
-        """As `tf2_ros.Buffer.set_transform`; the numbers of the transform may be tracked."""
+        """Override `tf2_ros.Buffer.set_transform`; the numbers of the transform may be tracked."""
         super().set_transform(transform, authority)
         self._keep(transform, False)
 
     def set_transform_static(self, transform: Any, authority: str) -> None:
-        """As `tf2_ros.Buffer.set_transform_static`; the numbers of the transform may be tracked."""
+        """Override `tf2_ros.Buffer.set_transform_static`; the numbers of the transform may be tracked."""
         super().set_transform_static(transform, authority)
         self._keep(transform, True)
 
@@ -53,7 +53,7 @@ class Buffer(tf2_ros.Buffer):
             self._forget()
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
-        """As `tf2_ros.Buffer.lookup_transform_core`; its numbers are tracked where they come from such."""
+        """Override `tf2_ros.Buffer.lookup_transform_core`; the result keeps provenance."""
         found = super().lookup_transform_core(target_frame, source_frame, time)
         if self._samples:
             _attach(found.transform, self._motion(target_frame, source_frame, found.header.stamp))
@@ -62,7 +62,7 @@ class Buffer(tf2_ros.Buffer):
     def lookup_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> Any:
-        """As `tf2_ros.Buffer.lookup_transform_full_core`; its numbers are tracked where they come from such."""
+        """Override `tf2_ros.Buffer.lookup_transform_full_core`; the result keeps provenance."""
         found = super().lookup_transform_full_core(target_frame, target_time, source_frame, source_time, fixed_frame)
         if self._samples:
             first = self.lookup_transform_core(fixed_frame, source_frame, source_time)
@@ -92,10 +92,10 @@ class Buffer(tf2_ros.Buffer):
             samples.add(_nanoseconds(transform.header.stamp), Sample(parent, motion_of(transform.transform)))
 
     def _motion(self, target: str, source: str, stamp: Any) -> Optional[Motion]:
-        """What takes a point from the source frame to the target frame, with provenance.
+        """Compute the motion that takes points from the source frame to the target frame, with provenance.
 
         Returns:
-            None where nothing of it is tracked, or where it is not known.
+            None where no part of it is tracked, or where it is not known.
         """
         with self._frames_lock:
             up, down = _to_common(self._ancestors(source), self._ancestors(target))
@@ -133,7 +133,7 @@ class Buffer(tf2_ros.Buffer):
         return frames
 
     def _sample(self, child: str, parent: str, stamp: Any) -> Optional[Motion]:
-        """Where a frame is in its parent; None where that is plain, or not known."""
+        """Return the tracked pose of a frame in its parent at a time; None where it is plain or unknown."""
         samples = self._samples.get(child)
         sample = samples.at(_nanoseconds(stamp)) if samples else None
         return sample.motion if sample and sample.parent == parent else None
@@ -148,7 +148,7 @@ def _to_common(up: List[str], down: List[str]) -> Tuple[List[str], List[str]]:
 
 
 def _attach(transform: Any, motion: Optional[Motion]) -> None:
-    """Put tracked numbers in the place of equal plain ones; none where one of them differs."""
+    """Replace plain numbers by equal tracked ones; none is replaced if one of them differs."""
     if motion is None:
         return
     parts = (transform.translation, transform.rotation)

@@ -38,7 +38,7 @@ def motion_of(transform: Any) -> Motion:
 
 
 class Sample(NamedTuple):
-    """Where a frame was in another one."""
+    """A pose of a frame in its parent frame."""
 
     parent: str
     motion: Motion
@@ -114,7 +114,7 @@ def _mean(older: Any, newer: Any, ratio: float) -> Any:
 
 
 def _is_same(older: Any, newer: Any) -> bool:
-    """Whether two numbers are equal and come from the same sources: what does not move stays as simple as it is."""
+    """Return whether two numbers are equal and have the same sources, so that they need no interpolation."""
     return older == newer and sources(older) == sources(newer)
 
 

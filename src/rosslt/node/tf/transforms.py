@@ -66,7 +66,7 @@ def _place(result: Any, point: Any, transform: Any) -> None:
 
 
 def _is_other_sign(quaternion: Any) -> bool:
-    """Whether KDL gives a rotation's quaternion with the other sign: it has the part positive that it divides by."""
+    """Return whether KDL returns the negative of a quaternion: KDL makes the part positive that it divides by."""
     x, y, z, w = quaternion
     (xx, _, _), (_, yy, _), (_, _, zz) = rotation_matrix(quaternion)
     if xx + yy + zz > 1e-12:
