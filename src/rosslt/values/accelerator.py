@@ -9,7 +9,7 @@ import inspect
 import os
 from typing import Any, Callable, TypeVar
 
-INTERFACE = 13
+INTERFACE = 14
 """What `core/module.c` must have been when it was built: a workspace may hold one that is older than the Python."""
 
 
