@@ -24,7 +24,7 @@ from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
 from .solve import continued, nearest, slopes, solve, source_values
-from .sources import Source, UnnamedSource, describe_source, describe_sources_with
+from .sources import Source, UnnamedSource, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import (
     add_class,
@@ -59,7 +59,6 @@ __all__ = [
     'assemble',
     'compute_ufuncs_with',
     'continued',
-    'describe_source',
     'describe_sources_with',
     'disassemble',
     'each_leaf',
