@@ -90,10 +90,10 @@ def test_a_wrong_name_of_a_benchmark_lists_those_that_there_are():
 
 
 def test_what_a_benchmark_prints_is_kept_with_the_machine_and_the_commit(tmp_path):
-    result = run('bench', '--json', str(tmp_path / 'kept.json'), 'references', '--count', '2')
+    result = run('bench', '--json', str(tmp_path / 'kept.json'), 'solving_cases', '--cases', '20')
     assert result.returncode == 0, result.stderr
     kept = json.loads((tmp_path / 'kept.json').read_text())
-    assert kept['benchmarks'] == {'references': result.stdout.splitlines()}
+    assert kept['benchmarks'] == {'solving_cases': result.stdout.splitlines()}
     assert kept['machine']['cores'] == os.cpu_count()
     assert re.fullmatch('[0-9a-f]{40}', kept['commit'])
     assert run('bench', '--json').returncode == 2

@@ -2,12 +2,7 @@
 
 import threading
 
-from rosslt.instrument.sampling import Sampling
 from rosslt.messages.codec.bounded_cache import BoundedCache
-
-
-class Publisher:
-    recorded_since = 0
 
 
 class Interrupted(dict):
@@ -28,14 +23,6 @@ def ends(function):
     thread.start()
     thread.join(30)
     return not thread.is_alive()
-
-
-def test_a_publish_in_the_middle_of_another_one_ends_where_some_rounds_are_recorded():
-    publisher, sampling = Publisher(), Sampling()
-    sampling.is_on, sampling._next = True, float('inf')
-    sampling._sent = Interrupted(lambda: sampling.published(publisher))
-    assert ends(lambda: sampling.published(publisher))
-    assert not sampling._sent.handlers
 
 
 def test_a_publish_in_the_middle_of_another_one_ends_where_something_is_kept_for_the_next_one():

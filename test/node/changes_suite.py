@@ -182,9 +182,9 @@ class Changes(unittest.TestCase):
         pair = tracked(self.owner, 'gain', 'offset')
         rosslt.force_value(pair, [6.0, 60.0])
         rosslt.force_value(pair, [7.0, 70.0])
-        self.assertEqual(undo(requester='a test').state, 'applied')
+        self.assertEqual(undo(undo=True, requester='a test').state, 'applied')
         self.assertEqual(self.current('gain', 'offset'), [6.0, 60.0])
-        self.assertEqual(undo(requester='a test').state, 'applied')
+        self.assertEqual(undo(undo=True, requester='a test').state, 'applied')
         self.assertEqual(self.current('gain', 'offset'), rosslt.untracked(pair))
 
     def test_sources_of_several_nodes_change_in_one_call(self):

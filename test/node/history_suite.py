@@ -260,11 +260,11 @@ class Told(unittest.TestCase):
 class Callbacks(unittest.TestCase):
     def test_on_change_is_called_with_the_new_value(self):
         heard = []
-        rate = rosslt.location(2.0, name='rate', on_change=heard.append)
+        rate = rosslt.location(2.0, name='pace', on_change=heard.append)
         rosslt.force_value(rate, 3.0)
         wait_until(lambda: heard == [3.0], 'it is called')
         self.assertTrue(rosslt.is_tracked(heard[0]))
-        rospy.set_param('~rosslt/rate', 4.0)
+        rospy.set_param('~rosslt/pace', 4.0)
         wait_until(lambda: heard == [3.0, 4.0], 'it is called again')
 
     def test_on_change_is_called_once_for_a_whole_message(self):

@@ -105,7 +105,7 @@ class ScriptNode(unittest.TestCase):
 
     def test_undo_takes_the_change_back(self):
         rosslt.force_value(self.position.x, 5.0)
-        call = ['rosservice', 'call', NODE + '/rosslt/change_sources', '{}']
+        call = ['rosservice', 'call', NODE + '/rosslt/change_sources', '{undo: true}']
         subprocess.run(call, check=True, stdout=subprocess.DEVNULL)
         self.assertEqual(self.script.read_text(), TOUR)
 

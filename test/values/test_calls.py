@@ -8,7 +8,7 @@ import pytest
 
 import rosslt
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
-from rosslt.values import affine, assemble, disassemble, pause_recording, reapply, resume_recording
+from rosslt.values import affine, assemble, disassemble, reapply
 from rosslt.values.operations.row import BY_NAME
 
 A, B = Source('/node', 1), Source('/node', 2)
@@ -103,17 +103,6 @@ def test_a_wrong_inverse_only_costs_a_search():
 def test_what_is_no_function_is_refused_when_the_operation_is_made(options, message):
     with pytest.raises(TypeError, match=message):
         rosslt.operation(polynomial, **options)
-
-
-def test_while_recording_is_paused_a_call_is_plain():
-    x = track(0.5, A)
-    pause_recording()
-    try:
-        assert not is_tracked(exact(x, 2.0))
-        assert not is_tracked(curve(x))
-    finally:
-        resume_recording()
-    assert is_tracked(curve(x))
 
 
 def test_numbers_of_numpy_become_python_numbers():

@@ -28,13 +28,13 @@ __all__ = [
 TIMEOUT = 2.0
 
 
-def locations_of(master: rosgraph.Master, directory: Directory, name: str, timeout: float = TIMEOUT) -> List[Place]:
-    """The locations of one node.
+def locations_of(master: rosgraph.Master, directory: Directory, name: str) -> List[Place]:
+    """Return the locations of one node.
 
     Raises:
         Failure: it does not answer.
     """
-    places, silent = directory.ask([name], timeout)
+    places, silent = directory.ask([name], TIMEOUT)
     if name not in places:
         raise cannot_reach(master, name, silent[name])
     return places[name]

@@ -9,7 +9,7 @@ the manner of the one before. `replacing` reads and replaces files as a whole, `
 from typing import TYPE_CHECKING, Any
 
 from rosslt.files.errors import FileError
-from rosslt.files.launch_text import ORIGINS, ParamChange, ParamTag, param_edits, param_tags
+from rosslt.files.launch_text import ORIGINS, ParamChange, param_edits
 from rosslt.files.notation import alike, equal, in_manner_of, is_scalar
 from rosslt.files.python_numbers import LITERALS, Number, numbers_in, without_numbers
 from rosslt.files.replacing import (
@@ -48,7 +48,6 @@ __all__ = [
     'SourceText',
     'Unsettled',
     'ParamChange',
-    'ParamTag',
     'FileWatch',
     'YamlChange',
     'alike',
@@ -63,7 +62,6 @@ __all__ = [
     'is_scalar',
     'numbers_in',
     'param_edits',
-    'param_tags',
     'read',
     'read_bytes',
     'read_settled',

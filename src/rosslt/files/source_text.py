@@ -134,12 +134,11 @@ class SourceText:
                     return index
         return None
 
-    def edits(self, values: Dict[int, Any], what: Optional[Dict[int, str]] = None) -> List[Edit]:
+    def edits(self, values: Dict[int, Any]) -> List[Edit]:
         """Make the edits that give literals other values, and leave every other byte as it is.
 
         Args:
             values: {index of a literal: its value, of the same kind}.
-            what: {index of a literal: what people call it}.
 
         Raises:
             FileError: a value cannot stand where another one does.
@@ -154,8 +153,7 @@ class SourceText:
         for index, spelling in sorted(spelled.items()):
             literal = self.literals[index]
             start, end = (self._offset(place) for place in (literal.start, literal.end))
-            called = (what or {}).get(index, '')
-            made.append(Edit(self.path, self.digest, start, end, self.content[start:end], spelling.encode(), called))
+            made.append(Edit(self.path, self.digest, start, end, self.content[start:end], spelling.encode()))
         return made
 
     def _spelled(self, index: int, value: Any) -> str:

@@ -9,12 +9,11 @@ keep provenance; `reloading` applies edits of the source file; `runner` runs the
 
 from typing import Any
 
-from rosslt.instrument.cells import loaded_files
-from rosslt.instrument.literals import Literal, digest_of
+from rosslt.instrument.literals import digest_of
 from rosslt.instrument.runner import NoNode, find_node, run_file
 from rosslt.instrument.verdicts import RULES
 
-__all__ = ['RULES', 'Literal', 'NoNode', 'NotLaunched', 'digest_of', 'find_node', 'launch', 'loaded_files', 'run_file']
+__all__ = ['RULES', 'NoNode', 'NotLaunched', 'digest_of', 'find_node', 'launch', 'run_file']
 
 
 def __getattr__(name: str) -> Any:

@@ -6,7 +6,6 @@ from typing import Any, Callable, Dict
 
 import numpy
 
-from rosslt import values
 from rosslt.instrument.array_arguments import plain
 from rosslt.instrument.arrays import (
     LARGEST,
@@ -36,7 +35,7 @@ def _made_array(original: Any) -> Any:
         if made.dtype == object:
             return original(thing, *arguments, **options)
         beside = provenance_of(thing)
-        if values.RECORDING.is_paused or beside is None or numpy.size(beside) != made.size:
+        if beside is None or numpy.size(beside) != made.size:
             return with_provenance(made, None)
         if not isinstance(beside, numpy.ndarray) or not numpy.shares_memory(made, thing):
             beside = numpy.array(beside, dtype=object)
@@ -51,7 +50,7 @@ def _made_empty(original: Any) -> Any:
     @functools.wraps(original, updated=())
     def empty(*arguments: Any, **options: Any) -> Any:
         made = original(*[plain(one) for one in arguments], **plain(options))
-        if made.dtype.char in 'dfb' and made.size <= LARGEST and not values.RECORDING.is_paused:
+        if made.dtype.char in 'dfb' and made.size <= LARGEST:
             return made.view(ArrayWithProvenance)
         return made
 
@@ -63,7 +62,7 @@ def _full(original: Any) -> Any:
     def full(*arguments: Any, **options: Any) -> Any:
         made = original(*map(plain, arguments), **plain(options))
         value = options['fill_value'] if 'fill_value' in options else arguments[1]
-        beside = None if values.RECORDING.is_paused else provenance_of(value)
+        beside = provenance_of(value)
         if beside is None:
             return made
         box = numpy.empty(made.shape, dtype=object)

@@ -93,7 +93,7 @@ def with_tracked(number: Any, tracked: Any) -> Any:
         tracked: the tracked number of Python that is equal to it but for rounding, or None.
     """
     kind = type(number)
-    if tracked is None or kind not in CLASSES or values.RECORDING.is_paused:
+    if tracked is None or kind not in CLASSES:
         return number
     found = same_number(number, tracked, ROUNDING_32 if kind is numpy.float32 else ROUNDING)
     if type(found) not in TRACKED:

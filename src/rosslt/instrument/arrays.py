@@ -146,8 +146,6 @@ class ArrayWithProvenance(numpy.ndarray):
     def __getitem__(self, key: Any) -> Any:
         found = super().__getitem__(key)
         beside = self._beside
-        if values.RECORDING.is_paused and type(found) is not ArrayWithProvenance:
-            return found
         if isinstance(found, ArrayWithProvenance):
             if beside is None:
                 # What is written to a view must be seen here as well.
@@ -370,15 +368,14 @@ def compute(ufunc: Any, method: str, inputs: Tuple[Any, ...], options: Dict[str,
     plain = [plain_operand(one) for one in inputs]
     if method == '__call__' and not options and ARRAYS.isdisjoint(map(type, inputs)):
         number = ufunc(*plain)
-        if values.RECORDING.is_paused or type(number) not in CLASSES or ufunc.__name__ not in _OPERATORS:
+        if type(number) not in CLASSES or ufunc.__name__ not in _OPERATORS:
             return number
         return with_tracked(number, _of_tracked(_OPERATORS[ufunc.__name__], tuple(map(python_number, inputs))))
     out = options.get('out')
     if out is not None:
         options = dict(options, out=tuple([plain_operand(one) for one in out]))
-    is_paused = values.RECORDING.is_paused
     # The provenance is read first: an operation with `out` may overwrite its operands.
-    besides = [] if is_paused else [provenance_of(one) for one in inputs]
+    besides = [provenance_of(one) for one in inputs]
     beside = None
     if any(one is not None for one in besides) and method != 'at':
         beside = _computed(ufunc, method, plain, besides, options)

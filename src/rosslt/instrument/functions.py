@@ -15,8 +15,6 @@ def _to_the_bit(original: Callable[..., Any], tracked: Callable[..., Any]) -> Ca
 
     def to_the_bit(*arguments: Any, **options: Any) -> Any:
         number = original(*map(_plain, arguments), **{name: _plain(option) for name, option in options.items()})
-        if values.RECORDING.is_paused:
-            return number
         return _with_provenance_of(tracked(*arguments, **options), number)
 
     return to_the_bit
@@ -90,8 +88,6 @@ def sum_of(numbers: Any, *start: Any) -> Any:
     """`sum(numbers)`, keeping provenance: of ints beside floats too."""
     if type(numbers) not in (list, tuple):
         numbers = list(numbers)
-    if values.RECORDING.is_paused:
-        return sum(numbers, *start)
     kinds = set(map(type, (*numbers, *start)))
     if kinds.isdisjoint(_TRACKED) or not kinds <= _SUMMED.union(_BESIDE):
         return sum(numbers, *start)
@@ -163,7 +159,7 @@ def _reflecting(name: str, in_place: bool = False) -> Callable[[Any, Any], Any]:
     methods = {kind: getattr(kind, f'__r{name}__') for kind in (_TRACKED_FLOAT, _TRACKED_INT)}
 
     def reflected(left: Any, right: Any) -> Any:
-        return NotImplemented if values.RECORDING.is_paused else methods[type(right)](right, left)
+        return methods[type(right)](right, left)
 
     return values.reflecting(getattr(operator, 'i' + name if in_place else name), reflected, _BESIDE)
 

@@ -100,8 +100,7 @@ class Losses:
 
     def computed(self, result: Any, arguments: Any) -> None:
         """A function that is not known to keep provenance has given a result."""
-        is_lost = self.is_watched and not values.RECORDING.is_paused
-        if is_lost and _is_plain(result) and _has_provenance(arguments):
+        if self.is_watched and _is_plain(result) and _has_provenance(arguments):
             frame: Any = sys._getframe(1)
             while frame is not None and frame.f_globals.get('__name__', '').partition('.')[0] in ('rosslt', 'numpy'):
                 frame = frame.f_back

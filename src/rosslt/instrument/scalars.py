@@ -22,7 +22,7 @@ _BINARY = {
 
 def _recorded(number: Any, function: Callable[..., Any], *operands: Any) -> Any:
     """Add to a number that NumPy computed the provenance of the same function of tracked numbers."""
-    if type(number) not in CLASSES or values.RECORDING.is_paused:
+    if type(number) not in CLASSES:
         return number
     try:
         tracked = function(*map(python_number, operands))

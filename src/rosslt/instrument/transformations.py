@@ -12,7 +12,6 @@ from typing import Any, Dict, List, Tuple
 import numpy
 
 from rosslt import values
-from rosslt.instrument.array_arguments import plain
 from rosslt.instrument.array_numbers import TRACKED, python_number
 from rosslt.instrument.arrays import any_tracked, with_provenance
 from rosslt.instrument.functions import to_float
@@ -49,8 +48,6 @@ def _either(original: Any, tracked: Any) -> Any:
     def function(*arguments: Any, **options: Any) -> Any:
         if not any_tracked((*arguments, *options.values()) if options else arguments):
             return original(*arguments, **options)
-        if values.RECORDING.is_paused:
-            return original(*map(plain, arguments), **plain(options))
         return tracked(*arguments, **options)
 
     return function

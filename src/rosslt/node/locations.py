@@ -331,7 +331,7 @@ class Locations:
             ValueError: its name or its id is taken by another call.
         """
         with self.lock:
-            other = self.conflicting_location(location.name) or self.by_id.get(location.id)
+            other = self._conflicting_location(location.name) or self.by_id.get(location.id)
             if other is None:
                 if self.node:
                     location.name_node(self.node)
@@ -353,17 +353,11 @@ class Locations:
         """True where a location has that name."""
         return name in self._by_name
 
-    def conflicting_location(self, name: str, is_namespace: bool = False) -> Optional[Location]:
-        """A location that would share a parameter with this name: a parameter is a value or a namespace.
-
-        Args:
-            is_namespace: the name is that of a namespace, where others may stand below it.
-        """
-        with self.lock:
-            if not is_namespace:
-                for location in self._namespaces.get(name, {}).values():
-                    return location
-            return next(filter(None, map(self._by_name.get, [name, *namespaces_of(name)])), None)
+    def _conflicting_location(self, name: str) -> Optional[Location]:
+        """A location that would share a parameter with this name: a parameter is a value or a namespace."""
+        for location in self._namespaces.get(name, {}).values():
+            return location
+        return next(filter(None, map(self._by_name.get, [name, *namespaces_of(name)])), None)
 
     def remove(self, location: Location) -> None:
         """Forget a location, if it is in force; a change to it is refused from now on."""

@@ -96,11 +96,6 @@ class ReplacedReadings:
 READINGS = ReplacedReadings()
 
 
-def change_count() -> int:
-    """The number of changes of this node's locations so far."""
-    return READINGS.count
-
-
 class Refresher:
     """Evaluates the messages of one publisher, service or caller anew.
 

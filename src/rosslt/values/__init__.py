@@ -8,6 +8,7 @@ installed. Other rooms use the names below and nothing behind them.
 import importlib
 from typing import Any, Callable, Dict
 
+from . import operators  # noqa: F401, completes the tracked classes
 from .affine import SHORTENING, affine
 from .calls import operation
 from .closeness import is_same
@@ -21,11 +22,9 @@ from .linearization import linearized
 from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
-from .operators import pause_recording, resume_recording
 from .reapply import reapply
-from .recording import RECORDING
 from .solve import continued, nearest, slopes, solve, source_values
-from .sources import Source, UnnamedSource, describe_source, describe_sources_with
+from .sources import Source, UnnamedSource, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import (
     add_class,
@@ -45,7 +44,6 @@ __all__ = [
     'CONSTANT',
     'MATH',
     'OPERATIONS',
-    'RECORDING',
     'SHORTENING',
     'SOURCE',
     'TRACKED_CLASSES',
@@ -61,7 +59,6 @@ __all__ = [
     'assemble',
     'compute_ufuncs_with',
     'continued',
-    'describe_source',
     'describe_sources_with',
     'disassemble',
     'each_leaf',
@@ -80,13 +77,11 @@ __all__ = [
     'numpy_functions',
     'operation',
     'origins',
-    'pause_recording',
     'plain_scalar',
     'reapply',
     'recorder',
     'reflecting',
     'remake',
-    'resume_recording',
     'slopes',
     'solve',
     'source_of_functions',

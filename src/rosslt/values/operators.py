@@ -1,6 +1,6 @@
 """Gives the tracked classes their operators, conversions and NumPy methods, from the rows of the table."""
 
-from typing import Any, Callable, Dict, Optional, Tuple
+from typing import Any, Callable, Optional, Tuple
 
 from .accelerator import CORE
 from .affine import LIMIT, affine_of_python, shorten
@@ -9,7 +9,7 @@ from .instructions import assemble, disassemble
 from .numpy_ufuncs import array_ufunc, broadcast, computes_ufuncs, is_array
 from .operations import AFFINE, BY_CODE, FUNCTION, LAZY, SOURCE, Operation
 from .operations import table as ops
-from .recording import MAX_SHARED_SIZE, RECORDING, apply, joint_size
+from .recording import MAX_SHARED_SIZE, apply, joint_size
 from .sources import Source, UnnamedSource
 from .tracked import (
     CREATE,
@@ -37,9 +37,6 @@ FAST = {
     'mod': ops.REMAINDER,
 }
 """The operators that make a float of two floats."""
-
-_ARITHMETIC = {'divmod', 'rdivmod', 'pow', 'rpow', 'neg', 'abs', 'pos', 'round', 'trunc', 'floor', 'ceil'}
-_ARITHMETIC |= {prefix + name for name in FAST for prefix in ('', 'r')}
 
 BITWISE = {'and': ops.AND, 'or': ops.OR, 'xor': ops.XOR}
 
@@ -321,40 +318,3 @@ def give_all() -> None:
 
 
 give_all()
-
-#: The methods that are removed from a class while recording is paused: {class: {name: method}}.
-_RECORDING_METHODS: Dict[Any, Dict[str, Any]] = {
-    cls: {
-        name: method
-        for name, method in vars(cls).items()
-        if name[:2] == '__' and name.strip('_') in _ARITHMETIC and hasattr(cls.__base__, name)
-    }
-    for cls in NUMBERS
-}
-
-
-def pause_recording() -> None:
-    """Make operations give plain results, at the speed of plain numbers, until `resume_recording`.
-
-    Tracked values stay tracked. The pause holds for all threads.
-    """
-    if not RECORDING.is_paused:
-        _tell_whether_paused(True)
-        for cls, methods in _RECORDING_METHODS.items():
-            for name in methods:
-                delattr(cls, name)
-
-
-def resume_recording() -> None:
-    """Record operations again."""
-    if RECORDING.is_paused:
-        for cls, methods in _RECORDING_METHODS.items():
-            for name, method in methods.items():
-                setattr(cls, name, method)
-        _tell_whether_paused(False)
-
-
-def _tell_whether_paused(is_paused: bool) -> None:
-    RECORDING.is_paused = is_paused
-    if CORE is not None:
-        CORE.pause_recording(is_paused)

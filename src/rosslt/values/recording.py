@@ -6,26 +6,11 @@ from .affine import LIMIT, shorten
 from .numpy_ufuncs import broadcast, is_array
 from .operations import Operation
 from .operations.table import MOST_COMPUTED, TooLong
-from .tracked import CLASSES, TRACKED, new, plain, plain_scalar
+from .tracked import CLASSES, TRACKED, new, plain_scalar
 
 MAX_SHARED_SIZE = 16
 """The most that the smaller of two operands adds to the size of a result. Operands mostly share their past; adding
 up their sizes would count it twice at every step, and so pass the limit in no time."""
-
-
-class Recording:
-    """The state of recording: on, or paused.
-
-    Attributes:
-        is_paused: True while operations give plain results; values that are tracked already stay tracked.
-    """
-
-    def __init__(self) -> None:
-        self.is_paused = False
-
-
-#: The state of this process.
-RECORDING = Recording()
 
 
 def make(value: Any, record: tuple, size: int) -> Any:
@@ -61,15 +46,13 @@ def size_of(operands: Sequence[Any]) -> int:
 def apply(operation: Operation, first: Any, second: Any = None) -> Any:
     """Apply an operation: the result is tracked if an operand is, an array if one is, NotImplemented for other types.
 
-    It is plain while recording is paused, and if its expression is too long to be solved and sent: the program
-    computes it as it does without provenance.
+    It is plain where its expression is too long to be solved and sent: the program computes it as it does without
+    provenance.
 
     Raises:
         ArithmeticError, ValueError, TypeError: as the operation itself does.
         OverflowError: the result is a text or a power of whole numbers that takes too long to be computed.
     """
-    if RECORDING.is_paused:
-        first, second = plain(first), plain(second)
     try:
         return apply_and_record(operation, first, second)
     except TooLong as error:
@@ -79,7 +62,7 @@ def apply(operation: Operation, first: Any, second: Any = None) -> Any:
 
 
 def apply_and_record(operation: Operation, first: Any, second: Any = None) -> Any:
-    """Apply an operation and record it even while recording is paused, to rebuild an expression recorded elsewhere."""
+    """Apply an operation and record it, to rebuild an expression recorded elsewhere; `TooLong` is raised."""
     if operation.arity == 1:
         if isinstance(first, str) and not operation.on_text:
             raise TypeError('%s of a text' % operation.name)

@@ -4,7 +4,7 @@ This folder imports NumPy, so the room loads it only when it is asked for (`ross
 class, `functions.py` the functions, `linear_algebra.py` those that NumPy itself computes in floats only.
 """
 
-from .functions import FUNCTIONS, keeping_provenance
+from .functions import FUNCTIONS
 from .tracked_array import TrackedArray, array
 
-__all__ = ['FUNCTIONS', 'TrackedArray', 'array', 'keeping_provenance']
+__all__ = ['FUNCTIONS', 'TrackedArray', 'array']

@@ -234,7 +234,6 @@ PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);
 PyObject *make_reflector(PyObject *module, PyObject *args);
 PyObject *make_stripper(PyObject *module, PyObject *args);
-PyObject *pause_recording(PyObject *module, PyObject *flag);
 
 #pragma GCC visibility pop
 

@@ -8,17 +8,6 @@
 #define PyObject_Vectorcall _PyObject_Vectorcall
 #endif
 
-int recording_is_paused;
-
-/* As `RECORDING.is_paused` in recording.py. */
-PyObject *pause_recording(PyObject *module, PyObject *flag)
-{
-    int truth = PyObject_IsTrue(flag);
-    if (truth < 0) return NULL;
-    recording_is_paused = truth;
-    Py_RETURN_NONE;
-}
-
 typedef PyObject *Call(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words);
 
 /* A function that calls another one in the end, which gives it its module; `what` is kept for ever. */
@@ -55,7 +44,7 @@ static PyObject *recorded(const Recorder *recorder, PyObject *const *args)
     }
     Py_XDECREF(plains[0]);
     Py_XDECREF(plains[1]);
-    if (value == NULL || recording_is_paused) return value;
+    if (value == NULL) return NULL;
     if (PyFloat_CheckExact(value) || PyLong_CheckExact(value)) {
         if (arity == 2) side = IS_OURS(args[0]) ? IS_OURS(args[1]) ? BOTH : LEFT : RIGHT;
         PyObject *first = args[side == RIGHT], *second = arity == 1 ? Py_None : args[side != RIGHT];

@@ -2,7 +2,7 @@
 
 #include "core.h"
 
-#define INTERFACE 13 /* what `accelerator.py` asks for */
+#define INTERFACE 14 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python;
@@ -57,7 +57,6 @@ static PyMethodDef functions[] = {
     {"keeping", make_keeper, METH_VARARGS, "keeping(of_plain, of_tracked, name, doc): as in functions.py."},
     {"reflecting", make_reflector, METH_VARARGS, "reflecting(plain, reflected, kinds, name, doc): as in functions.py."},
     {"stripper", make_stripper, METH_VARARGS, "stripper(otherwise, name, doc): as in functions.py."},
-    {"pause_recording", pause_recording, METH_O, "pause_recording(whether): as of RECORDING in recording.py."},
     {NULL, NULL, 0, NULL},
 };
 
