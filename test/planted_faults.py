@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Faults that are planted on purpose, to see whether the tests notice them.
 
-`./run exec python3 test/planted_faults.py` tries them; -h says more. Each stands for a slip that a careless engineer could make and that would hurt a user. It is planted in a clone of this
+Each stands for a slip that a careless engineer could make and that would hurt a user. It is planted in a clone of this
 repository, in a temporary folder, and taken back after its tests. `test_planted_faults.py` keeps the list up to date.
+
+    ./run exec python3 test/planted_faults.py -h
 """
 
 import argparse
@@ -15,25 +17,14 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Iterator, List, NamedTuple, NoReturn, Optional, Sequence, Tuple
+from typing import Iterator, NamedTuple, Tuple
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGE = Path('src', 'rosslt')
-
-#: What `./run` installs beside the package, which a clone takes over.
-ENVIRONMENTS = Path('build', '.workspace')
 
 
 class Fault(NamedTuple):
-    """A fault to be planted.
-
-    Attributes:
-        name: what goes wrong.
-        file: below src/rosslt.
-        old: a text that occurs exactly once in it.
-        new: the text in its stead.
-        tests: arguments of `./run test`: the tests of the room, which must notice it.
-    """
+    """A fault: its name, a file below src/rosslt, a text that occurs exactly once in it, the text in its stead, and the
+    arguments with which `./run test` runs the tests of its room, which must notice it."""
 
     name: str
     file: str
@@ -44,7 +35,7 @@ class Fault(NamedTuple):
     @property
     def room(self) -> str:
         """The first folder of its file."""
-        return Path(self.file).parts[0]
+        return self.file.split('/')[0]
 
 
 def suite(name: str) -> Tuple[str, ...]:
@@ -145,7 +136,7 @@ FAULTS = [
         'maximum_that_is_not_checked',
         'node/locations.py',
         'if self.maximum is not None and value > self.maximum:',
-        'if self.maximum is None and value > self.maximum:',
+        'if self.maximum is not None and self.minimum is not None and value > self.maximum:',
         ('test/node/test_commit_participant.py',),
     ),
     Fault(
@@ -160,7 +151,7 @@ FAULTS = [
         'node/server.py',
         '                    self._put_back(changes)\n                    reasons',
         '                    reasons',
-        ('test/node/test_commit_participant.py',),
+        suite('node/locations'),
     ),
     Fault(
         'reserved_location_that_is_changed_by_others',
@@ -304,145 +295,104 @@ FAULTS = [
 ]
 
 
-def found_in(fault: Fault, root: Path) -> str:
-    """The text of the file of a fault.
-
-    Raises:
-        ValueError: the old text does not occur exactly once in it, or the new one is the same.
-    """
-    path = root / PACKAGE / fault.file
-    text = path.read_text(encoding='utf-8')
+def text_with(fault: Fault, root: Path) -> str:
+    """The text of the file of a fault; ValueError where the old text does not occur exactly once in it."""
+    text = (root / 'src/rosslt' / fault.file).read_text(encoding='utf-8')
     count = text.count(fault.old)
-    if count != 1 or fault.old == fault.new:
-        reason = f'occurs {count} times, not once' if count != 1 else 'and the new text are the same'
-        raise ValueError(f'{fault.name}: the old text in {path.relative_to(root)} {reason}: {fault.old!r}')
+    if count != 1:
+        raise ValueError(f'{fault.name}: found its old text {count} times in {fault.file}, not once: {fault.old!r}')
     return text
 
 
 @contextlib.contextmanager
 def planted(fault: Fault, root: Path) -> Iterator[None]:
     """Have a fault in a clone for a while."""
-    path, text = root / PACKAGE / fault.file, found_in(fault, root)
+    path, text = root / 'src/rosslt' / fault.file, text_with(fault, root)
     status = path.stat()
     path.write_text(text.replace(fault.old, fault.new), encoding='utf-8')
     try:
         yield
     finally:
         path.write_text(text, encoding='utf-8')
-        os.utime(
-            path, ns=(status.st_atime_ns, status.st_mtime_ns)
-        )  # what was built of it and of the fault is told apart
+        os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))  # bytecode of the fault has another time
 
 
-class Clone:
-    """A clone of this repository in a temporary folder, with what is committed.
-
-    Args:
-        folder: where to make it.
-    """
-
-    def __init__(self, folder: str) -> None:
-        self.root = Path(folder, 'rosslt')
-        subprocess.run(['git', 'clone', '--quiet', str(ROOT), str(self.root)], check=True)
-        (self.root / ENVIRONMENTS).mkdir(parents=True)
-        for name in ('page', 'lint'):
-            if (ROOT / ENVIRONMENTS / name).exists():
-                (self.root / ENVIRONMENTS / name).symlink_to((ROOT / ENVIRONMENTS / name).resolve())
-
-    def run(self, *arguments: str) -> Tuple[int, str]:
-        """Have `./run` of the clone do something; returns its status and output, and leaves nothing that runs."""
-        process = subprocess.Popen(
-            [str(self.root / 'run'), *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        )
-        try:
-            output, _ = process.communicate()
-        except BaseException:
-            process.terminate()  # it ends all that it has started
-            process.wait()
-            raise
-        return process.returncode, output
+def run(root: Path, *arguments: str) -> Tuple[int, str]:
+    """Have `./run` of a clone do something; returns its status and output, and leaves nothing that runs."""
+    command = [str(root / 'run'), *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        output, _ = process.communicate()
+    except BaseException:
+        process.terminate()  # it ends all that it has started
+        process.wait()
+        raise
+    return process.returncode, output
 
 
-def first_failure(output: str) -> Optional[str]:
-    """The test that pytest names first as failed."""
-    found = re.search(r'^(?:FAILED|ERROR) (test/\S+?::.+?)(?: - .*)?$', output, re.MULTILINE)
-    return found and found.group(1)
-
-
-def try_fault(fault: Fault, clone: Clone, is_whole: bool) -> str:
-    """The test that notices a fault, and passes without it; '' where none does.
-
-    Raises:
-        RuntimeError: the tests did not run, or that test fails without the fault, too.
-    """
-    with planted(fault, clone.root):
-        tests = ('--numprocesses', '2') if is_whole else fault.tests
-        status, output = clone.run('test', *tests, '-x', '-q')
-    if status == 0:
-        return ''
-    test = first_failure(output)
-    if status not in (1, 2) or test is None:
-        raise RuntimeError(f'the tests did not run, status {status}:\n{output[-2000:]}')
-    status, output = clone.run('test', test, '-q')
+def cloned(folder: str) -> Path:
+    """Clone and build in a folder what is committed; returns the path of the clone."""
+    root = Path(folder, 'rosslt')
+    subprocess.run(['git', 'clone', '--quiet', str(ROOT), str(root)], check=True)
+    (root / 'build/.workspace').mkdir(parents=True)
+    for name in ('build/.workspace/page', 'build/.workspace/lint'):
+        if (ROOT / name).exists():
+            (root / name).symlink_to((ROOT / name).resolve())
+    for fault in FAULTS:
+        text_with(fault, root)
+    status, output = run(root, 'build')
     if status:
-        raise RuntimeError(f'{test} does not pass without it:\n{output[-2000:]}')
-    return test
+        raise ValueError(f'the clone cannot be built:\n{output}')
+    return root
 
 
-def end(number: int, _: object) -> NoReturn:
-    """End on a signal, with all that is to be tidied up."""
-    sys.exit(128 + number)
-
-
-def chosen(names: Sequence[str]) -> List[Fault]:
-    """The faults of these names, by default all; ends the script where there is no such fault."""
-    unknown = sorted(set(names).difference(fault.name for fault in FAULTS))
-    if unknown:
-        sys.exit(f'planted_faults.py: no fault is called {", ".join(unknown)}; -h lists them')
-    return [fault for fault in FAULTS if fault.name in names or not names]
+def verdict(fault: Fault, root: Path, is_whole: bool) -> Tuple[bool, str]:
+    """Whether a test notices a fault, and passes without it; and the words that say so."""
+    with planted(fault, root):
+        tests = ('--numprocesses', '2') if is_whole else fault.tests
+        status, output = run(root, 'test', *tests, '-x', '-q')
+    if status == 0:
+        return False, 'NOT CAUGHT'
+    found = re.search(r'^(?:FAILED|ERROR) (test/\S+?::.+?)(?: - .*)?$', output, re.MULTILINE)
+    if found is None:
+        return False, f'NOT CAUGHT, as the tests did not run:\n{output[-2000:]}'
+    status, output = run(root, 'test', found.group(1), '-q')
+    if status:
+        return False, f'NOT CAUGHT, as {found.group(1)} fails without it, too:\n{output[-2000:]}'
+    return True, f'caught by {found.group(1)}'
 
 
 def main() -> int:
     """Try faults; returns 1 where one is not noticed."""
     parser = argparse.ArgumentParser(
         description='Plant faults, one after the other, in a clone of what is committed, and run the tests that must '
-        'notice them. Exit code 1 where they do not.',
+        'notice them. The exit code is 1 where they do not.',
         epilog='faults: ' + ' '.join(fault.name for fault in FAULTS),
     )
-    parser.add_argument('--whole', action='store_true', help='run all short tests for each, and not those of its room')
+    parser.add_argument(
+        '--whole', action='store_true', help='run all short tests for each, not those of its room alone'
+    )
     parser.add_argument('names', nargs='*', metavar='NAME', help='of a fault; by default all')
     options = parser.parse_args()
-    faults = chosen(options.names)
+    unknown = set(options.names).difference(fault.name for fault in FAULTS)
+    if unknown:
+        parser.error(f'no fault is called {" or ".join(sorted(unknown))}')
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, end)
-    missed = []
+        signal.signal(number, lambda number, _: sys.exit(128 + number))
+    faults = [fault for fault in FAULTS if fault.name in options.names or not options.names]
+    caught = 0
     with tempfile.TemporaryDirectory(prefix='rosslt_faults_') as folder:
-        clone = Clone(folder)
         try:
-            for fault in faults:
-                found_in(fault, clone.root)
+            root = cloned(folder)
         except ValueError as error:
             sys.exit(f'planted_faults.py: {error}')
-        status, output = clone.run('build')
-        if status:
-            sys.exit(f'planted_faults.py: the clone cannot be built:\n{output}')
         for fault in faults:
             start = time.monotonic()
-            try:
-                test = try_fault(fault, clone, options.whole)
-            except RuntimeError as error:
-                test, reason = '', f': {error}'
-            else:
-                reason = ''
-            if not test:
-                missed.append(fault.name)
-            told = f'caught by {test}' if test else f'NOT CAUGHT{reason}'
-            print(f'{fault.room:<10} {fault.name}: {told} ({time.monotonic() - start:.0f} s)', flush=True)
-    print(
-        f'{len(faults) - len(missed)} of {len(faults)} faults were caught'
-        + ''.join(f'\n  not: {one}' for one in missed)
-    )
-    return 1 if missed else 0
+            is_caught, words = verdict(fault, root, options.whole)
+            caught += is_caught
+            print(f'{fault.room}: {fault.name}: {words} ({time.monotonic() - start:.0f} s)', flush=True)
+    print(f'{caught} of {len(faults)} faults were caught')
+    return 0 if caught == len(faults) else 1
 
 
 if __name__ == '__main__':

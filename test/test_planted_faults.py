@@ -2,13 +2,13 @@
 
 import pytest
 
-from planted_faults import FAULTS, ROOT, found_in
+from planted_faults import FAULTS, ROOT, text_with
 from test_rooms import rooms
 
 
 @pytest.mark.parametrize('fault', FAULTS, ids=lambda fault: fault.name)
 def test_a_fault_can_be_planted_and_its_tests_are_there(fault):
-    found_in(fault, ROOT)
+    text_with(fault, ROOT)
     files = [argument for argument in fault.tests if argument.startswith('test/')]
     assert files
     assert all((ROOT / file).exists() for file in files)
