@@ -298,35 +298,41 @@ FAULTS = [
 def text_with(fault: Fault, root: Path) -> str:
     """The text of the file of a fault; ValueError where the old text does not occur exactly once in it."""
     text = (root / 'src/rosslt' / fault.file).read_text(encoding='utf-8')
-    count = text.count(fault.old)
-    if count != 1:
-        raise ValueError(f'{fault.name}: found its old text {count} times in {fault.file}, not once: {fault.old!r}')
+    if text.count(fault.old) != 1:
+        raise ValueError(f'{fault.name}: {text.count(fault.old)} times, not once, in {fault.file}: {fault.old!r}')
     return text
+
+
+def write(path: Path, text: str) -> None:
+    """Write a file that is newer than before by a second or more, so that all that is made of it is made anew."""
+    newer = max(time.time(), path.stat().st_mtime + 1)
+    path.write_text(text, encoding='utf-8')
+    os.utime(path, (newer, newer))
 
 
 @contextlib.contextmanager
 def planted(fault: Fault, root: Path) -> Iterator[None]:
     """Have a fault in a clone for a while."""
     path, text = root / 'src/rosslt' / fault.file, text_with(fault, root)
-    status = path.stat()
-    path.write_text(text.replace(fault.old, fault.new), encoding='utf-8')
+    write(path, text.replace(fault.old, fault.new))
     try:
         yield
     finally:
-        path.write_text(text, encoding='utf-8')
-        os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))  # bytecode of the fault has another time
+        write(path, text)
 
 
 def run(root: Path, *arguments: str) -> Tuple[int, str]:
     """Have `./run` of a clone do something; returns its status and output, and leaves nothing that runs."""
-    command = [str(root / 'run'), *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    pipe = {'stdout': subprocess.PIPE, 'stderr': subprocess.STDOUT}
+    process = subprocess.Popen([str(root / 'run'), *arguments], text=True, start_new_session=True, **pipe)
     try:
         output, _ = process.communicate()
-    except BaseException:
-        process.terminate()  # it ends all that it has started
-        process.wait()
-        raise
+    finally:
+        with contextlib.suppress(ProcessLookupError):  # once all have ended, in the order of `./run`
+            while True:
+                os.killpg(process.pid, signal.SIGTERM)
+                process.poll()
+                time.sleep(0.1)
     return process.returncode, output
 
 
@@ -364,14 +370,11 @@ def verdict(fault: Fault, root: Path, is_whole: bool) -> Tuple[bool, str]:
 
 def main() -> int:
     """Try faults; returns 1 where one is not noticed."""
-    parser = argparse.ArgumentParser(
-        description='Plant faults, one after the other, in a clone of what is committed, and run the tests that must '
-        'notice them. The exit code is 1 where they do not.',
-        epilog='faults: ' + ' '.join(fault.name for fault in FAULTS),
+    text = (
+        'Plant faults in a clone of what is committed, and run tests. The exit code is 1 where a fault is not noticed.'
     )
-    parser.add_argument(
-        '--whole', action='store_true', help='run all short tests for each, not those of its room alone'
-    )
+    parser = argparse.ArgumentParser(description=text, epilog='faults: ' + ' '.join(fault.name for fault in FAULTS))
+    parser.add_argument('--whole', action='store_true', help='run all short tests for each, not only its own')
     parser.add_argument('names', nargs='*', metavar='NAME', help='of a fault; by default all')
     options = parser.parse_args()
     unknown = set(options.names).difference(fault.name for fault in FAULTS)
