@@ -32,11 +32,6 @@ class Fault(NamedTuple):
     new: str
     tests: Tuple[str, ...]
 
-    @property
-    def room(self) -> str:
-        """The first folder of its file."""
-        return self.file.split('/')[0]
-
 
 def suite(name: str) -> Tuple[str, ...]:
     """The arguments that choose one rostest suite."""
@@ -299,7 +294,7 @@ def text_with(fault: Fault, root: Path) -> str:
     """The text of the file of a fault; ValueError where the old text does not occur exactly once in it."""
     text = (root / 'src/rosslt' / fault.file).read_text(encoding='utf-8')
     if text.count(fault.old) != 1:
-        raise ValueError(f'{fault.name}: {text.count(fault.old)} times, not once, in {fault.file}: {fault.old!r}')
+        raise ValueError(f'{fault.name}: its old text stands {text.count(fault.old)} times in {fault.file}, not once')
     return text
 
 
@@ -393,7 +388,7 @@ def main() -> int:
             start = time.monotonic()
             is_caught, words = verdict(fault, root, options.whole)
             caught += is_caught
-            print(f'{fault.room}: {fault.name}: {words} ({time.monotonic() - start:.0f} s)', flush=True)
+            print(f'{fault.name} ({fault.file}): {words} [{time.monotonic() - start:.0f} s]', flush=True)
     print(f'{caught} of {len(faults)} faults were caught')
     return 0 if caught == len(faults) else 1
 
