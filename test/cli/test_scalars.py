@@ -11,3 +11,9 @@ def test_a_text_that_no_node_could_be_sent_is_refused():
     with pytest.raises(ValueError, match='is not UTF-8'):
         parse_scalar(os.fsdecode(b'caf\xe9'), 'str')
     assert parse_scalar('caf\xe9', 'str') == 'caf\xe9'
+
+
+@pytest.mark.parametrize('text', ['inf', '-inf', 'nan', '1e999'])
+def test_a_number_that_is_not_finite_is_refused(text):
+    with pytest.raises(ValueError, match='is not finite'):
+        parse_scalar(text, 'float')
