@@ -100,12 +100,31 @@ def received(message):
     return plain
 
 
-def test_a_plain_message_has_the_provenance_of_the_last_whole_one_of_the_same_thing():
+def test_a_plain_message_has_the_provenance_of_the_last_whole_one_that_it_equals():
     last = LastProvenance()
     whole = received(Point(X, X * Y, 5.0))
     assert last.completed(whole, '/node', 1.0) is whole
-    plain = Point(2.0, 6.5, 5.0)
+    plain = Point(2.0, 6.0, 7.0)
     found = last.completed(plain, '/node', 1.1)
+    assert found == plain
+    assert sources(found) == [A, B]
+    assert not is_tracked(plain)
+    assert last.completed(Point(2.0, 6.5, 5.0), '/node', 1.1) is None
+
+
+def test_nan_is_no_other_number():
+    last = LastProvenance()
+    last.completed(received(Point(X, 0, 0)), '/node', 1.0)
+    assert last.completed(Point(math.nan, 0, 0), '/node', 1.1) is None
+    assert last.approximated(Point(math.nan, 0, 0), '/node', 1.1).x != X
+
+
+def test_a_message_that_has_moved_is_approximated_on_request():
+    last = LastProvenance()
+    whole = received(Point(X, X * Y, 5.0))
+    assert last.approximated(whole, '/node', 1.0) is whole
+    plain = Point(2.0, 6.5, 5.0)
+    found = last.approximated(plain, '/node', 1.1)
     assert found == Point(2.0, 6.5, 5.0)
     assert sources(found) == [A, B]
     assert not is_tracked(found.z)
@@ -155,12 +174,13 @@ def test_texts_keep_their_sources_as_long_as_they_are_the_same():
     last.completed(received(String(track('a', A))), '/node', 1.0)
     assert sources(last.completed(String('a'), '/node', 1.0)) == [A]
     assert not is_tracked(last.completed(String('b'), '/node', 1.0))
+    assert not is_tracked(last.approximated(String('b'), '/node', 1.0))
 
 
 def test_what_moves_and_is_curved_keeps_its_sources():
     last = LastProvenance()
     last.completed(received(Point(math.sin(X), 0, 0)), '/node', 1.0)
-    moved = last.completed(Point(0.95, 0, 0), '/node', 1.01).x
+    moved = last.approximated(Point(0.95, 0, 0), '/node', 1.01).x
     assert moved == 0.95
     assert sources(moved) == [A]
     assert evaluate(moved, {A: 2.5}) == pytest.approx(0.95 + math.sin(2.5) - math.sin(2.0))

@@ -57,9 +57,8 @@ def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterato
         publisher = publisher.decode('utf-8', 'replace') if isinstance(publisher, bytes) else publisher
         # rosbag has one class for all types of the same fields, such as Point and Vector3
         received = decoder.decode(data, message_class, topic, publisher)
-        yield received._replace(
-            type=type_, message=last.completed(received.message, (topic, publisher), stamp.to_sec())
-        )
+        completed = last.completed(received.message, (topic, publisher), stamp.to_sec())
+        yield received._replace(type=type_, message=received.message if completed is None else completed)
 
 
 def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Tuple[str, Any, genpy.Time, Any]]:

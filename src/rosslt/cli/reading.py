@@ -105,7 +105,8 @@ class Inbox:
             # rospy itself listens to /clock where use_sim_time is set, and all subscribers of a topic in a process
             # share the class of the first one
             received = Received(topic, header['callerid'], message._type, message)
-        message = self._last.completed(received.message, (topic, received.publisher))
+        completed = self._last.completed(received.message, (topic, received.publisher))
+        message = received.message if completed is None else completed
         self._queue.put(received._replace(message=message, is_latched=header.get('latching') == '1'))
 
     def next(self, timeout: Optional[float] = None) -> Received:

@@ -91,7 +91,7 @@ class _Rewriter:
         """The data of a message with the other source values; None where it has no value."""
         data, message_class = raw[1], raw[-1]
         received = self._decoder.decode(data, message_class, name).message
-        message = self._last.completed(received, (name, header.get('callerid')), stamp)
+        message = self._last.approximated(received, (name, header.get('callerid')), stamp)
         topic.is_approximate = topic.is_approximate or message is not received
         fields = messages.tracked_fields(message)
         if not fields:

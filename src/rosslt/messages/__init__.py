@@ -34,13 +34,14 @@ from rosslt.messages.inband import (
 from rosslt.messages.leaves import set_leaves, tracked_fields, tracked_leaves, with_leaves
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
-from rosslt.messages.sampling import LastProvenance, SampledProvenance
+from rosslt.messages.sampling import MOST_THINGS, LastProvenance, SampledProvenance, thing_reader
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 
 __all__ = [
     'BadHeader',
     'Decoded',
     'LastProvenance',
+    'MOST_THINGS',
     'MessagePath',
     'NoSuchPart',
     'SampledProvenance',
@@ -71,6 +72,7 @@ __all__ = [
     'tracked_fields',
     'tracked_leaves',
     'tracked_names',
+    'thing_reader',
     'tracked_type',
     'unwrap',
     'with_leaves',

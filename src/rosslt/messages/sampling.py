@@ -113,7 +113,7 @@ class SampledProvenance:
         if data:
             if len(self._due) >= MOST_THINGS:
                 self._due.clear()
-            pause = max(1.0, (time.thread_time() - start) / COSTLY) * period
+            pause = min(max(1.0, (time.thread_time() - start) / COSTLY) * period, max(period, KEPT / 2))
             # on average one a pause: what comes early or late does not shift those that follow
             self._due[_plain(thing)] = now + pause if due is None else max(now, due + pause)
         return data
@@ -136,9 +136,7 @@ class LastProvenance:
         self._lock = threading.Lock()
 
     def completed(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> Any:
-        """A message with its provenance where it is whole, else with that of the last whole message of the same thing.
-
-        A leaf that has moved since keeps the sources that it had then: its expression is that one plus the difference.
+        """Complete a plain message that equals the last whole one of the same thing in each leaf that has provenance.
 
         Args:
             message: as received; not changed.
@@ -146,14 +144,29 @@ class LastProvenance:
             now: when it came, in seconds; by default now.
 
         Returns:
-            itself where it is whole, or nothing is kept; else a copy.
+            the message itself where it is whole, or nothing is kept; a copy with provenance where it is complete by
+            that; None where it has moved since: its sources are told by the next whole one.
         """
         kept = self._of(message, publisher, time.monotonic() if now is None else now)
         if kept is None:
             return message
         found = locate(message, kept.wanted, [])
-        values = [_moved(tracked, leaf[2]) for tracked, leaf in zip(kept.leaves, found)]
-        return with_leaves(message, dict(zip(kept.wanted, values))) if values else message
+        is_same = all(_is_same(untracked(tracked), leaf[2]) for tracked, leaf in zip(kept.leaves, found))
+        return with_leaves(message, dict(zip(kept.wanted, kept.leaves))) if is_same else None
+
+    def approximated(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> Any:
+        """Complete a message, also one that has moved: its expression is the last one plus the difference.
+
+        Args:
+            message, publisher, now: as of `completed`.
+        """
+        kept = self._of(message, publisher, time.monotonic() if now is None else now)
+        if kept is None:
+            return message
+        found = locate(message, kept.wanted, [])
+        return with_leaves(
+            message, {at: _moved(tracked, leaf[2]) for at, tracked, leaf in zip(kept.wanted, kept.leaves, found)}
+        )
 
     def is_between(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> bool:
         """Return True for a plain message whose publisher has just sent provenance for the same thing."""
@@ -187,10 +200,15 @@ class _Kept(NamedTuple):
     at: float
 
 
+def _is_same(one: Any, other: Any) -> bool:
+    """Return whether two plain values are the same, as NaN is the same as NaN."""
+    return type(one) is type(other) and bool(one == other or (one != one and other != other))
+
+
 def _moved(tracked: Any, value: Any) -> Any:
     """A plain value with the provenance that it had a moment ago; itself where it is no number and another one now."""
     plain = untracked(tracked)
-    if type(value) is type(plain) and (value == plain or value != value):
+    if _is_same(plain, value):
         return tracked
     is_number = type(value) in (float, int) and type(plain) is type(value)
     return lazy_of([value], lambda _, __: tracked)[0] if is_number else value

@@ -256,6 +256,10 @@ class CommitParticipant:
 
     def _take_back(self, change: _Transaction) -> List[str]:
         """Give locations the values again that they had before; returns the reason against it."""
+        try:
+            self.wait_for(change.turns)
+        except Refused as refused:
+            return [str(refused)]
         for location, turn in change.turns.items():
             if location.turn != turn:
                 return [f'{location.name} has been changed since']

@@ -56,6 +56,8 @@ class Listener:
         header = message._connection_header or {}
         publisher = header.get('callerid', '')
         message = self._last.completed(message, publisher)
+        if message is None:  # a whole one follows
+            return
         heard = Heard(publisher, message, header.get('latching') == '1')
         while True:
             try:

@@ -292,16 +292,12 @@ class ReadParameters(Parameter):
                 return
             stood = self._owner.mirror.exchange(key, wanted)
             with self._owner.lock:
-                if part_of(self._known, key) is not known:  # this process has read it meanwhile
-                    self.learn(key)
-                    expected = part_of(self._known, key)
-                elif is_sent_alike(stood, expected):
+                if part_of(self._known, key) is known and is_sent_alike(stood, expected):
                     self._known = with_part(self._known, key, wanted)
                     self._said = self._scalars(self._known)
                     return
-                else:
-                    self._take_in(key, stood)
-                    expected = wanted
+                self._take_in(key, stood)
+                expected = wanted
 
 
 def _warn_of_int(key: str, site: CallSite, value: Any, default: Any) -> None:

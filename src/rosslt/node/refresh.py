@@ -16,7 +16,7 @@ Not evaluated anew are records of several moments, which are no functions of the
 
 import sys
 import threading
-from typing import Any, Dict, FrozenSet, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Dict, FrozenSet, Hashable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 
@@ -105,7 +105,7 @@ class Refresher:
     def __init__(self) -> None:
         self._leaves: Dict[int, _Leaf] = {}  # by the ids of their values, which they keep alive
         self._kept = 0  # how many of them were in use when it was last looked
-        self._last: Dict[int, _Leaf] = {}  # those of the last message, by index
+        self._last: Dict[Hashable, Dict[int, _Leaf]] = {}  # those of the last message of each thing, by index
         self._outdated: _Outdated = {}
 
     def fresh(self, message: Any, was_sent: bool = False) -> Any:
@@ -122,9 +122,10 @@ class Refresher:
         outdated = self._outdated = self._outdated if self._outdated == outdated else outdated
         try:
             fields = messages.tracked_fields(message)
+            thing = values.untracked(messages.thing_reader(message.__class__)(message))
         except (TypeError, AttributeError):
             return message  # its serialization reports the fault
-        leaves, last = self._leaves, self._last
+        leaves, last = self._leaves, self._last.get(thing, {})
         found: Dict[int, _Leaf] = {}
         new: Dict[int, Tuple[int, Any]] = {}
         for index, value, _ in fields:
@@ -138,7 +139,9 @@ class Refresher:
             found[id(value)] = leaf.sent_again() if was_sent else leaf
         found = _evaluated(found, outdated)
         leaves.update(found)
-        self._last = {index: found[id(value)] for index, value, _ in fields}
+        if len(self._last) >= messages.MOST_THINGS:
+            self._last = {}
+        self._last[thing] = {index: found[id(value)] for index, value, _ in fields}
         self._forget_unused(leaves)
         replaced = {}
         for index, value, kind in fields:

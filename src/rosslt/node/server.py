@@ -5,7 +5,7 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 `locations`, and the parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/source_change`.
 """
 
-from typing import Any, Callable, Iterable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import rospy
 
@@ -19,7 +19,7 @@ from rosslt.node.directory import Directory
 from rosslt.node.history import History, Request, applied_change, differing
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.location_topic import LocationTopic
-from rosslt.node.locations import LiteralLocation, Location, Locations
+from rosslt.node.locations import HeldLocation, LiteralLocation, Location, Locations
 from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
@@ -203,17 +203,25 @@ class Owner:
         Returns:
             (the reasons of refusals, one a location, empty where there is none; what has changed).
         """
-        changes: List[Change] = []
+        # Setters first: while the lock is given up for them, others may change what this node holds.
+        order = sorted(range(len(wanted)), key=lambda index: isinstance(wanted[index][0], HeldLocation))
+        done: Dict[int, Change] = {}
         with self._participant.hold([location for location, _ in wanted], requester):
-            for location, value in wanted:
+            for index in order:
+                location, value = wanted[index]
                 try:
-                    changes.append((location, *location.set_outside(value)))
+                    if self.known(location.id) is not location:
+                        raise Refused(f'{location.name} is another one by now')
+                    if type(value) is not location.type:  # of a parameter that has another type since
+                        value = location.checked(value)
+                    done[index] = (location, *location.set_outside(value))
                 except Refused as refused:
                     rospy.logerr('%s: %s', location.name, refused)
-                    self._put_back(changes)
+                    self._put_back([done[one] for one in order if one in done])
                     reasons = [''] * len(wanted)
-                    reasons[len(changes)] = str(refused)
+                    reasons[index] = str(refused)
                     return reasons, []
+            changes = [done[index] for index in range(len(wanted))]
             with READINGS.lock:
                 for location, _, new in changes:
                     location.put(new)

@@ -201,9 +201,9 @@ class Subscriber(rospy.Subscriber):
     Args:
         name, data_class, callback, and all others: as of `rospy.Subscriber`; `data_class` may be a tracked
             type.
-        keep_provenance: have plain messages between whole ones come with the last provenance of the same thing, for
-            who looks at messages or changes them; who computes from them takes the whole ones. Messages are not to be
-            changed then: one that is the same as the one before may have the very objects of that.
+        keep_provenance: for who displays messages or changes what is in them. Plain messages between whole ones have
+            the last provenance of the same thing where they equal it, and are left out where they have moved since.
+            Messages must not be changed then: one that equals the one before may have the very objects of that.
     """
 
     def __init__(
@@ -246,9 +246,10 @@ def _keeping(callback: Callable[..., Any]) -> Callable[..., None]:
     @functools.wraps(callback)
     def kept(message: Any, *callback_args: Any) -> None:
         header = message._connection_header
-        message = last.completed(message, (header or {}).get('callerid', ''))
-        message._connection_header = header
-        callback(message, *callback_args)
+        completed = last.completed(message, (header or {}).get('callerid', ''))
+        if completed is not None:
+            completed._connection_header = header
+            callback(completed, *callback_args)
 
     return kept
 

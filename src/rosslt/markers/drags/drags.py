@@ -217,7 +217,11 @@ class Drags:
         for name, drop in list(self._drops.items()):
             error = '' if drop.loop.observer.new else self._why_raised(drop.drag)
             if not error:
-                drop.see(self._scene.handle(name))
+                try:
+                    drop.see(self._scene.handle(name))
+                except Exception:
+                    self._drops.pop(name, None)
+                    raise
                 if not drop.loop.is_over:
                     continue
             if self._drops.get(name) is not drop:

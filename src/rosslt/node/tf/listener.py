@@ -31,7 +31,7 @@ class TransformListener(tf2_ros.TransformListener):
     def callback(self, data: TFMessage) -> None:
         """Take transforms: those between whole messages with the provenance that they had last."""
         header = data._connection_header
-        completed = self._last.completed(data, header['callerid'])
+        completed = self._last.approximated(data, header['callerid'])
         completed._connection_header = header
         super().callback(completed)
 
