@@ -70,7 +70,6 @@ def find_states(tree: ast.Module) -> States:
     steps: Set[ast.AST] = set()
     starts: Set[ast.AST] = set()
     module_states: Set[str] = set()
-    globals_used: Set[str] = set()
     by_scope: List[Tuple[ast.AST, List[_Change], Set[str]]] = []
     for scope in ast.walk(tree):
         if isinstance(scope, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Module)):
@@ -78,7 +77,6 @@ def find_states(tree: ast.Module) -> States:
             declared = {
                 name for node in _within(scope) if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names
             }
-            globals_used |= declared
             by_scope.append((scope, changes, declared))
     owners = _classes_of(tree)
     attributes: Dict[Optional[ast.AST], Set[str]] = {}
