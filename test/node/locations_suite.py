@@ -118,7 +118,7 @@ class Literals(unittest.TestCase):
     def test_a_text_that_no_message_can_hold_is_refused(self):
         name = rosslt.location('lamp', name='text')
         change = rospy.ServiceProxy('~rosslt/change_sources', ChangeSources)
-        answer = change([rosslt.sources(name)[0].location_id], ['"\\ud800"'], 'a test')
+        answer = change(location_ids=[rosslt.sources(name)[0].location_id], values=['"\\ud800"'])
         self.assertFalse(answer.applied)
         self.assertIn('half a surrogate pair', answer.reasons[0])
         self.assertEqual(listed('text').value, '"lamp"')
