@@ -119,7 +119,7 @@ class Literals(unittest.TestCase):
         name = rosslt.location('lamp', name='text')
         change = rospy.ServiceProxy('~rosslt/change_sources', ChangeSources)
         answer = change(location_ids=[rosslt.sources(name)[0].location_id], values=['"\\ud800"'])
-        self.assertFalse(answer.applied)
+        self.assertEqual(answer.state, 'refused')
         self.assertIn('half a surrogate pair', answer.reasons[0])
         self.assertEqual(listed('text').value, '"lamp"')
         with self.assertRaisesRegex(ValueError, 'half a surrogate pair'):
