@@ -260,7 +260,7 @@ class Told(unittest.TestCase):
 class Callbacks(unittest.TestCase):
     def test_on_change_is_called_with_the_new_value(self):
         heard = []
-        rate = rosslt.location(2.0, name='rate', on_change=heard.append)
+        rate = rosslt.location(2.0, name='pace', on_change=heard.append)
         rosslt.force_value(rate, 3.0)
         wait_until(lambda: heard == [3.0], 'it is called')
         self.assertTrue(rosslt.is_tracked(heard[0]))
