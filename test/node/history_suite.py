@@ -264,7 +264,7 @@ class Callbacks(unittest.TestCase):
         rosslt.force_value(rate, 3.0)
         wait_until(lambda: heard == [3.0], 'it is called')
         self.assertTrue(rosslt.is_tracked(heard[0]))
-        rospy.set_param('~rosslt/rate', 4.0)
+        rospy.set_param('~rosslt/pace', 4.0)
         wait_until(lambda: heard == [3.0, 4.0], 'it is called again')
 
     def test_on_change_is_called_once_for_a_whole_message(self):
