@@ -146,7 +146,7 @@ FAULTS = [
         'node/server.py',
         '                    self._put_back(changes)\n                    reasons',
         '                    reasons',
-        suite('node/locations'),
+        ('test/node/test_commit_participant.py',),
     ),
     Fault(
         'reserved_location_that_is_changed_by_others',

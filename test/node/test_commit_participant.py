@@ -66,10 +66,13 @@ def test_where_a_setter_refuses_what_was_put_is_put_back(owner):
     def refuse(_value):
         raise ValueError('hot')
 
+    pump = [3.0]
+    added(owner, ExternalLocation('pump', 'pump', SITE, 3.0, lambda: pump[-1], pump.append)).name_node('/owner')
     added(owner, ExternalLocation('motor', 'motor', SITE, 1.0, lambda: 1.0, refuse)).name_node('/owner')
-    answer = change(owner, {'gain': '2.5', 'motor': '2.0'})
-    assert (answer.state, answer.reasons) == ('refused', ['', 'ValueError: hot'])
+    answer = change(owner, {'gain': '2.5', 'pump': '4.0', 'motor': '2.0'})
+    assert (answer.state, answer.reasons) == ('refused', ['', '', 'ValueError: hot'])
     assert value(owner, 'gain') == 1.0
+    assert pump == [3.0, 4.0, 3.0]
 
 
 def test_what_is_prepared_is_committed_or_aborted_and_a_second_decision_is_ignored(owner):
