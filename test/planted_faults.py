@@ -144,7 +144,7 @@ FAULTS = [
     Fault(
         'setters_not_put_back_where_one_refuses',
         'node/server.py',
-        '                    self._put_back(changes)\n                    reasons',
+        '                    self._put_back([done[one] for one in order if one in done])\n                    reasons',
         '                    reasons',
         ('test/node/test_commit_participant.py',),
     ),

@@ -55,9 +55,7 @@ class Listener:
     def _take(self, message: Any) -> None:
         header = message._connection_header or {}
         publisher = header.get('callerid', '')
-        message = self._last.completed(message, publisher)
-        if message is None:  # a whole one follows
-            return
+        message = self._last.approximated(message, publisher)
         heard = Heard(publisher, message, header.get('latching') == '1')
         while True:
             try:
