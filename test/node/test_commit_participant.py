@@ -99,3 +99,40 @@ def test_what_is_being_changed_is_waited_for_or_refused(owner):
     with owner.lock, owner._participant.hold([gain], '/hand'):
         assert change(owner, {'gain': '2.5'}).reasons == ['gain is just being changed by /hand: try again']
     assert change(owner, {'gain': '2.5'}).state == 'applied'
+
+
+def test_what_was_prepared_is_refused_where_the_location_has_another_type_since(owner):
+    change(owner, {'gain': '2.5'}, transaction_id='a', phase='prepare', nodes=['/owner'], lease=1.0)
+    location = owner.locations.by_id[ids(owner, 'gain')[0]]
+    location.type = str
+    committed = owner.change_sources(ChangeSourcesRequest(phase='commit', transaction_id='a'))
+    assert committed.state == 'refused'
+    assert 'gain is a str, and 2.5 is not' in committed.reasons
+    assert location.value == 1.0
+
+
+def test_nothing_is_taken_back_from_a_location_that_somebody_is_changing(owner):
+    change(owner, {'gain': '2.5'}, transaction_id='a', phase='prepare', nodes=['/owner'], lease=1.0)
+    abort = ChangeSourcesRequest(phase='abort', transaction_id='a')
+    assert owner.change_sources(ChangeSourcesRequest(phase='commit', transaction_id='a')).state == 'applied'
+    location = owner.locations.by_id[ids(owner, 'gain')[0]]
+    with owner.lock, owner._participant.hold([location], '/other'):
+        answer = owner.change_sources(abort)
+        assert (answer.state, answer.reasons) == ('applied', ['gain is just being changed by /other: try again'])
+        assert location.value == 2.5
+    assert owner.change_sources(abort).state == 'aborted'
+    assert location.value == 1.0
+
+
+def test_values_that_this_node_holds_are_read_once_all_setters_have_been_called(owner):
+    """Others may set them while the lock is given up for a setter."""
+    gain = owner.locations.by_id[ids(owner, 'gain')[0]]
+    readings = [1.0]
+
+    def set_it(value):
+        readings[0] = value
+        gain.put(4.0)
+
+    added(owner, ExternalLocation('motor', 'motor', SITE, 1.0, lambda: readings[0], set_it)).name_node('/owner')
+    answer = change(owner, {'gain': '2.5', 'motor': '2.0'})
+    assert [(one.old_value, one.new_value) for one in answer.changes] == [('4.0', '2.5'), ('1.0', '2.0')]
