@@ -14,13 +14,24 @@ import pytest
 
 HERE = Path(__file__).parent
 SUITES = sorted(HERE.rglob('*.test'))
+#: Suites that take long and whose promises others touch as well, or that show a whole demo.
+SLOW = {
+    *('cli/statistics', 'instrument/flying', 'markers/arm', 'markers/demo', 'markers/robot', 'markers/watching'),
+    *('markers/talker_listener', 'markers/visualization_talker_listener', 'node/closed_loop', 'script/mouse_drags'),
+}
 DEFAULT_TIME_LIMIT = 60  # rostest's own, in seconds, for a <test> that says none
 STARTING_AND_STOPPING = 60
 SHUTTING_DOWN = 20
 
 
+def name_of(suite):
+    return str(suite.relative_to(HERE).with_suffix(''))
+
+
 @pytest.mark.rostest
-@pytest.mark.parametrize('suite', SUITES, ids=lambda suite: str(suite.relative_to(HERE).with_suffix('')))
+@pytest.mark.parametrize(
+    'suite', [pytest.param(one, id=name_of(one), marks=[pytest.mark.slow] * (name_of(one) in SLOW)) for one in SUITES]
+)
 def test_rostest(suite, tmp_path):
     results = tmp_path / 'results'
     status, output = run(

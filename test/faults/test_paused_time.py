@@ -8,7 +8,7 @@ import rosgraph
 from support.processes import Node, wait_until
 from support.shell import lines
 
-pytestmark = pytest.mark.rostest
+pytestmark = [pytest.mark.rostest, pytest.mark.slow]
 
 OWNER = """
     rosslt.location(1.0, name='x')

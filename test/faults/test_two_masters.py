@@ -10,7 +10,7 @@ import rosgraph
 from support.processes import Master, Node, wait_until
 from support.shell import rosslt
 
-pytestmark = pytest.mark.rostest
+pytestmark = [pytest.mark.rostest, pytest.mark.slow]
 
 TALKER = """
     publisher = rosslt.Publisher('place', Float64, queue_size=1)
