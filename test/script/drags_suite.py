@@ -68,7 +68,7 @@ class Drags(unittest.TestCase):
         cls.trajectory = cls.quadcopter = None
         cls.time = Time({'trajectory': PoseTracked, 'quadcopter': Marker})
         rosslt.Subscriber('trajectory_markers', MarkerArray, cls.take_trajectory)
-        rosslt.Subscriber('quadcopter', Marker, cls.take_quadcopter)
+        rosslt.Subscriber('quadcopter', Marker, cls.take_quadcopter, keep_provenance=True)
         wait_until(lambda: cls.time.tick(0.1) or cls.trajectory, 'a trajectory', 40.0)
         cls.hand = Hand()
 

@@ -27,7 +27,7 @@ class MouseDrags(MouseCase):
     def setUpClass(cls):
         super().setUpClass()
         cls.quadcopter, cls.curve = None, []
-        rosslt.Subscriber('quadcopter', Marker, cls.take_quadcopter)
+        rosslt.Subscriber('quadcopter', Marker, cls.take_quadcopter, keep_provenance=True)
         rosslt.Subscriber('trajectory_markers', MarkerArray, cls.take_curve)
 
     @classmethod
