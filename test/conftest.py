@@ -1,6 +1,7 @@
 """Settings and checks for every test run."""
 
 import os
+import sys
 
 import pytest
 from hypothesis import settings
@@ -45,6 +46,9 @@ def master_of_the_folder(request):
     with pytest.MonkeyPatch.context() as patch:
         if uri is not None:
             patch.setenv('ROS_MASTER_URI', uri)
+        if 'rospy.client' in sys.modules:
+            # rospy would go on asking the master of the folder that has read a parameter first
+            patch.setattr(sys.modules['rospy.client'], '_param_server', None)
         yield
 
 

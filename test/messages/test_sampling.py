@@ -143,12 +143,14 @@ def test_nothing_is_told_of_other_things_other_publishers_other_sizes_and_long_a
     others = [
         (MarkerArray([Marker(id=2)]), '/node', 1.1),
         (plain, '/other', 1.1),
-        (MarkerArray([*plain.markers, Marker()]), '/node', 1.1),
         (plain, '/node', 1.1 + KEPT),
     ]
     for message, publisher, now in others:
         assert last.completed(message, publisher, now) is message
         assert not last.is_between(message, publisher, now)
+    longer = MarkerArray([*plain.markers, Marker()])
+    assert last.completed(longer, '/node', 1.1) is None
+    assert last.approximated(longer, '/node', 1.1) is longer
     assert last.is_between(plain, '/node', 1.1)
     assert is_tracked(last.completed(plain, '/node', 1.1))
 
@@ -165,8 +167,9 @@ def test_nothing_is_told_of_another_thing_further_on_in_a_message():
     last.completed(whole, '/node', 0.0)
     same = last.completed(transforms('hand', 'camera'), '/node', 0.01)
     assert sources(same.transforms[1].transform.translation.x) == [A]
-    other = last.completed(transforms('hand', 'laser'), '/node', 0.02)
-    assert not is_tracked(other.transforms[1].transform.translation.x)
+    other = transforms('hand', 'laser')
+    assert last.completed(other, '/node', 0.02) is None
+    assert not is_tracked(last.approximated(other, '/node', 0.02).transforms[1].transform.translation.x)
 
 
 def test_texts_keep_their_sources_as_long_as_they_are_the_same():

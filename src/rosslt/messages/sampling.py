@@ -144,14 +144,14 @@ class LastProvenance:
             now: when it came, in seconds; by default now.
 
         Returns:
-            the message itself where it is whole, or nothing is kept; a copy with provenance where it is complete by
-            that; None where it has moved since: its sources are told by the next whole one.
+            the message itself where it is whole, or nothing is kept; a copy with provenance where it equals what is
+            kept; None where it does not: its sources are told by the next whole one.
         """
-        kept = self._of(message, publisher, time.monotonic() if now is None else now)
+        kept = self._of(message, publisher, now)
         if kept is None:
             return message
-        found = locate(message, kept.wanted, [])
-        is_same = all(_is_same(untracked(tracked), leaf[2]) for tracked, leaf in zip(kept.leaves, found))
+        found = kept.located(message)
+        is_same = found is not None and all(map(_is_same, map(untracked, kept.leaves), found))
         return with_leaves(message, dict(zip(kept.wanted, kept.leaves))) if is_same else None
 
     def approximated(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> Any:
@@ -160,33 +160,32 @@ class LastProvenance:
         Args:
             message, publisher, now: as of `completed`.
         """
-        kept = self._of(message, publisher, time.monotonic() if now is None else now)
-        if kept is None:
+        kept = self._of(message, publisher, now)
+        found = None if kept is None else kept.located(message)
+        if kept is None or found is None:
             return message
-        found = locate(message, kept.wanted, [])
-        return with_leaves(
-            message, {at: _moved(tracked, leaf[2]) for at, tracked, leaf in zip(kept.wanted, kept.leaves, found)}
-        )
+        return with_leaves(message, dict(zip(kept.wanted, map(_moved, kept.leaves, found))))
 
     def is_between(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> bool:
         """Return True for a plain message whose publisher has just sent provenance for the same thing."""
-        return self._of(message, publisher, time.monotonic() if now is None else now) is not None
+        return self._of(message, publisher, now) is not None
 
-    def _of(self, message: Any, publisher: Hashable, now: float) -> 'Optional[_Kept]':
+    def _of(self, message: Any, publisher: Hashable, now: Optional[float]) -> 'Optional[_Kept]':
         """Return the stored provenance for a plain message; store the provenance of any other and return None."""
+        now = time.monotonic() if now is None else now
         fields: List[Tuple[int, Any, str]] = []
         size = walkers(message.__class__).collect(message, 0, fields)
-        thing = publisher, thing_reader(message.__class__, reads_all=True)(message)
+        thing = publisher, thing_reader(message.__class__)(message)
         with self._lock:
             if fields:
                 if len(self._kept) >= MOST_THINGS:
                     self._kept.clear()
-                self._kept[thing] = _Kept(
-                    [*(index for index, _, _ in fields), END], [each[1] for each in fields], size, now
-                )
+                wanted = [*(index for index, _, _ in fields), END]
+                names = thing_reader(message.__class__, reads_all=True)(message)
+                self._kept[thing] = _Kept(wanted, [each[1] for each in fields], size, names, now)
                 return None
             kept = self._kept.get(thing)
-        return kept if kept is not None and kept.size == size and now <= kept.at + KEPT else None
+        return kept if kept is not None and now <= kept.at + KEPT else None
 
 
 class _Kept(NamedTuple):
@@ -197,7 +196,17 @@ class _Kept(NamedTuple):
     leaves: List[Any]
     size: int
     """The number of all leaves of the message."""
+    names: Tuple[Hashable, ...]
+    """All texts and whole numbers of the message."""
     at: float
+
+    def located(self, message: Any) -> Optional[List[Any]]:
+        """The leaves of a plain message in the order of `leaves`; None where it tells of other things further on."""
+        if walkers(message.__class__).collect(message, 0, []) != self.size:
+            return None
+        if thing_reader(message.__class__, reads_all=True)(message) != self.names:
+            return None
+        return [leaf[2] for leaf in locate(message, self.wanted, [])]
 
 
 def _is_same(one: Any, other: Any) -> bool:
