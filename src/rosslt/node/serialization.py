@@ -71,7 +71,14 @@ def serializer(
     is_plain = messages.plain_check(message_class)
     if is_plain is None:
         return make
-    return lambda message: message if is_plain(message) else make(message)
+
+    def outgoing(message: Any) -> Any:
+        try:
+            return message if is_plain(message) else make(message)
+        except AttributeError:
+            return message  # rospy says which field is wrong when it serializes it
+
+    return outgoing
 
 
 @functools.lru_cache(maxsize=None)
