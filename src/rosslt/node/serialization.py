@@ -68,9 +68,10 @@ def serializer(
     if message_class is rospy.AnyMsg:
         return lambda message: message  # with the provenance that it was received with
     make = functools.partial(_class_with_provenance(message_class), refresher, provenance)
-    is_plain = messages.plain_check(message_class)
-    if is_plain is None:
+    check = messages.plain_check(message_class)
+    if check is None:
         return make
+    is_plain = check
 
     def outgoing(message: Any) -> Any:
         try:
