@@ -200,9 +200,51 @@ static Py_ssize_t joint_size(Py_ssize_t first, Py_ssize_t second)
     return (large < 0 ? large : small + (large < max_shared_size ? large : max_shared_size)) + 1;
 }
 
-/* A new value, which knows the collector if one of its operands does, and stays in the limit. */
-static PyObject *finished(PyObject *result, int collected)
+static long long allowance = LLONG_MAX; /* how many operations may still be recorded; none where it is 0 */
+
+/* As `limit_recording` in recording.py. */
+PyObject *allow(PyObject *module, PyObject *count)
 {
+    long long number = PyLong_AsLongLong(count);
+    if (number == -1 && PyErr_Occurred()) return NULL;
+    allowance = number;
+    Py_RETURN_NONE;
+}
+
+/* Whether so many operations may be recorded: -1 with an error. */
+static int spent(long long count)
+{
+    if (allowance > count) {
+        allowance -= count;
+        return 1;
+    }
+    if (allowance == 0) return 0;
+    allowance = LLONG_MAX; /* what refilling does is not counted */
+    PyObject *given = PyObject_CallObject(refill, NULL);
+    long long number = given == NULL ? -1 : PyLong_AsLongLong(given);
+    Py_XDECREF(given);
+    if (number < 0) return PyErr_Occurred() ? -1 : 0;
+    allowance = number;
+    return number > 0;
+}
+
+/* As in recording.py. */
+PyObject *spend(PyObject *module, PyObject *count)
+{
+    long long number = PyLong_AsLongLong(count);
+    int may_record = number == -1 && PyErr_Occurred() ? -1 : spent(number);
+    return may_record < 0 ? NULL : PyBool_FromLong(may_record);
+}
+
+/* The result of an operation: an int, or a float where that is NULL. It is plain where no more may be recorded. It knows
+   the collector if one of its operands does, and stays in the limit. */
+static PyObject *finished(PyObject *whole, double value, PyObject *form, PyObject *first, PyObject *second, int kind,
+                          Py_ssize_t size, int collected)
+{
+    int may_record = spent(1);
+    if (may_record <= 0) return may_record < 0 ? NULL : whole ? Py_NewRef(whole) : PyFloat_FromDouble(value);
+    PyObject *result = whole ? new_int(whole, form, first, second, kind, size)
+                             : new_float(value, form, first, second, kind, size);
     if (result == NULL) return NULL;
     Record *record = record_of(result);
     if (collected) collect(result, record);
@@ -231,8 +273,7 @@ static inline PyObject *result_of(int operator, PyObject *v, PyObject *w, PyObje
         collected = collected || record_of(second)->collected;
     }
     PyObject *form = forms[kind - OPERATOR];
-    if (whole != NULL) return finished(new_int(whole, form, first, second, kind, size), collected);
-    return finished(new_float(value, form, first, second, kind, size), collected);
+    return finished(whole, value, form, first, second, kind, size, collected);
 }
 
 PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject *second, int kind)
@@ -244,8 +285,9 @@ PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject 
         size = joint_size(record->size, record_of(second)->size);
         collected = collected || record_of(second)->collected;
     }
-    if (PyLong_CheckExact(value)) return finished(new_int(value, form, first, second, kind, size), collected);
-    return finished(new_float(PyFloat_AS_DOUBLE(value), form, first, second, kind, size), collected);
+    int is_float = PyFloat_CheckExact(value);
+    return finished(is_float ? NULL : value, is_float ? PyFloat_AS_DOUBLE(value) : 0.0, form, first, second, kind, size,
+                    collected);
 }
 
 /* What an operator gives that has something else than floats to do. */
@@ -322,7 +364,7 @@ static PyObject *single(PyObject *self, unaryfunc compute, PyObject *form)
 static PyObject *single_float(PyObject *self, double value, PyObject *form)
 {
     const Record *record = record_of(self);
-    return finished(new_float(value, form, self, Py_None, ANY_SINGLE, record->size + 1), record->collected);
+    return finished(NULL, value, form, self, Py_None, ANY_SINGLE, record->size + 1, record->collected);
 }
 
 static PyObject *negate(PyObject *self)
