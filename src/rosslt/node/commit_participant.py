@@ -37,8 +37,8 @@ ABORT_TIMEOUT = 1.0
 #: runs has decided by then.
 GRACE = ABORT_TIMEOUT + 0.5
 
-#: The time that other participants have to report their decisions, and the wait before they are asked again while one of
-#: them is applying its part, in seconds.
+#: The time that other participants have to report their decisions, in seconds; and the wait before they are asked again
+#: while one of them is applying its part.
 ASK_TIMEOUT = 1.0
 
 #: The longest lease, in seconds, and how many nodes may take part.
