@@ -128,11 +128,27 @@ void keep_fold(PyObject *value, PyObject *fold);
 
 PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count);
-PyObject *allow(PyObject *module, PyObject *count);
-PyObject *spend(PyObject *module, PyObject *count);
 
 /* Make the classes, and put them in the module: -1 with an error. */
 int add_classes(PyObject *module);
+
+/* --- the allowance (allowance.c) -------------------------------------------------------------------------------- */
+
+extern long long allowance; /* how many operations may still be recorded; none where it is 0 */
+
+/* Whether a used up allowance was refilled: -1 with an error. */
+int refilled(void);
+
+/* Whether so many operations may be recorded: -1 with an error. */
+static inline int spent(long long count)
+{
+    if (allowance <= count) return refilled();
+    allowance -= count;
+    return 1;
+}
+
+PyObject *allow(PyObject *module, PyObject *count);
+PyObject *spend(PyObject *module, PyObject *count);
 
 /* --- arithmetic on doubles ----------------------------------------------------------------------------------- */
 

@@ -200,42 +200,6 @@ static Py_ssize_t joint_size(Py_ssize_t first, Py_ssize_t second)
     return (large < 0 ? large : small + (large < max_shared_size ? large : max_shared_size)) + 1;
 }
 
-static long long allowance = LLONG_MAX; /* how many operations may still be recorded; none where it is 0 */
-
-/* As `limit_recording` in recording.py. */
-PyObject *allow(PyObject *module, PyObject *count)
-{
-    long long number = PyLong_AsLongLong(count);
-    if (number == -1 && PyErr_Occurred()) return NULL;
-    allowance = number;
-    Py_RETURN_NONE;
-}
-
-/* Whether so many operations may be recorded: -1 with an error. */
-static int spent(long long count)
-{
-    if (allowance > count) {
-        allowance -= count;
-        return 1;
-    }
-    if (allowance == 0) return 0;
-    allowance = LLONG_MAX; /* what refilling does is not counted */
-    PyObject *given = PyObject_CallObject(refill, NULL);
-    long long number = given == NULL ? -1 : PyLong_AsLongLong(given);
-    Py_XDECREF(given);
-    if (number < 0) return PyErr_Occurred() ? -1 : 0;
-    allowance = number;
-    return number > 0;
-}
-
-/* As in recording.py. */
-PyObject *spend(PyObject *module, PyObject *count)
-{
-    long long number = PyLong_AsLongLong(count);
-    int may_record = number == -1 && PyErr_Occurred() ? -1 : spent(number);
-    return may_record < 0 ? NULL : PyBool_FromLong(may_record);
-}
-
 /* The result of an operation: an int, or a float where that is NULL. It is plain where no more may be recorded. It knows
    the collector if one of its operands does, and stays in the limit. */
 static PyObject *finished(PyObject *whole, double value, PyObject *form, PyObject *first, PyObject *second, int kind,
