@@ -236,8 +236,7 @@ static inline PyObject *result_of(int operator, PyObject *v, PyObject *w, PyObje
         size = joint_size(record->size, record_of(second)->size);
         collected = collected || record_of(second)->collected;
     }
-    PyObject *form = forms[kind - OPERATOR];
-    return finished(whole, value, form, first, second, kind, size, collected);
+    return finished(whole, value, forms[kind - OPERATOR], first, second, kind, size, collected);
 }
 
 PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject *second, int kind)
