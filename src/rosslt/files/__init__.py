@@ -12,7 +12,7 @@ from rosslt.files.errors import FileError
 from rosslt.files.launch_text import ORIGINS, ParamChange, param_edits
 from rosslt.files.notation import alike, equal, in_manner_of, is_scalar
 from rosslt.files.python_literals import LITERALS, Literal
-from rosslt.files.replacing import Unsettled, holds, read_bytes, read_settled_bytes, replace_bytes
+from rosslt.files.replacing import Unsettled, holds, overwrite, read_bytes, read_settled_bytes, replace_bytes
 from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest_of, followed, replaced
 from rosslt.files.transaction import unified_diff, write
 from rosslt.files.watching import FileWatch
@@ -41,6 +41,7 @@ __all__ = [
     'in_manner_of',
     'inline_edits',
     'is_scalar',
+    'overwrite',
     'param_edits',
     'read_bytes',
     'read_settled_bytes',
