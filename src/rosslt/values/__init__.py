@@ -23,6 +23,7 @@ from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .reapply import reapply
+from .recording import allow, limit_recording, spend, widened
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
@@ -56,6 +57,7 @@ __all__ = [
     'UnnamedSource',
     'add_class',
     'affine',
+    'allow',
     'assemble',
     'compute_ufuncs_with',
     'continued',
@@ -72,6 +74,7 @@ __all__ = [
     'lazy',
     'lazy_of',
     'leaves',
+    'limit_recording',
     'linearized',
     'nearest',
     'numpy_functions',
@@ -87,12 +90,14 @@ __all__ = [
     'source_of_functions',
     'source_values',
     'sources',
+    'spend',
     'stripper',
     'to_bool',
     'to_float',
     'to_int',
     'track',
     'untracked',
+    'widened',
 ]
 
 

@@ -9,7 +9,7 @@ from .instructions import assemble, disassemble
 from .numpy_ufuncs import array_ufunc, broadcast, computes_ufuncs, is_array
 from .operations import AFFINE, BY_CODE, FUNCTION, LAZY, SOURCE, Operation
 from .operations import table as ops
-from .recording import MAX_SHARED_SIZE, apply, joint_size
+from .recording import ALLOWANCE, MAX_SHARED_SIZE, apply, joint_size, spend
 from .sources import Source, UnnamedSource
 from .tracked import (
     CREATE,
@@ -44,6 +44,8 @@ TEMPLATE = """
 def __{name}__(self, other):
     if type(other) is float:
         value = self._plain {symbol} other
+        if not spend(1):
+            return value
         result = create(value)
         result._plain = value
         result._record = (left, self, other)
@@ -53,6 +55,8 @@ def __{name}__(self, other):
         return result
     if type(other) is TrackedFloat:
         value = self._plain {symbol} other._plain
+        if not spend(1):
+            return value
         result = create(value)
         result._plain = value
         result._record = (both, self, other)
@@ -72,6 +76,8 @@ def __{name}__(self, other):
 def __r{name}__(self, other):
     if type(other) is float:
         value = other {symbol} self._plain
+        if not spend(1):
+            return value
         result = create(value)
         result._plain = value
         result._record = (right, self, other)
@@ -92,6 +98,7 @@ def give_fast_operator(name: str, operation: Operation) -> None:
         joint_size=joint_size,
         MAX_SHARED_SIZE=MAX_SHARED_SIZE,
         shorten=shorten,
+        spend=spend,
         operate=operate,
         compute=computing(name, operation),
         operation=operation,
@@ -266,6 +273,7 @@ def complete_core() -> None:
         slopes_or_zeros,
         ops.ABSOLUTE.left,
         affine_of_python,
+        lambda: ALLOWANCE.refill(),
         LIMIT,
         MAX_SHARED_SIZE,
     )
