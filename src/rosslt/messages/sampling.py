@@ -10,9 +10,9 @@ import time
 from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Tuple
 
 from rosslt.messages.codec import SAMPLED, provenance_to_send
-from rosslt.messages.codegen.walkers import END, walkers
 from rosslt.messages.fields import INSTANTS, SCALARS, Layout, kind_of
 from rosslt.messages.leaves import has_tracked_leaf, locate, with_leaves
+from rosslt.messages.walkers import END, walkers
 from rosslt.values import TRACKED_CLASSES, lazy_of, untracked
 
 COSTLY = 0.0025

@@ -8,12 +8,8 @@ import rospy
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
 from visualization_msgs.msg import InteractiveMarkerInit, InteractiveMarkerPose, InteractiveMarkerUpdate
 
-from rosslt import messages
-
 #: The time after a user's last feedback during which other users cannot move the marker, in seconds.
 OTHER_HAND_TIMEOUT = 1.0
-
-_blank_update = messages.blank(InteractiveMarkerPose)
 
 
 class Server(InteractiveMarkerServer):
@@ -50,7 +46,7 @@ class Server(InteractiveMarkerServer):
                 context = self.marker_contexts.get(name)
                 if context is not None:
                     context.int_marker.pose = pose
-                    update = _blank_update()
+                    update = InteractiveMarkerPose()
                     update.header, update.pose, update.name = context.int_marker.header, pose, name
                     moved.append(update)
         if moved:
