@@ -192,14 +192,6 @@ PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count)
 
 /* --- arithmetic ---------------------------------------------------------------------------------------------- */
 
-/* As `joint_size` in recording.py. */
-static Py_ssize_t joint_size(Py_ssize_t first, Py_ssize_t second)
-{
-    Py_ssize_t small = first < second ? first : second, large = first < second ? second : first;
-    if (small >= 0) return large + (small < max_shared_size ? small : max_shared_size) + 1;
-    return (large < 0 ? large : small + (large < max_shared_size ? large : max_shared_size)) + 1;
-}
-
 /* A new value, which knows the collector if one of its operands does, and stays in the limit. */
 static PyObject *finished(PyObject *result, int collected)
 {

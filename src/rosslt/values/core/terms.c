@@ -1,5 +1,5 @@
-/* Of which sources is a value affine, with which slopes? `affine` and `_folded_if_short` of `affine.py`, for values that
-   few operations made.
+/* Of which sources is a value affine, with which slopes? `affine` of `affine.py`, for values that few operations made.
+   On the way down to the sources the slopes are multiplied; what several ways lead to is passed several times.
 
    Nothing is allocated while an expression is walked, and so nothing of Python runs: only what was found is held. */
 
