@@ -420,8 +420,15 @@ class TestSave:
     def test_says_why_it_cannot_write(self, talker):
         assert (
             failure('save', '/talker', '/no/such/folder/file.yaml')
-            == 'rosslt save: cannot write /no/such/folder/file.yaml: No such file or directory'
+            == 'rosslt save: /no/such/folder/file.yaml: it cannot be written: No such file or directory'
         )
+
+    def test_does_not_overwrite_a_file_that_is_read_only(self, talker, tmp_path):
+        saved = tmp_path / 'talker.yaml'
+        saved.write_text('kept: 1\n', encoding='utf-8')
+        saved.chmod(0o444)
+        assert failure('save', '/talker', str(saved)) == f'rosslt save: {saved}: it cannot be written: it is read-only'
+        assert saved.read_text(encoding='utf-8') == 'kept: 1\n'
 
 
 def test_generate_is_the_generator(tmp_path):

@@ -117,7 +117,7 @@ def test_it_says_so_where_it_cannot_be_written(nodes, tmp_path):
     file = tmp_path / 'missing' / 'graph.json'
     assert (
         failure('graph', '--time', '0.1', '--prov', str(file))
-        == f'rosslt graph: cannot write {file}: No such file or directory'
+        == f'rosslt graph: {file}: it cannot be written: No such file or directory'
     )
 
 

@@ -1,9 +1,13 @@
 """Changes of a node's locations: at once, or as its part of a two-phase commit."""
 
+import threading
+from types import SimpleNamespace
+
 import pytest
 import rospy
 from rosslt.srv import ChangeSourcesRequest
 
+from rosslt.node import commit_participant
 from rosslt.node.call_sites import CallSite
 from rosslt.node.external_location import ExternalLocation
 from support.hostile_requests import owner as owner_of_four
@@ -136,3 +140,51 @@ def test_values_that_this_node_holds_are_read_once_all_setters_have_been_called(
     added(owner, ExternalLocation('motor', 'motor', SITE, 1.0, lambda: readings[0], set_it)).name_node('/owner')
     answer = change(owner, {'gain': '2.5', 'motor': '2.0'})
     assert [(one.old_value, one.new_value) for one in answer.changes] == [('4.0', '2.5'), ('1.0', '2.0')]
+
+
+def test_a_node_whose_setter_is_running_says_so_and_decides_once_it_has_returned(owner):
+    held, entered, may_return = [1.0], threading.Event(), threading.Event()
+
+    def set_slowly(value):
+        entered.set()
+        may_return.wait(10)
+        held.append(value)
+
+    added(owner, ExternalLocation('motor', 'motor', SITE, 1.0, lambda: held[-1], set_slowly)).name_node('/owner')
+    change(owner, {'motor': '2.0'}, transaction_id='a', phase='prepare', nodes=['/owner'], lease=5.0)
+    states = {}
+
+    def ask(phase):
+        states[phase] = owner.change_sources(ChangeSourcesRequest(phase=phase, transaction_id='a')).state
+
+    commit, state, abort = (threading.Thread(target=ask, args=(one,)) for one in ('commit', 'state', 'abort'))
+    commit.start()
+    assert entered.wait(10)
+    state.start()
+    state.join(10)
+    assert states == {'state': 'applying'}
+    abort.start()
+    may_return.set()
+    commit.join(10)
+    abort.join(10)
+    assert (states, held) == ({'state': 'applying', 'commit': 'applied', 'abort': 'aborted'}, [1.0, 2.0, 1.0])
+
+
+@pytest.mark.parametrize(('end', 'value_then'), [('applied', 2.5), ('refused', 1.0)])
+def test_a_node_that_is_left_alone_waits_while_another_one_is_applying_its_part(owner, monkeypatch, end, value_then):
+    answers = ['applying', 'applying', end]
+    settled = threading.Event()
+
+    def ask_all(_service, _class, requests, _timeout):
+        assert list(requests) == ['/slow']
+        return {'/slow': SimpleNamespace(state=answers.pop(0))}, {}
+
+    monkeypatch.setattr(commit_participant, 'ask_all', ask_all)
+    monkeypatch.setattr(commit_participant, 'GRACE', 0.0)
+    monkeypatch.setattr(commit_participant, 'ASK_TIMEOUT', 0.0)
+    end_of = owner._participant._end
+    monkeypatch.setattr(owner._participant, '_end', lambda one: (end_of(one), settled.set()))
+    change(owner, {'gain': '2.5'}, transaction_id='a', phase='prepare', nodes=['/owner', '/slow'], lease=0.001)
+    assert settled.wait(10)
+    with owner.lock:
+        assert (answers, value(owner, 'gain')) == ([], value_then)

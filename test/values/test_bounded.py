@@ -3,6 +3,7 @@
 import copy
 import gc
 import importlib
+import os
 import pickle
 import sys
 import tracemalloc
@@ -15,7 +16,7 @@ from rosslt.values.affine import LIMIT
 
 folding = importlib.import_module('rosslt.values.affine')  # the door has a function of that name
 
-STEPS = 100_000
+STEPS = 100_000 if os.environ.get('ROSSLT_MANY_EXAMPLES') else 20_000  # more than twice what is kept
 A, B, C = Source('/node', 1), Source('/node', 2), Source('/node', 3)
 
 
@@ -46,10 +47,10 @@ def run(update, steps=STEPS):
 
 
 @pytest.mark.parametrize('update', LOOPS)
-def test_a_loop_of_a_hundred_thousand_steps_stays_small(update):
+def test_a_long_loop_stays_small(update):
     sizes = []
     for step, x in enumerate(run(update)):
-        if step % 9973 == 0:
+        if step % 1999 == 0:
             sizes.append(len(disassemble([x])[0]))
             assert len(explain(x)) < 1000
     assert max(sizes) <= LIMIT + 4
@@ -120,7 +121,7 @@ def test_a_position_built_from_an_angle_stays_small():
         angle = angle + 0.01
         x = x + math.cos(angle) * 0.1
         y = y + math.sin(angle) * 0.1
-        if step % 9973 == 0:
+        if step % 1999 == 0:
             assert len(disassemble([angle, x, y])[0]) <= 3 * LIMIT
             assert len(explain(x)) < 1000
     assert sources(x) == [B, A]
@@ -199,13 +200,13 @@ def visits(monkeypatch):
 @pytest.mark.parametrize('make', [summed, always_a_new_source, always_a_new_source_that_cannot_fold])
 def test_folding_many_sources_takes_work_in_proportion_to_them(make, visits):
     work = {}
-    for n in (10_000, 40_000):
+    for n in (5_000, 20_000):
         visits.clear()
         value = make(n)
         assert len(sources(value)) == n
         work[n] = sum(visits) / n
-    assert work[40_000] < 1.5 * work[10_000] + 1
-    assert work[40_000] < 40
+    assert work[20_000] < 1.5 * work[5_000] + 1
+    assert work[20_000] < 40
 
 
 @pytest.mark.parametrize('make', [summed, always_a_new_source])
@@ -224,11 +225,11 @@ def test_many_sources_take_memory_in_proportion_to_them(make):
 
 
 def test_adding_a_value_of_many_sources_again_and_again_stays_bounded():
-    many, x = summed(20_000), track(0.0, A)
-    for _ in range(50_000):
+    many, x = summed(5_000), track(0.0, A)
+    for _ in range(STEPS):
         x = x + many
-    assert len(disassemble([x])[0]) < 3 * 20_000 + LIMIT
-    assert solve(x, x + 50_000.0, Source('/node', 7)) == {Source('/node', 7): pytest.approx(8.0)}
+    assert len(disassemble([x])[0]) < 3 * 5_000 + LIMIT
+    assert solve(x, x + STEPS, Source('/node', 7)) == {Source('/node', 7): pytest.approx(8.0)}
 
 
 def test_sums_beside_what_cannot_fold_take_bounded_work(visits):

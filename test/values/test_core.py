@@ -61,7 +61,7 @@ def test_the_workspace_has_the_core_unless_python_alone_is_asked_for():
     assert (CORE is None) == bool(os.environ.get('ROSSLT_PURE'))
 
 
-@pytest.mark.parametrize('seed', [1, 2, 3])
+@pytest.mark.parametrize('seed', [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))])
 def test_with_and_without_the_core_all_results_are_the_same(seed):
     both = [python(REPORT, 300, seed), python(REPORT, 300, seed, ROSSLT_PURE='1')]
     compiled, alone = [output(process).splitlines() for process in both]

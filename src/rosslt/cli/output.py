@@ -4,8 +4,9 @@ import shutil
 import sys
 from typing import List, Optional, Sequence
 
-from rosslt import msg, values
+from rosslt import files, msg, values
 from rosslt.cli.directory import Directory, Place
+from rosslt.cli.failure import Failure
 
 
 def is_terminal() -> bool:
@@ -52,6 +53,21 @@ def write_row(*cells: object) -> None:
             for cell in cells
         )
     )
+
+
+def write_text(path: str, text: str) -> None:
+    """Write a text into a file; `-` is standard output.
+
+    Raises:
+        Failure: the file cannot be written, or is read-only.
+    """
+    if path == '-':
+        sys.stdout.write(text)
+        return
+    try:
+        files.overwrite(path, text)
+    except files.FileError as error:
+        raise Failure(str(error)) from None
 
 
 def limits(place: Place) -> str:

@@ -15,6 +15,7 @@ from rosslt.files.python_numbers import LITERALS, Number, numbers_in, without_nu
 from rosslt.files.replacing import (
     Unsettled,
     holds,
+    overwrite,
     read,
     read_bytes,
     read_settled,
@@ -61,6 +62,7 @@ __all__ = [
     'inline_edits',
     'is_scalar',
     'numbers_in',
+    'overwrite',
     'param_edits',
     'read',
     'read_bytes',

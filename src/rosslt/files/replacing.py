@@ -116,9 +116,7 @@ def replace_bytes(path: str, expected: bytes, content: bytes) -> bool:
     target = os.path.realpath(path)
     directory, name = os.path.split(target)
     try:
-        status = os.stat(target)
-        if not status.st_mode & 0o222:  # which does not keep root from writing it
-            raise PermissionError(errno.EACCES, 'it is read-only')
+        status = _writable(target)
         os.close(os.open(target, os.O_WRONLY))  # who may rename files in a folder may not therefore write this one
         if status.st_nlink > 1:
             return _write_in_place(target, expected, content)
@@ -142,6 +140,29 @@ def replace_bytes(path: str, expected: bytes, content: bytes) -> bool:
         return is_replaced
     except OSError as error:
         raise FileError(path, None, None, 'it cannot be written: {}'.format(error.strerror)) from None
+
+
+def overwrite(path: str, text: str) -> None:
+    """Write a text into a file, whether it is there or not.
+
+    Raises:
+        FileError: it cannot be written, or is read-only.
+    """
+    try:
+        if os.path.exists(path):
+            _writable(path)
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write(text)
+    except OSError as error:
+        raise FileError(path, None, None, 'it cannot be written: {}'.format(error.strerror)) from None
+
+
+def _writable(path: str) -> os.stat_result:
+    """The status of a file; raises PermissionError where it is read-only, which does not keep root from writing it."""
+    status = os.stat(path)
+    if not status.st_mode & 0o222:
+        raise PermissionError(errno.EACCES, 'it is read-only')
+    return status
 
 
 def _write_in_place(target: str, expected: bytes, content: bytes) -> bool:

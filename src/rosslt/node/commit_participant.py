@@ -2,8 +2,8 @@
 
 A node that takes part says whether it would apply its part, and reserves the locations (phase `prepare`); then the
 requester has all nodes `commit` or `abort`. What is prepared ends by itself. Where the requester is not heard of again,
-the node asks the others: if one of them has applied its part, this one does as well. `commit_coordinator` is the side
-of the requester.
+the node asks the others: if one of them has applied its part, this one does as well; while one is applying it, this one
+waits. `commit_coordinator` is the side of the requester.
 """
 
 import contextlib
@@ -24,6 +24,8 @@ from rosslt.node.service_calls import ask_all
 
 #: States of a change, as ChangeSources says them.
 APPLIED, REFUSED, PREPARED, ABORTED, UNKNOWN = 'applied', 'refused', 'prepared', 'aborted', ''
+#: Setters are being called, to apply a part or to take it back.
+APPLYING = 'applying'
 
 #: Phases of a change.
 AT_ONCE, PREPARE, COMMIT, ABORT, ASK = '', 'prepare', 'commit', 'abort', 'state'
@@ -35,7 +37,8 @@ ABORT_TIMEOUT = 1.0
 #: runs has decided by then.
 GRACE = ABORT_TIMEOUT + 0.5
 
-#: The time that other participants have to report their decisions, in seconds.
+#: The time that other participants have to report their decisions, in seconds; and the wait before they are asked again
+#: while one of them is applying its part.
 ASK_TIMEOUT = 1.0
 
 #: The longest lease, in seconds, and how many nodes may take part.
@@ -94,7 +97,6 @@ class _Transaction:
         self.made: Optional[Request] = None  # in the history, once it is applied
         self.turns: Dict[Location, int] = {}
         self.timer: Optional[threading.Timer] = None
-        self.deciding = threading.Lock()  # held while it is committed or aborted
 
     def refuse(self, reason: str) -> None:
         """Refuse all of it for one reason."""
@@ -147,20 +149,18 @@ class CommitParticipant:
     def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse:
         """Change locations, all or none, or do one phase of it; serves `~rosslt/change_sources`."""
         _check(request)
-        change: Optional[_Transaction] = None
-        if request.phase not in (AT_ONCE, PREPARE):
-            change = self._by_id.get(request.transaction_id)
-            if change is None:
-                reason = 'this node does not know the change: it was restarted since'
-                return srv.ChangeSourcesResponse(UNKNOWN, [reason], [])
-        with change.deciding if change else contextlib.nullcontext(), self._owner.lock:
-            if change is None:
+        with self._owner.lock:
+            if request.phase in (AT_ONCE, PREPARE):
                 change = self._prepared(request)
                 if request.phase == AT_ONCE and change.state == PREPARED:
                     self._apply(change)
                 reasons = change.reasons
-            else:
+            elif request.transaction_id in self._by_id:
+                change = self._by_id[request.transaction_id]
                 reasons = self._decided(change, request.phase)
+            else:
+                reason = 'this node does not know the change: it was restarted since'
+                return srv.ChangeSourcesResponse(UNKNOWN, [reason], [])
             written = self._owner.follow([location for location, _ in change.wanted])
             changes = [applied_change(rospy.Time.now(), *one, change.requester) for one in change.changes]
         if request.phase in (AT_ONCE, COMMIT, ABORT):
@@ -216,6 +216,7 @@ class CommitParticipant:
 
     def _apply(self, change: _Transaction) -> None:
         """Put what is prepared in force."""
+        change.state = APPLYING
         try:
             for location, _ in change.wanted:
                 if self._owner.known(location.id) is not location:
@@ -227,20 +228,21 @@ class CommitParticipant:
                 raise Refused('; '.join(filter(None, change.reasons)))
         except Refused as refused:
             change.refuse(str(refused))
+        else:
+            change.state = REFUSED if any(change.reasons) else APPLIED
         finally:
             self._end(change)
-        if any(change.reasons):
-            change.state = REFUSED
-            return
-        if not change.is_undo:
-            change.made = self._owner.history.latest(change.request_id)
-        change.turns = {location: location.turn for location, _, _ in change.changes}
-        for request in change.undoes:
-            request.undone = True
-        change.state = APPLIED
+        if change.state == APPLIED:
+            if not change.is_undo:
+                change.made = self._owner.history.latest(change.request_id)
+            change.turns = {location: location.turn for location, _, _ in change.changes}
+            for request in change.undoes:
+                request.undone = True
 
     def _decided(self, change: _Transaction, phase: str) -> List[str]:
         """Commit or abort what was prepared; returns the reasons why it is not what was decided."""
+        if phase != ASK:
+            self._free.wait_for(lambda: change.state != APPLYING)
         if change.state == APPLIED and change.made is not None and change.made.undone:
             change.state = ABORTED  # the others, which ask what to do, must not follow
         if phase == COMMIT and change.state == PREPARED:
@@ -263,9 +265,14 @@ class CommitParticipant:
         for location, turn in change.turns.items():
             if location.turn != turn:
                 return [f'{location.name} has been changed since']
-        reasons, changes = self._owner.apply(
-            [(location, old) for location, old, _ in reversed(change.changes)], change.requester, record=False
-        )
+        change.state = APPLYING
+        try:
+            reasons, changes = self._owner.apply(
+                [(location, old) for location, old, _ in reversed(change.changes)], change.requester, record=False
+            )
+        finally:
+            change.state = APPLIED
+            self._free.notify_all()
         if any(reasons):
             return list(filter(None, reasons))
         change.state, change.changes = ABORTED, changes
@@ -292,7 +299,7 @@ class CommitParticipant:
 
     def _forget_oldest(self) -> None:
         while len(self._by_id) > REMEMBERED:
-            oldest = next((one for one, it in self._by_id.items() if it.state != PREPARED), None)
+            oldest = next((one for one, it in self._by_id.items() if it.state not in (PREPARED, APPLYING)), None)
             if oldest is None:
                 return
             del self._by_id[oldest]
@@ -301,12 +308,16 @@ class CommitParticipant:
         """Do what the other nodes have done: the requester has not come back."""
         others = [node for node in change.nodes if node != self._owner.name]
         question = srv.ChangeSourcesRequest(transaction_id=change.id, phase=ASK)
-        try:
-            answers, _ = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(others, question), ASK_TIMEOUT)
-        except rospy.ROSInterruptException:
-            return
+        while True:
+            try:
+                answers, _ = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(others, question), ASK_TIMEOUT)
+            except rospy.ROSInterruptException:
+                return
+            if change.state != PREPARED or all(answer.state != APPLYING for answer in answers.values()):
+                break
+            rospy.rostime.wallsleep(ASK_TIMEOUT)
         appliers = sorted(node for node, answer in answers.items() if answer.state == APPLIED)
-        with change.deciding, self._owner.lock:
+        with self._owner.lock:
             if change.state != PREPARED:
                 return
             if not appliers:

@@ -1,7 +1,6 @@
 """`rosslt graph`: the flow of provenance."""
 
 import argparse
-import contextlib
 import sys
 from typing import Iterable
 
@@ -13,7 +12,7 @@ from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.history import recorded_changes
 from rosslt.cli.master import find_master, full_name, tracked_nodes
-from rosslt.cli.output import is_terminal, write_row
+from rosslt.cli.output import is_terminal, write_row, write_text
 from rosslt.cli.prov_document import prov_json
 from rosslt.cli.reading import Inbox
 from rosslt.cli.unreachable import why_unreachable
@@ -88,11 +87,7 @@ def _write_prov(master: rosgraph.Master, found: ProvenanceMap, file_name: str) -
     sources = [place.source for name in nodes for place in places.get(name, ())]
     directory.learn(found.sources)
     text = prov_json(directory, sources, found, changes)
-    try:
-        with contextlib.nullcontext(sys.stdout) if file_name == '-' else open(file_name, 'w', encoding='utf-8') as file:
-            file.write(text + '\n')
-    except OSError as error:
-        raise Failure(f'cannot write {file_name}: {error.strerror}') from None
+    write_text(file_name, text + '\n')
     silent.update(silent_of_changes)
     for name, why in sorted(silent.items()):
         print(f'rosslt graph: cannot reach {name}: {why_unreachable(master, name, why)}', file=sys.stderr)

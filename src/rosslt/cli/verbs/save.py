@@ -1,7 +1,6 @@
 """`rosslt save`: changed values written back to where they were read, or into a YAML file."""
 
 import argparse
-import contextlib
 import sys
 from typing import Any, Dict, List, Sequence, Union
 
@@ -13,7 +12,7 @@ from rosslt.cli.completers import nodes
 from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach, locations_of, tracked_node
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import find_master
-from rosslt.cli.output import is_terminal, write_row
+from rosslt.cli.output import is_terminal, write_row, write_text
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
@@ -98,11 +97,7 @@ def _write_yaml(master: rosgraph.Master, name: str, file: str) -> None:
         if place.location.fault or not _put(parameters, saved, path, place.value):
             left_out.append(place.local_name)
     text = yaml.safe_dump(saved, default_flow_style=False, allow_unicode=True) if saved else ''
-    try:
-        with contextlib.nullcontext(sys.stdout) if file == '-' else open(file, 'w', encoding='utf-8') as output:
-            output.write(text)
-    except OSError as error:
-        raise Failure(f'cannot write {file}: {error.strerror}') from None
+    write_text(file, text)
     if left_out:
         print('rosslt save: not saved, as no parameter stands behind them: ' + ', '.join(left_out), file=sys.stderr)
 
