@@ -1,13 +1,13 @@
 """Folding: the affine part of an expression as coefficients per source, and the limit on growth.
 
-A value that is updated in a loop, `x = x + v * dt`, must not grow for ever. Once an expression passes `LIMIT`, its older
-half is folded: each value at the border gets one record of a slope for each source, which means exactly the same where
-the value is affine, and else is its linearization at the present values, which `explain` marks as such. What shares
-that past, such as the other elements of a covariance, is shorter from then on, too, so that each operation is folded
-once.
+A value that is updated in a loop, `x = x + v * dt`, must not grow for ever. Once an expression passes `LIMIT`, its
+older half is folded: each value at the border gets one record of a slope for each source, which means exactly the same
+where the value is affine, and else is its linearization at the present values, which `explain` marks as such. What
+shares that past, such as the other elements of a covariance, is shorter from then on, too, so that each operation is
+folded once.
 
-A fold is made by one sweep from the values down to their sources, which multiplies and adds up slopes: it takes time and
-memory in proportion to the operations and sources below them.
+A fold is made by one sweep from the values down to their sources, which multiplies and adds up slopes: it takes time
+and memory in proportion to the operations and sources below them.
 """
 
 import math
@@ -59,7 +59,8 @@ def folded(value: Value) -> Record:
     fold = getattr(value, '_fold', None)
     if fold is None:
         (fold,) = _folds([value])
-        value._fold = fold
+        if value._record[0] is not SOURCE:  # what is a leaf of folds has none itself
+            value._fold = fold
     return fold
 
 
@@ -119,6 +120,7 @@ def _swept(nodes: List[Node], root: Value) -> Tuple[Leaves, bool]:
                 finite = False
             exact = exact and finite
             weights[id(operand)] = total if finite else 0
+    # What is left by now are sources.
     return [(node, weights[id(node)]) for node, _ in nodes if id(node) in weights], exact
 
 

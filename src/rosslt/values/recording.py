@@ -11,6 +11,7 @@ from .sources import Source
 from .tracked import CLASSES, TRACKED, new, plain_scalar
 from .tree import rebuilt
 
+
 def make(value: Value, record: Record, size: int) -> Value:
     """The tracked value with that record; `value` itself if its type cannot be tracked (a complex number)."""
     if type(value) not in CLASSES:

@@ -127,9 +127,6 @@ static inline int joint_size(int first, int second)
     return large + (small < max_shared_size ? small : max_shared_size) + 1;
 }
 
-/* Keep the fold of a value of the core. */
-void keep_fold(PyObject *value, PyObject *fold);
-
 PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count);
 

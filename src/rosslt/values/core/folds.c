@@ -66,17 +66,25 @@ static int find(Sweep *sweep, PyObject *node)
 {
     if (!IS_OURS(node)) return NOT_HERE;
     if (sweep->count == sweep->room && grow(sweep) != DONE) return FAILED;
-    int kind = OTHER;
-    PyObject *fold = sweep->bound ? NULL : record_of(node)->fold;
-    if (fold != NULL && !is_record(fold)) return NOT_HERE;
-    PyObject *used = fold != NULL ? Py_NewRef(fold) : resolved(node, &kind);
-    if (used == NULL) return FAILED;
-    PyObject *form = PyTuple_GET_ITEM(used, 0), *first = PyTuple_GET_ITEM(used, 1), *second = PyTuple_GET_ITEM(used, 2);
-    sweep->nodes[sweep->count] = (Below){
-        .node = Py_NewRef(node), .form = Py_NewRef(form), .first = Py_NewRef(first), .second = Py_NewRef(second),
-        .kind = kind, .is_exact = 1,
-    };
-    Py_DECREF(used);
+    Record *record = record_of(node);
+    Below below = {.node = Py_NewRef(node), .kind = record->kind, .is_exact = 1};
+    PyObject *used = sweep->bound || record->fold == NULL ? NULL : Py_NewRef(record->fold);
+    if (used != NULL && !is_record(used)) {
+        Py_DECREF(used);
+        Py_DECREF(node);
+        return NOT_HERE;
+    }
+    if (used != NULL) below.kind = OTHER;
+    else if (record->form == lazy_form) used = resolved(node, &below.kind);
+    if (used == NULL && PyErr_Occurred()) {
+        Py_DECREF(node);
+        return FAILED;
+    }
+    below.form = Py_NewRef(used == NULL ? record->form : PyTuple_GET_ITEM(used, 0));
+    below.first = Py_NewRef(used == NULL ? record->first : PyTuple_GET_ITEM(used, 1));
+    below.second = Py_NewRef(used == NULL ? record->second : PyTuple_GET_ITEM(used, 2));
+    Py_XDECREF(used);
+    sweep->nodes[sweep->count] = below;
     *place_in(sweep, node) = sweep->count++;
     return DONE;
 }

@@ -167,7 +167,7 @@ PyObject *affine_terms(PyObject *module, PyObject *value)
     if (answer != NULL && record->fold == NULL && record->form != source_form) {
         fold = PyTuple_Pack(3, affine_form, fold_terms, Py_True);
         if (fold == NULL) Py_CLEAR(answer);
-        else keep_fold(value, fold);
+        else Py_XSETREF(record->fold, Py_NewRef(fold));
     }
     for (int at = 0; at < terms.term_count; at++) Py_DECREF(terms.terms[at].leaf);
     Py_XDECREF(fold_terms);
