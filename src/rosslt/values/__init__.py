@@ -21,7 +21,7 @@ from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
-from .recording import reapply
+from .recording import allow, limit_recording, reapply, spend, widened
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
@@ -54,6 +54,7 @@ __all__ = [
     'UnnamedSource',
     'add_class',
     'affine',
+    'allow',
     'assemble',
     'compute_ufuncs_with',
     'continued',
@@ -70,6 +71,7 @@ __all__ = [
     'lazy',
     'lazy_of',
     'leaves',
+    'limit_recording',
     'linearized',
     'nearest',
     'numpy_functions',
@@ -85,12 +87,14 @@ __all__ = [
     'source_of_functions',
     'source_values',
     'sources',
+    'spend',
     'stripper',
     'to_bool',
     'to_float',
     'to_int',
     'track',
     'untracked',
+    'widened',
 ]
 
 

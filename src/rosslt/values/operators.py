@@ -9,7 +9,7 @@ from .instructions import assemble, disassemble
 from .numpy_ufuncs import array_ufunc, broadcast, computes_ufuncs, is_array
 from .operations import AFFINE, BY_CODE, FUNCTION, LAZY, SOURCE, Operation
 from .operations import table as ops
-from .recording import apply
+from .recording import ALLOWANCE, apply, spend
 from .sources import Source, UnnamedSource
 from .tracked import (
     CREATE,
@@ -44,6 +44,8 @@ TEMPLATE = """
 def __{name}__(self, other):
     if type(other) is float:
         value = self._plain {symbol} other
+        if not spend(1):
+            return value
         result = create(value)
         result._plain = value
         result._record = (left, self, other)
@@ -53,6 +55,8 @@ def __{name}__(self, other):
         return result
     if type(other) is TrackedFloat:
         value = self._plain {symbol} other._plain
+        if not spend(1):
+            return value
         result = create(value)
         result._plain = value
         result._record = (both, self, other)
@@ -65,6 +69,8 @@ def __{name}__(self, other):
 def __r{name}__(self, other):
     if type(other) is float:
         value = other {symbol} self._plain
+        if not spend(1):
+            return value
         result = create(value)
         result._plain = value
         result._record = (right, self, other)
@@ -84,6 +90,7 @@ def give_fast_operator(name: str, operation: Operation) -> None:
         create=CREATE[float],
         joint_size=joint_size,
         shorten=shorten,
+        spend=spend,
         operate=operate,
         compute=computing(name, operation),
         operation=operation,
@@ -258,6 +265,7 @@ def complete_core() -> None:
         slopes_or_zeros,
         ops.ABSOLUTE.left,
         affine_of_python,
+        lambda: ALLOWANCE.refill(),
         LIMIT,
         MAX_SHARED_SIZE,
     )

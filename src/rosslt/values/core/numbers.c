@@ -193,9 +193,15 @@ PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count)
 
 /* --- arithmetic ---------------------------------------------------------------------------------------------- */
 
-/* A new value, which knows the collector if one of its operands does, and stays in the limit. */
-static PyObject *finished(PyObject *result, int collected)
+/* The result of an operation: an int, or a float where that is NULL. It is plain where no more may be recorded. It knows
+   the collector if one of its operands does, and stays in the limit. */
+static PyObject *finished(PyObject *whole, double value, PyObject *form, PyObject *first, PyObject *second, int kind,
+                          Py_ssize_t size, int collected)
 {
+    int may_record = spent(1);
+    if (may_record <= 0) return may_record < 0 ? NULL : whole ? Py_NewRef(whole) : PyFloat_FromDouble(value);
+    PyObject *result = whole ? new_int(whole, form, first, second, kind, size)
+                             : new_float(value, form, first, second, kind, size);
     if (result == NULL) return NULL;
     Record *record = record_of(result);
     if (collected) collect(result, record);
@@ -223,9 +229,7 @@ static inline PyObject *result_of(int operator, PyObject *v, PyObject *w, PyObje
         size = joint_size(record->size, record_of(second)->size);
         collected = collected || record_of(second)->collected;
     }
-    PyObject *form = forms[kind - OPERATOR];
-    if (whole != NULL) return finished(new_int(whole, form, first, second, kind, size), collected);
-    return finished(new_float(value, form, first, second, kind, size), collected);
+    return finished(whole, value, forms[kind - OPERATOR], first, second, kind, size, collected);
 }
 
 PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject *second, int kind)
@@ -237,8 +241,9 @@ PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject 
         size = joint_size(record->size, record_of(second)->size);
         collected = collected || record_of(second)->collected;
     }
-    if (PyLong_CheckExact(value)) return finished(new_int(value, form, first, second, kind, size), collected);
-    return finished(new_float(PyFloat_AS_DOUBLE(value), form, first, second, kind, size), collected);
+    int is_float = PyFloat_CheckExact(value);
+    return finished(is_float ? NULL : value, is_float ? PyFloat_AS_DOUBLE(value) : 0.0, form, first, second, kind, size,
+                    collected);
 }
 
 /* What an operator gives that has something else than floats to do. */
@@ -315,7 +320,7 @@ static PyObject *single(PyObject *self, unaryfunc compute, PyObject *form)
 static PyObject *single_float(PyObject *self, double value, PyObject *form)
 {
     const Record *record = record_of(self);
-    return finished(new_float(value, form, self, Py_None, ANY_SINGLE, record->size + 1), record->collected);
+    return finished(NULL, value, form, self, Py_None, ANY_SINGLE, record->size + 1, record->collected);
 }
 
 static PyObject *negate(PyObject *self)
