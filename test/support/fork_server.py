@@ -68,10 +68,10 @@ class Program:
             handed_over.enter_context(theirs)
             if output == subprocess.PIPE:
                 (read, self.stdin), (self.stdout, output) = _pipe(), _pipe()
+                handed_over.enter_context(read)
                 handed_over.enter_context(output)
             else:
-                read = open(os.devnull, encoding='utf-8')
-            handed_over.enter_context(read)
+                read = handed_over.enter_context(open(os.devnull, encoding='utf-8'))
             socket.send_fds(server, [request], [one.fileno() for one in (read, output, errors, theirs)])
         self.pid = self._received()
 
