@@ -51,6 +51,8 @@ class Known:
 class Sent:
     """A server that notes what is asked of it."""
 
+    mutex = threading.RLock()
+
     def __init__(self):
         self.calls = []
 

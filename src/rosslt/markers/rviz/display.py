@@ -74,7 +74,7 @@ class Display(Follower):
 
     def apply(self) -> None:
         """Send what differs from what RViz has."""
-        with self.lock:
+        with self._server.mutex:
             if self._is_over:
                 return
             has_changed = self.follow()
@@ -83,7 +83,7 @@ class Display(Follower):
 
     def clear(self) -> None:
         """Take everything away, at the end."""
-        with self.lock:
+        with self._server.mutex:
             self._is_over = True
             self._server.clear()
             self._server.applyChanges()

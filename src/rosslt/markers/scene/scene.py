@@ -70,13 +70,10 @@ class Scene:
         settings: what the user has chosen for all handles.
         warn: called with a text where something in a message is wrong.
 
-    Attributes:
-        on_news: called without the lock when a message has brought something new.
     """
 
     def __init__(self, settings: Settings, warn: Callable[[str], None] = rospy.logwarn) -> None:
         self._lock = threading.RLock()
-        self.on_news: Callable[[], None] = lambda: None
         self._settings, self._warn_with = settings, warn
         self._changed: Set[str] = set()  # names of handles that no view has taken news of yet
         self._let_go: Set[str] = set()
@@ -224,7 +221,6 @@ class Scene:
         else:
             self._take_other(topic, message, publisher)
         self._warn()
-        self.on_news()
 
     def expire(self) -> None:
         """Drop the things whose lifetime is over, or which a clock that has been set back has not shown yet."""
