@@ -132,9 +132,7 @@ def test_every_room_is_in_the_list_and_has_a_door():
     assert there == set(rooms())
     for room in there:
         door = PACKAGE / room / '__init__.py'
-        assert ast.get_docstring(tree_of(door)), (
-            '{} does not say what the room is for'.format(door)
-        )
+        assert ast.get_docstring(tree_of(door)), '{} does not say what the room is for'.format(door)
 
 
 @pytest.mark.skipif(sys.version_info < (3, 10), reason='sys.stdlib_module_names came with Python 3.10')
