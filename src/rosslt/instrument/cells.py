@@ -353,7 +353,7 @@ class CellLocation(node.LiteralLocation):
         """Return the origin of the number that the code reads, for `values.lazy`."""
         source = values.track(self.type(value), self.source)
         # An int that may become a float: what is said of it must hold for floats.
-        return source if self.type is type(value) else source + 0
+        return source if self.type is type(value) else values.widened(source)
 
     def read_in(self, cells: Cells, number: int) -> None:
         """Be read in the same file as it was loaded again, too, and take in what it says."""

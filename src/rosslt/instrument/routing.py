@@ -187,7 +187,7 @@ def _with_later_sources(value: Any, read: Callable[[], Any]) -> Any:
         if type(plain) is not type(number) or plain != number:
             return ()
         _read_early.append(reading)
-        return reading + 0 if type(number) is int else reading  # of an int that may become a float
+        return values.widened(reading) if type(number) is int else reading  # of an int that may become a float
 
     (later,) = values.lazy([value], [origin])
     return later

@@ -268,7 +268,7 @@ class ParameterLocation(HeldLocation):
             # What was read as an int is still that number, and takes fractions from now on.
             source = self.reading_of(value)
             for reading in [one for one in (self._early, self.tracked) if one is not None]:
-                values.remake(reading, source + 0)
+                values.remake(reading, values.widened(source))
             self._value, self.tracked, self._early = value, source, None
         else:
             self.put(value)

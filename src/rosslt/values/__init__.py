@@ -9,7 +9,7 @@ import importlib
 from typing import Any, Callable, Dict
 
 from . import operators  # noqa: F401, completes the tracked classes
-from .affine import SHORTENING, affine
+from .affine import affine, linearized
 from .calls import operation
 from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
@@ -18,11 +18,10 @@ from .fit import Fit, fit
 from .functions import MATH, keeping, recorder, reflecting, stripper, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
-from .linearization import linearized
 from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
-from .reapply import reapply
+from .recording import allow, limit_recording, reapply, spend, widened
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
@@ -44,7 +43,6 @@ __all__ = [
     'CONSTANT',
     'MATH',
     'OPERATIONS',
-    'SHORTENING',
     'SOURCE',
     'TRACKED_CLASSES',
     'Error',
@@ -56,6 +54,7 @@ __all__ = [
     'UnnamedSource',
     'add_class',
     'affine',
+    'allow',
     'assemble',
     'compute_ufuncs_with',
     'continued',
@@ -72,6 +71,7 @@ __all__ = [
     'lazy',
     'lazy_of',
     'leaves',
+    'limit_recording',
     'linearized',
     'nearest',
     'numpy_functions',
@@ -87,12 +87,14 @@ __all__ = [
     'source_of_functions',
     'source_values',
     'sources',
+    'spend',
     'stripper',
     'to_bool',
     'to_float',
     'to_int',
     'track',
     'untracked',
+    'widened',
 ]
 
 

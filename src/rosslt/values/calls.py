@@ -12,7 +12,7 @@ from .operations import Form, Operation
 from .operations.notation import FUNCTION, Text, literal
 from .operations.row import known_at
 from .operations.row import operation as new_operation
-from .recording import make, size_of
+from .recording import OF_PYTHON, make, size_of, spend
 from .tracked import CLASSES, TRACKED, plain
 from .tree import SCALARS, copied, is_object_array, is_tracked, rebuilt, untracked
 
@@ -208,7 +208,7 @@ def operation(
     def called(*args: Any, **kwargs: Any) -> Any:
         numbers, layout = _flattened([*args, *kwargs.values()], tuple(kwargs))
         operands = [number for number in numbers if type(number) in TRACKED]
-        if not operands:
+        if not operands or not spend(OF_PYTHON):
             return layout.call(function, [plain(number) for number in numbers])
         # The program may change the arguments at any time; the record keeps copies.
         kept = numbers if SCALARS.issuperset(map(type, numbers)) else [copied(number) for number in numbers]

@@ -1,19 +1,70 @@
-"""Recording operations: each makes a tracked value that knows its operands, and keeps its expression in a limit."""
+"""Recording operations: each makes a tracked value that knows its operands, and keeps its expression in a limit.
 
-from typing import Any, Sequence
+What a program computes is recorded as long as its allowance lasts; results beyond it are plain. The allowance is
+unlimited unless `limit_recording` is called. What is decoded or evaluated anew does not count.
+"""
 
-from .affine import LIMIT, shorten
+import sys
+from typing import Any, Callable, Dict, Mapping
+
+from .accelerator import CORE
+from .affine import LIMIT, joint_size, shorten, size_of
+from .graph import Graph, check_changes, tracked_leaves
 from .numpy_ufuncs import broadcast, is_array
-from .operations import Operation
-from .operations.table import MOST_COMPUTED, TooLong
+from .operations import Operation, Record, Value
+from .operations.table import ADD, MOST_COMPUTED, TooLong
+from .sources import Source
 from .tracked import CLASSES, TRACKED, new, plain_scalar
+from .tree import rebuilt
 
-MAX_SHARED_SIZE = 16
-"""The most that the smaller of two operands adds to the size of a result. Operands mostly share their past; adding
-up their sizes would count it twice at every step, and so pass the limit in no time."""
+OF_PYTHON = 40
+"""How many operations of the compiled core take as long as one that is recorded in Python."""
 
 
-def make(value: Any, record: tuple, size: int) -> Any:
+class Allowance:
+    """How many operations may still be recorded.
+
+    Attributes:
+        left: how many; 0 where recording has stopped.
+        refill: is called when they are used up, and returns how many more there may be.
+    """
+
+    def __init__(self) -> None:
+        self.left = sys.maxsize
+        self.refill: Callable[[], int] = lambda: sys.maxsize
+
+    def allow(self, count: int) -> None:
+        """Give another allowance."""
+        self.left = count
+
+    def spend(self, count: int) -> bool:
+        """Use up so many operations; False where no more may be recorded."""
+        if self.left > count:
+            self.left -= count
+        elif self.left:
+            self.left = sys.maxsize  # what refilling does is not counted
+            self.left = self.refill()
+        return self.left > 0
+
+
+ALLOWANCE = Allowance()
+allow, spend = ALLOWANCE.allow, ALLOWANCE.spend
+if CORE is not None:
+    allow, spend = CORE.allow, CORE.spend
+
+
+def limit_recording(refill: Callable[[], int]) -> None:
+    """Limit how many operations a program records.
+
+    Args:
+        refill: is called now and whenever an allowance is used up. It returns how many more operations may be recorded,
+            0 to record none until `allow` is called.
+    """
+    ALLOWANCE.refill = refill
+    allow(refill())
+
+
+def make(value: Value, record: Record, size: int) -> Value:
     """The tracked value with that record; `value` itself if its type cannot be tracked (a complex number)."""
     if type(value) not in CLASSES:
         return value
@@ -23,45 +74,31 @@ def make(value: Any, record: tuple, size: int) -> Any:
     return result
 
 
-def joint_size(first: int, second: int) -> int:
-    """The size of a result of two tracked operands of such sizes.
-
-    A size below zero says how many operations may still come before a fold of many terms is worth making again (see
-    `affine.shorten`); the result stands as near to that as the nearer operand.
-    """
-    small, large = (first, second) if first < second else (second, first)
-    if small >= 0:
-        return large + min(small, MAX_SHARED_SIZE) + 1
-    return (large if large < 0 else small + min(large, MAX_SHARED_SIZE)) + 1
-
-
-def size_of(operands: Sequence[Any]) -> int:
-    """The size of a result of tracked operands."""
-    size = operands[0]._size + 1
-    for operand in operands[1:]:
-        size = joint_size(size, operand._size)
-    return int(size)
+def _make_if_allowed(value: Value, record: Record, size: int) -> Value:
+    return make(value, record, size) if spend(OF_PYTHON) else value
 
 
 def apply(operation: Operation, first: Any, second: Any = None) -> Any:
     """Apply an operation: the result is tracked if an operand is, an array if one is, NotImplemented for other types.
 
-    It is plain where its expression is too long to be solved and sent: the program computes it as it does without
-    provenance.
+    It is plain where its expression is too long to be solved and sent, and where the allowance is used up: the program
+    computes it as it does without provenance.
 
     Raises:
         ArithmeticError, ValueError, TypeError: as the operation itself does.
         OverflowError: the result is a text or a power of whole numbers that takes too long to be computed.
     """
     try:
-        return apply_and_record(operation, first, second)
+        return apply_and_record(operation, first, second, _make_if_allowed)
     except TooLong as error:
         if error.size > MOST_COMPUTED:
             raise
         return error.compute()
 
 
-def apply_and_record(operation: Operation, first: Any, second: Any = None) -> Any:
+def apply_and_record(
+    operation: Operation, first: Any, second: Any = None, make: Callable[[Any, tuple, int], Any] = make
+) -> Any:
     """Apply an operation and record it, to rebuild an expression recorded elsewhere; `TooLong` is raised."""
     if operation.arity == 1:
         if isinstance(first, str) and not operation.on_text:
@@ -82,3 +119,35 @@ def apply_and_record(operation: Operation, first: Any, second: Any = None) -> An
             return make(value, (operation.both, first, second), joint_size(first._size, second._size))
         return make(value, (operation.left, first, b), first._size + 1)
     return make(value, (operation.right, second, a), second._size + 1) if type(second) in TRACKED else value
+
+
+def reapply(x: Any, changes: Mapping[Source, Any]) -> Any:
+    """Evaluate `x` for other source values (paper, IV.A); the result is tracked, unlike that of `evaluate`.
+
+    Args:
+        x: a tracked value, or a message, list or dict holding such; it is not changed.
+        changes: `{Source: value}`; sources that are missing keep their values.
+
+    Returns:
+        The tracked value, or a copy of the message, list or dict holding tracked values.
+
+    Raises:
+        TypeError: a key of `changes` is no Source, or as the operations themselves do.
+        ArithmeticError, ValueError: as the operations themselves do for such values.
+    """
+    check_changes(changes)
+    graph = Graph(tracked_leaves(x))
+    made: Dict[int, Any] = {}
+    for node, (form, first, second), value in zip(graph.nodes, graph.records, graph.values(changes)):
+        operands = [made[id(operand)] for operand in form.operands(first, second)]
+        if all(type(operand) in TRACKED for operand in operands):
+            size = size_of(operands) if operands else 1
+            made[id(node)] = make(value, form.with_operands(first, second, operands), size)
+        else:
+            made[id(node)] = value  # of an operand that is a complex number there
+    return rebuilt(x, lambda leaf: made[id(leaf)] if type(leaf) in TRACKED else leaf)
+
+
+def widened(x: Any) -> Any:
+    """`x + 0` of a tracked number, recorded in any case: a whole number that may become a fraction is read so."""
+    return apply_and_record(ADD, x, 0)

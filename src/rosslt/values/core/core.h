@@ -12,6 +12,7 @@
 
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
+#include <limits.h>
 #include <math.h>
 #include <stddef.h>
 #if PY_VERSION_HEX >= 0x030C0000
@@ -46,7 +47,8 @@ enum { OTHER, ANY_SINGLE, ANY_BOTH, OPERATOR };
 /* --- what `complete` is told (module.c) ---------------------------------------------------------------------- */
 
 extern PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
-    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python;
+    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python,
+    *refill;
 extern int limit, max_shared_size;
 
 /* Names of attributes and arguments. */
@@ -114,20 +116,43 @@ int truth_of(PyObject *thing, int name);
 /* The kind of a form; -1 with an error. */
 int kind_of(PyObject *form);
 
-/* What an operation gives, a float or an int, of a tracked operand and a constant or another one. */
+/* What an operation gives, a float or an int, of a tracked operand and a constant or another one: plain where no more may
+   be recorded. */
 PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject *second, int kind);
 
 /* A tracked value's record (a new reference), made first where it is lazy, and its kind; NULL with an error. */
 PyObject *resolved(PyObject *value, int *kind);
 
-/* Keep the fold of a value of the core. */
-void keep_fold(PyObject *value, PyObject *fold);
+/* As `joint_size` in affine.py. */
+static inline int joint_size(int first, int second)
+{
+    int small = first < second ? first : second, large = first < second ? second : first;
+    return large + (small < max_shared_size ? small : max_shared_size) + 1;
+}
 
 PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count);
 
 /* Make the classes, and put them in the module: -1 with an error. */
 int add_classes(PyObject *module);
+
+/* --- the allowance (allowance.c) -------------------------------------------------------------------------------- */
+
+extern long long allowance; /* how many operations may still be recorded; none where it is 0 */
+
+/* Whether a used up allowance was refilled: -1 with an error. */
+int refilled(void);
+
+/* Whether so many operations may be recorded: -1 with an error. */
+static inline int spent(long long count)
+{
+    if (allowance <= count) return refilled();
+    allowance -= count;
+    return 1;
+}
+
+PyObject *allow(PyObject *module, PyObject *count);
+PyObject *spend(PyObject *module, PyObject *count);
 
 /* --- arithmetic on doubles ----------------------------------------------------------------------------------- */
 
@@ -228,7 +253,8 @@ int find_terms(Terms *terms, PyObject *node);
 PyObject *along_chain(PyObject *module, PyObject *const *args, Py_ssize_t count); /* chains.c */
 PyObject *solve_chain(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *add_nodes(PyObject *module, PyObject *args); /* nodes.c */
-PyObject *swept(PyObject *module, PyObject *value);    /* folds.c */
+PyObject *swept(PyObject *module, PyObject *values);   /* folds.c */
+PyObject *resized(PyObject *module, PyObject *args);
 PyObject *affine_terms(PyObject *module, PyObject *value); /* terms.c */
 PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);

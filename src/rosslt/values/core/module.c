@@ -2,10 +2,11 @@
 
 #include "core.h"
 
-#define INTERFACE 14 /* what `accelerator.py` asks for */
+#define INTERFACE 16 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
-    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python;
+    *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python,
+    *refill;
 int limit, max_shared_size;
 
 PyObject *names[NAMES];
@@ -18,11 +19,11 @@ static const char *const texts[NAMES] = {
 /* Tell the core what it records and what it hands over. */
 static PyObject *complete(PyObject *module, PyObject *args)
 {
-    PyObject *of_operators, *of_fallbacks, *told[12];
-    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!OOOOii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type,
+    PyObject *of_operators, *of_fallbacks, *told[13];
+    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!OOOOOii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type,
                           &of_fallbacks, &told[0], &told[1], &told[2], &told[3], &told[4], &told[5], &PyTuple_Type,
                           &told[6], &PySet_Type, &told[7], &told[8], &told[9], &told[10], &told[11],
-                          &limit, &max_shared_size)) {
+                          &told[12], &limit, &max_shared_size)) {
         return NULL;
     }
     if (PyTuple_GET_SIZE(of_operators) != 3 * OPERATORS || PyTuple_GET_SIZE(of_fallbacks) != OPERATORS) {
@@ -30,14 +31,14 @@ static PyObject *complete(PyObject *module, PyObject *args)
     }
     PyObject **places[] = {&negation,  &source_form,    &lazy_form,       &shorten,     &resolve,
                            &new_other, &source_classes, &tracked_classes, &affine_form, &slopes_or_zeros,
-                           &absolute_form, &affine_of_python};
+                           &absolute_form, &affine_of_python, &refill};
     for (int at = 0; at < 3 * OPERATORS; at++) {
         Py_XSETREF(forms[at], Py_NewRef(PyTuple_GET_ITEM(of_operators, at)));
     }
     for (int at = 0; at < OPERATORS; at++) {
         Py_XSETREF(fallbacks[at], Py_NewRef(PyTuple_GET_ITEM(of_fallbacks, at)));
     }
-    for (int at = 0; at < 12; at++) Py_XSETREF(*places[at], Py_NewRef(told[at]));
+    for (int at = 0; at < 13; at++) Py_XSETREF(*places[at], Py_NewRef(told[at]));
     Py_RETURN_NONE;
 }
 
@@ -45,12 +46,15 @@ static PyMethodDef functions[] = {
     {"complete", complete, METH_VARARGS, "Tell the core what it records and what it hands over; once, before all."},
     {"new", (PyCFunction)(void (*)(void))new_value, METH_FASTCALL, "new(value, record, size): a tracked float or int."},
     {"lazy_of", (PyCFunction)(void (*)(void))lazy_of, METH_FASTCALL, "lazy_of(values, load): as in tracked.py."},
+    {"allow", allow, METH_O, "allow(count): so many operations may be recorded from now on."},
+    {"spend", spend, METH_O, "spend(count): as in recording.py."},
     {"along_chain", (PyCFunction)(void (*)(void))along_chain, METH_FASTCALL,
      "along_chain(value, {Source: value}): the value of a chain on one source, or NotImplemented."},
     {"solve_chain", (PyCFunction)(void (*)(void))solve_chain, METH_FASTCALL,
      "solve_chain(value, target, relative): {Source: value}, None without an answer, or NotImplemented."},
     {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
-    {"swept", swept, METH_O, "swept(value): as in affine.py, or NotImplemented."},
+    {"swept", swept, METH_O, "swept([value, ...]): `_swept` of each as in affine.py, or NotImplemented."},
+    {"resized", resized, METH_VARARGS, "resized(value, bound): `_resized` as in affine.py, or NotImplemented."},
     {"affine", affine_terms, METH_O, "affine(value): as in affine.py."},
     {"recorder", make_recorder, METH_VARARGS,
      "recorder(forward, (left, right, both), arity, otherwise, name, doc): as in functions.py."},

@@ -155,7 +155,8 @@ static PyObject *new_of(PyObject *value, PyObject *form, PyObject *first, PyObje
     } else {
         return PyObject_CallFunction(new_other, "O(OOO)l", value, form, first, second, size);
     }
-    if (result != NULL && ((kind == OTHER && form != source_form) || may_cycle(first) || may_cycle(second))) {
+    if (result != NULL && form != source_form && form != affine_form &&
+        (kind == OTHER || may_cycle(first) || may_cycle(second))) {
         collect(result, record_of(result));
     }
     return result;
@@ -192,17 +193,15 @@ PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count)
 
 /* --- arithmetic ---------------------------------------------------------------------------------------------- */
 
-/* As `joint_size` in recording.py. */
-static Py_ssize_t joint_size(Py_ssize_t first, Py_ssize_t second)
+/* The result of an operation: an int, or a float where that is NULL. It is plain where no more may be recorded. It knows
+   the collector if one of its operands does, and stays in the limit. */
+static PyObject *finished(PyObject *whole, double value, PyObject *form, PyObject *first, PyObject *second, int kind,
+                          Py_ssize_t size, int collected)
 {
-    Py_ssize_t small = first < second ? first : second, large = first < second ? second : first;
-    if (small >= 0) return large + (small < max_shared_size ? small : max_shared_size) + 1;
-    return (large < 0 ? large : small + (large < max_shared_size ? large : max_shared_size)) + 1;
-}
-
-/* A new value, which knows the collector if one of its operands does, and stays in the limit. */
-static PyObject *finished(PyObject *result, int collected)
-{
+    int may_record = spent(1);
+    if (may_record <= 0) return may_record < 0 ? NULL : whole ? Py_NewRef(whole) : PyFloat_FromDouble(value);
+    PyObject *result = whole ? new_int(whole, form, first, second, kind, size)
+                             : new_float(value, form, first, second, kind, size);
     if (result == NULL) return NULL;
     Record *record = record_of(result);
     if (collected) collect(result, record);
@@ -230,9 +229,7 @@ static inline PyObject *result_of(int operator, PyObject *v, PyObject *w, PyObje
         size = joint_size(record->size, record_of(second)->size);
         collected = collected || record_of(second)->collected;
     }
-    PyObject *form = forms[kind - OPERATOR];
-    if (whole != NULL) return finished(new_int(whole, form, first, second, kind, size), collected);
-    return finished(new_float(value, form, first, second, kind, size), collected);
+    return finished(whole, value, forms[kind - OPERATOR], first, second, kind, size, collected);
 }
 
 PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject *second, int kind)
@@ -244,8 +241,9 @@ PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject 
         size = joint_size(record->size, record_of(second)->size);
         collected = collected || record_of(second)->collected;
     }
-    if (PyLong_CheckExact(value)) return finished(new_int(value, form, first, second, kind, size), collected);
-    return finished(new_float(PyFloat_AS_DOUBLE(value), form, first, second, kind, size), collected);
+    int is_float = PyFloat_CheckExact(value);
+    return finished(is_float ? NULL : value, is_float ? PyFloat_AS_DOUBLE(value) : 0.0, form, first, second, kind, size,
+                    collected);
 }
 
 /* What an operator gives that has something else than floats to do. */
@@ -322,7 +320,7 @@ static PyObject *single(PyObject *self, unaryfunc compute, PyObject *form)
 static PyObject *single_float(PyObject *self, double value, PyObject *form)
 {
     const Record *record = record_of(self);
-    return finished(new_float(value, form, self, Py_None, ANY_SINGLE, record->size + 1), record->collected);
+    return finished(NULL, value, form, self, Py_None, ANY_SINGLE, record->size + 1, record->collected);
 }
 
 static PyObject *negate(PyObject *self)
@@ -350,7 +348,7 @@ static int put_record(PyObject *self, PyObject *value, void *unused)
     if (kind < 0) return -1;
     Record *record = record_of(self);
     replace_record(record, PyTuple_GET_ITEM(value, 0), PyTuple_GET_ITEM(value, 1), PyTuple_GET_ITEM(value, 2), kind);
-    collect(self, record);
+    if (record->form != affine_form) collect(self, record); /* folds refer to sources alone */
     return 0;
 }
 
@@ -361,17 +359,10 @@ static PyObject *get_fold(PyObject *self, void *unused)
     return Py_NewRef(fold == NULL ? Py_None : fold);
 }
 
-void keep_fold(PyObject *value, PyObject *fold)
-{
-    Record *record = record_of(value);
-    Py_XINCREF(fold);
-    collect(value, record);
-    Py_XSETREF(record->fold, fold);
-}
-
 static int put_fold(PyObject *self, PyObject *value, void *unused)
 {
-    keep_fold(self, value);
+    Py_XINCREF(value);
+    Py_XSETREF(record_of(self)->fold, value);
     return 0;
 }
 

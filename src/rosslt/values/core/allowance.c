@@ -1,0 +1,32 @@
+/* How many operations may still be recorded (`recording.py`)? */
+
+#include "core.h"
+
+long long allowance = LLONG_MAX;
+
+PyObject *allow(PyObject *module, PyObject *count)
+{
+    long long number = PyLong_AsLongLong(count);
+    if (number == -1 && PyErr_Occurred()) return NULL;
+    allowance = number;
+    Py_RETURN_NONE;
+}
+
+int refilled(void)
+{
+    if (allowance == 0) return 0;
+    allowance = LLONG_MAX; /* what refilling does is not counted */
+    PyObject *given = PyObject_CallObject(refill, NULL);
+    long long number = given == NULL ? -1 : PyLong_AsLongLong(given);
+    Py_XDECREF(given);
+    if (number == -1 && PyErr_Occurred()) return -1;
+    allowance = number;
+    return number > 0;
+}
+
+PyObject *spend(PyObject *module, PyObject *count)
+{
+    long long number = PyLong_AsLongLong(count);
+    int may_record = number == -1 && PyErr_Occurred() ? -1 : spent(number);
+    return may_record < 0 ? NULL : PyBool_FromLong(may_record);
+}
