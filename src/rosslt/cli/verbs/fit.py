@@ -17,7 +17,6 @@ from rosslt.cli.master import find_master
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.reading import Decoder, start_node
 from rosslt.cli.verb import CHANGE, Argument
-from rosslt.messages import LastProvenance
 
 GROUP = CHANGE
 SUMMARY = 'find the source values that bring recorded fields nearest to what was measured'
@@ -200,12 +199,13 @@ def _pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], sl
 
 
 def _stamped(bag: rosbag.Bag, topic: str) -> _Series:
-    """The stamps of the messages of a topic, and the messages, by stamp; without plain ones between whole ones."""
-    decoder, found, last = Decoder(), [], LastProvenance()
-    for name, raw, recorded, header in bags.serialized(bag, [topic]):
-        message = decoder.decode(raw[1], raw[-1], name).message
-        if last.is_between(message, header.get('callerid'), recorded.to_sec()):
+    """The stamps of the messages of a topic, and the messages, by stamp; without those between whole ones."""
+    decoder, found = Decoder(), []
+    for name, raw, recorded, _ in bags.serialized(bag, [topic]):
+        received = decoder.decode(raw[1], raw[-1], name)
+        if received.is_sampled:
             continue
+        message = received.message
         stamp = message.header.stamp if getattr(raw[-1], '_has_header', False) else None
         found.append(((stamp or recorded).to_sec(), message))
     found.sort(key=lambda one: one[0])
