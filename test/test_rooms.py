@@ -1,6 +1,7 @@
 """Holds the direction of the imports between the rooms, as docs/design.md lists them."""
 
 import ast
+import functools
 import re
 import subprocess
 import sys
@@ -54,10 +55,15 @@ def room_of(path):
     return parts[0] if len(parts) > 1 else None
 
 
+@functools.lru_cache(maxsize=None)
+def tree_of(path):
+    return ast.parse(path.read_text(encoding='utf-8'), str(path))
+
+
 def imports(path):
     """The absolute names that a file imports: modules, and names from modules."""
     package = ['rosslt', *path.relative_to(PACKAGE).parent.parts] if PACKAGE in path.parents else []
-    for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'), str(path))):
+    for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield node.lineno, alias.name
@@ -110,11 +116,12 @@ def reaches_past_the_door(parts):
     return inside.is_dir() or inside.with_suffix('.py').is_file()
 
 
+@functools.lru_cache(maxsize=None)
 def offered_by(door):
     """The names that a door takes from the modules behind it."""
     return {
         alias.asname or alias.name
-        for node in ast.walk(ast.parse(door.read_text(encoding='utf-8')))
+        for node in ast.walk(tree_of(door))
         if isinstance(node, ast.ImportFrom) and node.module
         for alias in node.names
     }
@@ -125,9 +132,7 @@ def test_every_room_is_in_the_list_and_has_a_door():
     assert there == set(rooms())
     for room in there:
         door = PACKAGE / room / '__init__.py'
-        assert ast.get_docstring(ast.parse(door.read_text(encoding='utf-8'))), (
-            '{} does not say what the room is for'.format(door)
-        )
+        assert ast.get_docstring(tree_of(door)), '{} does not say what the room is for'.format(door)
 
 
 @pytest.mark.skipif(sys.version_info < (3, 10), reason='sys.stdlib_module_names came with Python 3.10')
@@ -167,8 +172,7 @@ def test_no_file_imports_itself_by_way_of_others():
 def test_modules_are_imported_at_the_top_of_a_file():
     found = set()
     for path in PACKAGE.rglob('*.py'):
-        tree = ast.parse(path.read_text(encoding='utf-8'))
-        for function in ast.walk(tree):
+        for function in ast.walk(tree_of(path)):
             if isinstance(function, (ast.FunctionDef, ast.AsyncFunctionDef)):
                 for node in ast.walk(function):
                     if isinstance(node, ast.ImportFrom) and (node.level or (node.module or '').startswith('rosslt')):

@@ -1,5 +1,8 @@
 """Runs each rostest suite, `test/**/*.test`, as one test: its own process, its own master on a free port.
 
+A suite that starts no nodes beside its test needs neither rostest nor roslaunch, which take longer than many a suite:
+its parameters are set here, and its test is a fork of a process that has loaded rospy.
+
 The nodes and scripts that a suite names lie beside it and are executable. Their names do not begin with
 `test_`, which would have pytest collect them as well.
 """
@@ -11,6 +14,11 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import rosgraph
+import yaml
+
+from support.fork_server import Program
+from support.masters import reached_master
 
 HERE = Path(__file__).parent
 SUITES = sorted(HERE.rglob('*.test'))
@@ -32,19 +40,18 @@ def name_of(suite):
 @pytest.mark.parametrize(
     'suite', [pytest.param(one, id=name_of(one), marks=[pytest.mark.slow] * (name_of(one) in SLOW)) for one in SUITES]
 )
-def test_rostest(suite, tmp_path):
+def test_rostest(suite, tmp_path, monkeypatch):
     results = tmp_path / 'results'
-    status, output = run(
-        ['rostest', '--results-base-dir', str(results), str(suite)],
-        environment=dict(
-            os.environ,
-            ROS_LOG_DIR=str(tmp_path / 'log'),
-            ROS_HOSTNAME='localhost',
-            # where test/support is
-            PYTHONPATH=os.pathsep.join([str(HERE), os.environ.get('PYTHONPATH', '')]),
-        ),
-        time_limit=time_limit(suite),
-    )
+    # where test/support is
+    monkeypatch.setenv('PYTHONPATH', str(HERE), prepend=os.pathsep)
+    elements = list(ElementTree.parse(suite).getroot())
+    if {one.tag for one in elements} <= {'param', 'rosparam', 'test'}:
+        with reached_master(tmp_path / 'log'):
+            status, output = run_without_rostest(suite, elements, results, tmp_path / 'output')
+    else:
+        command = ['rostest', '--results-base-dir', str(results), str(suite)]
+        environment = dict(os.environ, ROS_LOG_DIR=str(tmp_path / 'log'), ROS_HOSTNAME='localhost')
+        status, output = run(command, environment, time_limit(suite))
     report = '{}\n{}\n{}'.format(suite, output, node_logs(tmp_path / 'log'))
     if status is None:
         pytest.fail('did not end within {:.0f} s: {}'.format(time_limit(suite), report), pytrace=False)
@@ -67,6 +74,44 @@ def time_limit(suite):
     """Seconds for the whole suite: what its tests allow themselves, and something to start and stop."""
     tests = ElementTree.parse(suite).getroot().iter('test')
     return STARTING_AND_STOPPING + sum(float(test.get('time-limit', DEFAULT_TIME_LIMIT)) for test in tests)
+
+
+def run_without_rostest(suite, elements, results, output):
+    """Run the tests of a suite at the master that is reached; returns what `run` does.
+
+    Args:
+        elements: what the suite says: parameters and tests.
+        results: the folder for JUnit reports.
+        output: the file for what is printed.
+    """
+    results.mkdir()
+    parameters = rosgraph.Master('/test')
+    status = 0
+    with output.open('wb') as printed:
+        for one in elements:
+            if one.tag != 'test':
+                parameters.setParam(one.get('name') or one.get('param'), yaml.safe_load(one.get('value') or one.text))
+                continue
+            report = results / 'rosunit-{}.xml'.format(one.get('test-name'))
+            arguments = ['--gtest_output=xml:{}'.format(report), '__name:={}'.format(one.get('test-name'))]
+            program = Program(str(suite.parent / one.get('type')), arguments, printed, printed)
+            try:
+                status = program.wait(float(one.get('time-limit', DEFAULT_TIME_LIMIT))) or status
+            except subprocess.TimeoutExpired:
+                status = None
+                break
+            finally:
+                end(program)
+    return status, output.read_text(encoding='utf-8', errors='replace')
+
+
+def end(program):
+    """End a program that may still run; its nodes end with it when it is interrupted."""
+    program.send_signal(signal.SIGINT)
+    try:
+        program.wait(SHUTTING_DOWN)
+    except subprocess.TimeoutExpired:
+        program.kill()
 
 
 def run(command, environment, time_limit):

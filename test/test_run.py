@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import time
@@ -101,6 +102,17 @@ def test_what_a_benchmark_prints_is_kept_with_the_machine_and_the_commit(tmp_pat
 
 def test_a_run_of_no_test_fails():
     assert run('test', '-k', 'there_is_no_such_test').returncode != 0
+
+
+def test_values_are_tested_in_a_clone_where_nothing_was_built(tmp_path):
+    clone = tmp_path / 'clone'
+    without = shutil.ignore_patterns('build', '.git', '__pycache__', '.*_cache', '.hypothesis')
+    shutil.copytree(ROOT, clone, symlinks=True, ignore=without)
+    command = ['test', 'test/values/test_core.py', '-q', '-k', 'the_workspace_has_the_core']
+    result = subprocess.run([str(clone / 'run'), *command], stdout=subprocess.PIPE, encoding='utf-8', check=False)
+    assert result.returncode == 0, result.stdout
+    assert ' passed' in result.stdout
+    assert not (clone / 'build' / '.workspace' / 'devel').exists()
 
 
 def test_exec_hands_on_directory_input_output_and_status(tmp_path):

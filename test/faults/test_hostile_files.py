@@ -129,10 +129,8 @@ def test_a_script_that_was_changed_comes_into_force_or_is_reported(tmp_path):
 @pytest.mark.parametrize(
     ('data', 'reason'),
     [
-        (SCRIPT.encode('utf-16'), 'not in UTF-8'),
+        (SCRIPT.encode('utf-16'), 'invalid or missing encoding'),
         (b'wait(1)\0', 'null byte'),
-        (b' ' * 1000001, '1000001 characters, the limit is 1000000'),
-        (b'x = [' + b'1.5, ' * 10001 + b']', '10001 numbers, the limit is 10000'),
         (b'x = ' + b'-' * 100000 + b'1', 'nested too deeply'),
         (b'x = ' + b'1 + ' * 9000 + b'1', 'nested too deeply'),
         (b'x' + b'.x' * 100000, 'nested too deeply'),

@@ -11,7 +11,7 @@ import pytest
 from rosslt import files
 from rosslt.files import FileError, replacing
 
-OLD, NEW = 'a = 1\n' * 500, 'a = 2\n' * 500
+OLD, NEW = b'a = 1\n' * 500, b'a = 2\n' * 500
 
 #: Every call of the system that replacing makes: module, name.
 CALLS = [
@@ -37,7 +37,7 @@ class PowerCut(BaseException):
 @pytest.fixture
 def path(tmp_path):
     path = tmp_path / 'tour.script'
-    path.write_text(OLD)
+    path.write_bytes(OLD)
     return path
 
 
@@ -71,10 +71,10 @@ def outcome_of(path, number, error, is_last, can_exchange):
             patch.setattr(replacing, '_exchange', lambda first, second: False)
         made = failing(patch, number, error, is_last)
         try:
-            result = files.replace(str(path), OLD, NEW)
+            result = files.replace_bytes(str(path), OLD, NEW)
         except (FileError, PowerCut) as raised:
             result = type(raised)
-    return result, made, path.read_text()
+    return result, made, path.read_bytes()
 
 
 @pytest.mark.parametrize('can_exchange', [True, False])
@@ -83,7 +83,7 @@ def test_each_call_that_fails_leaves_the_old_or_the_new_text_and_says_which(path
     number, seen = 0, set()
     while True:
         number += 1
-        path.write_text(OLD)
+        path.write_bytes(OLD)
         result, made, text = outcome_of(path, number, error, False, can_exchange)
         if len(made) < number:
             break  # there are no more calls
@@ -103,7 +103,7 @@ def test_a_power_cut_between_any_two_calls_leaves_the_old_or_the_new_text(path, 
     number, texts = 0, set()
     while True:
         number += 1
-        path.write_text(OLD)
+        path.write_bytes(OLD)
         _, made, text = outcome_of(path, number, PowerCut, True, can_exchange)
         if len(made) < number:
             break
@@ -128,7 +128,7 @@ def test_what_cannot_be_looked_at_nor_put_back_is_kept_and_named(path, monkeypat
     monkeypatch.setattr(replacing, '_exchange', once)
     monkeypatch.setattr(replacing, 'read_bytes', unreadable)
     with pytest.raises(FileError, match='what was there before is in ') as caught:
-        files.replace(str(path), OLD, NEW)
+        files.replace_bytes(str(path), OLD, NEW)
     kept = str(caught.value).split(' is in ')[1].split(': ')[0]
     with open(kept, encoding='utf-8') as file:
         assert file.read() == 'edited by somebody'
@@ -142,11 +142,11 @@ def test_an_editor_that_saves_at_the_same_moment_loses_nothing_in_1000_rounds(pa
 
     replaced = 0
     for number in range(1000):
-        path.write_text(OLD)
+        path.write_bytes(OLD)
         edit = f'edit {number}\n'
         editor = threading.Thread(target=save, args=(edit,))
         editor.start()
-        replaced += files.replace(str(path), OLD, NEW)
+        replaced += files.replace_bytes(str(path), OLD, NEW)
         editor.join()
         assert path.read_text() == edit
     assert os.listdir(str(path.parent)) == [path.name]
@@ -170,24 +170,24 @@ def test_a_full_disk_leaves_the_old_text_and_says_so(small_disk):
     path = small_disk / 'tour.script'
     path.write_text('x' * 40000)
     with pytest.raises(FileError, match='cannot be written: No space left on device'):
-        files.replace(str(path), 'x' * 40000, 'y' * 40000)
+        files.replace_bytes(str(path), b'x' * 40000, b'y' * 40000)
     assert path.read_text() == 'x' * 40000
     assert os.listdir(str(small_disk)) == ['tour.script']
 
 
 def test_a_file_system_that_is_read_only_says_so(small_disk):
     path = small_disk / 'tour.script'
-    path.write_text(OLD)
+    path.write_bytes(OLD)
     subprocess.run(['mount', '-o', 'remount,ro', str(small_disk)], check=True)
     with pytest.raises(FileError, match='cannot be written: Read-only file system'):
-        files.replace(str(path), OLD, NEW)
-    assert path.read_text() == OLD
+        files.replace_bytes(str(path), OLD, NEW)
+    assert path.read_bytes() == OLD
 
 
 def test_a_link_to_another_file_system_stays_a_link(small_disk, tmp_path):
     path, link = small_disk / 'tour.script', tmp_path / 'link.script'
-    path.write_text(OLD)
+    path.write_bytes(OLD)
     link.symlink_to(path)
-    assert files.replace(str(link), OLD, NEW)
+    assert files.replace_bytes(str(link), OLD, NEW)
     assert link.is_symlink()
-    assert path.read_text() == NEW
+    assert path.read_bytes() == NEW

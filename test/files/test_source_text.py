@@ -112,6 +112,12 @@ def test_every_other_byte_stays_and_the_program_has_the_new_values(data):
         ('def f():\n    return-1', 0, 3, 'def f():\n    return(3)'),
         ('y = 1 if x else 2', 0, -1.5, 'y = -1.5 if x else 2'),
         ('y = x-1', 0, 2, 'y = x-2'),
+        ('y = x-1.5', 0, -2.0, 'y = x--2.0'),
+        ('y = 2 ** 3', 1, -3, 'y = 2 ** -3'),
+        ('-2 ** 2', 0, -3, '-(-3) ** 2'),
+        ('--2', 0, 3, '-(3)'),
+        ('x = 1 if a else-1', 1, 1, 'x = 1 if a else(1)'),
+        ('x = 0x10  # sixteen', 0, 17, 'x = 17  # sixteen'),
     ],
 )
 def test_a_number_with_another_sign_means_the_same_program(text, index, value, expected):
@@ -154,6 +160,85 @@ def test_a_number_that_could_be_another_one_is_not_followed():
     assert values_after('move(1.5)\nmove(2.5)\n', 'move(1.5)\n') == {}
     assert values_after('a = 1.5\n', 'b = 1.5\n') == {}
     assert values_after('def f():\n    return 1.5\n', 'def g():\n    return 1.5\n') == {}
+
+
+@pytest.mark.parametrize(
+    ('text', 'numbers'),
+    [
+        ('goto(2.0, 1, -1.5)', ['2.0', '1', '-1.5']),
+        ('a -1', ['1']),
+        ('- 2.5', ['- 2.5']),
+        ('-(2.5)', ['2.5']),
+        ('--2', ['-2']),
+        ('+2', ['2']),
+        ('-2 ** 2', ['2', '2']),
+        ('-(  # low\n  3)', ['3']),
+        ('1e3 + 0x10 + 1_000 + .5 + 2.', ['1e3', '0x10', '1_000', '.5', '2.']),
+        ('x = "1.5"  # 2.5', []),
+        ('True, None, 2j, 1e999, -True', []),
+        ("f'{1.5} {x:3}'; 4", ['4']),
+        ('p = "äöü€𝄞"; goto(1.25, 2, 3)', ['1.25', '2', '3']),
+        ('a = 1\r\nb = 2\rc = 3\n', ['1', '2', '3']),
+        ('\ufeffa = 1\nb = 2', ['1', '2']),
+        ('def f(x=1, *, y: 2 = 3): return x[4] if x else -5', ['1', '2', '3', '4', '-5']),
+    ],
+)
+def test_every_number_is_found_with_its_sign_and_nothing_else(text, numbers):
+    made = source(text.encode())
+    assert [made.text[number.start : number.end] for number in made.numbers] == numbers
+
+
+def test_a_position_is_a_line_and_a_column_in_characters():
+    numbers = source('a = 1\nä = "€", 25\n'.encode()).numbers
+    assert [(number.line, number.column) for number in numbers] == [(1, 5), (2, 10)]
+
+
+@pytest.mark.parametrize(
+    ('text', 'line', 'column', 'reason'),
+    [
+        ('goto(1, 2, 3)\nwait(1\n', 2, 5, "'(' was never closed"),
+        ('a = 1\n  b = 2\n', 2, 2, 'unexpected indent'),
+        ('a = 1 +* 2', 1, 8, 'invalid syntax'),
+        ('(' * 1000, 1, 201, 'too many nested parentheses'),
+    ],
+)
+def test_a_syntax_error_names_file_line_and_column(text, line, column, reason):
+    with pytest.raises(FileError) as caught:
+        source(text.encode())
+    assert reason in caught.value.reason
+    assert str(caught.value).startswith('node.py:{}:{}: '.format(line, column))
+
+
+def follow_exactly(old, new):
+    before, after = source(old.encode()), source(new.encode())
+    return {
+        '%r@%d' % (before.literals[one].value, before.literals[one].line): '%d:%d' % after.literals[other][2:4]
+        for one, other in followed(before, after, exactly=True).literals.items()
+    }
+
+
+A, B, C = 'goto(1, 2, 3)\n', 'goto(4, 5, 6)\n', 'wait(7)\n'
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'expected'),
+    [
+        # lines that were put in, taken out and moved
+        (B + C, '# tour\n' + B + C, {'4@1': '2:6', '5@1': '2:9', '6@1': '2:12', '7@2': '3:6'}),
+        (A + B + C, A + C, {'1@1': '1:6', '2@1': '1:9', '3@1': '1:12', '7@3': '2:6'}),
+        (A + C.strip(), C + A, {'1@1': '2:6', '2@1': '2:9', '3@1': '2:12', '7@2': '1:6'}),
+        # lines that were edited
+        (A + C, 'goto(1, 2, 8)\n' + C, {'7@2': '2:6'}),
+        ('x = 1', 'x = 11', {}),
+        ('x = 1', 'x = 1  # one', {}),
+        ('x = 1', 'x  = 1', {}),
+        # lines that could be either of two
+        (A + A, A + A + A, {}),
+        (A + C, A + A + C, {'7@2': '3:6'}),
+    ],
+)
+def test_literals_are_followed_exactly_in_lines_that_read_the_same(old, new, expected):
+    assert follow_exactly(old, new) == expected
 
 
 def word_edited(text, value, new, encoding='utf-8'):

@@ -7,8 +7,8 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import Source, evaluate, is_tracked, math, solve, sources, track
-from rosslt.messages import LastProvenance, SampledProvenance, attach, encode
-from rosslt.messages.sampling import KEPT, MOST_THINGS, thing_reader
+from rosslt.messages import SAMPLED, LastProvenance, SampledProvenance, attach, encode
+from rosslt.messages.sampling import MOST_THINGS, thing_reader
 from rosslt.values import untracked
 
 RATE = 20.0
@@ -23,11 +23,11 @@ class Sent:
         self.now, self.state = 100.0, 0
         self._sampled = SampledProvenance(lambda: RATE, lambda: self.now)
 
-    def is_whole(self, message, at=None):
+    def is_whole(self, message, at=None, is_between=False):
         self.now = self.now if at is None else 100.0 + at
-        data = self._sampled.to_send(message, False, self.state)
-        assert data in (b'', encode(message))
-        return bool(data)
+        data = self._sampled.to_send(message, False, self.state, is_between)
+        assert data in ((SAMPLED, encode(message)) if is_tracked(message) or is_between else (b'',))
+        return data not in (b'', SAMPLED)
 
 
 def test_the_first_message_is_whole_and_later_ones_at_the_rate():
@@ -48,6 +48,20 @@ def test_the_message_after_a_change_is_whole():
     assert not sent.is_whole(Point(X, 0, 0))
     sent.state += 1
     assert sent.is_whole(Point(X, 0, 0))
+
+
+def test_what_is_computed_from_sampled_messages_waits_for_a_whole_one():
+    sent = Sent()
+    assert sent.is_whole(Point(X, Y, 0), 0.0)
+    assert not sent.is_whole(Point(0, Y, 0), 0.06, is_between=True)
+    assert not sent.is_whole(Point(), 0.07, is_between=True)
+    assert sent.is_whole(Point(X, Y, 0), 0.08)
+
+
+def test_the_first_message_of_a_relay_is_followed_by_one_with_all_sources():
+    sent = Sent()
+    assert sent.is_whole(Point(0, Y, 0), 0.0, is_between=True)
+    assert sent.is_whole(Point(X, Y, 0), 0.01)
 
 
 def test_messages_without_provenance_do_not_take_the_turn_of_those_with_it():
@@ -100,59 +114,34 @@ def received(message):
     return plain
 
 
-def test_a_plain_message_has_the_provenance_of_the_last_whole_one_that_it_equals():
+def test_a_sampled_message_has_the_provenance_of_the_last_whole_one_and_what_is_plain_stays_plain():
     last = LastProvenance()
     whole = received(Point(X, X * Y, 5.0))
-    assert last.completed(whole, '/node', 1.0) is whole
-    plain = Point(2.0, 6.0, 7.0)
-    found = last.completed(plain, '/node', 1.1)
-    assert found == plain
-    assert sources(found) == [A, B]
-    assert not is_tracked(plain)
-    assert last.completed(Point(2.0, 6.5, 5.0), '/node', 1.1) is None
-
-
-def test_nan_is_no_other_number():
-    last = LastProvenance()
-    last.completed(received(Point(X, 0, 0)), '/node', 1.0)
-    assert last.completed(Point(math.nan, 0, 0), '/node', 1.1) is None
-    assert last.approximated(Point(math.nan, 0, 0), '/node', 1.1).x != X
-
-
-def test_a_message_that_has_moved_is_approximated_on_request():
-    last = LastProvenance()
-    whole = received(Point(X, X * Y, 5.0))
-    assert last.approximated(whole, '/node', 1.0) is whole
-    plain = Point(2.0, 6.5, 5.0)
-    found = last.approximated(plain, '/node', 1.1)
-    assert found == Point(2.0, 6.5, 5.0)
+    assert last.completed(whole, False, '/node') is whole
+    message = Point(2.0, 6.5, 5.0)
+    found = last.completed(message, True, '/node')
+    assert found == message
     assert sources(found) == [A, B]
     assert not is_tracked(found.z)
-    assert not is_tracked(plain)
+    assert not is_tracked(message)
     assert evaluate(found.x, {A: 7.0}) == 7.0
     # what has moved since keeps how it was computed
     assert evaluate(found.y, {A: 4.0}) == 12.5
     assert solve(found.y, 12.5, A) == {A: 4.0}
+    assert last.completed(message, False, '/node') is message
+    assert sources(last.completed(message, True, '/node')) == [A, B]
 
 
-def test_nothing_is_told_of_other_things_other_publishers_other_sizes_and_long_ago():
+def test_nothing_is_told_of_other_things_other_publishers_and_other_sizes():
     last = LastProvenance()
     whole = received(MarkerArray([Marker(id=1, pose=Pose(position=Point(X, 0, 0)))]))
-    last.completed(whole, '/node', 1.0)
-    plain = untracked(whole)
-    others = [
-        (MarkerArray([Marker(id=2)]), '/node', 1.1),
-        (plain, '/other', 1.1),
-        (plain, '/node', 1.1 + KEPT),
-    ]
-    for message, publisher, now in others:
-        assert last.completed(message, publisher, now) is message
-        assert not last.is_between(message, publisher, now)
-    longer = MarkerArray([*plain.markers, Marker()])
-    assert last.completed(longer, '/node', 1.1) is None
-    assert last.approximated(longer, '/node', 1.1) is longer
-    assert last.is_between(plain, '/node', 1.1)
-    assert is_tracked(last.completed(plain, '/node', 1.1))
+    last.completed(whole, False, '/node')
+    same = untracked(whole)
+    longer = MarkerArray([*same.markers, Marker()])
+    others = (MarkerArray([Marker(id=2)]), '/node'), (same, '/other'), (longer, '/node')
+    for message, publisher in others:
+        assert last.completed(message, True, publisher) is message
+    assert is_tracked(last.completed(same, True, '/node'))
 
 
 def test_nothing_is_told_of_another_thing_further_on_in_a_message():
@@ -164,26 +153,22 @@ def test_nothing_is_told_of_another_thing_further_on_in_a_message():
     whole = transforms('hand', 'camera')
     whole.transforms[1].transform.translation.x = X
     last = LastProvenance()
-    last.completed(whole, '/node', 0.0)
-    same = last.completed(transforms('hand', 'camera'), '/node', 0.01)
-    assert sources(same.transforms[1].transform.translation.x) == [A]
-    other = transforms('hand', 'laser')
-    assert last.completed(other, '/node', 0.02) is None
-    assert not is_tracked(last.approximated(other, '/node', 0.02).transforms[1].transform.translation.x)
+    last.completed(whole, False, '/node')
+    assert sources(last.completed(transforms('hand', 'camera'), True, '/node')) == [A]
+    assert not is_tracked(last.completed(transforms('hand', 'laser'), True, '/node'))
 
 
 def test_texts_keep_their_sources_as_long_as_they_are_the_same():
     last = LastProvenance()
-    last.completed(received(String(track('a', A))), '/node', 1.0)
-    assert sources(last.completed(String('a'), '/node', 1.0)) == [A]
-    assert not is_tracked(last.completed(String('b'), '/node', 1.0))
-    assert not is_tracked(last.approximated(String('b'), '/node', 1.0))
+    last.completed(received(String(track('a', A))), False, '/node')
+    assert sources(last.completed(String('a'), True, '/node')) == [A]
+    assert not is_tracked(last.completed(String('b'), True, '/node'))
 
 
 def test_what_moves_and_is_curved_keeps_its_sources():
     last = LastProvenance()
-    last.completed(received(Point(math.sin(X), 0, 0)), '/node', 1.0)
-    moved = last.approximated(Point(0.95, 0, 0), '/node', 1.01).x
+    last.completed(received(Point(math.sin(X), 0, 0)), False, '/node')
+    moved = last.completed(Point(0.95, 0, 0), True, '/node').x
     assert moved == 0.95
     assert sources(moved) == [A]
     assert evaluate(moved, {A: 2.5}) == pytest.approx(0.95 + math.sin(2.5) - math.sin(2.0))

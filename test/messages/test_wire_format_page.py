@@ -7,16 +7,17 @@ from pathlib import Path
 from geometry_msgs.msg import Point
 
 from rosslt import Source, track
-from rosslt.messages import append_provenance, attach, split_provenance
+from rosslt.messages import SampledProvenance, append_provenance, attach, decode, split_provenance
+from rosslt.values import untracked
 from support.filling import assert_arrived
 
 PAGE = Path(__file__).resolve().parents[2] / 'docs' / 'wire_format.md'
 SENT = re.compile(r'^((?:[0-9a-f]{2} )*[0-9a-f]{2})(?:  |$)', re.MULTILINE)
 
 
-def example():
+def example(number=0):
     section = PAGE.read_text(encoding='utf-8').split('## A worked example')[1]
-    return bytes.fromhex(' '.join(SENT.findall(section.split('```')[1])))
+    return bytes.fromhex(' '.join(SENT.findall(section.split('```')[2 * number + 1])))
 
 
 def message():
@@ -30,6 +31,15 @@ def test_the_example_is_what_is_sent():
     message().serialize(buff)
     append_provenance(message(), buff)
     assert buff.getvalue().hex(' ') == example().hex(' ')
+
+
+def test_the_example_of_a_sampled_message_is_what_is_sent_and_understood():
+    sampled, buff = SampledProvenance(lambda: 20.0, lambda: 0.0), io.BytesIO()
+    sampled.to_send(message(), False, 0)
+    message().serialize(buff)
+    append_provenance(message(), buff, sampled.to_send(message(), False, 0))
+    assert buff.getvalue().hex(' ') == example(1).hex(' ')
+    assert decode(example(1), Point) == (untracked(message()), None, True)
 
 
 def test_the_example_is_understood():

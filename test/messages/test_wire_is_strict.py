@@ -1,6 +1,7 @@
 """Provenance from elsewhere is not believed: it is right, or it is refused with a reason, and nothing else happens."""
 
 import contextlib
+import os
 import pickle
 import random
 import struct
@@ -234,11 +235,12 @@ def test_the_limits_keep_the_memory_small():
         tracemalloc.stop()
 
 
-def test_twenty_thousand_bad_provenances_do_no_harm(caplog):
+def test_thousands_of_bad_provenances_do_no_harm(caplog):
     caplog.set_level('CRITICAL', logger='rosout')
-    result = fuzz(cases=20000, seed=42)
+    cases = 20000 if os.environ.get('ROSSLT_MANY_EXAMPLES') else 4000
+    result = fuzz(cases=cases, seed=42)
     assert not result.faults
-    assert result.attached > 2000
+    assert result.attached > cases / 10
 
 
 def test_what_was_changed_anywhere_on_its_way_is_decoded_or_refused(caplog):

@@ -62,3 +62,26 @@ def test_a_value_in_fields_of_two_kinds_fits_each_of_them(readings):
     marker.scale.x = before
     sent = refresh.Refresher().fresh(marker)
     assert (sent.id, sent.scale.x) == (1, 2.5)
+
+
+def test_messages_that_are_sent_in_turn_follow_their_sources(readings):
+    before, after = (values.track(number, SOURCES[0]) for number in (1.0, 2.0))
+    one, other = Point(before * before, 0.0, 0.0), Point(before * before * before, 0.0, 0.0)
+    refresher = refresh.Refresher()
+    readings.replace(before, after)
+    for message in (one, other) * 2:
+        refresher.fresh(message)
+    assert refresher.fresh(one).x == 4.0
+    assert refresher.fresh(other).x == 8.0
+
+
+def test_what_has_grown_stays_as_it_is_also_while_it_rests(readings):
+    before, after = (values.track(number, SOURCES[0]) for number in (1.0, 2.0))
+    refresher = refresh.Refresher()
+    readings.replace(before, after)
+    total = math.sin(before)
+    for _ in range(3):
+        total = total + math.sin(before)
+        refresher.fresh(Point(total, 0.0, 0.0))
+    for _ in range(3):
+        assert refresher.fresh(Point(total, 0.0, 0.0)).x == total

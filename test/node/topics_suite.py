@@ -49,6 +49,33 @@ MARKERS = """
     """
 
 
+UPSTREAM = """
+    publisher = rosslt.Publisher('up', Float64, queue_size=10)
+    rate = rospy.Rate(50)
+    while not rospy.is_shutdown():
+        publisher.publish(rosslt.location(1.0, name='x'))
+        rate.sleep()
+    """
+
+
+RELAY = """
+    publisher = rosslt.Publisher('down', Float64, queue_size=10)
+    rosslt.Subscriber('up', Float64, lambda up: publisher.publish(up.data * rosslt.location(2.0, name='gain')))
+    rospy.spin()
+    """
+
+
+TWO_PUBLISHERS = """
+    tracked, plain = (rosslt.Publisher('both', Float64, queue_size=10) for _ in range(2))
+    rate = rospy.Rate(50)
+    while not rospy.is_shutdown():
+        tracked.publish(rosslt.location(1.0, name='x'))
+        plain.publish(1.0)
+        plain.publish(2.0)
+        rate.sleep()
+    """
+
+
 class Inbox(queue.Queue):
     """A subscriber's messages."""
 
@@ -77,6 +104,31 @@ class Topics(unittest.TestCase):
                 for marker, value in ((still, 1.0), (moving, 4.0)):
                     (source,) = rosslt.sources(marker.pose.position.x)
                     self.assertEqual((source.node, marker.pose.position.x), (publisher, value))
+
+    def test_what_has_a_source_and_what_has_none_are_told_apart_in_one_node(self):
+        with Node('talker', TWO_PUBLISHERS, '_rosslt/rate:=10'):
+            exact = Inbox(rosslt.Subscriber, '/both', Float64, keep_provenance=True)
+            self.addCleanup(exact.close)
+            found = {(message.data, rosslt.is_tracked(message)) for message in (exact.next() for _ in range(60))}
+        self.assertEqual(found, {(1.0, True), (1.0, False), (2.0, False)})
+
+    def test_a_relay_tells_all_sources_and_shows_a_change_upstream_at_once(self):
+        with Node('upstream', UPSTREAM, '_rosslt/rate:=2'), Node('relay', RELAY, '_rosslt/rate:=2'):
+            exact = Inbox(rosslt.Subscriber, '/down', Float64, keep_provenance=True)
+            every = Inbox(rosslt.Subscriber, '/down', Float64)
+            self.addCleanup(every.close)
+            self.addCleanup(exact.close)
+            nodes = {source.node: source for _ in range(4) for source in rosslt.sources(exact.next())}
+            self.assertEqual(set(nodes), {'/upstream', '/relay'})
+            for turn in range(2, 6):
+                x = rosslt.track(0.0, nodes['/upstream'])
+                rosslt.force_value(x, float(turn))
+                seen = next(message for message in iter(every.next, None) if message.data == 2.0 * turn)
+                self.assertEqual({source.node for source in rosslt.sources(seen)}, {'/upstream', '/relay'})
+            while not exact.empty():
+                exact.next()
+            for _ in range(5):
+                self.assertEqual({source.node for source in rosslt.sources(exact.next())}, {'/upstream', '/relay'})
 
     def test_messages_are_whole_at_a_rate_and_plain_between(self):
         with Node(

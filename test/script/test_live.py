@@ -52,15 +52,15 @@ class Stage:
         with self.lock:
             assert self.locations.pop(location.name) is location
 
-    def remember(self, text, names):
-        self.memory = text, names
+    def remember(self, digest, names):
+        self.memory = digest, names
 
     def change(self, location, value):
-        """As a node does it: with the lock of its locations held, and only where the location is known."""
+        """As a node does it: only where the location is known, and without holding the lock of its locations."""
         with self.lock:
             if self.locations.get(location.name) is not location:
                 raise KeyError('unknown')
-            location.set(value)
+        location.set(value)
 
     def at(self, line, column):
         """The location that stands there."""
@@ -145,10 +145,13 @@ def test_a_change_below_the_precision_changes_nothing(stage):
     assert len(stage.runs) == 1
 
 
-def test_the_precision_can_be_set(stage, tmp_path):
-    coarse = Stage(stage.path, settings=Settings(precision=0.5, step_limit=100))
-    coarse.change(coarse.at(3, 6), 2.3)
-    assert 'goto(2.5,' in coarse.text
+@pytest.mark.parametrize(
+    ('precision', 'expected'), [(0.1, '2.3'), (0.25, '2.25'), (1, '2.0'), (10, '0.0'), (1e-6, '2.345679')]
+)
+def test_numbers_are_rounded_to_the_precision(stage, precision, expected):
+    coarse = Stage(stage.path, settings=Settings(precision=precision, step_limit=100))
+    coarse.change(coarse.at(3, 6), 2.3456789)
+    assert f'goto({expected},' in coarse.text
 
 
 def test_a_saved_text_comes_into_force(stage):
@@ -238,17 +241,6 @@ def test_a_change_of_a_number_that_somebody_has_edited_is_refused(stage):
         assert stage.text == text
 
 
-def test_a_change_is_refused_where_lines_were_swapped_that_look_alike(tmp_path):
-    path = tmp_path / 'tour.script'
-    path.write_text('goto(1, 1, 1)\ngoto(2, 2, 2)\n')
-    stage = Stage(path)
-    location = stage.at(1, 6)
-    stage.path.write_text('goto(2, 2, 2)\ngoto(1, 1, 1)\n')
-    with pytest.raises((ScriptError, KeyError)):
-        stage.change(location, 5.0)
-    assert stage.text == 'goto(2, 2, 2)\ngoto(1, 1, 1)\n'
-
-
 def test_an_id_never_comes_to_mean_another_number(tmp_path):
     """Equal lines are added and removed at random: the comment on a line says what its id meant at first."""
     dice, path = random.Random(7), tmp_path / 'tour.script'
@@ -270,8 +262,8 @@ def test_ids_are_the_same_after_a_restart(stage):
     assert list(Stage(stage.path).locations) == names, 'of a text that nobody has changed, without any memory'
     stage.change(stage.at(3, 6), 12.0)
     stage.save('goto(0, 0, 0)\n' + stage.text)
-    text, names = stage.memory
-    again = Stage(stage.path, remembered=lambda present: names if present == text else ())
+    digest, names = stage.memory
+    again = Stage(stage.path, remembered=lambda present: names if present == digest else ())
     assert set(again.locations) == set(stage.locations) == set(names)
     assert all(again.locations[name].site == stage.locations[name].site for name in names)
 
@@ -281,12 +273,6 @@ def test_a_text_that_was_begun_before_a_change_and_saved_after_it_keeps_both(sta
     stage.save(TOUR + 'goto(7, 8, 9)\n')
     assert stage.text == TOUR.replace('2.0', '5.0') + 'goto(7, 8, 9)\n'
     assert (stage.steps[0].x, stage.steps[-1].x) == (5.0, 7.0)
-
-
-def test_the_same_holds_for_two_numbers_on_one_line(stage):
-    stage.change(stage.at(3, 6), 5.0)
-    stage.save(TOUR.replace('1.0', '1.25'))
-    assert stage.text == TOUR.replace('2.0', '5.0').replace('1.0', '1.25')
 
 
 def test_a_number_that_both_have_edited_is_what_the_person_has_saved(stage):

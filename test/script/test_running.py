@@ -5,21 +5,17 @@ import sys
 import pytest
 
 import rosslt
+from rosslt.files import SourceText
 from rosslt.script import ScriptError
-from rosslt.script.literals import parse
 from rosslt.script.running import Goto, Wait, run
 
 NODE = '/interactive_script'
 
 
 def steps_of(text, **options):
-    parsed = parse(text, 'tour.script')
-    return run(
-        parsed,
-        [rosslt.track(literal.value, rosslt.Source(NODE, index)) for index, literal in enumerate(parsed.literals)],
-        'tour.script',
-        **options,
-    )
+    source = SourceText('tour.script', text.encode())
+    numbers = [rosslt.track(number.value, rosslt.Source(NODE, index)) for index, number in enumerate(source.numbers)]
+    return run(source, numbers, **options)
 
 
 def error_of(text, **options):

@@ -213,7 +213,7 @@ def fuzz_stream(cases, seed):
             data = mutated(data, chance, others)
         try:
             with contextlib.suppress(genpy.DeserializationError):
-                message, error = decode(data, cls)
+                message, error, _ = decode(data, cls)
                 found = sources(message)
                 assert not (error and found)
                 tracked += bool(found)

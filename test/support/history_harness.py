@@ -16,7 +16,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 
 import rosgraph
 
-from support import command_server
+from support import fork_server
 from support.history_checker import Fault, Operation, check
 from support.processes import Master, Node, wait_until
 
@@ -374,7 +374,7 @@ class _Run:
 
 def _asked(owner: Node, service: str) -> Any:
     """What an owner says, asked in a process of its own: this one is no node. None where it does not answer."""
-    result = command_server.call(ASKER, [owner.name, service], STARTING)
+    result = fork_server.call(ASKER, [owner.name, service], STARTING)
     try:
         return json.loads(result.stdout.strip().splitlines()[-1])
     except (ValueError, IndexError):

@@ -13,9 +13,11 @@ import xmlrpc.client
 
 import rosgraph
 
+from support.fork_server import Program
+
 
 class Node:
-    """A node that runs in its own process.
+    """A node that runs in its own process, which is a fork of one that has loaded rospy.
 
     Args:
         name: its name.
@@ -60,14 +62,17 @@ class Node:
     def start(self, wait_for='rosslt/change_sources'):
         """Start it, and wait until it offers a service below its name, if one is named."""
         with open(self.errors, 'a', encoding='utf-8') as errors:
-            self.process = subprocess.Popen(
-                [sys.executable, self.file, *self.options],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=errors,
-                text=True,
-                env={**os.environ, **self.environment},
-            )
+            if not self.environment:
+                self.process = Program(self.file, self.options, subprocess.PIPE, errors)
+            else:  # which Python and rospy may read when they are loaded
+                self.process = subprocess.Popen(
+                    [sys.executable, self.file, *self.options],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=errors,
+                    text=True,
+                    env={**os.environ, **self.environment},
+                )
         if wait_for:
             wait_until(lambda: self.offers(wait_for), 'offers ' + wait_for)
 

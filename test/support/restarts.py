@@ -10,7 +10,7 @@ from typing import Any, Dict, Iterator, List, Sequence, Set, Tuple
 
 import rosgraph
 
-from support import command_server
+from support import fork_server
 from support.hand import wait_until
 from support.processes import Master, node_pid
 from support.screen import Screen
@@ -161,7 +161,7 @@ class Demo:
 
     def _drag(self) -> None:
         """Drag each handle, in a process that has not seen anything before."""
-        hand = command_server.call(str(_HAND), [self._name, str(self._script)], _TIME_LIMIT)
+        hand = fork_server.call(str(_HAND), [self._name, str(self._script)], _TIME_LIMIT)
         assert hand.returncode == 0, hand.stdout + hand.stderr + self._log()
 
     def _log(self) -> str:

@@ -8,7 +8,7 @@ import struct
 import subprocess
 import termios
 
-from support import command_server
+from support import fork_server
 
 COLUMNS = 120
 TIME_LIMIT = 30  # seconds, on a busy machine
@@ -19,14 +19,14 @@ def rosslt(*arguments, **environment):
 
     Most calls are forks, which take a third of the CPU time. The real command is started where the fork of a process
     that has loaded rospy would show less: with further environment variables, which Python and rospy may read when they
-    are loaded; with remappings, which rospy reads then; for `rosslt run`, whose node comes before all else in its
-    process; on a terminal (`on_terminal`). The tests of completion and of live pages start it, too.
+    are loaded; for `rosslt run`, whose node comes before all else in its process; on a terminal (`on_terminal`). The
+    tests of completion and of live pages start it, too.
 
     Args:
         environment: further environment variables.
     """
-    if not environment and arguments[:1] != ('run',) and not any(':=' in argument for argument in arguments):
-        return command_server.call(shutil.which('rosslt'), arguments, TIME_LIMIT)
+    if not environment and arguments[:1] != ('run',):
+        return fork_server.call(shutil.which('rosslt'), arguments, TIME_LIMIT)
     return subprocess.run(
         ['rosslt', *arguments],
         stdin=subprocess.DEVNULL,

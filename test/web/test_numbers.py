@@ -69,6 +69,17 @@ def test_what_is_no_number_is_told_and_the_field_goes_back(talker, browser):
     assert value('side') == float(before)
 
 
+def test_a_box_beside_a_slider_that_is_left_without_a_number_shows_the_number_again(talker, browser):
+    before = float(browser.value('radius'))
+    browser.type('radius', 'abc')
+    browser.wait(lambda: browser.value('radius') == '', 'the box is empty')
+    browser.field('radius').send_keys(Keys.TAB)
+    browser.wait(lambda: browser.value('radius') and float(browser.value('radius')) == before, 'the number is back')
+    assert value('radius') == before
+    browser.type('radius', '2')
+    has_become('radius', 2.0)
+
+
 def test_a_refused_change_is_told_and_the_field_goes_back(talker, browser):
     browser.type('mast', '7')
     browser.wait_for_text('the mast is 5 m high at most')

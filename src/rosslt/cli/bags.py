@@ -51,14 +51,14 @@ def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterato
     Plain ones between whole ones have the provenance of the last of these.
     """
     decoder, last = Decoder(), LastProvenance()
-    for topic, (type_, data, _, _, message_class), stamp, header in serialized(bag, topics):
+    for topic, (type_, data, _, _, message_class), _, header in serialized(bag, topics):
         publisher = header.get('callerid', b'')
         # rosbag reads the fields of a connection's header as bytes
         publisher = publisher.decode('utf-8', 'replace') if isinstance(publisher, bytes) else publisher
         # rosbag has one class for all types of the same fields, such as Point and Vector3
         received = decoder.decode(data, message_class, topic, publisher)
-        completed = last.completed(received.message, (topic, publisher), stamp.to_sec())
-        yield received._replace(type=type_, message=received.message if completed is None else completed)
+        completed = last.completed(received.message, received.is_sampled, (topic, publisher))
+        yield received._replace(type=type_, message=completed)
 
 
 def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Tuple[str, Any, genpy.Time, Any]]:

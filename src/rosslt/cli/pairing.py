@@ -10,7 +10,6 @@ from rosslt.cli import bags
 from rosslt.cli.failure import Failure
 from rosslt.cli.fields import field_of
 from rosslt.cli.reading import Decoder
-from rosslt.messages import LastProvenance
 
 
 class Pair(NamedTuple):
@@ -50,11 +49,11 @@ def pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], sla
 
 
 def _stamped(bag: rosbag.Bag, topic: str) -> Tuple[List[float], List[Any]]:
-    """The stamps of the messages of a topic, and the messages, by stamp; without plain ones between whole ones."""
-    decoder, found, last = Decoder(), [], LastProvenance()
-    for name, raw, recorded, header in bags.serialized(bag, [topic]):
-        message = decoder.decode(raw[1], raw[-1], name).message
-        if last.is_between(message, header.get('callerid'), recorded.to_sec()):
+    """The stamps of the messages of a topic, and the messages, by stamp; without those between whole ones."""
+    decoder, found = Decoder(), []
+    for name, raw, recorded, _ in bags.serialized(bag, [topic]):
+        _, _, _, message, _, is_sampled = decoder.decode(raw[1], raw[-1], name)
+        if is_sampled:
             continue
         stamp = message.header.stamp if getattr(raw[-1], '_has_header', False) else None
         found.append(((stamp or recorded).to_sec(), message))

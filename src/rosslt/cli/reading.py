@@ -39,6 +39,8 @@ class Received(NamedTuple):
     """An ordinary message, also where the type on the wire is a tracked one."""
     is_latched: bool = False
     """True for a latched publisher, which sends its last message to later subscribers."""
+    is_sampled: bool = False
+    """True for a message that was sent plain between whole ones, although a leaf of it is tracked."""
 
 
 @functools.lru_cache(maxsize=None)
@@ -64,14 +66,14 @@ class Decoder:
 
     def decode(self, data: bytes, message_class: Any, topic: str, publisher: str = '') -> Received:
         """The Received that serialized data is."""
-        message, error = messages.decode(data, message_class)
+        message, error, is_sampled = messages.decode(data, message_class)
         if error is not None and (topic, publisher) not in self._reported:
             self._reported.add((topic, publisher))
             print(
                 f'rosslt: {publisher or topic} sends a provenance on {topic} that cannot be read: {error}',
                 file=sys.stderr,
             )
-        return Received(topic, publisher, message_class._type, message)
+        return Received(topic, publisher, message_class._type, message, is_sampled=is_sampled)
 
 
 def start_node() -> None:
@@ -86,9 +88,11 @@ class Inbox:
 
     Args:
         topics: their full names.
+        is_exact: leave out messages between whole ones, instead of completing them from the last whole one.
     """
 
-    def __init__(self, topics: Iterable[str]) -> None:
+    def __init__(self, topics: Iterable[str], is_exact: bool = False) -> None:
+        self._is_exact = is_exact
         self._queue: queue.Queue[Received] = queue.Queue(_BACKLOG)
         self._decoder = Decoder()
         self._last = messages.LastProvenance()
@@ -105,8 +109,9 @@ class Inbox:
             # rospy itself listens to /clock where use_sim_time is set, and all subscribers of a topic in a process
             # share the class of the first one
             received = Received(topic, header['callerid'], message._type, message)
-        completed = self._last.completed(received.message, (topic, received.publisher))
-        message = received.message if completed is None else completed
+        if received.is_sampled and self._is_exact:
+            return
+        message = self._last.completed(received.message, received.is_sampled, (topic, received.publisher))
         self._queue.put(received._replace(message=message, is_latched=header.get('latching') == '1'))
 
     def next(self, timeout: Optional[float] = None) -> Received:

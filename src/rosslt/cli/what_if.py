@@ -68,7 +68,7 @@ def rewrite(
     for done, (name, raw, stamp, header) in enumerate(bags.serialized(bag)):
         topic = topics.setdefault(name, Topic())
         topic.count += 1
-        data = rewriter.rewritten(name, topic, raw, stamp.to_sec(), header)
+        data = rewriter.rewritten(name, topic, raw, header)
         if data is not None:
             writer.write(name, (raw[0], data, *raw[2:]), stamp, header)
         if time.perf_counter() > due:
@@ -85,14 +85,12 @@ class _Rewriter:
         self._decoder = Decoder()
         self._last = messages.LastProvenance()
 
-    def rewritten(
-        self, name: str, topic: Topic, raw: Tuple[Any, ...], stamp: float, header: Mapping[str, Any]
-    ) -> Optional[bytes]:
+    def rewritten(self, name: str, topic: Topic, raw: Tuple[Any, ...], header: Mapping[str, Any]) -> Optional[bytes]:
         """The data of a message with the other source values; None where it has no value."""
         data, message_class = raw[1], raw[-1]
-        received = self._decoder.decode(data, message_class, name).message
-        message = self._last.approximated(received, (name, header.get('callerid')), stamp)
-        topic.is_approximate = topic.is_approximate or message is not received
+        received = self._decoder.decode(data, message_class, name)
+        message = self._last.completed(received.message, received.is_sampled, (name, header.get('callerid')))
+        topic.is_approximate = topic.is_approximate or message is not received.message
         fields = messages.tracked_fields(message)
         if not fields:
             return data
@@ -104,7 +102,7 @@ class _Rewriter:
             messages.set_leaves(
                 message, {index: _fitting(made, leaf, kind) for (index, leaf, kind), made in zip(fields, new)}
             )
-            written = _serialized(message, message_class)
+            written = _serialized(message, message_class, messages.SAMPLED if received.is_sampled else None)
         except (ArithmeticError, ValueError, TypeError, genpy.SerializationError) as error:
             topic.left_out += 1
             topic.reason = topic.reason or str(error)
@@ -139,11 +137,11 @@ def _is_linearized(leaf: Any) -> bool:
     return any(instruction[0] == AFFINE and not instruction[-1] for instruction in instructions)
 
 
-def _serialized(message: Any, message_class: Any) -> bytes:
+def _serialized(message: Any, message_class: Any, provenance: Optional[bytes]) -> bytes:
     buff = io.BytesIO()
     if messages.is_tracked_type(message_class):
-        messages.wrap(message, message_class).serialize(buff)
+        messages.wrap(message, message_class, provenance).serialize(buff)
     else:
         message.serialize(buff)
-        messages.append_provenance(message, buff)
+        messages.append_provenance(message, buff, provenance)
     return buff.getvalue()

@@ -34,45 +34,26 @@ class _Displaced(FileError):
     """The earlier content of a file could not be looked at, nor put back; it is in the other file, which stays."""
 
 
-def read(path: str) -> str:
-    """The text of a file, with its newlines as they are.
+def read_bytes(path: str) -> bytes:
+    """The content of a file.
 
     Raises:
-        FileError: it is not there, cannot be read, or is not in UTF-8.
+        FileError: it is not there, or cannot be read.
     """
-    return _decoded(path, read_bytes(path))
-
-
-def _decoded(path: str, data: bytes) -> str:
     try:
-        return data.decode('utf-8')
-    except UnicodeDecodeError as error:
-        before = data[: error.start].decode('utf-8')
-        raise FileError(
-            path,
-            before.count('\n') + 1,
-            len(before) - before.rfind('\n'),
-            'it is not in UTF-8: {}'.format(error.reason),
-        ) from None
-
-
-def holds(path: str, *texts: str) -> bool:
-    """Return whether the file holds one of these texts now."""
-    return _attempt(path) in [text.encode('utf-8') for text in texts]
-
-
-def read_settled(path: str) -> str:
-    """`read`, once the file has stayed the same for a moment; see `LOOKS`.
-
-    Raises:
-        Unsettled: it does not.
-        FileError: as of `read`.
-    """
-    return _decoded(path, read_settled_bytes(path))
+        with open(path, 'rb') as file:
+            return file.read()
+    except OSError as error:
+        raise FileError(path, None, None, 'it cannot be read: {}'.format(error.strerror)) from None
 
 
 def read_settled_bytes(path: str) -> bytes:
-    """`read_settled`, of a file in any encoding."""
+    """`read_bytes`, once the file has stayed the same for a moment; see `LOOKS`.
+
+    Raises:
+        Unsettled: it does not.
+        FileError: as of `read_bytes`.
+    """
     last, is_gone = _attempt(path), True
     for _ in range(LOOKS):
         time.sleep(SETTLING_TIME)
@@ -85,6 +66,11 @@ def read_settled_bytes(path: str) -> bytes:
     raise Unsettled(path, None, None, 'other programs keep writing it')
 
 
+def holds(path: str, content: Optional[bytes]) -> bool:
+    """Return whether the file has this content now."""
+    return content is not None and _attempt(path) == content
+
+
 def _attempt(path: str) -> Optional[bytes]:
     """`read_bytes`, or None where it raises."""
     try:
@@ -93,26 +79,21 @@ def _attempt(path: str) -> Optional[bytes]:
         return None
 
 
-def replace(path: str, expected: str, text: str) -> bool:
-    """Replace a file's text atomically; its mode, its owner and the links that lead to it stay.
+def replace_bytes(path: str, expected: bytes, content: bytes) -> bool:
+    """Replace a file's content atomically; its mode, its owner and the links that lead to it stay.
 
     A file with hard links is overwritten, and a reader may see it half written.
 
     Args:
-        expected: the text that is to be replaced.
-        text: the new one.
+        expected: the content that is to be replaced.
+        content: the new one.
 
     Returns:
-        Whether it has been; False where the file holds another text than the expected one, and still does.
+        Whether it has been; False where the file holds another content than the expected one, and still does.
 
     Raises:
         FileError: the file cannot be written, or is read-only.
     """
-    return replace_bytes(path, expected.encode('utf-8'), text.encode('utf-8'))
-
-
-def replace_bytes(path: str, expected: bytes, content: bytes) -> bool:
-    """`replace`, of a file in any encoding."""
     target = os.path.realpath(path)
     directory, name = os.path.split(target)
     try:
@@ -245,16 +226,3 @@ def _exchange(first: str, second: str) -> bool:
     if number in (errno.ENOSYS, errno.EINVAL):
         return False
     raise OSError(number, os.strerror(number), second)
-
-
-def read_bytes(path: str) -> bytes:
-    """The content of a file.
-
-    Raises:
-        FileError: it is not there, or cannot be read.
-    """
-    try:
-        with open(path, 'rb') as file:
-            return file.read()
-    except OSError as error:
-        raise FileError(path, None, None, 'it cannot be read: {}'.format(error.strerror)) from None

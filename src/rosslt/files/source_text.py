@@ -5,14 +5,16 @@ import hashlib
 import io
 import tokenize
 from collections import Counter
-from typing import Any, Callable, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt.files.errors import FileError
 from rosslt.files.notation import alike, in_manner_of, text_in_manner_of
-from rosslt.files.python_numbers import NEWLINE, Number, Positions, Word, numbers_in, without_numbers, words_in
+from rosslt.files.python_literals import NEWLINE, Literal, Positions, literals_in, without_literals
 
 #: The placeholders of a number, and of a text or truth value, in a line. Python allows no null characters in a file.
 _BLANK, _BLANK_WORD = '\0', '\0\0'
+
+_TOO_DEEP = 'it is nested too deeply'
 
 
 def digest_of(content: bytes) -> str:
@@ -50,8 +52,8 @@ class SourceText:
     Attributes:
         path, content: the same.
         digest: the hash of the content.
-        numbers: its Numbers, in the order of the text.
-        literals: these, and then its texts and truth values that stand in one piece; indices are those in this list.
+        literals: its numbers, and then its texts and truth values; indices are those in this list.
+        numbers: the numbers alone.
 
     Raises:
         FileError: it is not in Python syntax, or cannot be decoded.
@@ -65,37 +67,49 @@ class SourceText:
             self._encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
             self.text = content.decode(self._encoding)
             self.tree = ast.parse(self.text)
-            numbers, words = self._literals_in(self.tree)
-            self._skeleton: Optional[str] = None
+            self.literals = [literal for literal, _ in self._literals_in(self.tree)]
         except SyntaxError as error:
             raise FileError(path, error.lineno or 1, error.offset or 1, str(error.msg)) from None
-        except (ValueError, RecursionError, MemoryError) as error:
+        except (RecursionError, MemoryError):
+            raise FileError(path, None, None, _TOO_DEEP) from None
+        except ValueError as error:
             raise FileError(path, None, None, f'it cannot be read: {error}') from None
-        self.numbers = [number for number, _ in numbers]
-        self.literals: List[Union[Number, Word]] = [*self.numbers, *(word for word, _ in words)]
+        self.numbers = [literal for literal in self.literals if type(literal.value) in (int, float)]
+        self._skeleton: Optional[str] = None
         self._calls: Optional[Dict[int, List[ast.Call]]] = None  # by the index that they begin at
         self._indices = {(number.line, number.column): index for index, number in enumerate(self.numbers)}
 
-    def _literals_in(self, tree: ast.AST) -> Tuple[List[Tuple[Number, ast.AST]], List[Tuple[Word, ast.AST]]]:
+    def _literals_in(self, tree: ast.AST) -> List[Tuple[Literal, ast.AST]]:
         # The services that tell of edits are in UTF-8.
-        words = [
-            (word, node)
-            for word, node in words_in(tree, self.text)
-            if self._is_utf8 or self.text[word.start : word.end].isascii()
+        return [
+            (literal, node)
+            for literal, node in literals_in(tree, self.text)
+            if self._is_utf8 or self.text[literal.start : literal.end].isascii()
         ]
-        return numbers_in(tree, self.text), words
 
     @property
     def _is_utf8(self) -> bool:
         return self._encoding.startswith('utf-8')
 
+    def program(self, count: Optional[int] = None) -> ast.Module:
+        """Its syntax tree, in which `__literals__[index]` stands for the first so many of its literals, or for all."""
+        tree = ast.parse(self.text)
+        return without_literals(tree, [node for _, node in self._literals_in(tree)][:count])
+
     @property
     def skeleton(self) -> str:
-        """The program without its literals, comments and layout."""
+        """The program without its literals, comments and layout.
+
+        Raises:
+            FileError: it is nested too deeply, or has an integer that is too long to be written.
+        """
         if self._skeleton is None:
-            tree = ast.parse(self.text)
-            numbers, words = self._literals_in(tree)
-            self._skeleton = ast.dump(without_numbers(tree, [node for _, node in [*numbers, *words]]))
+            try:
+                self._skeleton = ast.dump(self.program())
+            except (RecursionError, MemoryError):
+                raise FileError(self.path, None, None, _TOO_DEEP) from None
+            except ValueError as error:
+                raise FileError(self.path, None, None, str(error)) from None
         return self._skeleton
 
     def number_at(self, line: int, column: int) -> Optional[int]:
@@ -147,14 +161,24 @@ class SourceText:
         spelled = {index: self._spelled(index, value) for index, value in wanted.items()}
         for index, value in wanted.items():
             if not alike(self.literals[index].value, value):
-                raise cannot_stand(self.path, self.literals[index], spelled[index])
-        spelled = as_they_read(self.path, self.literals, spelled, lambda some: self._reads(some, wanted))
-        made = []
-        for index, spelling in sorted(spelled.items()):
-            literal = self.literals[index]
-            start, end = (self._offset(place) for place in (literal.start, literal.end))
-            made.append(Edit(self.path, self.digest, start, end, self.content[start:end], spelling.encode()))
-        return made
+                raise self._refusal(index, spelled[index])
+        if not self._reads(spelled, wanted):
+            # A number with another sign may mean something else without parentheses: `2 ** 2`, `return-1`.
+            spelled = {
+                index: spelling if self._reads({index: spelling}, wanted) else f'({spelling})'
+                for index, spelling in spelled.items()
+            }
+            if not self._reads(spelled, wanted):
+                raise self._refusal(*min(spelled.items()))
+        return [self._edit(index, spelling) for index, spelling in sorted(spelled.items())]
+
+    def _refusal(self, index: int, spelling: str) -> FileError:
+        literal = self.literals[index]
+        return FileError(self.path, literal.line, literal.column, f'{spelling} cannot stand here')
+
+    def _edit(self, index: int, spelling: str) -> Edit:
+        start, end = (self._offset(position) for position in self.literals[index][:2])
+        return Edit(self.path, self.digest, start, end, self.content[start:end], spelling.encode())
 
     def _spelled(self, index: int, value: Any) -> str:
         old = self.text[self.literals[index].start : self.literals[index].end]
@@ -164,13 +188,14 @@ class SourceText:
 
     def _reads(self, spelled: Dict[int, str], values: Dict[int, Any]) -> bool:
         """Return whether the text with other spellings has these values, and is the same program otherwise."""
+        edits = [self._edit(index, spelling) for index, spelling in spelled.items()]
         try:
-            made = SourceText(self.path, respelled(self.text, self.literals, spelled).encode(self._encoding))
+            made = SourceText(self.path, replaced(self.content, edits))
         except FileError:
             return False
         expected = [values[index] if index in spelled else literal.value for index, literal in enumerate(self.literals)]
         return (
-            (len(made.numbers), len(made.literals)) == (len(self.numbers), len(expected))
+            len(made.literals) == len(expected)
             and all(_is_same(literal.value, value) for literal, value in zip(made.literals, expected))
             and made.skeleton == self.skeleton
         )
@@ -191,42 +216,6 @@ def _part_at(node: Optional[ast.AST], path: Sequence[str]) -> Any:
             parts = {key.value: part for key, part in zip(node.keys, node.values) if isinstance(key, ast.Constant)}
         node = parts.get(step)
     return node
-
-
-def respelled(text: str, literals: Sequence[Union[Number, Word]], spelled: Dict[int, str]) -> str:
-    """A text with other spellings of its literals, {index: text}, and every other character as it is."""
-    for index in sorted(spelled, key=lambda index: literals[index].start, reverse=True):
-        text = text[: literals[index].start] + spelled[index] + text[literals[index].end :]
-    return text
-
-
-def as_they_read(
-    file: str,
-    literals: Sequence[Union[Number, Word]],
-    spelled: Dict[int, str],
-    reads: Callable[[Dict[int, str]], bool],
-) -> Dict[int, str]:
-    """Spellings of literals, {index: text}, in parentheses where a number with another sign would mean something else:
-    `2 ** 2`, `return-1`.
-
-    Args:
-        file: its path, for errors.
-        reads: whether the text with some of the spellings says what it should, and is the same program otherwise.
-
-    Raises:
-        FileError: they cannot stand where these literals do.
-    """
-    if reads(spelled):
-        return spelled
-    made = {index: spelling if reads({index: spelling}) else f'({spelling})' for index, spelling in spelled.items()}
-    if not reads(made):
-        first = min(made)
-        raise cannot_stand(file, literals[first], spelled[first])
-    return made
-
-
-def cannot_stand(file: str, literal: Union[Number, Word], spelling: str) -> FileError:
-    return FileError(file, literal.line, literal.column, f'{spelling} cannot stand here')
 
 
 def _is_same(one: Any, other: Any) -> bool:
@@ -256,7 +245,7 @@ class Followed(NamedTuple):
     has_lost_lines: bool
 
 
-def followed(old: SourceText, new: SourceText, locations: Collection[int] = ()) -> Followed:
+def followed(old: SourceText, new: SourceText, locations: Collection[int] = (), exactly: bool = False) -> Followed:
     """Follow the literals of a file that somebody has edited.
 
     One is followed where that is certain: its line reads the same but for numbers, blanks and comments, and there are
@@ -266,8 +255,9 @@ def followed(old: SourceText, new: SourceText, locations: Collection[int] = ()) 
         old, new: the file before, and now.
         locations: indices of literals in the old one. Texts and truth values among them may be others, too, and are
             followed; all others name what a line is about: `'~speed'`.
+        exactly: follow literals of those lines alone that read the same with their numbers, blanks and comments.
     """
-    lines_before, lines_after = _lines_of(old), _lines_of(new)
+    lines_before, lines_after = _lines_of(old, exactly), _lines_of(new, exactly)
     free: Dict[Tuple[str, str], Set[int]] = {}
     for line in lines_before.values():
         places = {place for place, index in enumerate(line.literals) if index in locations}
@@ -290,9 +280,9 @@ class _Line(NamedTuple):
 
     Attributes:
         function: the qualified name of the one that it is in.
-        template: it without its literals, blanks and comments.
+        template: it without its literals, blanks and comments, or as it is.
         literals: the indices of those that begin and end in it.
-        texts: each as it is written; None for a number.
+        texts: each as it is written; None for one that the template does not depend on.
     """
 
     function: str
@@ -315,12 +305,12 @@ def _lines_by_key(lines: Dict[int, _Line], free: Dict[Tuple[str, str], Set[int]]
     return found
 
 
-def _lines_of(source: SourceText) -> Dict[int, _Line]:
+def _lines_of(source: SourceText, exactly: bool) -> Dict[int, _Line]:
     """{number, from 1: the line}, without lines that say nothing."""
     starts = [0] + [match.end() for match in NEWLINE.finditer(source.text)]
     ends = [*starts[1:], len(source.text)]
-    cut = _comment_starts(source)
-    functions = _functions_by_line(source.tree, len(starts))
+    cut = {} if exactly else _comment_starts(source)
+    functions = [''] * len(starts) if exactly else _functions_by_line(source.tree, len(starts))
     by_line: Dict[int, List[int]] = {}
     for index, literal in enumerate(source.literals):
         if not NEWLINE.search(source.text, literal.start, literal.end):
@@ -328,16 +318,18 @@ def _lines_of(source: SourceText) -> Dict[int, _Line]:
     found: Dict[int, _Line] = {}
     for line, (start, end) in enumerate(zip(starts, ends), 1):
         indices = sorted(by_line.get(line, ()), key=lambda index: source.literals[index].start)
-        parts: List[str] = []
-        texts: List[Optional[str]] = []
-        for index in indices:
-            literal = source.literals[index]
-            is_number = index < len(source.numbers)
-            parts += [source.text[start : literal.start], _BLANK if is_number else _BLANK_WORD]
-            texts.append(None if is_number else source.text[literal.start : literal.end])
-            start = literal.end
-        parts.append(source.text[start : max(start, min(end, starts[line - 1] + cut.get(line, end)))])
-        template = ''.join(''.join(parts).split())
+        texts: List[Optional[str]] = [None] * len(indices)
+        template = source.text[start:end].rstrip('\r\n')
+        if not exactly:
+            parts: List[str] = []
+            for place, index in enumerate(indices):
+                literal = source.literals[index]
+                is_number = index < len(source.numbers)
+                parts += [source.text[start : literal.start], _BLANK if is_number else _BLANK_WORD]
+                texts[place] = None if is_number else source.text[literal.start : literal.end]
+                start = literal.end
+            parts.append(source.text[start : max(start, min(end, starts[line - 1] + cut.get(line, end)))])
+            template = ''.join(''.join(parts).split())
         if template:
             found[line] = _Line(functions[line - 1], template, indices, texts)
     return found

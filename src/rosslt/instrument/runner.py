@@ -93,11 +93,8 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
 
 
 def _set_up() -> None:
-    from rosslt import values
     from rosslt.instrument import budget, exact_classes, functions, losses
 
-    # A node that was not written for this may compute with values that grow as long as it runs, and must keep its rate.
-    values.SHORTENING.is_hasty = True
     exact_classes.give_plain_ones()
     functions.show_numbers_as_plain()
     losses.LOSSES.watch_start()

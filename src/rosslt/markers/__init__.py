@@ -8,11 +8,11 @@ changes. `rviz` shows a scene as interactive markers; the room `web` shows the s
 from rosslt.markers import geometry
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags import mouse
-from rosslt.markers.drags.choices import Choice
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.other_views import HeldTopic
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
-from rosslt.markers.offers import FREE, HEADING, UNDO, Offers
+from rosslt.markers.faults import contained
+from rosslt.markers.offers import FREE, HEADING, UNDO, Choice, Offers
 from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
 from rosslt.markers.rviz.standby import wait_for_turn
@@ -20,7 +20,7 @@ from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Handle, Motions, Settings
 from rosslt.markers.scene.scene import Scene
-from rosslt.markers.scene.topics import Watch
+from rosslt.markers.scene.topics import Graph, Watch
 
 __all__ = [
     'UNDO',
@@ -32,6 +32,7 @@ __all__ = [
     'Descriptions',
     'Drags',
     'Follower',
+    'Graph',
     'Handle',
     'HeldTopic',
     'MessageKind',
@@ -41,6 +42,7 @@ __all__ = [
     'Scene',
     'Settings',
     'Watch',
+    'contained',
     'geometry',
     'mouse',
     'open_rviz',

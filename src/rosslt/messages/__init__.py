@@ -5,11 +5,11 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 - `fields`: what the fields of a message class are; `codegen`: code compiled for the class that walks them.
 - `field_path`: parts of messages by the paths that people write.
 - `codec`: provenance as bytes (docs/wire_format.md); `inband` and `tracked_types`: how these travel with a message.
-- `sampling`: which messages are whole, and the last provenance of each thing for those that are plain.
+- `sampling`: which messages are whole, and the last provenance of each thing for those between.
 - `msg_files`: the generator of tracked message types.
 """
 
-from rosslt.messages.codec import attach, encode, provenance_to_send
+from rosslt.messages.codec import NO_READINGS, SAMPLED, Readings, attach, encode, provenance_to_send
 from rosslt.messages.codegen.blanks import blank
 from rosslt.messages.codegen.walkers import plain_check
 from rosslt.messages.errors import BadHeader, UnknownType
@@ -24,6 +24,7 @@ from rosslt.messages.field_path import (
 )
 from rosslt.messages.inband import (
     Decoded,
+    Found,
     append_provenance,
     decode,
     decoder,
@@ -40,10 +41,14 @@ from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_t
 __all__ = [
     'BadHeader',
     'Decoded',
+    'Found',
     'LastProvenance',
     'MOST_THINGS',
     'MessagePath',
+    'NO_READINGS',
     'NoSuchPart',
+    'Readings',
+    'SAMPLED',
     'SampledProvenance',
     'UnknownType',
     'append_provenance',

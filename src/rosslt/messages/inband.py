@@ -8,12 +8,12 @@ provenance only if the fields end exactly where it would begin.
 import functools
 import logging
 import struct
-from typing import Any, BinaryIO, Callable, NamedTuple, Optional, Tuple
+from typing import Any, BinaryIO, Callable, NamedTuple, Optional, Tuple, Union
 
-from rosslt.messages.codec import attach, provenance_to_send
+from rosslt.messages.codec import NO_READINGS, Readings, attach, provenance_to_send
 from rosslt.messages.codegen.walkers import walkers
 from rosslt.messages.errors import BadHeader
-from rosslt.messages.tracked_types import is_tracked_type, unwrap
+from rosslt.messages.tracked_types import is_tracked_type
 from rosslt.values import untracked
 
 MAGIC = b'rSLT'
@@ -35,6 +35,11 @@ def append_provenance(message: Any, buff: BinaryIO, provenance: Optional[bytes] 
         buff.write(data + _FOOTER.pack(len(data), MAGIC))
 
 
+Found = Union[None, Readings, BadHeader]
+"""The provenance that came with a message: None for none, NO_READINGS for a message between whole ones, the error where
+it cannot be read."""
+
+
 class Decoded(NamedTuple):
     """A decoded message and the fault in its provenance, if any."""
 
@@ -42,6 +47,8 @@ class Decoded(NamedTuple):
     """The ordinary message, with tracked leaves where it came with a provenance."""
     error: Optional[BadHeader]
     """The fault in its provenance, or None. With a fault, the message is untracked."""
+    is_sampled: bool
+    """True for a message that was sent plain between whole ones, although a leaf of it is tracked."""
 
 
 def decode(data: bytes, message_class: type) -> Decoded:
@@ -58,47 +65,48 @@ def decode(data: bytes, message_class: type) -> Decoded:
     """
     message: Any = message_class()
     if is_tracked_type(message_class):
-        return read_tracked(message.deserialize(data))
-    return Decoded(message, decoder(message_class)(message, data))
+        message, found = read_tracked(message.deserialize(data))
+    else:
+        found = decoder(message_class)(message, data)
+    return Decoded(message, found if isinstance(found, BadHeader) else None, found is NO_READINGS)
 
 
 @functools.lru_cache(maxsize=None)
-def decoder(message_class: Any) -> Callable[[Any, bytes], Optional[BadHeader]]:
+def decoder(message_class: Any) -> Callable[[Any, bytes], Found]:
     """A function that decodes into a message object that is there already.
 
     Returns:
-        `decode_into(message, data)`: fills an ordinary message of that class from data, and returns what was wrong with
-        the provenance behind it, None where nothing was.
+        `decode_into(message, data)`: fills an ordinary message of that class from data, and returns what was found
+        behind it.
     """
     deserialize, find = message_class.deserialize, finder(message_class)
 
-    def decode_into(message: Any, data: bytes) -> Optional[BadHeader]:
+    def decode_into(message: Any, data: bytes) -> Found:
         deserialize(message, data)  # which ignores what follows the fields
         if not data.endswith(MAGIC):
             return None
         try:
             found = find(data)
-            if found is not None:
-                attach(message, found)
+            return None if found is None else attach(message, found)
         except BadHeader as error:
             return error
         except Exception as error:
             # The stream must go on after any exception: rospy would try the same data again for ever.
             deserialize(message, data)
             return unexpected(error)
-        return None
 
     return decode_into
 
 
-def read_tracked(tracked_message: Any) -> Decoded:
-    """The ordinary message of one of a tracked type, with the provenance in its header on its leaves."""
+def read_tracked(tracked_message: Any) -> Tuple[Any, Found]:
+    """The ordinary message of one of a tracked type, with the provenance in its header on its leaves, and that."""
+    message = tracked_message.data
     try:
-        return Decoded(unwrap(tracked_message), None)
+        return message, attach(message, tracked_message.provenance.data)
     except BadHeader as error:
-        return Decoded(tracked_message.data, error)
+        return message, error
     except Exception as error:
-        return Decoded(untracked(tracked_message.data), unexpected(error))
+        return untracked(message), unexpected(error)
 
 
 def unexpected(error: Exception) -> BadHeader:

@@ -27,6 +27,13 @@ def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
     return found
 
 
+def has_tracked_leaf(message: Any) -> bool:
+    """Return whether a leaf of a message is tracked; the first one that is found ends the search."""
+    found: List[Tuple[int, Any, str]] = []
+    walkers(message.__class__).collect(message, 0, found, 0)
+    return bool(found)
+
+
 def tracked_leaves(message: Any) -> List[Tuple[int, Any]]:
     """The tracked leaves of a message, as `(index, value)`: the index among the flattened fields of the type."""
     return [(index, value) for index, value, _ in tracked_fields(message)]

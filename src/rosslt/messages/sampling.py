@@ -1,25 +1,22 @@
-"""Provenance is sampled: a publisher writes it at a rate, and who asks for it keeps the last one of each thing.
+"""Provenance is sampled: a publisher writes it at a rate, and marks the messages between.
 
-A message is either whole, with the provenance of all its tracked leaves, or plain. What is one thing for publishers and
-readers alike, `ThingReader` says.
+A message is whole, with the provenance of all its tracked leaves, or it is sampled: it has tracked leaves and is sent
+without their provenance, which its mark says. Every other message is plain: it has no source. What is one thing for
+publishers and readers alike, `ThingReader` says.
 """
 
 import functools
-import threading
 import time
-from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Tuple
 
-from rosslt.messages.codec import provenance_to_send
+from rosslt.messages.codec import SAMPLED, provenance_to_send
 from rosslt.messages.codegen.walkers import END, walkers
 from rosslt.messages.fields import INSTANTS, SCALARS, Layout, kind_of
-from rosslt.messages.leaves import locate, with_leaves
+from rosslt.messages.leaves import has_tracked_leaf, locate, with_leaves
 from rosslt.values import TRACKED_CLASSES, lazy_of, untracked
 
 COSTLY = 0.0025
 """The CPU time in seconds from which on a provenance is written less often, in proportion: at 20 Hz, 5 % of a core."""
-
-KEPT = 2.0
-"""Time in seconds that a provenance is kept; a publisher that is still alive writes a new one sooner."""
 
 MOST_THINGS = 1024
 """The most things that a publisher, or a reader, remembers."""
@@ -89,13 +86,15 @@ class SampledProvenance:
         self._due: Dict[Hashable, float] = {}
         self._state: Any = None
 
-    def to_send(self, message: Any, full_history: bool, state: Any) -> bytes:
-        """The provenance of a message that is sent now: b'' where it is sent plain.
+    def to_send(self, message: Any, full_history: bool, state: Any, is_between: bool = False) -> bytes:
+        """The provenance of a message that is sent now: SAMPLED between whole ones, b'' where no leaf is tracked.
 
         Args:
             message: an ordinary one.
             full_history: as of `encode`.
             state: whatever differs after a change, and after somebody has subscribed: the next message is whole.
+            is_between: the node has read sampled messages last: what it computes from them lacks their sources, so
+                what was whole before waits for the next whole message that is read.
         """
         if state != self._state:
             self._due.clear()
@@ -104,18 +103,21 @@ class SampledProvenance:
         try:
             thing = thing_reader(message.__class__)(message)
             due = self._due.get(thing)
+            if due is not None:
+                if is_between:
+                    return SAMPLED
+                if now < due - period / 2:  # the messages of a loop come a little earlier or later
+                    return SAMPLED if has_tracked_leaf(message) else b''
         except (TypeError, AttributeError):
             return b''  # it is serializing the message that says what is wrong
-        if due is not None and now < due - period / 2:  # the messages of a loop come a little earlier or later
-            return b''
         start = time.thread_time()
         data = provenance_to_send(message, full_history)
         if data:
             if len(self._due) >= MOST_THINGS:
                 self._due.clear()
-            pause = min(max(1.0, (time.thread_time() - start) / COSTLY) * period, max(period, KEPT / 2))
+            pause = max(1.0, (time.thread_time() - start) / COSTLY) * period
             # on average one a pause: what comes early or late does not shift those that follow
-            self._due[_plain(thing)] = now + pause if due is None else max(now, due + pause)
+            self._due[_plain(thing)] = now + (0.0 if is_between else pause) if due is None else max(now, due + pause)
         return data
 
 
@@ -129,95 +131,57 @@ def _plain(thing: Tuple[Any, ...]) -> Hashable:
 
 
 class LastProvenance:
-    """Keeps the last provenance of each thing, for a reader. Several threads may use it."""
+    """Keeps the last provenance of each thing, for a reader that needs sampled messages too. Several threads may use
+    it."""
 
     def __init__(self) -> None:
         self._kept: Dict[Hashable, _Kept] = {}
-        self._lock = threading.Lock()
 
-    def completed(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> Any:
-        """Complete a plain message that equals the last whole one of the same thing in each leaf that has provenance.
+    def completed(self, message: Any, is_sampled: bool, publisher: Hashable) -> Any:
+        """Complete a sampled message: each leaf is the last expression of it plus the difference.
 
         Args:
             message: as received; not changed.
+            is_sampled: whether it came with the mark.
             publisher: the publisher of the message, with the topic if several topics are read.
-            now: when it came, in seconds; by default now.
 
         Returns:
-            the message itself where it is whole, or nothing is kept; a copy with provenance where it equals what is
-            kept; None where it does not: its sources are told by the next whole one.
+            the message itself where it is not sampled, or nothing is kept of what it is about; else a copy.
         """
-        kept = self._of(message, publisher, now)
-        if kept is None:
-            return message
-        found = kept.located(message)
-        is_same = found is not None and all(map(_is_same, map(untracked, kept.leaves), found))
-        return with_leaves(message, dict(zip(kept.wanted, kept.leaves))) if is_same else None
-
-    def approximated(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> Any:
-        """Complete a message, also one that has moved: its expression is the last one plus the difference.
-
-        Args:
-            message, publisher, now: as of `completed`.
-        """
-        kept = self._of(message, publisher, now)
-        found = None if kept is None else kept.located(message)
-        if kept is None or found is None:
-            return message
-        return with_leaves(message, dict(zip(kept.wanted, map(_moved, kept.leaves, found))))
-
-    def is_between(self, message: Any, publisher: Hashable, now: Optional[float] = None) -> bool:
-        """Return True for a plain message whose publisher has just sent provenance for the same thing."""
-        return self._of(message, publisher, now) is not None
-
-    def _of(self, message: Any, publisher: Hashable, now: Optional[float]) -> 'Optional[_Kept]':
-        """Return the stored provenance for a plain message; store the provenance of any other and return None."""
-        now = time.monotonic() if now is None else now
         fields: List[Tuple[int, Any, str]] = []
         size = walkers(message.__class__).collect(message, 0, fields)
+        if not (is_sampled or fields):
+            return message
         thing = publisher, thing_reader(message.__class__)(message)
-        with self._lock:
-            if fields:
-                if len(self._kept) >= MOST_THINGS:
-                    self._kept.clear()
-                wanted = [*(index for index, _, _ in fields), END]
-                names = thing_reader(message.__class__, reads_all=True)(message)
-                self._kept[thing] = _Kept(wanted, [each[1] for each in fields], size, names, now)
-                return None
-            kept = self._kept.get(thing)
-        return kept if kept is not None and now <= kept.at + KEPT else None
+        names = thing_reader(message.__class__, reads_all=True)(message)
+        if not is_sampled:
+            if len(self._kept) >= MOST_THINGS:
+                self._kept.clear()
+            self._kept[thing] = _Kept(fields, size, names)
+            return message
+        kept = self._kept.get(thing)
+        if kept is None or (kept.size, kept.names) != (size, names):
+            return message
+        found = locate(message, [*(index for index, _, _ in kept.fields), END], [])
+        moved = {index: _moved(leaf, now[2]) for (index, leaf, _), now in zip(kept.fields, found)}
+        return with_leaves(message, moved)
 
 
 class _Kept(NamedTuple):
     """The provenance of a whole message."""
 
-    wanted: List[int]
-    """The indices of its tracked leaves, and END."""
-    leaves: List[Any]
+    fields: List[Tuple[int, Any, str]]
+    """Its tracked leaves, as `tracked_fields` gives them."""
     size: int
     """The number of all leaves of the message."""
     names: Tuple[Hashable, ...]
     """All texts and whole numbers of the message."""
-    at: float
-
-    def located(self, message: Any) -> Optional[List[Any]]:
-        """The leaves of a plain message in the order of `leaves`; None where it tells of other things further on."""
-        if walkers(message.__class__).collect(message, 0, []) != self.size:
-            return None
-        if thing_reader(message.__class__, reads_all=True)(message) != self.names:
-            return None
-        return [leaf[2] for leaf in locate(message, self.wanted, [])]
-
-
-def _is_same(one: Any, other: Any) -> bool:
-    """Return whether two plain values are the same, as NaN is the same as NaN."""
-    return type(one) is type(other) and bool(one == other or (one != one and other != other))
 
 
 def _moved(tracked: Any, value: Any) -> Any:
     """A plain value with the provenance that it had a moment ago; itself where it is no number and another one now."""
     plain = untracked(tracked)
-    if _is_same(plain, value):
+    if type(plain) is type(value) and bool(plain == value):
         return tracked
     is_number = type(value) in (float, int) and type(plain) is type(value)
     return lazy_of([value], lambda _, __: tracked)[0] if is_number else value

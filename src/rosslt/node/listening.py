@@ -49,13 +49,11 @@ class Listener:
         message_class = genpy.message.get_message_class(types[topic])
         if message_class is None:
             raise messages.UnknownType(f'{topic} has the type {types[topic]}, which is not installed here')
-        self._last = messages.LastProvenance()
-        self._subscriber = Subscriber(topic, message_class, self._take)
+        self._subscriber = Subscriber(topic, message_class, self._take, keep_provenance=True)
 
     def _take(self, message: Any) -> None:
         header = message._connection_header or {}
         publisher = header.get('callerid', '')
-        message = self._last.approximated(message, publisher)
         heard = Heard(publisher, message, header.get('latching') == '1')
         while True:
             try:

@@ -133,10 +133,10 @@ class Refresher:
             if leaf is None:
                 new.setdefault(id(value), (index, value))
             else:
-                found[id(value)] = leaf.sent_again()
+                found[id(value)] = leaf.sent_again(last.get(index))
         for (index, value), made_from in zip(new.values(), _dependencies([value for _, value in new.values()])):
             leaf = _new_leaf(value, made_from, last.get(index))
-            found[id(value)] = leaf.sent_again() if was_sent else leaf
+            found[id(value)] = leaf.sent_again(leaf) if was_sent else leaf
         found = _evaluated(found, outdated)
         leaves.update(found)
         if len(self._last) >= messages.MOST_THINGS:
@@ -167,7 +167,7 @@ class _Leaf(NamedTuple):
         readings: {Source: the reading that it was made from}, of the sources that it is a function of.
         counts: {Source: how often it comes up}, where that is more than once; GROWS where it was another number in the
             message before.
-        undecided: sources that come up more than once, where it is not known yet whether the value grows.
+        growing: sources that come up more than once, where the value grows or may do so: they are not followed.
         outdated: what was outdated when it was evaluated.
         changes: the changes of its sources that it was evaluated for.
         fresh: its value with them, None where there are none.
@@ -176,20 +176,29 @@ class _Leaf(NamedTuple):
     value: Any
     readings: Dict[Source, Any]
     counts: Dict[Source, int]
-    undecided: FrozenSet[Source]
+    growing: FrozenSet[Source]
     outdated: Optional[_Outdated] = None
     changes: Optional[Dict[Source, Any]] = None
     fresh: Any = None
 
-    def sent_again(self) -> '_Leaf':
-        """Return the leaf for a value that was sent before, which shows that its expression does not grow."""
-        return self._replace(undecided=frozenset(), outdated=None) if self.undecided else self
+    def sent_again(self, before: 'Optional[_Leaf]') -> '_Leaf':
+        """Return the leaf for a value that was sent before.
+
+        Its expression does not grow, unless it has grown up to this value: nothing that grows comes back to a value
+        that it had before another one.
+
+        Args:
+            before: the leaf at its index in the message before.
+        """
+        is_back = before is not None and before.value is not self.value
+        growing = frozenset() if is_back else frozenset(each for each in self.growing if self.counts[each] == GROWS)
+        return self if growing == self.growing else self._replace(growing=growing, outdated=None)
 
     def to_change(self, outdated: _Outdated) -> Dict[Source, Any]:
         """The latest values of those of its sources of which it was made from an earlier one."""
         changes = {}
         for source, reading in self.readings.items():
-            if source in outdated and source not in self.undecided:
+            if source in outdated and source not in self.growing:
                 replaced, latest = outdated[source]
                 is_other = reading != latest or type(reading) is not type(latest)
                 if is_other and reading in replaced and _is_number(reading) == _is_number(latest):
@@ -228,21 +237,15 @@ def _new_leaf(value: Any, made_from: _MadeFrom, before: Optional[_Leaf]) -> _Lea
     Args:
         before: the one at its index in the message before.
     """
-    counts: Dict[Source, int] = {}
-    undecided = set()
-    for source, (_, count) in made_from.items():
-        if count > 1:
-            if before is None or source not in before.counts:
-                undecided.add(source)
-            elif before.counts[source] != count:
-                count = GROWS
-            counts[source] = count
-    readings = {
-        source: reading
-        for source, (reading, _) in made_from.items()
-        if reading is not _SEVERAL and counts.get(source) != GROWS
+    known = {} if before is None else before.counts
+    counts = {
+        source: count if known.get(source, count) == count else GROWS
+        for source, (_, count) in made_from.items()
+        if count > 1
     }
-    return _Leaf(value, readings, counts, frozenset(undecided))
+    readings = {source: reading for source, (reading, _) in made_from.items() if reading is not _SEVERAL}
+    growing = frozenset(source for source, count in counts.items() if count == GROWS or source not in known)
+    return _Leaf(value, readings, counts, growing)
 
 
 def _evaluated(leaves: Dict[int, _Leaf], outdated: _Outdated) -> Dict[int, _Leaf]:

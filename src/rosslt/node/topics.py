@@ -27,10 +27,13 @@ from rosslt.node.rospy_internals import (
 from rosslt.node.serialization import (
     Provenance,
     Sending,
+    ThisThread,
+    is_between,
+    is_sampled,
     received_class,
-    report_bad_header,
     serialization_fault,
     serializer,
+    told,
     whole_provenance,
 )
 
@@ -93,7 +96,8 @@ class Publisher(rospy.Publisher):
         if self._is_always_whole or getattr(impl, 'is_latch', True):
             return whole_provenance(message)
         # rospy makes another list of connections when somebody subscribes
-        return self._sampled.to_send(message, Sending.full_history, (READINGS.count, id(impl.connections)))
+        state = READINGS.count, id(impl.connections)
+        return self._sampled.to_send(message, Sending.full_history, state, is_between())
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also where the type is
@@ -201,9 +205,9 @@ class Subscriber(rospy.Subscriber):
     Args:
         name, data_class, callback, and all others: as of `rospy.Subscriber`; `data_class` may be a tracked
             type.
-        keep_provenance: for who displays messages or changes what is in them. Plain messages between whole ones have
-            the last provenance of the same thing where they equal it, and are left out where they have moved since.
-            Messages must not be changed then: one that equals the one before may have the very objects of that.
+        keep_provenance: for who displays messages or changes what is in them: messages between whole ones are left out,
+            so that what has sources always comes with them. Messages must not be changed then: one that equals the one
+            before may have the very objects of that.
     """
 
     def __init__(
@@ -218,7 +222,7 @@ class Subscriber(rospy.Subscriber):
     ) -> None:
         args, kwargs = _plain_options(args, kwargs)
         if callback is not None and keep_provenance:
-            callback = _keeping(callback)
+            callback = _leaving_out_sampled(callback)
         if callback is not None and messages.is_tracked_type(data_class):
             callback = self._unwrapping(callback)
         mend_connecting()
@@ -229,29 +233,26 @@ class Subscriber(rospy.Subscriber):
         MASTER_WATCH.start()
 
     def _unwrapping(self, callback: Callable[..., Any]) -> Callable[..., None]:
+        this_thread = ThisThread()
+
         @functools.wraps(callback)
         def unwrapped(tracked_message: Any, *callback_args: Any) -> None:
-            message, error = messages.read_tracked(tracked_message)
-            if error is not None:
-                report_bad_header(self.resolved_name, tracked_message._connection_header, error)
-            message._connection_header = tracked_message._connection_header
+            message, found = messages.read_tracked(tracked_message)
+            header = tracked_message._connection_header
+            this_thread.input.take(found)
+            message._connection_header = told(found, header, self.resolved_name)
             callback(message, *callback_args)
 
         return unwrapped
 
 
-def _keeping(callback: Callable[..., Any]) -> Callable[..., None]:
-    last = messages.LastProvenance()
-
+def _leaving_out_sampled(callback: Callable[..., Any]) -> Callable[..., None]:
     @functools.wraps(callback)
-    def kept(message: Any, *callback_args: Any) -> None:
-        header = message._connection_header
-        completed = last.completed(message, (header or {}).get('callerid', ''))
-        if completed is not None:
-            completed._connection_header = header
-            callback(completed, *callback_args)
+    def without_sampled(message: Any, *callback_args: Any) -> None:
+        if not is_sampled(message):
+            callback(message, *callback_args)
 
-    return kept
+    return without_sampled
 
 
 def wait_for_message(topic: str, topic_type: Any, timeout: Optional[float] = None) -> Any:

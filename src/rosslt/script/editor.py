@@ -30,8 +30,7 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QApplication, QMainWindow, QMessageBox, QPlainTextEdit, QShortcut, QTextEdit, QWidget
 
 from rosslt import files
-from rosslt.script import literals, running
-from rosslt.script.errors import ScriptError
+from rosslt.script import running
 
 #: The time for which a number that was changed from outside is marked, in milliseconds.
 MARKED = 1000
@@ -97,13 +96,13 @@ class Editor(QMainWindow):
                 with open(self._path, 'x', encoding='utf-8'):
                     self._saved = ''
             text = self._to_write()
-            while not files.replace(self._path, self._saved, text):
+            while not files.replace_bytes(self._path, self._saved.encode('utf-8'), text.encode('utf-8')):
                 if not self._follow():
                     # The user was told that the file has another text, and saves again on purpose.
-                    self._saved = files.read_settled(self._path)
+                    self._saved = _read(self._path)
                     return False
                 text = self._to_write()
-        except (OSError, ScriptError) as error:
+        except (OSError, files.FileError) as error:
             self.statusBar().showMessage(str(error))
             return False
         self._note_saved(text)
@@ -117,8 +116,8 @@ class Editor(QMainWindow):
     def _reload(self) -> None:
         """Show what is in the file, whatever was typed."""
         try:
-            text = files.read_settled(self._path)
-        except ScriptError as error:
+            text = _read(self._path)
+        except files.FileError as error:
             self.statusBar().showMessage(str(error))
             return
         position = self._text.textCursor().position()
@@ -132,8 +131,8 @@ class Editor(QMainWindow):
     def _follow(self) -> bool:
         """Show what somebody else has written into the file; False where that would lose what was typed here."""
         try:
-            text = files.read_settled(self._path)
-        except ScriptError as error:
+            text = _read(self._path)
+        except files.FileError as error:
             self.statusBar().showMessage(str(error))
             return False
         if text == self._saved:
@@ -149,14 +148,14 @@ class Editor(QMainWindow):
     def _follow_numbers(self, text: str) -> bool:
         """Take other numbers over into what was typed; False where not just numbers have changed."""
         try:
-            old, new = (literals.parse(one, self._path) for one in (self._saved, text))
-        except ScriptError:
+            old, new = (self._source(one) for one in (self._saved, text))
+        except files.FileError:
             return False
         if _without_numbers(old) != _without_numbers(new):
             return False
         is_modified = self._text.document().isModified()
         marked = []
-        for (cursor, before), literal in zip(self._numbers, new.literals):
+        for (cursor, before), literal in zip(self._numbers, new.numbers):
             after = new.text[literal.start : literal.end]
             # A number that was edited here, too, is what was typed.
             if after != before and cursor.selectedText() == before:
@@ -167,7 +166,7 @@ class Editor(QMainWindow):
                 marked.append(cursor)
         self._saved = text
         self._numbers = [
-            (cursor, new.text[literal.start : literal.end]) for (cursor, _), literal in zip(self._numbers, new.literals)
+            (cursor, new.text[literal.start : literal.end]) for (cursor, _), literal in zip(self._numbers, new.numbers)
         ]
         self._text.document().setModified(is_modified and self._to_write() != text)
         self._text.mark(marked)
@@ -178,23 +177,27 @@ class Editor(QMainWindow):
         self._saved, self._numbers = text, []
         self._text.document().setModified(False)
         try:
-            found = literals.parse(text, self._path)
-        except ScriptError:
+            found = self._source(text)
+        except files.FileError:
             return
-        for literal in found.literals:
+        mark = len(text) - len(found.text)  # some editors begin a file with a byte order mark
+        for literal in found.numbers:
             cursor = QTextCursor(self._text.document())
-            cursor.setPosition(_position(found.text, literal.start))
-            cursor.setPosition(_position(found.text, literal.end), QTextCursor.KeepAnchor)
+            cursor.setPosition(_position(text, mark + literal.start))
+            cursor.setPosition(_position(text, mark + literal.end), QTextCursor.KeepAnchor)
             self._numbers.append((cursor, found.text[literal.start : literal.end]))
+
+    def _source(self, text: str) -> files.SourceText:
+        return files.SourceText(self._path, text.encode('utf-8'))
 
     def _check(self) -> None:
         """Show what is wrong with the script, at its line."""
         try:
-            parsed = literals.parse(self._saved, self._path)
-            running.run(parsed, [literal.value for literal in parsed.literals], self._path, say=lambda *_words: None)
-        except ScriptError as error:
+            source = self._source(self._saved)
+            running.run(source, [literal.value for literal in source.numbers], say=lambda *_words: None)
+        except files.FileError as error:
             self._text.show_error(error.line)
-            self.statusBar().showMessage('{}:{}: {}'.format(error.line, error.column, error.reason))
+            self.statusBar().showMessage(str(error))
         else:
             self._text.show_error(None)
             self.statusBar().clearMessage()
@@ -312,11 +315,18 @@ def with_line_ends(lines: Sequence[str], before: str) -> str:
     return ''.join([line + end for line, end in zip(lines, ends)][:-1]) + lines[-1]
 
 
-def _without_numbers(parsed: literals.Parsed) -> List[str]:
+def _read(path: str) -> str:
+    try:
+        return files.read_settled_bytes(path).decode('utf-8')
+    except UnicodeDecodeError as error:
+        raise files.FileError(path, None, None, f'it is not in UTF-8: {error.reason}') from None
+
+
+def _without_numbers(source: files.SourceText) -> List[str]:
     """The pieces of a text between its numbers."""
-    starts = [0, *(literal.end for literal in parsed.literals)]
-    ends = [*(literal.start for literal in parsed.literals), len(parsed.text)]
-    return [parsed.text[start:end] for start, end in zip(starts, ends)]
+    starts = [0, *(literal.end for literal in source.numbers)]
+    ends = [*(literal.start for literal in source.numbers), len(source.text)]
+    return [source.text[start:end] for start, end in zip(starts, ends)]
 
 
 def _position(text: str, index: int) -> int:

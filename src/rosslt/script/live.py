@@ -5,31 +5,20 @@ have been typed while numbers were rewritten. Neither loses: see `LiveScript`.
 """
 
 import functools
-import hashlib
 import itertools
 import os
 import re
 import threading
 import time
-from typing import (
-    Any,
-    Callable,
-    Collection,
-    Dict,
-    Iterable,
-    List,
-    Mapping,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Set,
-    Tuple,
-)
+from decimal import Decimal
+from typing import Any, Callable, Collection, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt import files, node, values
-from rosslt.script import literals, running
-from rosslt.script.errors import ScriptError
+from rosslt.script import running
 from rosslt.script.running import Step
+
+#: A script, or a change of one, that cannot come into force.
+ScriptError = files.FileError
 
 #: The maximal age of a text that somebody began to edit and saved over newer numbers, in seconds. The numbers are then
 #: put into the saved text. Editors themselves warn of older texts.
@@ -52,8 +41,8 @@ DEFAULT_SETTINGS = Settings(0.001, running.STEP_LIMIT)
 class _State(NamedTuple):
     """A version of the script: its text, a record for each number, and the resulting steps."""
 
-    parsed: literals.Parsed
-    places: List['_Place']
+    source: files.SourceText
+    numbers: List['_Number']
     steps: List[Step]
 
 
@@ -70,9 +59,9 @@ class LiveScript:
         take: called with (steps, whether the script differs in its numbers alone) when a script comes into force.
         report: called with the ScriptError when a text cannot; the one before stays, or none at the start.
         settings: Settings.
-        remembered: called with the text at the start; the names that the locations of that very text had in an
-            earlier run, if that is known.
-        remember: called with the text and the names whenever one of these has changed.
+        remembered: called with the digest of the text at the start; the names that the locations of that very text had
+            in an earlier run, if that is known.
+        remember: called with the digest of the text and the names whenever one of these has changed.
 
     Raises:
         ScriptError: the file cannot be read.
@@ -86,42 +75,33 @@ class LiveScript:
         take: Callable[[List[Step], bool], None],
         report: Callable[[ScriptError], None],
         settings: Settings = DEFAULT_SETTINGS,
-        remembered: Callable[[str], Sequence[str]] = lambda text: (),
-        remember: Callable[[str, Sequence[str]], None] = lambda text, names: None,
+        remembered: Callable[[str], Sequence[str]] = lambda digest: (),
+        remember: Callable[[str, Sequence[str]], None] = lambda digest, names: None,
     ) -> None:
         self.path = path
         self._add, self._remove = add, remove
         self._take, self._report, self._settings = take, report, settings
-        self._remember = remember
-        # No location is made or forgotten while it is held.
+        # Nobody may hold a lock that `add` and `remove` take while calling a setter: a node calls it without its own.
         self._lock = threading.RLock()
-        self._refused: Optional[str] = None  # a text in the file that cannot come into force
+        self._refused: Optional[bytes] = None  # a content of the file that cannot come into force
         # (time at which it was no longer in force, _State), since somebody saved a text
         self._past: List[Tuple[float, _State]] = []
-        self._reserved: Set[str] = set()  # names of records in texts that are not in force yet
-        text = files.read_settled(path)
-        self._state = _State(literals.parse('', path), [], [])
-        try:
-            parsed, names = literals.parse(text, path), remembered(text)
-            made = self._made(parsed, {}, dict(enumerate(names)) if len(names) == len(parsed.literals) else None)
-        except ScriptError as error:
-            self._refused = text
-            report(error)
-        else:
-            self._reserved.clear()
-            self._come_into_force(made, False)
+        self._state = _State(files.SourceText(path, b''), [], [])
+        self._remember = remember
+        content = files.read_settled_bytes(path)
+        self._take_in(content, remembered(files.digest_of(content)))
 
     def reload(self) -> None:
         """Take in the text that is in the file, if it is another one than that in force."""
         for _ in range(ATTEMPTS):
             with self._lock:
-                if files.holds(self.path, self._state.parsed.text):
+                if files.holds(self.path, self._state.source.content):
                     self._note_mended()
                     return
-                if self._refused is not None and files.holds(self.path, self._refused):
+                if files.holds(self.path, self._refused):
                     return
             try:
-                if self._take_in(files.read_settled(self.path)):
+                if self._take_in(files.read_settled_bytes(self.path)):
                     return
             except files.Unsettled:
                 continue  # it may be changes that do not let it settle
@@ -129,7 +109,7 @@ class LiveScript:
                 self._report(error)
                 return
 
-    def _change(self, place: '_Place', value: float) -> None:
+    def _change(self, number: '_Number', value: float) -> None:
         """Rewrite a number; the setter of its location.
 
         Raises:
@@ -137,64 +117,59 @@ class LiveScript:
         """
         for _ in range(ATTEMPTS):
             with self._lock:
-                state, text = self._state, files.read(self.path)
-                if text == self._refused:
+                state, content = self._state, files.read_bytes(self.path)
+                if content == self._refused:
                     raise ScriptError(self.path, None, None, 'it has an error, which has to be corrected first')
-                if text == state.parsed.text:
-                    if place not in state.places:
-                        raise ScriptError(self.path, None, None, '{} is no longer in it'.format(place.name))
-                    index = state.places.index(place)
-                    parsed = literals.rewritten(state.parsed, index, value, self._settings.precision, self.path)
-                    if parsed is state.parsed:
+                if content == state.source.content:
+                    if number not in state.numbers:
+                        raise ScriptError(self.path, None, None, '{} is no longer in it'.format(number.name))
+                    source = self._with_values(state.source, {state.numbers.index(number): value})
+                    if source is state.source:
                         return
-                    steps = self._run(parsed, state.places)
-                    if files.replace(self.path, text, parsed.text):
-                        self._come_into_force(_State(parsed, state.places, steps), True)
+                    steps = self._run(source, state.numbers)
+                    if files.replace_bytes(self.path, content, source.content):
+                        self._come_into_force(_State(source, state.numbers, steps), True)
                         return
             # Somebody has saved another text, and the watch has not read it yet.
-            self._take_in(files.read_settled(self.path))
+            self._take_in(files.read_settled_bytes(self.path))
         raise files.Unsettled(self.path, None, None, 'other programs keep writing it')
 
-    def _take_in(self, text: str) -> bool:
+    def _with_values(self, source: files.SourceText, wanted: Mapping[int, float]) -> files.SourceText:
+        """A text with other values for some of its numbers, rounded; itself where they are not others."""
+        edits = source.edits({index: rounded(value, self._settings.precision) for index, value in wanted.items()})
+        return files.SourceText(self.path, files.replaced(source.content, edits)) if edits else source
+
+    def _take_in(self, content: bytes, names: Sequence[str] = ()) -> bool:
         """Have a text that somebody has saved come into force, or report why it cannot.
+
+        Args:
+            names: of its locations, where these are remembered.
 
         Returns:
             False where the file holds yet another one by now.
         """
         with self._lock:
-            if not files.holds(self.path, text):
+            if not files.holds(self.path, content):
                 return False
-            state = self._state
-            base = self._base(text)
-            if text == state.parsed.text:
+            if content == self._state.source.content:
                 self._note_mended()
                 return True
-        try:
-            parsed = literals.parse(text, self.path)
-            known = {new: base.places[old] for old, new in literals.followed(base.parsed, parsed).items()}
-            made = self._made(self._caught_up(parsed, base, state), known)
-        except ScriptError as error:
-            with self._lock:
-                is_news, self._refused = self._refused != text, text
-            if is_news:
-                self._report(error)
+            try:
+                made = self._made(files.SourceText(self.path, content), names)
+                if made.source.content != content and not files.replace_bytes(self.path, content, made.source.content):
+                    self._forget(made.numbers, self._state.numbers)
+                    return False
+                is_same_but_for_numbers = made.source.skeleton == self._state.source.skeleton
+            except ScriptError as error:
+                if content != self._refused:
+                    self._refused = content
+                    self._report(error)
+                return True
+            gone = self._state.numbers
+            self._come_into_force(made, is_same_but_for_numbers)
+            self._past.clear()
+            self._forget(gone, made.numbers)
             return True
-        gone, kept = made.places, state.places
-        try:
-            with self._lock:
-                if self._state is state and (
-                    files.holds(self.path, text)
-                    if made.parsed.text == text
-                    else files.replace(self.path, text, made.parsed.text)
-                ):
-                    self._come_into_force(made, made.parsed.skeleton == state.parsed.skeleton)
-                    self._past.clear()
-                    gone, kept = kept, gone
-        finally:
-            with self._lock:
-                self._reserved.difference_update([place.name for place in made.places])
-            self._forget(gone, kept)
-        return kept is made.places
 
     def _note_mended(self) -> None:
         """Say that the script in force is in the file again, where a text was refused since."""
@@ -202,99 +177,84 @@ class LiveScript:
             self._refused = None
             self._take(self._state.steps, True)
 
-    def _base(self, text: str) -> _State:
-        """The state that somebody has begun with who has saved a text: of the recent ones, the most similar."""
-        oldest = time.monotonic() - STALE
-        recent = [self._state] + [state for until, state in reversed(self._past) if until > oldest]
-        return min(recent, key=lambda state: literals.difference(state.parsed.text, text))
-
-    def _caught_up(self, parsed: literals.Parsed, base: _State, state: _State) -> literals.Parsed:
-        """A script that somebody has begun with one state, with the numbers that were rewritten since."""
-        if base is state:
-            return parsed
-        for old, index in literals.followed(base.parsed, parsed, in_whole_lines=False).items():
-            value = state.parsed.literals[old].value
-            if value != base.parsed.literals[old].value:
-                parsed = literals.rewritten(parsed, index, value, self._settings.precision, self.path)
-        return parsed
-
-    def _made(
-        self, parsed: literals.Parsed, known: Mapping[int, '_Place'], names: Optional[Dict[int, str]] = None
-    ) -> _State:
-        """The state of a script that is not in force yet.
-
-        Args:
-            known: {index of a literal: the record that it has already}.
-            names: {index of a literal: the name of its new record}, where these are remembered.
+    def _made(self, source: files.SourceText, names: Sequence[str]) -> _State:
+        """The state of a text that somebody has saved, with the numbers that were rewritten since they began to edit.
 
         Raises:
             ScriptError: it cannot come into force; then no location is left of it.
         """
-        places: List[Any] = [known.get(index) for index in range(len(parsed.literals))]
-        missing = [index for index, place in enumerate(places) if place is None]
-        with self._lock:
-            if names is None:
-                names = self._names(parsed, missing)
-            self._reserved.update(names.values())
+        oldest = time.monotonic() - STALE
+        recent = [self._state] + [state for until, state in reversed(self._past) if until > oldest]
+        # They have begun with the one of which most is left.
+        base, known = max(
+            ((state, files.followed(state.source, source, exactly=True).literals) for state in recent),
+            key=lambda pair: len(pair[1]),
+        )
+        records, newer = {}, {}
+        for old, new in known.items():
+            if old < len(base.numbers):
+                records[new], value = base.numbers[old], self._state.source.numbers[old].value
+                if value != base.source.numbers[old].value:
+                    newer[new] = float(value)
+        source = self._with_values(source, newer)
+        numbers: List[_Number] = []
+        taken = {number.name for number in self._state.numbers}
         try:
-            for index in missing:
-                place = _Place(names[index], parsed.literals[index].value)
-                place.location = self._add(
-                    place.name,
-                    self._site(parsed.text, parsed.literals[index]),
-                    place.read,
-                    functools.partial(self._change, place),
-                )
-                places[index] = place
-            return _State(parsed, places, self._run(parsed, places))
+            for index, literal in enumerate(source.numbers):
+                number = records.get(index)
+                if number is None:
+                    is_remembered = len(names) == len(source.numbers)
+                    name = names[index] if is_remembered else self._name(source, literal, taken)
+                    taken.add(name)
+                    number = self._new_number(name, source, literal)
+                numbers.append(number)
+            return _State(source, numbers, self._run(source, numbers))
         except BaseException:
-            self._forget([place for place in places if place is not None], known.values())
-            with self._lock:
-                self._reserved.difference_update(names.values())
+            self._forget(numbers, records.values())
             raise
 
-    def _names(self, parsed: literals.Parsed, indices: Iterable[int]) -> Dict[int, str]:
-        """{index of a literal: a name for it}: where it stands in which text, so that no other number ever has it."""
+    def _name(self, source: files.SourceText, literal: files.Literal, taken: Collection[str]) -> str:
+        """A name for a new number: where it appeared in which text, so that no other number ever has it."""
         stem = re.sub(r'\W', '_', os.path.splitext(os.path.basename(self.path))[0], flags=re.ASCII)
-        digest = hashlib.blake2b(parsed.text.encode('utf-8'), digest_size=4).hexdigest()
-        taken = {place.name for place in self._state.places} | self._reserved
-        names = {}
-        for index in indices:
-            line, column = parsed.literals[index][2:4]
-            base = name = 'script_{}_{}_{}_{}'.format(stem, line, column, digest)
-            turns = itertools.count(2)
-            while name in taken:
-                name = '{}_{}'.format(base, next(turns))
-            names[index] = name
-        return names
+        base = name = 'script_{}_{}_{}_{}'.format(stem, literal.line, literal.column, source.digest[:8])
+        turns = itertools.count(2)
+        while name in taken:
+            name = '{}_{}'.format(base, next(turns))
+        return name
 
-    def _run(self, parsed: literals.Parsed, places: Sequence['_Place']) -> List[Step]:
-        numbers = [
-            values.track(literal.value, place.location.source) for literal, place in zip(parsed.literals, places)
+    def _new_number(self, name: str, source: files.SourceText, literal: files.Literal) -> '_Number':
+        number = _Number(name, float(literal.value))
+        number.location = self._add(
+            name, self._site(source, literal), number.read, functools.partial(self._change, number)
+        )
+        return number
+
+    def _run(self, source: files.SourceText, numbers: Sequence['_Number']) -> List[Step]:
+        tracked = [
+            values.track(literal.value, number.location.source) for literal, number in zip(source.numbers, numbers)
         ]
-        return running.run(parsed, numbers, self.path, self._settings.step_limit)
+        return running.run(source, tracked, self._settings.step_limit)
 
     def _come_into_force(self, state: _State, is_same_but_for_numbers: bool) -> None:
         now = time.monotonic()
         self._past = [(until, past) for until, past in self._past if until > now - STALE] + [(now, self._state)]
         self._state, self._refused = state, None
-        for place, literal in zip(state.places, state.parsed.literals):
-            place.value = float(literal.value)
-            place.location.site = self._site(state.parsed.text, literal)
-        self._remember(state.parsed.text, [place.name for place in state.places])
+        for number, literal in zip(state.numbers, state.source.numbers):
+            number.value = float(literal.value)
+            number.location.site = self._site(state.source, literal)
+        self._remember(state.source.digest, [number.name for number in state.numbers])
         self._take(state.steps, is_same_but_for_numbers)
 
-    def _forget(self, places: Iterable['_Place'], kept: Collection['_Place']) -> None:
-        for place in places:
-            if place not in kept:
-                self._remove(place.location)
+    def _forget(self, numbers: Iterable['_Number'], kept: Iterable['_Number']) -> None:
+        for number in set(numbers).difference(kept):
+            self._remove(number.location)
 
-    def _site(self, text: str, literal: files.Number) -> node.CallSite:
-        line = text[: literal.start].rpartition('\n')[2] + text[literal.start :].partition('\n')[0]
+    def _site(self, source: files.SourceText, literal: files.Literal) -> node.CallSite:
+        line = source.text[: literal.start].rpartition('\n')[2] + source.text[literal.start :].partition('\n')[0]
         return node.CallSite(os.path.abspath(self.path), literal.line, literal.column, line)
 
 
-class _Place:
+class _Number:
     """A number as it lives on while the text changes around it.
 
     Attributes:
@@ -306,9 +266,16 @@ class _Place:
     __slots__ = ('name', 'value', 'location')
 
     def __init__(self, name: str, value: float) -> None:
-        self.name, self.value = name, float(value)
+        self.name, self.value = name, value
         self.location: Any = None
 
     def read(self) -> float:
         """The value; the getter of its location."""
         return self.value
+
+
+def rounded(value: float, precision: float) -> float:
+    """The multiple of a precision that is nearest to a number."""
+    if abs(value) > precision * 2**53:  # there are no digits to round
+        return float(value)
+    return float(round(value / precision) * Decimal(repr(precision)))

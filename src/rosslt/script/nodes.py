@@ -1,10 +1,8 @@
 """The nodes of this room: their parameters, their log, and their main loops."""
 
-import hashlib
 import os
 import shutil
-import threading
-from typing import Any, Callable, Dict, List, Optional, Sequence
+from typing import Any, Callable, Dict, Sequence
 
 import rospy
 from std_srvs.srv import Trigger, TriggerResponse
@@ -12,8 +10,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 from rosslt import files, node
 from rosslt.msg import PoseStampedTracked
 from rosslt.script import parameters
-from rosslt.script.errors import ScriptError
-from rosslt.script.live import DEFAULT_SETTINGS, LiveScript, Settings
+from rosslt.script.live import DEFAULT_SETTINGS, LiveScript, ScriptError, Settings
 from rosslt.script.player import make_player
 from rosslt.script.running import Step
 
@@ -34,7 +31,6 @@ def run() -> None:
         _positive('~precision', DEFAULT_SETTINGS.precision), int(_positive('~step_limit', DEFAULT_SETTINGS.step_limit))
     )
     player, memory = make_player(PoseStampedTracked), _Memory()
-
     is_refused = False
 
     def take(steps: Sequence[Step], is_same_but_for_numbers: bool) -> None:
@@ -56,7 +52,12 @@ def run() -> None:
     files.FileWatch(path, script.reload)
     script.reload()  # what was saved before the watch began
     rospy.loginfo('%s is in force', path)
-    _loop(player.tick)
+
+    def tick() -> None:
+        player.tick()
+        memory.write()
+
+    _loop(tick)
 
 
 def run_parameters() -> None:
@@ -109,48 +110,34 @@ def _positive(name: str, default: float) -> float:
 
 
 class _Memory:
-    """The names of the locations of a script, kept in a parameter: they outlive this node, and so do the ids.
-
-    A thread of its own writes them: a change of the script waits for no master. A new master is told them again.
-    """
+    """The names of the locations of a script, kept in a parameter: they outlive this node, and so do the ids."""
 
     PARAMETER = '~rosslt_script'
 
     def __init__(self) -> None:
-        self._latest: Optional[Dict[str, Any]] = None
-        self._is_new = False
-        self._wake = threading.Condition()
-        node.on_new_master(self._tell)
-        threading.Thread(target=self._work, name='memory', daemon=True).start()
+        self._latest: Dict[str, Any] = {}
+        self._is_written = True
+        node.on_new_master(self._write_again)
 
-    def recall(self, text: str) -> List[str]:
+    def recall(self, digest: str) -> Sequence[str]:
         """The names that belong to this very text; none where they are not known."""
         kept = rospy.get_param(self.PARAMETER, {})
-        is_known = isinstance(kept, dict) and kept.get('text') == _digest(text)
+        is_known = isinstance(kept, dict) and kept.get('text') == digest
         return kept.get('names', []) if is_known else []
 
-    def keep(self, text: str, names: Sequence[str]) -> None:
-        """Remember them."""
-        self._latest = {'text': _digest(text), 'names': names}
-        self._tell()
+    def keep(self, digest: str, names: Sequence[str]) -> None:
+        """Remember them, from the next `write` on: a change of the script waits for no master."""
+        self._latest, self._is_written = {'text': digest, 'names': names}, False
 
-    def _tell(self) -> None:
-        with self._wake:
-            self._is_new = True
-            self._wake.notify()
+    def write(self) -> None:
+        """Write them where they have changed."""
+        if self._is_written or not self._latest:
+            return
+        self._is_written = True
+        try:
+            rospy.set_param(self.PARAMETER, self._latest)
+        except node.NO_MASTER as error:
+            rospy.logwarn('the master does not answer; the ids of numbers may change with the next start: %s', error)
 
-    def _work(self) -> None:
-        while True:
-            with self._wake:
-                self._wake.wait_for(lambda: self._is_new and self._latest)
-                latest, self._is_new = self._latest, False
-            try:
-                rospy.set_param(self.PARAMETER, latest)
-            except node.NO_MASTER as error:
-                rospy.logwarn(
-                    'the master does not answer; the ids of numbers may change with the next start: %s', error
-                )
-
-
-def _digest(text: str) -> str:
-    return hashlib.blake2b(text.encode('utf-8'), digest_size=16).hexdigest()
+    def _write_again(self) -> None:
+        self._is_written = False

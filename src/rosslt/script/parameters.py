@@ -6,7 +6,6 @@ import rospy
 import yaml
 
 from rosslt import files, node, values
-from rosslt.script.errors import ScriptError
 from rosslt.script.running import Goto, Step, Wait
 
 
@@ -67,7 +66,7 @@ class Waypoints:
             What has been done, for people.
 
         Raises:
-            ScriptError: the file cannot be read or written, or holds something else.
+            files.FileError: the file cannot be read or written, or holds something else.
         """
         key = self._name.lstrip('~')
         content, waypoints = files.read_bytes(path), values.untracked(node.get_param(self._name))
@@ -78,9 +77,10 @@ class Waypoints:
         ]
         edits, left = files.yaml_edits(path, content, changes)
         if left:
-            raise ScriptError(path, None, None, '; '.join(f'{what} cannot be saved: {reason}' for what, reason in left))
+            reasons = '; '.join(f'{what} cannot be saved: {reason}' for what, reason in left)
+            raise files.FileError(path, None, None, reasons)
         if yaml.safe_load(files.replaced(content, edits))[key] != waypoints:
-            raise ScriptError(path, None, None, f'it has more in {key} than the {len(waypoints)} waypoints to save')
+            raise files.FileError(path, None, None, f'it has more in {key} than the {len(waypoints)} waypoints to save')
         files.write(edits)
         return f'saved in {path}' if edits else f'{path} holds these values already'
 

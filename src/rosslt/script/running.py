@@ -6,15 +6,12 @@ is no protection against attackers.
 
 import ast
 import builtins
-import copy
 import math
 import sys
 import types
 from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
-from rosslt import values
-from rosslt.script.errors import ScriptError
-from rosslt.script.literals import LITERALS, Parsed
+from rosslt import files, values
 
 
 class Goto(NamedTuple):
@@ -39,61 +36,7 @@ STEP_LIMIT = 100000
 
 TICK = '__tick__'
 
-ALLOWED = (
-    ast.Module,
-    ast.Expr,
-    ast.Assign,
-    ast.AugAssign,
-    ast.AnnAssign,
-    ast.For,
-    ast.While,
-    ast.If,
-    ast.Break,
-    ast.Continue,
-    ast.Pass,
-    ast.Assert,
-    ast.Delete,
-    ast.Global,
-    ast.Nonlocal,
-    ast.FunctionDef,
-    ast.Lambda,
-    ast.Return,
-    ast.arguments,
-    ast.arg,
-    ast.keyword,
-    ast.Call,
-    ast.Name,
-    ast.expr_context,
-    ast.Constant,
-    ast.JoinedStr,
-    ast.FormattedValue,
-    ast.BinOp,
-    ast.UnaryOp,
-    ast.BoolOp,
-    ast.operator,
-    ast.unaryop,
-    ast.boolop,
-    ast.Compare,
-    ast.cmpop,
-    ast.IfExp,
-    ast.NamedExpr,
-    ast.Tuple,
-    ast.List,
-    ast.Dict,
-    ast.Set,
-    ast.Subscript,
-    ast.slice,
-    ast.Slice,
-    ast.Starred,
-    ast.comprehension,
-    ast.ListComp,
-    ast.SetComp,
-    ast.DictComp,
-    ast.GeneratorExp,
-    ast.Attribute,
-)
-
-#: The usual names of the Python syntax that scripts do not support.
+#: The Python syntax that scripts do not support, with its usual names.
 FORBIDDEN = {
     'Import': 'import',
     'ImportFrom': 'import',
@@ -137,18 +80,16 @@ BUILTINS = (
 
 
 def run(
-    parsed: Parsed,
-    numbers: Sequence[float],
-    file: str,
+    source: files.SourceText,
+    numbers: Sequence[object],
     step_limit: int = STEP_LIMIT,
     say: Callable[..., object] = print,
 ) -> List[Step]:
     """Run a script.
 
     Args:
-        parsed: the script.
-        numbers: what its literals are, in their order; tracked numbers, so that the steps know what they came of.
-        file: its path, for errors.
+        source: the script.
+        numbers: what its numbers are, in their order; tracked ones, so that the steps know what they came of.
         step_limit: how many turns of loops, calls of functions and waypoints it may take.
         say: prints what the script prints.
 
@@ -156,9 +97,9 @@ def run(
         Its steps, a list of Goto and Wait.
 
     Raises:
-        ScriptError: it holds what a script must not, fails, or does not end.
+        files.FileError: it holds what a script must not, fails, or does not end.
     """
-    _check(parsed.tree, file)
+    _check(source)
     steps: List[Step] = []
     count = 0
 
@@ -188,12 +129,13 @@ def run(
     for function in (goto, wait):
         function.__qualname__ = function.__name__  # as errors call them
     try:
-        code = compile(_Ticking().visit(copy.deepcopy(parsed.tree)), file, 'exec')
+        program = source.program(len(source.numbers))
+        code = compile(_Ticking().visit(program), source.path, 'exec')
         exec(
             code,
             {  # in here a script finds what stands below, and nothing else
                 '__builtins__': {},
-                LITERALS: list(numbers),
+                files.LITERALS: list(numbers),
                 TICK: tick,
                 'goto': goto,
                 'wait': wait,
@@ -208,11 +150,11 @@ def run(
             },
         )
     except SyntaxError as error:  # return outside of a function, and the like
-        raise ScriptError(file, error.lineno or 1, error.offset or 1, error.msg) from None
+        raise files.FileError(source.path, error.lineno or 1, error.offset or 1, error.msg) from None
     except Exception as error:  # whatever it raises is what is wrong with the script
-        line, column = _where(error.__traceback__, file)
+        line, column = _where(error.__traceback__, source.path)
         name = '' if isinstance(error, RuntimeError) else type(error).__name__ + ': '
-        raise ScriptError(file, line, column, name + str(error)) from None
+        raise files.FileError(source.path, line, column, name + str(error)) from None
     return steps
 
 
@@ -234,21 +176,22 @@ def _number(value: Any, function: str) -> float:
     return made[root]
 
 
-def _check(tree: ast.AST, file: str) -> None:
+def _check(source: files.SourceText) -> None:
     """Refuse what a script must not hold."""
-    for node in ast.walk(tree):
+    for node in ast.walk(source.tree):
         name = type(node).__name__
         reason = None
-        if not isinstance(node, ALLOWED):
-            reason = 'there is no {} in a script'.format(FORBIDDEN.get(name, name))
+        if name in FORBIDDEN:
+            reason = 'there is no {} in a script'.format(FORBIDDEN[name])
         elif isinstance(node, ast.Attribute) and node.attr.startswith('_'):
             reason = 'there is no access to {} in a script'.format(node.attr)
         else:
             for named in (getattr(node, field, None) for field in ('id', 'name', 'arg')):
-                if isinstance(named, str) and named.startswith('__') and named != LITERALS:
+                if isinstance(named, str) and named.startswith('__'):
                     reason = 'there is no name {} in a script'.format(named)
         if reason:
-            raise ScriptError(file, getattr(node, 'lineno', 1), getattr(node, 'col_offset', 0) + 1, reason)
+            line, column = getattr(node, 'lineno', 1), getattr(node, 'col_offset', 0) + 1
+            raise files.FileError(source.path, line, column, reason)
 
 
 class _Ticking(ast.NodeTransformer):

@@ -9,7 +9,7 @@ import importlib
 from typing import Any, Callable, Dict
 
 from . import operators  # noqa: F401, completes the tracked classes
-from .affine import SHORTENING, affine
+from .affine import affine, linearized
 from .calls import operation
 from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
@@ -18,12 +18,10 @@ from .fit import Fit, fit
 from .functions import MATH, keeping, recorder, reflecting, stripper, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
-from .linearization import linearized
 from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
-from .reapply import reapply
-from .recording import allow, limit_recording, spend, widened
+from .recording import allow, limit_recording, reapply, spend, widened
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
@@ -45,7 +43,6 @@ __all__ = [
     'CONSTANT',
     'MATH',
     'OPERATIONS',
-    'SHORTENING',
     'SOURCE',
     'TRACKED_CLASSES',
     'Error',

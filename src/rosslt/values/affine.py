@@ -1,185 +1,113 @@
 """Folding: the affine part of an expression as coefficients per source, and the limit on growth.
 
-A value that is updated in a loop, `x = x + v * dt`, must not grow for ever. Once an expression passes `LIMIT`, what is
-affine in its sources is folded into one record, which means exactly the same; if that is not enough, the rest is
-replaced by its linearization at the present values, which `explain` marks as such.
+A value that is updated in a loop, `x = x + v * dt`, must not grow for ever. Once an expression passes `LIMIT`, its
+older half is folded: each value at the border gets one record of a slope for each source, which means exactly the same
+where the value is affine, and else is its linearization at the present values, which `explain` marks as such. What
+shares that past, such as the other elements of a covariance, is shorter from then on, too, so that each operation is
+folded once.
 
-A fold is made by one sweep from the value down to its sources, which multiplies and adds up slopes: it takes time and
-memory in proportion to the operations and sources below the value.
+A fold is made by one sweep from the values down to their sources, which multiplies and adds up slopes: it takes time
+and memory in proportion to the operations and sources below them.
 """
 
 import math
-from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
+from typing import Any, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from .accelerator import CORE
 from .graph import slope_or_zero, slopes_or_zeros
-from .operations import AFFINE, SOURCE
+from .operations import AFFINE, SOURCE, Record, Value
 from .sources import Source
 from .tracked import TRACKED, new, resolve
 
 LIMIT = 8192
-"""The size at which a value's expression is shortened."""
+"""The size at which the older half of a value's expression is folded."""
+
+HALF = LIMIT // 2
 
 NUMBERS = (float, int)
-WORTH_FOLDING = 8
-"""Expressions up to this size stay as they were written where a larger one is shortened."""
 
-MAX_FAST_FOLD = 64
-"""The most operations that are passed in one go."""
+MAX_SHARED_SIZE = 16
+"""The most that the smaller of two operands adds to the size of a result. Operands mostly share their past; adding
+up their sizes would count it twice at every step, and so pass the limit in no time."""
 
-MAX_VISITS = 8
-"""The most visits of a node, on average, while parts of an expression are folded."""
-
-
-class Shortening:
-    """Settings for shortening long expressions.
-
-    Attributes:
-        is_hasty: linearize a long expression as a whole if it is not affine. The default keeps its affine parts exact,
-            which takes several times as long.
-    """
-
-    def __init__(self) -> None:
-        self.is_hasty = False
-
-
-#: The settings of this process.
-SHORTENING = Shortening()
-
-Node = Tuple[Any, tuple]
+Node = Tuple[Value, Record]
 """A tracked value and the record that is used for it."""
 
+Leaves = List[Tuple[Value, Any]]
+"""Values of sources, each with a slope."""
 
-def folded(value: Any) -> tuple:
+Terms = Tuple[Tuple[Source, Value, Any], ...]
+"""`((Source, source's value, slope), ...)`, in order of first appearance."""
+
+
+def joint_size(first: int, second: int) -> int:
+    """The size of a result of two tracked operands of such sizes."""
+    return max(first, second) + min(first, second, MAX_SHARED_SIZE) + 1
+
+
+def size_of(operands: Sequence[Value]) -> int:
+    """The size of a result of tracked operands."""
+    sizes = sorted([operand._size for operand in operands])
+    return sizes[-1] + min(sum(sizes[:-1]), MAX_SHARED_SIZE) + 1 if sizes else 1
+
+
+def folded(value: Value) -> Record:
     """The record `(AFFINE, ((leaf, slope), ...), is_exact)` that stands for a value near its present one.
 
-    It is exact where the value is affine in its sources, else a linearization. A value remembers its own, so that one
-    which has grown by a step since costs that step only.
+    It is exact where the value is affine in its sources, else a linearization. A value remembers its own.
     """
     fold = getattr(value, '_fold', None)
     if fold is None:
-        fold = _folded_if_short(value) or _fold_below(value)
-        value._fold = fold
+        (fold,) = _folds([value])
+        if value._record[0] is not SOURCE:  # what is a leaf of folds has none itself
+            value._fold = fold
     return fold
 
 
-def _folded_if_short(value: Any) -> Optional[tuple]:
-    """The record for a value that few operations made, all of them affine: as `_fold_of` gives it; None for any
-    other value. Without it, `affine` of a sum of three terms over two sources takes 4 times as long.
-
-    On the way down to the sources, the slopes are multiplied. What several ways lead to is passed several times.
-    """
-    terms: Dict[Source, Tuple[Any, Any]] = {}
-    others: List[Tuple[Any, Any]] = []
-    node, rise = value, 1
-    try:
-        for _ in range(MAX_FAST_FOLD):
-            form, first, second = resolve(node)
-            if form is SOURCE:
-                record: Optional[tuple] = (AFFINE, ((node, 1),), type(node._plain) in NUMBERS)
-            elif form is AFFINE:
-                record = form, first, second
-            else:
-                record = getattr(node, '_fold', None)
-            if record is None:
-                if not form.affine or form.operation is None:
-                    return None
-                if form.single_operand:
-                    rise *= form.slope(first._plain, second)
-                else:
-                    others.append((second, rise * form.slope[1](first._plain, second._plain)))
-                    rise *= form.slope[0](first._plain, second._plain)
-                node = first
-                continue
-            if not (rise and record[2]):
-                return None
-            for leaf, slope in record[1]:
-                source = leaf._record[1]
-                slope = slope * rise
-                if source in terms:
-                    known, part = terms[source]
-                    slope += part
-                    if known._plain != leaf._plain:
-                        return None
-                    leaf = known
-                if slope - slope != 0:
-                    return None
-                terms[source] = leaf, slope
-            if not others:
-                return AFFINE, tuple(terms.values()), True
-            node, rise = others.pop()
-    except ArithmeticError:
-        pass
-    return None
+def _folds(values: List[Value]) -> List[Record]:
+    """The folds of some values."""
+    swept = CORE.swept(values) if CORE is not None else NotImplemented
+    if swept is NotImplemented:
+        nodes = _nodes_below(values)
+        swept = [_swept(nodes, value) for value in values]
+    return [(AFFINE, *_merged(leaves, is_exact)) for leaves, is_exact in swept]
 
 
-def _remembered(node: Any) -> tuple:
-    """The fold of a value that has one already, else its record."""
-    return getattr(node, '_fold', None) or resolve(node)
-
-
-def _exactly_remembered(node: Any) -> tuple:
-    """The record of a value, replaced by its fold where that is known and means the same."""
-    fold = getattr(node, '_fold', None)
-    if fold is not None and fold[2] and node._size > WORTH_FOLDING:
-        _replace(node, fold)
-    return resolve(node)
-
-
-def _nodes_below(value: Any, record_of: Callable[[Any], tuple]) -> List[Node]:
-    """List the nodes of a value's expression with their records, each once, operands before their users."""
+def _nodes_below(values: List[Value]) -> List[Node]:
+    """List the nodes that make up some values, each once, operands before their users, with their folds if they
+    remember one, else with their records."""
     found: List[Node] = []
-    seen = set()
-    stack: List[Tuple[Any, Optional[tuple]]] = [(value, None)]
+    seen: Set[int] = set()
+    stack: List[Tuple[Value, Optional[Record]]] = [(value, None) for value in reversed(values)]
     while stack:
         node, record = stack.pop()
         if record is not None:
             found.append((node, record))
-            continue
-        if id(node) in seen:
-            continue
-        seen.add(id(node))
-        record = record_of(node)
-        stack.append((node, record))
-        form, first, second = record
-        if form.single_operand:
-            stack.append((first, None))
-        else:
+        elif id(node) not in seen:
+            seen.add(id(node))
+            record = getattr(node, '_fold', None) or resolve(node)
+            form, first, second = record
+            stack.append((node, record))
             stack.extend([(operand, None) for operand in reversed(form.operands(first, second))])
     return found
 
 
-def _fold_below(value: Any) -> tuple:
-    """The fold of a value that has none, made of those that are remembered below it."""
-    swept = CORE.swept(value) if CORE is not None else NotImplemented
-    if swept is NotImplemented:
-        return _fold_of(_nodes_below(value, _remembered))
-    leaves, exact = swept
-    terms, can_merge = _merged(leaves)
-    return AFFINE, terms, exact and can_merge
-
-
-def _fold_of(nodes: List[Node]) -> tuple:
-    """The fold of the last of some nodes."""
-    leaves, exact = _swept(nodes)
-    terms, can_merge = _merged(leaves)
-    return AFFINE, terms, exact and can_merge
-
-
-def _swept(nodes: List[Node]) -> Tuple[List[Tuple[Any, Any]], bool]:
-    """The slope of the last of some nodes for each source's value among them, by one sweep backwards, and whether these
-    say exactly what it is."""
-    weights: Dict[int, Any] = {id(nodes[-1][0]): 1}
+def _swept(nodes: List[Node], root: Value) -> Tuple[Leaves, bool]:
+    """The slope of a node for each source's value below it, by one sweep backwards, and whether these say exactly what
+    it is."""
+    weights: Dict[int, Any] = {id(root): 1}
     exact = True
     for node, record in reversed(nodes):
         form, first, second = record
+        if id(node) not in weights:
+            continue
         if form is SOURCE:
-            exact = exact and _is_exact_leaf(node)
+            exact = exact and type(node._plain) in NUMBERS
             continue
         weight = weights.pop(id(node))
         exact = exact and _is_exact(record)
         if form.single_operand:
-            operands: Iterable[Any] = (first,)
+            operands: Iterable[Value] = (first,)
             slopes: Iterable[Any] = (slope_or_zero(form.slope, first._plain, second),)
         else:
             operands = form.operands(first, second)
@@ -192,10 +120,11 @@ def _swept(nodes: List[Node]) -> Tuple[List[Tuple[Any, Any]], bool]:
                 finite = False
             exact = exact and finite
             weights[id(operand)] = total if finite else 0
-    return [(node, weights[id(node)]) for node, record in nodes if record[0] is SOURCE], exact
+    # What is left by now are sources.
+    return [(node, weights[id(node)]) for node, _ in nodes if id(node) in weights], exact
 
 
-def _is_exact(record: tuple) -> bool:
+def _is_exact(record: Record) -> bool:
     """Return True if the slopes at the present values describe a record exactly."""
     form, first, second = record
     if form is AFFINE:
@@ -206,10 +135,9 @@ def _is_exact(record: tuple) -> bool:
     return bool(form.affine)
 
 
-def _merged(leaves: List[Tuple[Any, Any]]) -> Tuple[Tuple[Tuple[Any, Any], ...], bool]:
-    """Terms with each source once, and whether they mean the same as the leaves given."""
-    terms: Dict[Source, Tuple[Any, Any]] = {}
-    exact = True
+def _merged(leaves: Leaves, is_exact: bool) -> Tuple[Tuple[Tuple[Value, Any], ...], bool]:
+    """Terms with each source once, and whether they are exact."""
+    terms: Dict[Source, Tuple[Value, Any]] = {}
     for leaf, slope in leaves:
         source = leaf._record[1]
         if source in terms:
@@ -219,14 +147,14 @@ def _merged(leaves: List[Tuple[Any, Any]]) -> Tuple[Tuple[Tuple[Any, Any], ...],
                 # The source changed between two readings. All that counts is the sum of both terms: it has both
                 # slopes, from the mean of the two values, as far as there is one.
                 mean = known._plain + (leaf._plain - known._plain) * (slope - part) / slope if slope else math.inf
-                exact = exact and isinstance(mean, type(known._plain)) and math.isfinite(mean)
-                known = new(mean, known._record, 1) if exact else known
+                is_exact = is_exact and isinstance(mean, type(known._plain)) and math.isfinite(mean)
+                known = new(mean, known._record, 1) if is_exact else known
             leaf = known
         terms[source] = leaf, slope
-    return tuple(terms.values()), exact
+    return tuple(terms.values()), is_exact
 
 
-def affine(x: Any) -> Optional[Tuple[Tuple[Source, Any, Any], ...]]:
+def affine(x: Value) -> Optional[Terms]:
     """The terms of a value that is affine in its sources.
 
     Returns:
@@ -239,10 +167,7 @@ def affine(x: Any) -> Optional[Tuple[Tuple[Source, Any, Any], ...]]:
     form, first, _ = resolve(x)
     if form is SOURCE:
         return ((first, x._plain, 1),) if type(x._plain) in NUMBERS else None
-    if _is_curved(x):
-        return None
-    _, terms, exact = folded(x)
-    return tuple([(leaf._record[1], leaf._plain, slope) for leaf, slope in terms]) if exact else None
+    return linearized(x) if folded(x)[2] else None
 
 
 affine_of_python = affine
@@ -250,67 +175,57 @@ if CORE is not None:
     affine = CORE.affine
 
 
-def _is_curved(value: Any) -> bool:
-    """Return True if a value's last few operations show that it is not affine. Folding would find this out late."""
-    node = value
-    for _ in range(MAX_FAST_FOLD):
-        form, first, second = node._record
-        if form.operation is None:
-            return False
-        if not form.affine:
-            return True
-        if not form.single_operand and second._record[0].operation is not None and not second._record[0].affine:
-            return True
-        node = first
-    return False
+def linearized(x: Value) -> Terms:
+    """The terms of a tracked value near its present one: those of `affine` where it is affine.
 
-
-def shorten(value: Any) -> None:
-    """Keep a value's expression within the limit: fold what is affine, linearize it where that is not enough."""
-    fold = _fold_below(value)
-    if not (fold[2] or SHORTENING.is_hasty):
-        _fold_exact_parts(_nodes_below(value, _exactly_remembered))
-        size = len(_nodes_below(value, resolve))
-        if size <= LIMIT // 2:
-            value._fold = fold
-            value._size = size
-            return
-    _replace(value, fold)
-
-
-def _replace(value: Any, fold: tuple) -> None:
-    """Replace a value's record with its fold."""
-    value._record = value._fold = fold
-    # A fold of many terms is made again only after as many operations: otherwise every operation would cost all terms.
-    terms = len(fold[1])
-    value._size = min(terms + 1, LIMIT - terms)
-
-
-def _fold_exact_parts(nodes: List[Node]) -> None:
-    """Let folds stand for those operands that are affine in their sources and not so small.
-
-    It ends early where the parts overlap so much that folding each takes long; what is then too large is linearized.
+    Returns:
+        `((Source, source's value, slope), ...)` in order of first appearance, each source once. A slope is 0 where the
+        value has none, and the source's value may be a text or a bool.
     """
-    exact: Dict[int, bool] = {}
-    parts: List[Any] = []
-    for node, record in nodes:
-        form, first, second = record
-        operands = form.operands(first, second)
-        exact[id(node)] = _is_exact_leaf(node) if form is SOURCE else _is_exact(record)
-        exact[id(node)] = exact[id(node)] and all(exact[id(operand)] for operand in operands)
-        if not exact[id(node)]:
-            parts.extend([operand for operand in operands if exact[id(operand)]])
-    # The last part is mostly what goes on growing; the others build on each other from the first one on.
-    visits = MAX_VISITS * len(nodes)
-    for part in parts[-1:] + parts[:-1]:
-        if visits > 0 and part._size > WORTH_FOLDING and part._record[0] is not AFFINE:
-            below = _nodes_below(part, _remembered)
-            fold = _fold_of(below)
-            visits -= len(below)
-            if fold[2]:
-                _replace(part, fold)
+    return tuple([(leaf._record[1], leaf._plain, slope) for leaf, slope in folded(x)[1]])
 
 
-def _is_exact_leaf(node: Any) -> bool:
-    """Return True for a source that is a number."""
-    return type(node._plain) in NUMBERS
+def shorten(value: Value) -> None:
+    """Keep a value's expression within the limit: fold the older half of it."""
+    borders = _resized(value)
+    if value._size > LIMIT:
+        for border, fold in zip(borders, _folds(borders)):
+            _replace(border, fold)
+        _resized(value)
+    if value._size > LIMIT:
+        _replace(value, *_folds([value]))
+
+
+def _replace(value: Value, fold: Record) -> None:
+    """Replace a value's record with its fold, which counts as one operation."""
+    value._record = value._fold = fold
+    value._size = 1
+
+
+def _resized(value: Value) -> List[Value]:
+    """Work out anew how large the newer half of an expression is, as what it is made of may have been folded since.
+
+    Returns:
+        The values at the border to the older half, but for those that few operations made.
+    """
+    if CORE is not None:
+        found: Any = CORE.resized(value, HALF)
+        if found is not NotImplemented:
+            return list(found)
+    borders: List[Value] = []
+    seen: Set[int] = set()
+    stack: List[Tuple[Value, Sequence[Value]]] = [(value, ())]
+    while stack:
+        node, operands = stack.pop()
+        if operands:
+            node._size = size_of(operands)
+        elif id(node) not in seen:
+            seen.add(id(node))
+            if node._size > HALF:
+                form, first, second = resolve(node)
+                operands = form.operands(first, second)
+                stack.append((node, operands))
+                stack.extend([(operand, ()) for operand in reversed(operands)])
+            elif node._size > HALF // 2:
+                borders.append(node)
+    return borders

@@ -3,6 +3,7 @@
 from typing import Any, Dict
 
 from .graph import Graph
+from .operations import AFFINE
 from .operations.notation import Text
 from .tracked import TRACKED
 
@@ -19,7 +20,7 @@ def explain(x: Any) -> str:
     Returns:
         For instance `2 * (0.3 [waypoints.script:3:12] + 1)`. A part that was folded to coefficients reads as a sum of
         products; one that was cut to its linearization, and is only right near the present values, reads
-        `linearized(...)`. Numbers are rounded to seven digits.
+        `linearized(...)`, or `partly linearized: ...` where that part is left out. Numbers are rounded to seven digits.
     """
     return _text(x, LONGEST)
 
@@ -38,7 +39,9 @@ def _text(x: Any, longest: int) -> str:
         operands = [texts[id(operand)] for operand in form.operands(first, second)]
         text, precedence = form.text(node._plain, first, second, operands)
         texts[id(node)] = _shortened(text, longest), precedence
-    return texts[id(x)][0]
+    text = texts[id(x)][0]
+    is_exact = 'linearized(' in text or all(form is not AFFINE or second for form, _, second in graph.records)
+    return text if is_exact else 'partly linearized: ' + text
 
 
 def _shortened(text: str, longest: int) -> str:

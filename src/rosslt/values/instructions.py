@@ -143,7 +143,7 @@ def _made(instruction: tuple, made: List[Any], check: Optional[Callable[[Operati
     if kind == CONSTANT:
         return instruction[1]
     terms = tuple([(made[index], slope) for index, slope in instruction[2]])
-    return make(instruction[1], (RECORD_AFFINE, terms, instruction[3]), len(terms) + 1)
+    return make(instruction[1], (RECORD_AFFINE, terms, instruction[3]), 1)
 
 
 def _check_size(value: Any) -> None:

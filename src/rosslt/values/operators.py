@@ -3,13 +3,13 @@
 from typing import Any, Callable, Optional, Tuple
 
 from .accelerator import CORE
-from .affine import LIMIT, affine_of_python, shorten
+from .affine import LIMIT, MAX_SHARED_SIZE, affine_of_python, joint_size, shorten
 from .graph import slopes_or_zeros
 from .instructions import assemble, disassemble
 from .numpy_ufuncs import array_ufunc, broadcast, computes_ufuncs, is_array
 from .operations import AFFINE, BY_CODE, FUNCTION, LAZY, SOURCE, Operation
 from .operations import table as ops
-from .recording import ALLOWANCE, MAX_SHARED_SIZE, apply, joint_size, spend
+from .recording import ALLOWANCE, apply, spend
 from .sources import Source, UnnamedSource
 from .tracked import (
     CREATE,
@@ -60,14 +60,7 @@ def __{name}__(self, other):
         result = create(value)
         result._plain = value
         result._record = (both, self, other)
-        large = self._size
-        small = other._size
-        if large < small:
-            large, small = small, large
-        if small < 0:
-            size = result._size = joint_size(small, large)
-        else:
-            size = result._size = large + (small if small < MAX_SHARED_SIZE else MAX_SHARED_SIZE) + 1
+        size = result._size = joint_size(self._size, other._size)
         if size > {limit}:
             shorten(result)
         return result
@@ -96,7 +89,6 @@ def give_fast_operator(name: str, operation: Operation) -> None:
         TrackedFloat=TrackedFloat,
         create=CREATE[float],
         joint_size=joint_size,
-        MAX_SHARED_SIZE=MAX_SHARED_SIZE,
         shorten=shorten,
         spend=spend,
         operate=operate,

@@ -5,19 +5,17 @@ unlimited unless `limit_recording` is called. What is decoded or evaluated anew 
 """
 
 import sys
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Dict, Mapping
 
 from .accelerator import CORE
-from .affine import LIMIT, shorten
+from .affine import LIMIT, joint_size, shorten, size_of
+from .graph import Graph, check_changes, tracked_leaves
 from .numpy_ufuncs import broadcast, is_array
-from .operations import Operation
+from .operations import Operation, Record, Value
 from .operations.table import ADD, MOST_COMPUTED, TooLong
+from .sources import Source
 from .tracked import CLASSES, TRACKED, new, plain_scalar
-
-MAX_SHARED_SIZE = 16
-"""The most that the smaller of two operands adds to the size of a result. Operands mostly share their past; adding
-up their sizes would count it twice at every step, and so pass the limit in no time."""
-
+from .tree import rebuilt
 
 OF_PYTHON = 40
 """How many operations of the compiled core take as long as one that is recorded in Python."""
@@ -66,7 +64,7 @@ def limit_recording(refill: Callable[[], int]) -> None:
     allow(refill())
 
 
-def make(value: Any, record: tuple, size: int) -> Any:
+def make(value: Value, record: Record, size: int) -> Value:
     """The tracked value with that record; `value` itself if its type cannot be tracked (a complex number)."""
     if type(value) not in CLASSES:
         return value
@@ -76,28 +74,8 @@ def make(value: Any, record: tuple, size: int) -> Any:
     return result
 
 
-def _make_if_allowed(value: Any, record: tuple, size: int) -> Any:
+def _make_if_allowed(value: Value, record: Record, size: int) -> Value:
     return make(value, record, size) if spend(OF_PYTHON) else value
-
-
-def joint_size(first: int, second: int) -> int:
-    """The size of a result of two tracked operands of such sizes.
-
-    A size below zero says how many operations may still come before a fold of many terms is worth making again (see
-    `affine.shorten`); the result stands as near to that as the nearer operand.
-    """
-    small, large = (first, second) if first < second else (second, first)
-    if small >= 0:
-        return large + min(small, MAX_SHARED_SIZE) + 1
-    return (large if large < 0 else small + min(large, MAX_SHARED_SIZE)) + 1
-
-
-def size_of(operands: Sequence[Any]) -> int:
-    """The size of a result of tracked operands."""
-    size = operands[0]._size + 1
-    for operand in operands[1:]:
-        size = joint_size(size, operand._size)
-    return int(size)
 
 
 def apply(operation: Operation, first: Any, second: Any = None) -> Any:
@@ -141,6 +119,33 @@ def apply_and_record(
             return make(value, (operation.both, first, second), joint_size(first._size, second._size))
         return make(value, (operation.left, first, b), first._size + 1)
     return make(value, (operation.right, second, a), second._size + 1) if type(second) in TRACKED else value
+
+
+def reapply(x: Any, changes: Mapping[Source, Any]) -> Any:
+    """Evaluate `x` for other source values (paper, IV.A); the result is tracked, unlike that of `evaluate`.
+
+    Args:
+        x: a tracked value, or a message, list or dict holding such; it is not changed.
+        changes: `{Source: value}`; sources that are missing keep their values.
+
+    Returns:
+        The tracked value, or a copy of the message, list or dict holding tracked values.
+
+    Raises:
+        TypeError: a key of `changes` is no Source, or as the operations themselves do.
+        ArithmeticError, ValueError: as the operations themselves do for such values.
+    """
+    check_changes(changes)
+    graph = Graph(tracked_leaves(x))
+    made: Dict[int, Any] = {}
+    for node, (form, first, second), value in zip(graph.nodes, graph.records, graph.values(changes)):
+        operands = [made[id(operand)] for operand in form.operands(first, second)]
+        if all(type(operand) in TRACKED for operand in operands):
+            size = size_of(operands) if operands else 1
+            made[id(node)] = make(value, form.with_operands(first, second, operands), size)
+        else:
+            made[id(node)] = value  # of an operand that is a complex number there
+    return rebuilt(x, lambda leaf: made[id(leaf)] if type(leaf) in TRACKED else leaf)
 
 
 def widened(x: Any) -> Any:

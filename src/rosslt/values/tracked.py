@@ -183,8 +183,7 @@ def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:
         value: the plain float or int, at the sources' present values.
         terms: `((Source, source's value, slope), ...)` as `affine` gives them, a source at most once.
     """
-    record = _of_terms(value, terms)
-    return new(value, record, len(record[1]) + 1)
+    return new(value, _of_terms(value, terms), 1)
 
 
 def remake(value: Any, other: Any) -> None:
@@ -224,7 +223,7 @@ def resolve(value: Any) -> tuple:
             record, size = (ops.ADD.left, made, difference), size + 1
     else:
         record = _of_terms(value._plain, made)
-        size = len(record[1]) + 1
+        size = 1
     value._size = size
     value._record = record
     return record

@@ -1,23 +1,20 @@
 """The buttons of a node: take its last change back, reset its numbers, show what they affect, and save them."""
 
 import functools
-import threading
 from typing import Any, Callable, List
 
 import rospy
+import viser
 
-from rosslt import files, node, values
+from rosslt import files, msg, node, values
 from rosslt.web.flows import Flows
-from rosslt.web.locations import Locations
+from rosslt.web.locations import TIMEOUT, Locations
 from rosslt.web.markdown import block
-
-#: The timeout of nodes' answers, in seconds.
-TIMEOUT = 2.0
 
 NOTHING_TO_SAVE = 'nothing to save: all is as the files say'
 
 #: Called with (client, title, text) to show a notice to somebody.
-Tell = Callable[[Any, str, str], None]
+Tell = Callable[[viser.ClientHandle, str, str], None]
 
 
 class Buttons:
@@ -30,9 +27,8 @@ class Buttons:
         tell: shows a notice to somebody.
     """
 
-    def __init__(self, server: Any, locations: Locations, flows: Flows, tell: Tell) -> None:
+    def __init__(self, server: viser.ViserServer, locations: Locations, flows: Flows, tell: Tell) -> None:
         self._server, self._locations, self._flows, self._tell = server, locations, flows, tell
-        self._saving = threading.Lock()
 
     def add(self, name: str) -> None:
         """Add those of one node, where viser's next element would be."""
@@ -40,7 +36,7 @@ class Buttons:
         buttons = self._server.gui.add_button_group('', list(does))
 
         @buttons.on_click
-        def clicked(event: Any) -> None:
+        def clicked(event: viser.GuiEvent) -> None:
             if event.client is None:
                 return
             try:
@@ -48,7 +44,7 @@ class Buttons:
             except values.Error as error:
                 self._tell(event.client, name, str(error))
 
-    def _undo(self, name: str, client: Any) -> None:
+    def _undo(self, name: str, client: viser.ClientHandle) -> None:
         found, _ = node.histories([name], '', TIMEOUT)
         last = node.last_change(found)
         if last is None:
@@ -66,7 +62,7 @@ class Buttons:
         for other, changes in undone.changes.items():
             self._tell(client, other, ', '.join(map(_told, changes)))
 
-    def _reset(self, name: str, client: Any) -> None:
+    def _reset(self, name: str, client: viser.ClientHandle) -> None:
         found, silent = node.directory().ask([name], TIMEOUT)
         if name in silent:
             self._tell(client, name, 'it does not answer: ' + silent[name])
@@ -78,7 +74,7 @@ class Buttons:
         ]
         self._tell(client, name, ', '.join(told) or 'all is as the code says')
 
-    def _show_flow(self, name: str, client: Any) -> None:
+    def _show_flow(self, name: str, client: viser.ClientHandle) -> None:
         """Show which fields of which topics the numbers affect, and through which nodes."""
         self._flows.open(
             client,
@@ -86,7 +82,7 @@ class Buttons:
             lambda: {place.source for place in self._locations.places().get(name, ())},
         )
 
-    def _ask_to_save(self, name: str, client: Any) -> None:
+    def _ask_to_save(self, name: str, client: viser.ClientHandle) -> None:
         """Show what would be written, and ask whether it should."""
         edits, unsaved = node.changes_to_save(name, TIMEOUT)
         try:
@@ -108,12 +104,11 @@ class Buttons:
         write.on_click(functools.partial(self._save, name, edits, modal))
         leave.on_click(lambda event: modal.close())
 
-    def _save(self, name: str, edits: List[files.Edit], modal: Any, event: Any) -> None:
+    def _save(self, name: str, edits: List[files.Edit], modal: Any, event: viser.GuiEvent) -> None:
         """Write what has been shown, and nothing else."""
         modal.close()
         try:
-            with self._saving:
-                files.write(edits)
+            files.write(edits)
         except files.FileError as error:
             self._tell(event.client, name, 'nothing is written: {}'.format(error))
         else:
@@ -121,5 +116,5 @@ class Buttons:
             self._tell(event.client, name, 'saved in ' + ', '.join(saved))
 
 
-def _told(change: Any) -> str:
+def _told(change: msg.AppliedChange) -> str:
     return '{}: {} → {}'.format(change.name, change.old_value, change.new_value)

@@ -1,14 +1,15 @@
 """The details of a thing that was clicked: where its numbers come from, which of them a drag changes, and undo."""
 
 import functools
-import threading
-from typing import Any, Collection, Dict, List, Sequence, Set
+from typing import Any, Dict, List, Sequence, Set
+
+import viser
 
 from rosslt import node, values
 from rosslt.markers import FREE, HEADING, UNDO, Choice, Handle, Offers
-from rosslt.web.flows import Flows, Shown
+from rosslt.web.flows import Flows
 from rosslt.web.markdown import code
-from rosslt.web.plots import Plot
+from rosslt.web.plots import Plots
 from rosslt.web.things import Things
 
 #: The mark of the active choice.
@@ -22,22 +23,21 @@ class Details:
         offers: what there is to learn and to choose of things.
         things: shows them.
         flows: shows through which nodes their numbers come.
+        plots: shows how they change.
     """
 
-    def __init__(self, offers: Offers, things: Things, flows: Flows) -> None:
-        self._offers, self._things, self._flows = offers, things, flows
+    def __init__(self, offers: Offers, things: Things, flows: Flows, plots: Plots) -> None:
+        self._offers, self._things, self._flows, self._plots = offers, things, flows, plots
         self._scene, self._descriptions = offers.scene, offers.descriptions
-        self._lock = threading.Lock()
-        self._plots: Dict[Any, Plot] = {}  # what is open -> its plot
 
-    def show(self, client: Any, handle: Handle) -> None:
+    def show(self, client: viser.ClientHandle, handle: Handle) -> None:
         """Show somebody the details of a thing."""
         handle = self._scene.handle(handle.name) or handle
         name, sources = handle.name, values.sources(handle.tracked)
         explained = [node.explain(one) for one in handle.tracked]
         present = values.source_values(handle.tracked)
         choices = self._offers.choices(handle)
-        with self._lock:
+        with self._things.lock:
             modal = client.gui.add_modal(name)
             with modal:
                 client.gui.add_markdown(self._text(handle, explained, sources, present))
@@ -49,22 +49,16 @@ class Details:
                 close = client.gui.add_button('Close')
                 client.gui.add_markdown('**Data flow**')
                 flow = self._flows.add(client, lambda: self._sources(name), self._scene.origin(name)[0])
-                plot = Plot(client, lambda: self._tracked(name), self._descriptions)
+                plot = self._plots.add(client, lambda: self._tracked(name))
+
+        def closed(_event: viser.GuiEvent) -> None:
+            with self._things.lock:
+                self._flows.remove(flow)
+                self._plots.remove(plot)
+                modal.close()
+
         undo.on_click(lambda event: self._offers.drags.undo(name))
-        close.on_click(lambda event: self._close(client, modal, flow))
-        with self._lock:
-            self._plots[client.client_id, modal] = plot
-
-    def update(self, clients: Collection[int]) -> None:
-        """Continue the plots of what is open.
-
-        Args:
-            clients: the ids of those who still look.
-        """
-        with self._lock:
-            self._plots = {key: plot for key, plot in self._plots.items() if key[0] in clients}
-            for plot in self._plots.values():
-                plot.update()
+        close.on_click(closed)
 
     def _tracked(self, name: str) -> Sequence[Any]:
         handle = self._scene.handle(name)
@@ -72,12 +66,6 @@ class Details:
 
     def _sources(self, name: str) -> Set[values.Source]:
         return set(values.sources(self._tracked(name)))
-
-    def _close(self, client: Any, modal: Any, flow: Shown) -> None:
-        self._flows.remove(flow)
-        with self._lock:
-            self._plots.pop((client.client_id, modal), None)
-        modal.close()
 
     def _text(
         self, handle: Handle, explained: List[str], sources: List[values.Source], present: Dict[values.Source, Any]
@@ -92,7 +80,9 @@ class Details:
             lines.append('- {} ({}){}'.format(code(brief), code(full), note))
         return '\n'.join(lines)
 
-    def _add_choices(self, client: Any, name: str, choices: List[Choice], present: Dict[values.Source, Any]) -> None:
+    def _add_choices(
+        self, client: viser.ClientHandle, name: str, choices: List[Choice], present: Dict[values.Source, Any]
+    ) -> None:
         """A button for each choice: a list to open would be open at once, and hide what is below it."""
         client.gui.add_markdown('**{}**'.format(HEADING))
         titles = [self._offers.title(choice, present) for choice in choices]
@@ -103,7 +93,7 @@ class Details:
             for choice, button, title in zip(choices, buttons, titles):
                 button.label = (CHOSEN if choice.source == chosen else '') + title
 
-        def choose(choice: Choice, _event: Any) -> None:
+        def choose(choice: Choice, _event: viser.GuiEvent) -> None:
             self._offers.choose(name, choice.source)
             show()
 
@@ -111,9 +101,9 @@ class Details:
             button.on_click(functools.partial(choose, choice))
         show()
 
-    def _add_free(self, client: Any, name: str) -> None:
+    def _add_free(self, client: viser.ClientHandle, name: str) -> None:
         box = client.gui.add_checkbox(FREE, name in self._things.free)
 
         @box.on_update
-        def free(event: Any) -> None:
+        def free(_event: viser.GuiEvent) -> None:
             (self._things.free.add if box.value else self._things.free.discard)(name)

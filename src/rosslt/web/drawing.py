@@ -9,6 +9,9 @@ import rospy
 import trimesh
 from visualization_msgs.msg import Marker
 
+#: More things than so many are too much for a browser, or for eyes, at once.
+MANY = 50
+
 #: The minimal width of a drawn line, in metres.
 THINNEST = 0.002
 

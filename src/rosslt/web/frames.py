@@ -1,20 +1,15 @@
 """The frames of tf, shown as branches of the page's tree of things, so that what is in a frame moves with it."""
 
 import collections
-import math
 import re
-import threading
-import time
-from typing import Any, Dict, Optional
+from typing import ContextManager, Counter, Dict, Optional
 from urllib.parse import quote
 
 import rospy
 import tf2_ros
+import viser
 
 from rosslt.markers import geometry
-
-#: The period of looking for the root frame, in seconds.
-ROOT_PERIOD = 1.0
 
 #: A frame, and the one that it hangs on, in what tf says of all frames: YAML, but for names that YAML would quote.
 _PARENT = re.compile(r"^(\S.*): *\n  parent: '(.*)'$", re.MULTILINE)
@@ -27,17 +22,17 @@ class Frames:
 
     Args:
         server: viser's.
+        lock: of the page.
         fixed: the frame that stands still; by default the one at the root of those that things stand in.
     """
 
-    def __init__(self, server: Any, fixed: str = '') -> None:
-        self._server, self._chosen, self._fixed = server, fixed.lstrip('/'), fixed.lstrip('/')
+    def __init__(self, server: viser.ViserServer, lock: ContextManager[bool], fixed: str = '') -> None:
+        self._server, self._lock = server, lock
+        self._chosen = self._fixed = fixed.lstrip('/')
         self._buffer = tf2_ros.Buffer()
         tf2_ros.TransformListener(self._buffer)
-        self._branches: Dict[str, Any] = {}
+        self._branches: Dict[str, viser.FrameHandle] = {}
         self._poses: Dict[str, Optional[geometry.PoseTuple]] = {}
-        self._looked_at = -math.inf
-        self._lock = threading.RLock()
 
     def branch(self, frame: str) -> str:
         """The name of the branch for things in a frame."""
@@ -62,12 +57,14 @@ class Frames:
     def update(self) -> None:
         """Put all frames where tf has them now."""
         with self._lock:
-            now = time.monotonic()
-            if not self._chosen and self._branches and now - self._looked_at > ROOT_PERIOD:
-                self._looked_at = now
-                self._fixed = self._most_common_root()
             for frame in self._branches:
                 self._place(frame)
+
+    def find_root(self) -> None:
+        """Have the root of most frames stand still, unless another one is to do so."""
+        with self._lock:
+            if not self._chosen and self._branches:
+                self._fixed = self._most_common_root()
 
     def _place(self, frame: str) -> None:
         pose = self._look_up(frame)
@@ -95,7 +92,7 @@ class Frames:
 
     def _most_common_root(self) -> str:
         parents = dict(_PARENT.findall(self._buffer.all_frames_as_yaml()))
-        roots: Dict[str, int] = collections.Counter()
+        roots: Counter[str] = collections.Counter()
         for frame in self._branches:
             passed = set()
             while frame in parents and frame not in passed:  # tf takes frames that hang on each other in a circle

@@ -1,23 +1,27 @@
 """Notices at the edge of the page, for a few seconds."""
 
-import threading
 import time
-from typing import Any, Dict, Tuple
+from typing import ContextManager, Dict, Optional, Tuple
+
+import viser
 
 #: The duration of a notice, in seconds.
 DURATION = 6.0
 
-LONGEST = 300
-
 
 class Notices:
-    """The notices that people see: one at most of each title, as a drag says the same many times."""
+    """The notices that people see: one at most of each title, as a drag says the same many times.
 
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._shown: Dict[Tuple[int, str], Tuple[float, str, Any]] = {}  # (client, title) -> (when, text, viser's)
+    Args:
+        lock: of the page.
+    """
 
-    def tell(self, client: Any, title: str, text: str) -> None:
+    def __init__(self, lock: ContextManager[bool]) -> None:
+        self._lock = lock
+        # (client, title) -> (when, text, viser's)
+        self._shown: Dict[Tuple[int, str], Tuple[float, str, viser.NotificationHandle]] = {}
+
+    def tell(self, client: Optional[viser.ClientHandle], title: str, text: str) -> None:
         """Show a notice to somebody; it replaces one with the same title.
 
         Args:
@@ -25,7 +29,7 @@ class Notices:
         """
         if client is None:
             return
-        now, text = time.monotonic(), text[:LONGEST]
+        now = time.monotonic()
         with self._lock:
             self._shown = {key: shown for key, shown in self._shown.items() if now - shown[0] < DURATION}
             key = (client.client_id, title)

@@ -6,30 +6,21 @@ would say nothing of what is no number.
 
 import contextlib
 import functools
+import json
 import math
 import os
-import threading
 import time
-import traceback
-from typing import Any, Callable, Dict, List, Tuple, Union
+from typing import Any, Callable, ContextManager, Dict, List, Optional, Tuple, Union
 
-import rospy
+import viser
 
+from rosslt.markers import contained
 from rosslt.node import Place
-from rosslt.web.locations import Key, Locations
+from rosslt.web.drawing import MANY
+from rosslt.web.locations import PAUSE, Key, Locations
 
 #: A slider has about so many steps.
 STEPS = 1000
-
-#: The fields of a file with more of them are not seen before somebody opens their folder: a browser draws each.
-MANY = 50
-
-#: The pause in typing after which the content of a field is taken, in seconds. The longer one is for a content that is
-#: no number, such as the beginning of one.
-TYPING, TYPING_ON = 0.7, 2.0
-
-#: The time after a user has moved a field in which the owner's reports do not move it, in seconds.
-HAND_IS_ON_IT = 0.5
 
 #: The largest whole number that a browser tells from the next one, as a slider has to.
 LARGEST = 2**53
@@ -45,13 +36,13 @@ class Field:
         place: the location as its owner last reported it.
         widget: viser's.
         kind: all that its drawing depends on.
-        typed: (when, who, value) of what waits for the end of typing, or None.
-        touched: when a hand last moved it.
+        typed: (who, text) of what waits for the end of typing, or None.
+        touched: when a hand last moved it. The owner's reports do not move it until the hand pauses.
     """
 
     def __init__(self, place: Place, widget: Any, kind: Any) -> None:
         self.place, self.widget, self.kind = place, widget, kind
-        self.typed: Any = None
+        self.typed: Optional[Tuple[viser.ClientHandle, str]] = None
         self.touched = -math.inf
 
 
@@ -60,6 +51,7 @@ class Numbers:
 
     Args:
         server: viser's.
+        lock: of the page.
         locations: what they show.
         add_buttons: called with the name of a node once its folder is there, to add its buttons to it.
         tell: called with (client, title, text) where a change is refused.
@@ -67,14 +59,14 @@ class Numbers:
 
     def __init__(
         self,
-        server: Any,
+        server: viser.ViserServer,
+        lock: ContextManager[bool],
         locations: Locations,
         add_buttons: Callable[[str], None],
-        tell: Callable[[Any, str, str], None],
+        tell: Callable[[viser.ClientHandle, str, str], None],
     ) -> None:
-        self._server, self._locations = server, locations
+        self._server, self._lock, self._locations = server, lock, locations
         self._add_buttons, self._tell = add_buttons, tell
-        self._lock = threading.RLock()
         self._folders: Dict[Tuple[str, ...], Any] = {}
         self._fields: Dict[Key, Field] = {}
         self._hint = server.gui.add_markdown('Waiting for a node that has locations.')
@@ -89,18 +81,11 @@ class Numbers:
                 self._fields.pop(key).widget.remove()
             self._keep_folders(places)
             for order, (key, place) in enumerate(there.items()):
-                try:
+                with contained(f'{place.name} cannot be shown'):
                     self._show(key, place, order)
-                except Exception:  # one odd location must not hide all others
-                    rospy.logerr_throttle(30, '%s cannot be shown\n%s', place.name, traceback.format_exc())
-            self._apply_typed()
-
-    def follow(self) -> None:
-        """Show what has changed since the last call; this takes little where there are many fields."""
-        with self._lock:
-            for key, place in self._locations.fresh().items():
-                if key in self._fields:
-                    self._show(key, place, self._fields[key].widget.order)
+            for field in self._fields.values():
+                if field.typed is not None and time.monotonic() - field.touched > PAUSE:
+                    self._take_typed(field, *field.typed)
 
     def _keep_folders(self, places: Dict[str, List[Place]]) -> None:
         wanted: Dict[Tuple[str, ...], str] = {}
@@ -134,10 +119,10 @@ class Numbers:
         field.place = place
         if field.widget.order != order:
             field.widget.order = order
-        label = (MARK if self._locations.is_changed(place) else '') + _label(place)
+        label = (MARK if _is_changed(place) else '') + _label(place)
         if field.widget.label != label:
             field.widget.label = label
-        is_quiet = time.monotonic() - field.touched > HAND_IS_ON_IT and field.typed is None
+        is_quiet = time.monotonic() - field.touched > PAUSE and field.typed is None
         if is_quiet and field.widget.value != _shown(place):
             field.widget.value = _shown(place)
 
@@ -153,38 +138,31 @@ class Numbers:
         low, high = number(place.minimum), number(place.maximum)
         return gui.add_slider(_label(place), low, high, _step(number, high - low), value, **options)
 
-    async def _moved(self, key: Key, event: Any) -> None:
+    async def _moved(self, key: Key, event: viser.GuiEvent) -> None:
         if event.client is None:  # it was this program
             return
         with self._lock:
             field = self._fields.get(key)
             if field is None or field.place.read_only or field.place.location.fault:
                 return
-            value, field.touched = field.widget.value, time.monotonic()
+            field.touched = time.monotonic()
             if field.kind[0] in ('slider', 'bool'):
-                self._wish(field, event.client, value)
+                self._wish(field, event.client, field.widget.value)
             else:
-                field.typed = (field.touched, event.client, value)
+                field.typed = event.client, field.widget.value
 
-    def _apply_typed(self) -> None:
-        now = time.monotonic()
-        for field in self._fields.values():
-            if field.typed is None:
-                continue
-            since, client, text = field.typed
-            value = text if field.kind[0] == 'str' else _number(text)
-            if now - since <= (TYPING_ON if value is None else TYPING):
-                continue
-            field.typed = None
-            if value is None:
-                self._refuse(field, client, f'{text!r} is not a number')
-            else:
-                self._wish(field, client, value)
+    def _take_typed(self, field: Field, client: viser.ClientHandle, text: str) -> None:
+        field.typed, field.touched = None, time.monotonic()
+        value = text if field.kind[0] == 'str' else _number(text)
+        if value is None:
+            self._refuse(field, client, f'{text!r} is not a number')
+        else:
+            self._wish(field, client, value)
 
-    def _wish(self, field: Field, client: Any, value: Any) -> None:
+    def _wish(self, field: Field, client: viser.ClientHandle, value: Any) -> None:
         self._locations.wish(field.place, value, str(client.client_id), functools.partial(self._refuse, field, client))
 
-    def _refuse(self, field: Field, client: Any, reason: str) -> None:
+    def _refuse(self, field: Field, client: viser.ClientHandle, reason: str) -> None:
         """Say why a value is not taken; the field goes back to the one in force."""
         self._tell(client, f'{_label(field.place)} stays {field.place.location.value}', reason)
         field.touched = -math.inf
@@ -195,6 +173,12 @@ def _kind(place: Place) -> Tuple[Any, ...]:
     location = place.location
     kind = 'fault' if location.fault else 'slider' if _has_slider(place) else location.type
     return (kind, location.type, location.minimum, location.maximum, location.read_only, location.file, location.line)
+
+
+def _is_changed(place: Place) -> bool:
+    """Return whether a location has another value than the code says."""
+    literal, value = place.location.literal, place.location.value
+    return bool(literal and value) and literal != value and bool(json.loads(literal) != json.loads(value))
 
 
 def _has_slider(place: Place) -> bool:

@@ -1,28 +1,40 @@
 """The page: viser's server, and all that stands on it, kept up to date."""
 
-import traceback
-from typing import Any, Optional
+import threading
+from typing import Optional
 
 import rospy
 import viser
+from viser import _messages
 
 from rosslt import node
-from rosslt.markers import Descriptions, Drags, Handle, HeldTopic, Offers, Rules, Scene, Settings, Watch, short_numbers
+from rosslt.markers import (
+    Descriptions,
+    Drags,
+    Handle,
+    HeldTopic,
+    Offers,
+    Rules,
+    Scene,
+    Settings,
+    Watch,
+    contained,
+    short_numbers,
+)
 from rosslt.web.access import AccessCheck, NotServed, check_address, guarded, is_this_machine, read_password
 from rosslt.web.buttons import Buttons
 from rosslt.web.details import Details
-from rosslt.web.fields import Fields
 from rosslt.web.flows import Flows
 from rosslt.web.frames import Frames
 from rosslt.web.locations import Locations
 from rosslt.web.notices import Notices
 from rosslt.web.numbers import Numbers
-from rosslt.web.refresh_timer import RefreshTimer
+from rosslt.web.plots import Plots
 from rosslt.web.things import Things
 
 NODE = 'slt_web'
 
-#: The rate at which things follow messages, and fields follow their owners' changes, in Hz.
+#: The rate at which things follow messages, in Hz.
 FRAME_RATE = 30.0
 
 #: The number of frames between two updates of the list of fields and of the plots.
@@ -30,6 +42,18 @@ FIELDS_EVERY = 3
 
 #: The light from all sides: how strong it is, in viser's unit, and the color of what comes from below.
 SKY_LIGHT, GROUND_COLOR = 1.5, (150, 150, 150)
+
+#: For browsers: a box beside a slider that is left with no number in it shows the slider's again. viser takes what is
+#: no number for the beginning of one, and tells nobody of it.
+FILL_LEFT_BOXES = """
+addEventListener('focusout', ({target: box}) => {
+  const slider = box.closest('.mantine-Flex-root')?.querySelector('[role=slider]');
+  if (box.tagName === 'INPUT' && slider && !Number.isFinite(parseFloat(box.value))) {
+    Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(box, slider.ariaValueNow);
+    box.dispatchEvent(new Event('input', {bubbles: true}));
+  }
+});
+"""
 
 
 class Server(viser.ViserServer):
@@ -42,6 +66,9 @@ class Server(viser.ViserServer):
 class Page:
     """The web page, shared by all its visitors.
 
+    viser calls in its own threads what a visitor does, and the nodes' messages come in others: whatever changes the
+    page, or reads what it shows, holds its one lock, and asks no node meanwhile.
+
     Args:
         host: the address to listen at.
         port: the port.
@@ -53,48 +80,41 @@ class Page:
     """
 
     def __init__(self, host: str, port: int, password: Optional[str] = None, fixed_frame: str = '') -> None:
-        check_address(host, port)
         with guarded(AccessCheck(host, password)):
-            self._server = Server(host=host, port=port, label='rosslt', verbose=False)
-        if self._server.get_port() != port:  # viser takes the next one
-            self._server.stop()
+            self._server = server = Server(host=host, port=port, label='rosslt', verbose=False)
+        if server.get_port() != port:  # viser takes the next one
+            server.stop()
             raise NotServed('cannot listen at {} port {}: somebody else does'.format(host, port))
-        self._server.gui.configure_theme(show_logo=False, show_share_button=False, control_width='large')
-        _furnish(self._server.scene)
-        self._server.initial_camera.position = (-3.0, -4.5, 3.5)
-        self._server.initial_camera.look_at = (0.0, 0.0, 0.5)
-        self._notices = Notices()
-        self._timer = RefreshTimer(FRAME_RATE)
-        scene = Scene(Settings(draws_all=True))
+        server.gui.configure_theme(show_logo=False, show_share_button=False, control_width='large')
+        server.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(FILL_LEFT_BOXES))
+        _furnish(server.scene)
+        server.initial_camera.position = (-3.0, -4.5, 3.5)
+        server.initial_camera.look_at = (0.0, 0.0, 0.5)
+        self._scene = scene = Scene(Settings(draws_all=True))
         descriptions = Descriptions()
         drags = Drags(scene, Rules(), descriptions.name, rospy.get_name(), node.NodeErrors())
-        self._scene = scene
-        self._frames = Frames(self._server, fixed_frame)
-        self._things = Things(self._server, scene, self._frames, descriptions, self._say)
-        self._things.connect(drags)
-        scene.on_news = self._timer.request
         drags.share(HeldTopic(drags.hear).tell)
-        flows = Flows(self._server)
-        self._details = Details(Offers(scene, drags, descriptions), self._things, flows)
-        self._things.picked = self._details.show
-        self._locations = Locations(self._timer.request)
-        everything = self._server.gui.add_button('Data flow')
+        offers = Offers(scene, drags, descriptions)
+        self._lock = lock = threading.RLock()
+        self._frames = Frames(server, lock, fixed_frame)
+        self._things = Things(server, lock, offers, self._frames, self._say)
+        self._notices, self._locations, flows = Notices(lock), Locations(lock), Flows(server, lock)
+        everything = server.gui.add_button('Data flow')
         everything.on_click(lambda event: flows.open(event.client, 'Data flow', lambda: None))
-        self._fields = Fields(self._server, flows, descriptions)
-        buttons = Buttons(self._server, self._locations, flows, self._notices.tell)
-        self._numbers = Numbers(self._server, self._locations, buttons.add, self._notices.tell)
-        Watch(scene)
+        self._plots = Plots(server, flows, descriptions)
+        self._things.picked = Details(offers, self._things, flows, self._plots).show
+        buttons = Buttons(server, self._locations, flows, self._notices.tell)
+        self._numbers = Numbers(server, lock, self._locations, buttons.add, self._notices.tell)
+        Watch(scene, also=(lambda _: self._frames.find_root(), flows.update, self._locations.update))
 
     def show(self) -> None:
         """Keep the page up to date until this node is shut down."""
         count = 0
         while not rospy.is_shutdown():
-            try:
+            with contained('the page cannot be brought up to date'), self._lock:
                 self._update(count)
-            except Exception:  # what is odd for a moment must not end the page
-                rospy.logerr_throttle(10, 'while bringing the page up to date:\n%s', traceback.format_exc())
             count += 1
-            self._timer.wait()
+            rospy.rostime.wallsleep(1.0 / FRAME_RATE)
         self._server.stop()
 
     def _update(self, count: int) -> None:
@@ -103,21 +123,18 @@ class Page:
         with self._server.atomic():  # what has moved together is sent, and shown, together
             self._frames.update()
             self._things.follow()
-            self._numbers.follow()
         self._server.flush()  # viser would wait for more
         if count % FIELDS_EVERY == 0:
             self._numbers.update()
-            clients = self._server.get_clients()
-            self._details.update(clients)
-            self._fields.update(clients)
+            self._plots.update()
 
-    def _say(self, handle: Handle, text: str, to: Any = None) -> None:
+    def _say(self, handle: Handle, text: str, to: Optional[viser.ClientHandle] = None) -> None:
         """Show a message of a thing to somebody; None for everybody who looks."""
         for client in self._server.get_clients().values() if to is None else [to]:
             self._notices.tell(client, handle.name, short_numbers(text))
 
 
-def _furnish(scene: Any) -> None:
+def _furnish(scene: viser.SceneApi) -> None:
     """Light and ground, without shadows and reflections.
 
     A browser that draws with the processor takes most of a frame for these, however little there is to see: they cost

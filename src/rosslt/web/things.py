@@ -4,10 +4,12 @@ Everybody who looks sees the same things. A thing that a hand holds is where thi
 """
 
 import asyncio
-from typing import Any, Callable, Dict, List, Optional, Set, Tuple
+from typing import Any, Callable, ContextManager, Dict, List, NamedTuple, Optional, Set, Tuple, Union
 from urllib.parse import quote
 
-from rosslt.markers import HELD, Descriptions, Drags, Follower, Handle, Motions, Scene, mouse
+import viser
+
+from rosslt.markers import HELD, Follower, Handle, Motions, Offers, mouse
 from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation
 from rosslt.web import drawing
 from rosslt.web.frames import Frames
@@ -15,9 +17,8 @@ from rosslt.web.frames import Frames
 #: The length of arrows and the width of rings, relative to the thing that they surround.
 CONTROL_SCALE = 1.5
 
-#: The maximal number of things that all have arrows and rings; beyond it, only the thing clicked last has them. A
-#: browser draws each arrow and ring separately, which takes most of the time.
-MANY = 50
+#: What a browser reports of a hand.
+Event = Union[viser.TransformControlsEvent, viser.SceneNodeDragEvent]
 
 #: The rotation of a control that acts along, or around, the axes of the frame.
 UPRIGHT: Rotation = IDENTITY
@@ -35,14 +36,14 @@ class Thing:
         shown: where it is drawn now.
     """
 
-    def __init__(self, handle: Handle, motions: Motions, body: Any) -> None:
+    def __init__(self, handle: Handle, motions: Motions, body: viser.FrameHandle) -> None:
         self.handle, self.motions, self.body = handle, motions, body
-        self.arrows: Optional[Any] = None
-        self.rings: List[Any] = []
+        self.arrows: Optional[viser.TransformControlsHandle] = None
+        self.rings: List[viser.TransformControlsHandle] = []
         self.shown = handle.pose
         self._placed: Dict[str, Tuple[mouse.Vector, Rotation]] = {}  # name of a part -> where it was put
 
-    def put(self, pose: PoseTuple, held: Any = None) -> None:
+    def put(self, pose: PoseTuple, held: Optional[viser.TransformControlsHandle] = None) -> None:
         """Draw it at a pose.
 
         Args:
@@ -57,7 +58,7 @@ class Thing:
             if control is not held:
                 self._place(control, position, ring.orientation(_rotation(pose)))
 
-    def forget(self, control: Any) -> None:
+    def forget(self, control: viser.TransformControlsHandle) -> None:
         """A hand has moved a control: it is not where it was put."""
         self._placed.pop(control.name, None)
 
@@ -67,7 +68,7 @@ class Thing:
             if part is not None:
                 part.remove()
 
-    def _place(self, part: Any, position: mouse.Vector, rotation: Rotation) -> None:
+    def _place(self, part: viser.SceneNodeHandle, position: mouse.Vector, rotation: Rotation) -> None:
         """Put a part somewhere; what stays as it is need not be sent to all browsers."""
         before = self._placed.get(part.name)
         self._placed[part.name] = position, rotation
@@ -78,11 +79,12 @@ class Thing:
             part.wxyz = (w, x, y, z)
 
 
-class Grip:
-    """A hand on the body of a thing: what it took hold of, and where the thing was then."""
+class Grip(NamedTuple):
+    """A hand on a thing: whose it is, the point of the body that it took hold of, and where the thing was then."""
 
-    def __init__(self, grabbed: mouse.Vector, start: PoseTuple) -> None:
-        self.grabbed, self.start = grabbed, start
+    client: int
+    grabbed: mouse.Vector
+    start: PoseTuple
 
 
 class Things(Follower):
@@ -90,34 +92,35 @@ class Things(Follower):
 
     Args:
         server: viser's.
-        scene: what is shown.
+        lock: of the page.
+        offers: what is shown, and what hands can do.
         frames: where frames stand.
-        descriptions: say which sources take changes.
         tell: called with (handle, text) where there is something to say of a thing to everybody, and with
             (handle, text, client) to say it to one of them.
 
     Attributes:
+        lock: of the page.
         free: the names of things whose bodies move in the plane of the screen.
         picked: called with (client, handle) when somebody clicks on a thing.
     """
 
     def __init__(
-        self, server: Any, scene: Scene, frames: Frames, descriptions: Descriptions, tell: Callable[..., None]
+        self,
+        server: viser.ViserServer,
+        lock: ContextManager[bool],
+        offers: Offers,
+        frames: Frames,
+        tell: Callable[..., None],
     ) -> None:
-        super().__init__(scene, descriptions)
-        self._server, self._frames, self._tell = server, frames, tell
-        self._drags: Optional[Drags] = None
+        super().__init__(offers.scene, offers.descriptions)
+        self.lock = lock
+        self._server, self._frames, self._tell, self._drags = server, frames, tell, offers.drags
         self._things: Dict[str, Thing] = {}
-        self._grips: Dict[Tuple[str, int], Grip] = {}  # (name, client): of one thing, others try to take hold too
-        self._holders: Dict[str, int] = {}  # name -> the client whose hand holds it
+        self._grips: Dict[str, Grip] = {}  # of the hands that hold things, by their names
         self._is_crowded = False
         self._clicked = ''
         self.free: Set[str] = set()
-        self.picked: Callable[[Any, Handle], None] = lambda client, handle: None
-
-    def connect(self, drags: Drags) -> None:
-        """Connect the drags, before the first thing is shown."""
-        self._drags = drags
+        self.picked: Callable[[viser.ClientHandle, Handle], None] = lambda client, handle: None
 
     def say(self, handle: Handle, text: str) -> None:
         """Show a message of a handle."""
@@ -158,13 +161,13 @@ class Things(Follower):
 
     def follow(self) -> bool:
         """Show what differs; returns whether anything did."""
-        with self.lock:
-            is_crowded = len(self._wanted) > MANY
-            if is_crowded != self._is_crowded:
-                self._is_crowded = is_crowded
-                for name in list(self._things):
-                    self.redraw(name)
-            return super().follow()
+        # A browser draws each arrow and ring separately, which takes most of the time.
+        is_crowded = len(self._wanted) > drawing.MANY
+        if is_crowded != self._is_crowded:
+            self._is_crowded = is_crowded
+            for name in self._things:
+                self.redraw(name)
+        return super().follow()
 
     def move(self, handle: Handle) -> None:
         """Put a thing where it is now."""
@@ -179,57 +182,49 @@ class Things(Follower):
         if thing is not None:
             thing.remove()
 
-    def shown(self, name: str) -> Optional[PoseTuple]:
-        """The pose at which a thing is drawn, in its frame; None where there is none of that name."""
-        thing = self._things.get(name)
-        return thing.shown if thing is not None else None
-
     def keep_held(self) -> None:
         """Say that hands that rest still hold what they hold: a browser reports a mouse only as it moves."""
-        if self._drags is not None:
-            clients = self._server.get_clients()
-            for name, client in list(self._holders.items()):
-                if client in clients:
-                    self._drags.keep(name, str(client))
-                else:
-                    self._holders.pop(name, None)
+        clients = self._server.get_clients()
+        self._grips = {name: grip for name, grip in self._grips.items() if grip.client in clients}
+        for name, grip in self._grips.items():
+            self._drags.keep(name, str(grip.client))
 
-    def _on_control(self, control: Any, name: str) -> None:
-        async def moved(event: Any) -> None:
+    def _on_control(self, control: viser.TransformControlsHandle, name: str) -> None:
+        async def moved(event: viser.TransformControlsEvent) -> None:
             with self.lock:
                 self._control_moved(event, control, name)
 
         control.on_update(moved)
 
-    def _control_moved(self, event: Any, control: Any, name: str) -> None:
+    def _control_moved(
+        self, event: viser.TransformControlsEvent, control: viser.TransformControlsHandle, name: str
+    ) -> None:
         """A hand has moved the arrows or a ring of a thing."""
         thing = self._things.get(name)
-        if thing is None or self._drags is None or control not in (thing.arrows, *thing.rings):  # it was drawn anew
+        if thing is None or control not in (thing.arrows, *thing.rings):  # it was drawn anew
             self._ended(event, name)
             return
         thing.forget(control)
-        pose: PoseTuple = thing.shown
+        grip = self._grip(event, thing, (0.0, 0.0, 0.0))
+        if grip is None or event.phase == 'start':
+            return
         if control is thing.arrows:
             x, y, z = map(float, control.position)
-            pose = (x, y, z, *thing.shown[3:])
+            self._move(event, thing, (x, y, z, *grip.start[3:]), control)
         else:
             w, x, y, z = map(float, control.wxyz)
-            start = self._grips.setdefault((name, event.client_id), Grip((0.0, 0.0, 0.0), thing.shown)).start
-            rest = thing.motions.rings[thing.rings.index(control)].orientation(_rotation(start))
-            pose = (*thing.shown[:3], *mouse.turned_by(rest, (x, y, z, w), start[3:]))
-        if event.phase == 'start':
-            self._grips[name, event.client_id] = Grip((0.0, 0.0, 0.0), thing.shown)
-            pose = thing.shown
-        self._hand(event, thing, pose, control)
+            rest = thing.motions.rings[thing.rings.index(control)].orientation(_rotation(grip.start))
+            turned = mouse.turned_by(rest, (x, y, z, w), grip.start[3:])
+            self._move(event, thing, (*grip.start[:3], *turned), control)
 
     def _make_grabbable(self, part: Any, thing: Thing) -> None:
         handle, name = thing.handle, thing.handle.name
 
-        async def grabbed(event: Any) -> None:
+        async def grabbed(event: viser.SceneNodeDragEvent) -> None:
             with self.lock:
                 self._body_moved(event, name)
 
-        async def clicked(event: Any) -> None:
+        async def clicked(event: viser.SceneClickEvent) -> None:
             with self.lock:
                 thing = self._things.get(name)
                 self._choose(name)
@@ -248,19 +243,16 @@ class Things(Follower):
             for one in (before, name):
                 self.redraw(one)
 
-    def _body_moved(self, event: Any, name: str) -> None:
+    def _body_moved(self, event: viser.SceneNodeDragEvent, name: str) -> None:
         """A hand has moved the body of a thing."""
         thing = self._things.get(name)
-        if thing is None or self._drags is None:
+        if thing is None:
             self._ended(event, name)
             return
-        frame = self._frames.pose(thing.handle.frame)
-        if event.phase == 'start':
-            self._grips[name, event.client_id] = Grip(mouse.into(frame, event.start_position), thing.shown)
-        grip = self._grips.get((name, event.client_id))
-        if grip is None:
+        frame, motions = self._frames.pose(thing.handle.frame), thing.motions
+        grip = self._grip(event, thing, mouse.into(frame, event.start_position))
+        if grip is None or event.phase == 'start':
             return
-        motions = thing.motions
         turned = UPRIGHT if motions.is_in_frame else _rotation(grip.start)
         eye = mouse.into(frame, event.client.camera.position)
         pointer = mouse.into(frame, event.end_position)
@@ -269,39 +261,44 @@ class Things(Follower):
         if way is not None:
             x, y, z = (a + b for a, b in zip(grip.start, way))
             pose = (x, y, z, *grip.start[3:])
-        self._hand(event, thing, pose)
+        self._move(event, thing, pose)
 
-    def _hand(self, event: Any, thing: Thing, pose: PoseTuple, control: Any = None) -> None:
-        """Hand on to the drags what a hand does; the first hand on a thing holds it."""
-        drags, handle, hand = self._drags, thing.handle, str(event.client_id)
-        if drags is None:
-            return
-        name = handle.name
-        if event.phase == 'start':
-            if not drags.hold(name, hand, handle.frame, thing.shown):
-                self._tell(handle, HELD, event.client)
-                thing.put(thing.shown)
-            else:
-                self._holders[name] = event.client_id
-            return
+    def _grip(self, event: Event, thing: Thing, grabbed: mouse.Vector) -> Optional[Grip]:
+        """The grip of a hand, which begins with its first event; None, which the hand is told, where it gets none."""
+        name, client = thing.handle.name, event.client_id
+        if event.phase == 'start' and self._drags.hold(name, str(client), thing.handle.frame, thing.shown):
+            self._grips[name] = Grip(client, grabbed, thing.shown)
+        grip = self._grips.get(name)
+        if grip is None or grip.client != client:
+            self._refuse(event, thing)
+            return None
+        return grip
+
+    def _move(
+        self, event: Event, thing: Thing, pose: PoseTuple, control: Optional[viser.TransformControlsHandle] = None
+    ) -> None:
+        """The hand that holds a thing has moved it, or lets it go there."""
+        name, frame, hand = thing.handle.name, thing.handle.frame, str(event.client_id)
         if event.phase == 'end':
             self._ended(event, name)
-            if not drags.release(name, handle.frame, pose, hand):
+            if not self._drags.release(name, frame, pose, hand):
                 thing.put(thing.shown)  # the browser has moved it all the same
-            return
-        # a hand that was refused does not get the thing in the middle of its way, where it would jump to the hand
-        if self._holders.get(name) == event.client_id and drags.move(name, handle.frame, pose, hand):
+        elif self._drags.move(name, frame, pose, hand):
             thing.put(pose, control)
         else:
-            self._tell(handle, HELD, event.client)
-            thing.put(thing.shown)
+            self._refuse(event, thing)
 
-    def _ended(self, event: Any, name: str) -> None:
+    def _refuse(self, event: Event, thing: Thing) -> None:
+        """Another hand has the thing."""
+        if event.phase != 'end':
+            self._tell(thing.handle, HELD, event.client)
+        thing.put(thing.shown)
+
+    def _ended(self, event: Event, name: str) -> None:
         """A hand that lets go holds nothing any more, not even of what is gone meanwhile."""
-        if event.phase == 'end':
-            self._grips.pop((name, event.client_id), None)
-            if self._holders.get(name) == event.client_id:
-                del self._holders[name]
+        grip = self._grips.get(name)
+        if event.phase == 'end' and grip is not None and grip.client == event.client_id:
+            del self._grips[name]
 
 
 def _rotation(pose: PoseTuple) -> Rotation:

@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> None:
 def _heard(options: argparse.Namespace) -> Tuple[List[Received], str]:
     master = find_master()
     topic, _, field = split_topic(master, options.field)
-    with Inbox([topic]) as inbox:
+    with Inbox([topic], is_exact=True) as inbox:
         return heard_publishers(master, inbox, topic, options.timeout, options.node), field
 
 

@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> None:
     master, directory = find_master(), Directory()
     topic, _, field = split_topic(master, options.field)
     values.describe_sources_with(directory.describe)
-    with Inbox([topic]) as inbox, node.NodeErrors() as errors:
+    with Inbox([topic], is_exact=True) as inbox, node.NodeErrors() as errors:
         where = conditions(options.where)
         heard = heard_publishers(
             master,

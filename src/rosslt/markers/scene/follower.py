@@ -6,7 +6,6 @@ than the last message where it is.
 """
 
 import queue
-import threading
 from typing import Dict, Hashable, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt.markers.describing import Descriptions
@@ -33,16 +32,14 @@ class Shown(NamedTuple):
 class Follower:
     """A view of a scene, but for the drawing itself: `draw`, `move`, `erase` and `say`.
 
+    Only `redraw` may be called by several threads at once.
+
     Args:
         scene: what is shown.
         descriptions: say which sources take changes.
-
-    Attributes:
-        lock: of this view, held while it is brought up to date.
     """
 
     def __init__(self, scene: Scene, descriptions: Descriptions) -> None:
-        self.lock = threading.RLock()
         self._scene, self._descriptions = scene, descriptions
         self._version = descriptions.version
         self._wanted: Dict[str, Handle] = {}
@@ -67,25 +64,23 @@ class Follower:
         raise NotImplementedError
 
     def redraw(self, name: str) -> None:
-        """Have a handle drawn anew, as something else that belongs to it has changed. Any thread may call it."""
+        """Have a handle drawn anew, as something else that belongs to it has changed."""
         self._to_redraw.put(name)
 
     def names(self) -> List[str]:
         """The names of all handles that are shown."""
-        with self.lock:
-            return list(self._wanted)
+        return list(self._wanted)
 
     def follow(self) -> bool:
         """Show what differs; returns whether anything did."""
-        with self.lock:
-            self._take_news()
-            free = [name for name in self._differ if not self._scene.is_held(name)]
-            self._differ.difference_update(free)
-            has_changed = False
-            for name in free:
-                with contained(f'{name} cannot be shown'):
-                    has_changed = self._update(name) or has_changed
-            return has_changed
+        self._take_news()
+        free = [name for name in self._differ if not self._scene.is_held(name)]
+        self._differ.difference_update(free)
+        has_changed = False
+        for name in free:
+            with contained(f'{name} cannot be shown'):
+                has_changed = self._update(name) or has_changed
+        return has_changed
 
     def _take_news(self) -> None:
         news = self._scene.news()
@@ -119,7 +114,7 @@ class Follower:
                 self.erase(name)
             return shown is not None
         drawing = shown.drawing if shown is not None else None
-        turn = None if drawing is None or drawing[1].is_lasting else handle.pose[3:]
+        turn = handle.pose[3:] if drawing is not None and drawing[1].rings else None
         basis = handle.draw_key, turn, self._version
         if shown is None or shown.basis != basis:
             drawing = handle.draw_key, handle.motions(self._descriptions.can_change)

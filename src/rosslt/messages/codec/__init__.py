@@ -5,7 +5,8 @@ front (`table_writer`, `table_reader`), the expressions that are not affine (`ex
 written or read not long ago (`templates`).
 """
 
-from rosslt.messages.codec.decoder import attach
+from rosslt.messages.codec.decoder import NO_READINGS, Readings, attach
 from rosslt.messages.codec.encoder import encode, provenance_to_send
+from rosslt.messages.codec.wire_format import SAMPLED
 
-__all__ = ['attach', 'encode', 'provenance_to_send']
+__all__ = ['NO_READINGS', 'SAMPLED', 'Readings', 'attach', 'encode', 'provenance_to_send']

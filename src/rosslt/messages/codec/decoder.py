@@ -7,7 +7,7 @@ decoded when somebody first asks for that field's provenance.
 import functools
 import itertools
 import operator
-from typing import Any, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Hashable, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.bounded_cache import BoundedCache
 from rosslt.messages.codec.expressions import read_instructions
@@ -23,6 +23,7 @@ from rosslt.messages.codec.wire_format import (
     HAS_LISTS,
     HAS_VALUES,
     IDENTITY,
+    SAMPLED,
     SUMMED_LIMIT,
     VERSION,
 )
@@ -44,7 +45,19 @@ SCALAR_TYPES = frozenset((float, int, bool, str))
 _VALUE, _KIND = operator.itemgetter(2), operator.itemgetter(3)
 
 
-def attach(message: Any, data: bytes) -> None:
+class Readings(NamedTuple):
+    """The values that the sources of a message had when it was computed."""
+
+    sources: Hashable = ()
+    """Equal where the sources are."""
+    values: Sequence[Any] = ()
+
+
+NO_READINGS = Readings()
+"""Of a message that was sent plain between whole ones."""
+
+
+def attach(message: Any, data: bytes) -> Optional[Readings]:
     """Put the provenance in `data` onto the fields of a message.
 
     Everything is checked first, except that the result of an expression which is not affine is computed when it is
@@ -53,14 +66,17 @@ def attach(message: Any, data: bytes) -> None:
     Args:
         message: as received; leaves that are named in `data` become tracked, others stay as they are. Arrays of bytes
             and tuples with tracked elements become lists and tuples, NumPy arrays become arrays of objects.
-        data: as `encode` gave it; b'' changes nothing.
+        data: as `encode` gave it, or SAMPLED; b'' and SAMPLED change nothing.
+
+    Returns:
+        What its sources were; None for b'', NO_READINGS for SAMPLED.
 
     Raises:
         BadHeader: the data is not right, or does not fit the message; the message is as it was.
     """
-    if not data:
-        return
     data = bytes(data)
+    if not data or data == SAMPLED:
+        return NO_READINGS if data else None
     header = _header(message.__class__, data)
     arrays: List[LocatedArray] = []
     found = locate(message, header.wanted, arrays)
@@ -71,6 +87,7 @@ def attach(message: Any, data: bytes) -> None:
             'than %d' % (missing, message._type, ARRAY_BYTES_LIMIT)
         )
     put_located(found, header.tracked(found), arrays)
+    return header.readings(found)
 
 
 class _KnownHeader(NamedTuple):
@@ -162,6 +179,16 @@ class ReceivedHeader:
         if not (self._fields.is_numeric and {'d', 'f'}.issuperset(kinds)):
             self._check_sums(values, kinds)
         return lazy_of(values, _Loads(self, kinds).load)
+
+    def readings(self, found: Sequence[Located]) -> Readings:
+        """The values of its sources; a source that a leaf is has the value of that leaf."""
+        sources, values = self._tables.sources, self._tables.values
+        if None in values:
+            values = list(values)
+            for origin, slope, value in zip(self._fields.origins, self._fields.slopes, map(_VALUE, found)):
+                if slope == IDENTITY and origin < sources.size:
+                    values[origin] = value
+        return Readings((sources.ids, *sources.nodes), tuple(values))
 
     def _plain(self, found: Sequence[Any]) -> List[Any]:
         """The scalars that leaves hold, without the provenance that they have already."""

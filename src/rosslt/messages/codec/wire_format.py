@@ -2,6 +2,9 @@
 
 VERSION = 1
 
+SAMPLED = bytes((VERSION,))
+"""The version alone: the message was sent plain between whole ones, although a leaf of it is tracked."""
+
 BYTES_LIMIT = 1 << 20
 """The longest provenance of a message."""
 

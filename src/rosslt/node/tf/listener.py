@@ -6,6 +6,7 @@ import tf2_ros
 from tf2_msgs.msg import TFMessage
 
 from rosslt import messages
+from rosslt.node.serialization import is_sampled
 from rosslt.node.topics import Subscriber
 
 
@@ -31,7 +32,7 @@ class TransformListener(tf2_ros.TransformListener):
     def callback(self, data: TFMessage) -> None:
         """Take transforms: those between whole messages with the provenance that they had last."""
         header = data._connection_header
-        completed = self._last.approximated(data, header['callerid'])
+        completed = self._last.completed(data, is_sampled(data), header['callerid'])
         completed._connection_header = header
         super().callback(completed)
 

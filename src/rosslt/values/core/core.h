@@ -123,8 +123,12 @@ PyObject *new_number(PyObject *value, PyObject *form, PyObject *first, PyObject 
 /* A tracked value's record (a new reference), made first where it is lazy, and its kind; NULL with an error. */
 PyObject *resolved(PyObject *value, int *kind);
 
-/* Keep the fold of a value of the core. */
-void keep_fold(PyObject *value, PyObject *fold);
+/* As `joint_size` in affine.py. */
+static inline int joint_size(int first, int second)
+{
+    int small = first < second ? first : second, large = first < second ? second : first;
+    return large + (small < max_shared_size ? small : max_shared_size) + 1;
+}
 
 PyObject *new_value(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count);
@@ -249,7 +253,8 @@ int find_terms(Terms *terms, PyObject *node);
 PyObject *along_chain(PyObject *module, PyObject *const *args, Py_ssize_t count); /* chains.c */
 PyObject *solve_chain(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *add_nodes(PyObject *module, PyObject *args); /* nodes.c */
-PyObject *swept(PyObject *module, PyObject *value);    /* folds.c */
+PyObject *swept(PyObject *module, PyObject *values);   /* folds.c */
+PyObject *resized(PyObject *module, PyObject *args);
 PyObject *affine_terms(PyObject *module, PyObject *value); /* terms.c */
 PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);

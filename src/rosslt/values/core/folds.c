@@ -1,26 +1,35 @@
-/* Which slopes has a value in the source values below it, at their present ones? `_swept` of `affine.py`. */
+/* Which slopes have values in the source values below them, at their present ones? `_swept` and `_resized` of
+   `affine.py`. */
 
 #include "core.h"
 
-/* A node below a value that is folded. What is referred to is held. */
+/* A node below some values. What is referred to is held. */
 typedef struct {
     PyObject *node, *form, *first, *second;
-    Slope weight; /* the value's slope in it, as far as that is added up */
-    int kind;
+    Py_ssize_t edges; /* the index of its first slope; those of the next node in the order end them */
+    Slope weight;     /* the slope in it of the value that is swept, as far as that is added up */
+    int kind, is_exact, is_reached;
 } Below;
+
+/* The slope of a node in one of its operands. */
+typedef struct {
+    Py_ssize_t operand;
+    Slope slope;
+} Edge;
 
 typedef struct {
     Below *nodes;       /* in the order in which they were found */
     Py_ssize_t *order;  /* operands before their users, left before right */
     Py_ssize_t *places; /* of the nodes, by the hash of their addresses; -1 where there is none */
-    Py_ssize_t count, ordered, room;
-    int is_exact; /* whether the slopes say all: the value is affine in the source values */
+    Edge *edges;
+    Py_ssize_t count, ordered, room, edge_count, edge_room;
+    int bound; /* only what is larger is walked, by its record; 0 to walk all, by folds where they are remembered */
 } Sweep;
 
 /* What Python has to do is not here: no error, but no answer. */
 enum { FAILED = -1, DONE, NOT_HERE };
 
-/* --- the nodes below a value ---------------------------------------------------------------------------------- */
+/* --- the nodes below values ----------------------------------------------------------------------------------- */
 
 static Py_ssize_t *place_in(const Sweep *sweep, const PyObject *node)
 {
@@ -57,23 +66,33 @@ static int find(Sweep *sweep, PyObject *node)
 {
     if (!IS_OURS(node)) return NOT_HERE;
     if (sweep->count == sweep->room && grow(sweep) != DONE) return FAILED;
-    int kind = OTHER;
-    PyObject *fold = record_of(node)->fold;
-    if (fold != NULL && !is_record(fold)) return NOT_HERE;
-    PyObject *used = fold != NULL ? Py_NewRef(fold) : resolved(node, &kind);
-    if (used == NULL) return FAILED;
-    PyObject *form = PyTuple_GET_ITEM(used, 0), *first = PyTuple_GET_ITEM(used, 1), *second = PyTuple_GET_ITEM(used, 2);
-    sweep->nodes[sweep->count] = (Below){
-        Py_NewRef(node), Py_NewRef(form), Py_NewRef(first), Py_NewRef(second), {0.0, 1}, kind,
-    };
-    Py_DECREF(used);
+    Record *record = record_of(node);
+    Below below = {.node = Py_NewRef(node), .kind = record->kind, .is_exact = 1};
+    PyObject *used = sweep->bound || record->fold == NULL ? NULL : Py_NewRef(record->fold);
+    if (used != NULL && !is_record(used)) {
+        Py_DECREF(used);
+        Py_DECREF(node);
+        return NOT_HERE;
+    }
+    if (used != NULL) below.kind = OTHER;
+    else if (record->form == lazy_form) used = resolved(node, &below.kind);
+    if (used == NULL && PyErr_Occurred()) {
+        Py_DECREF(node);
+        return FAILED;
+    }
+    below.form = Py_NewRef(used == NULL ? record->form : PyTuple_GET_ITEM(used, 0));
+    below.first = Py_NewRef(used == NULL ? record->first : PyTuple_GET_ITEM(used, 1));
+    below.second = Py_NewRef(used == NULL ? record->second : PyTuple_GET_ITEM(used, 2));
+    Py_XDECREF(used);
+    sweep->nodes[sweep->count] = below;
     *place_in(sweep, node) = sweep->count++;
     return DONE;
 }
 
-/* How many operands a node has; -1 where Python alone knows. */
-static Py_ssize_t operand_count(const Below *below)
+/* How many operands a node has that are walked; -1 where Python alone knows. */
+static Py_ssize_t operand_count(const Sweep *sweep, const Below *below)
 {
+    if (record_of(below->node)->size <= sweep->bound) return 0;
     if (IS_SINGLE(below->kind)) return 1;
     if (below->kind != OTHER) return 2;
     if (below->form == source_form) return 0;
@@ -96,12 +115,12 @@ static int find_all(Sweep *sweep, PyObject *value)
         Py_ssize_t place; /* its place, once it was found */
     } *stack = NULL;
     Py_ssize_t height = 0, room = 0;
-    int status = grow(sweep);
+    int status = sweep->room ? DONE : grow(sweep);
     for (PyObject *next = value; status == DONE;) {
         if (next != NULL && *place_in(sweep, next) < 0) {
             status = find(sweep, next);
             if (status != DONE) break;
-            Py_ssize_t place = sweep->count - 1, count = operand_count(&sweep->nodes[place]);
+            Py_ssize_t place = sweep->count - 1, count = operand_count(sweep, &sweep->nodes[place]);
             if (count < 0) {
                 status = NOT_HERE;
                 break;
@@ -129,21 +148,32 @@ static int find_all(Sweep *sweep, PyObject *value)
     return status;
 }
 
-/* --- their slopes, added up ------------------------------------------------------------------------------------ */
-
-/* Add a slope for an operand to its weight; the sum is whole where both are. */
-static int add_weight(Sweep *sweep, PyObject *operand, const Below *user, Slope slope)
+static void release(Sweep *sweep)
 {
-    Slope *weight = &sweep->nodes[*place_in(sweep, operand)].weight;
-    int is_whole = slope.is_whole && user->weight.is_whole;
-    double part = user->weight.value * slope.value;
-    Slope total = {weight->value + part, is_whole && weight->is_whole};
-    if ((is_whole && fabs(part) > MOST_EXACT) || (total.is_whole && fabs(total.value) > MOST_EXACT)) return NOT_HERE;
-    if (!isfinite(total.value)) {
-        sweep->is_exact = 0;
-        total = (Slope){0.0, 1};
+    for (Py_ssize_t at = 0; at < sweep->count; at++) {
+        Py_DECREF(sweep->nodes[at].form);
+        Py_DECREF(sweep->nodes[at].first);
+        Py_DECREF(sweep->nodes[at].second);
+        Py_DECREF(sweep->nodes[at].node);
     }
-    *weight = total;
+    PyMem_Free(sweep->nodes);
+    PyMem_Free(sweep->order);
+    PyMem_Free(sweep->places);
+    PyMem_Free(sweep->edges);
+}
+
+/* --- their slopes ---------------------------------------------------------------------------------------------- */
+
+static int add_edge(Sweep *sweep, PyObject *operand, Slope slope)
+{
+    if (sweep->edge_count == sweep->edge_room) {
+        Py_ssize_t room = 2 * sweep->edge_room + 256;
+        Edge *edges = PyMem_Realloc(sweep->edges, (size_t)room * sizeof *edges);
+        if (edges == NULL) return no_memory();
+        sweep->edges = edges;
+        sweep->edge_room = room;
+    }
+    sweep->edges[sweep->edge_count++] = (Edge){*place_in(sweep, operand), slope};
     return DONE;
 }
 
@@ -181,43 +211,42 @@ static int slopes_of(const Below *below, Slope slopes[2])
     return DONE;
 }
 
-/* Pass the weight of a node of an operator on to its operands. */
-static int pass_on_operator(Sweep *sweep, const Below *below, const Slope slopes[2])
+static int add_operator(Sweep *sweep, Below *below, const Slope slopes[2])
 {
     int operator = OPERATOR_OF(below->kind), side = SIDE_OF(below->kind);
     Slope slope = slopes[side == RIGHT];
-    if (operator == MULTIPLY && side == BOTH) sweep->is_exact = 0;
-    if (operator == DIVIDE && side != LEFT) sweep->is_exact = 0;
+    if (operator == MULTIPLY && side == BOTH) below->is_exact = 0;
+    if (operator == DIVIDE && side != LEFT) below->is_exact = 0;
     if (side != BOTH && slope.value == 0.0) {
         double zero;
         /* a slope of 0 may stand for one that no float can hold */
-        if (operator != MULTIPLY || !as_double(below->second, &zero) || zero != 0.0) sweep->is_exact = 0;
+        if (operator != MULTIPLY || !as_double(below->second, &zero) || zero != 0.0) below->is_exact = 0;
     }
-    int status = add_weight(sweep, below->first, below, slope);
-    return status == DONE && side == BOTH ? add_weight(sweep, below->second, below, slopes[1]) : status;
+    int status = add_edge(sweep, below->first, slope);
+    return status == DONE && side == BOTH ? add_edge(sweep, below->second, slopes[1]) : status;
 }
 
-/* Pass a slope that Python knows on to an operand. */
-static int pass_on_number(Sweep *sweep, const Below *below, Py_ssize_t at, PyObject *number)
+/* Add a slope that Python knows. */
+static int add_number(Sweep *sweep, Below *below, Py_ssize_t at, PyObject *number)
 {
     Slope slope;
     if (!as_slope(number, &slope)) return NOT_HERE;
     double constant;
     /* a slope of 0 may stand for one that no float can hold, unless the constant is 0 */
     if (IS_SINGLE(below->kind) && slope.value == 0.0 && !(as_double(below->second, &constant) && constant == 0.0)) {
-        sweep->is_exact = 0;
+        below->is_exact = 0;
     }
-    return add_weight(sweep, operand_at(below, at), below, slope);
+    return add_edge(sweep, operand_at(below, at), slope);
 }
 
-/* Pass the weight of a node of any other operation on, of which Python knows the slopes. */
-static int pass_on_other(Sweep *sweep, const Below *below)
+/* Add the slopes of a node of any other operation, which Python knows. */
+static int add_other(Sweep *sweep, Below *below)
 {
     PyObject *slopes = NULL, *record = NULL, *plains = NULL;
     int status = FAILED, is_affine = truth_of(below->form, AFFINE);
-    Py_ssize_t count = operand_count(below);
+    Py_ssize_t count = operand_count(sweep, below);
     if (is_affine < 0) return FAILED;
-    sweep->is_exact = sweep->is_exact && is_affine;
+    below->is_exact = is_affine;
     record = PyTuple_Pack(3, below->form, below->first, below->second);
     plains = PyTuple_New(count);
     for (Py_ssize_t at = 0; record != NULL && plains != NULL && at < count; at++) {
@@ -232,7 +261,7 @@ static int pass_on_other(Sweep *sweep, const Below *below)
     if (slopes == NULL || PySequence_Fast_GET_SIZE(slopes) != count) goto done;
     status = DONE;
     for (Py_ssize_t at = 0; status == DONE && at < count; at++) {
-        status = pass_on_number(sweep, below, at, PySequence_Fast_GET_ITEM(slopes, at));
+        status = add_number(sweep, below, at, PySequence_Fast_GET_ITEM(slopes, at));
     }
 done:
     if (status == FAILED && !PyErr_Occurred()) status = NOT_HERE;
@@ -242,46 +271,82 @@ done:
     return status;
 }
 
-/* Pass the weight of a fold on. */
-static int pass_on_fold(Sweep *sweep, const Below *below)
+static int add_fold(Sweep *sweep, Below *below)
 {
-    int truth = PyObject_IsTrue(below->second), status = truth < 0 ? FAILED : DONE;
-    sweep->is_exact = sweep->is_exact && truth;
+    int status = DONE;
+    below->is_exact = PyObject_IsTrue(below->second);
+    if (below->is_exact < 0) return FAILED;
     for (Py_ssize_t at = 0; status == DONE && at < PyTuple_GET_SIZE(below->first); at++) {
         PyObject *slope = PyTuple_GET_ITEM(PyTuple_GET_ITEM(below->first, at), 1);
         if (PyFloat_CheckExact(slope) && !isfinite(PyFloat_AS_DOUBLE(slope))) return NOT_HERE;
-        status = pass_on_number(sweep, below, at, slope);
+        status = add_number(sweep, below, at, slope);
     }
     return status;
 }
 
-/* Add up the slopes of the last node in the order for all others. */
-static int pass_on_all(Sweep *sweep)
+/* Take the slopes of all nodes, in their order. */
+static int add_edges(Sweep *sweep)
 {
     int status = DONE;
-    sweep->nodes[sweep->order[sweep->ordered - 1]].weight = (Slope){1.0, 1};
-    for (Py_ssize_t at = sweep->ordered - 1; status == DONE && at >= 0; at--) {
-        const Below *below = &sweep->nodes[sweep->order[at]];
+    for (Py_ssize_t at = 0; status == DONE && at < sweep->ordered; at++) {
+        Below *below = &sweep->nodes[sweep->order[at]];
+        Slope slopes[2];
+        below->edges = sweep->edge_count;
         if (below->form == source_form) continue;
         if (below->kind == OTHER) {
-            status = pass_on_fold(sweep, below);
-        } else {
-            Slope slopes[2];
-            status = slopes_of(below, slopes);
-            if (status == DONE) status = pass_on_operator(sweep, below, slopes);
-            else if (status == NOT_HERE) status = pass_on_other(sweep, below);
+            status = add_fold(sweep, below);
+            continue;
         }
+        status = slopes_of(below, slopes);
+        if (status == DONE) status = add_operator(sweep, below, slopes);
+        else if (status == NOT_HERE) status = add_other(sweep, below);
     }
     return status;
 }
 
-/* `[(source's value, slope), ...]` of a sweep. */
-static PyObject *leaves_of(const Sweep *sweep)
+/* --- added up -------------------------------------------------------------------------------------------------- */
+
+/* Add a slope for an operand to its weight; the sum is whole where both are. */
+static int add_weight(Below *operand, Slope by, Slope slope, int *is_exact)
 {
-    PyObject *leaves = PyList_New(0);
-    for (Py_ssize_t at = 0; leaves != NULL && at < sweep->ordered; at++) {
+    int is_whole = slope.is_whole && by.is_whole;
+    double part = by.value * slope.value;
+    Slope before = operand->is_reached ? operand->weight : (Slope){0.0, 1};
+    Slope total = {before.value + part, is_whole && before.is_whole};
+    if ((is_whole && fabs(part) > MOST_EXACT) || (total.is_whole && fabs(total.value) > MOST_EXACT)) return NOT_HERE;
+    if (!isfinite(total.value)) {
+        *is_exact = 0;
+        total = (Slope){0.0, 1};
+    }
+    operand->weight = total;
+    operand->is_reached = 1;
+    return DONE;
+}
+
+/* `([(source's value, slope), ...], is_exact)` of one of the values; NULL without an error where Python has to do it. */
+static PyObject *sum(Sweep *sweep, PyObject *value)
+{
+    Below *root = &sweep->nodes[*place_in(sweep, value)];
+    Py_ssize_t end = 0;
+    int is_exact = 1;
+    while (&sweep->nodes[sweep->order[end]] != root) end++;
+    for (Py_ssize_t at = 0; at <= end; at++) sweep->nodes[sweep->order[at]].is_reached = 0;
+    root->weight = (Slope){1.0, 1};
+    root->is_reached = 1;
+    for (Py_ssize_t at = end; at >= 0; at--) {
         const Below *below = &sweep->nodes[sweep->order[at]];
-        if (below->form != source_form) continue;
+        Py_ssize_t last = at + 1 < sweep->ordered ? sweep->nodes[sweep->order[at + 1]].edges : sweep->edge_count;
+        if (!below->is_reached) continue;
+        is_exact = is_exact && below->is_exact;
+        for (Py_ssize_t edge = below->edges; edge < last; edge++) {
+            Below *operand = &sweep->nodes[sweep->edges[edge].operand];
+            if (add_weight(operand, below->weight, sweep->edges[edge].slope, &is_exact) != DONE) return NULL;
+        }
+    }
+    PyObject *leaves = PyList_New(0);
+    for (Py_ssize_t at = 0; leaves != NULL && at <= end; at++) {
+        const Below *below = &sweep->nodes[sweep->order[at]];
+        if (below->form != source_form || !below->is_reached) continue;
         double weight = below->weight.value;
         PyObject *slope = below->weight.is_whole ? PyLong_FromDouble(weight) : PyFloat_FromDouble(weight);
         PyObject *leaf = slope == NULL ? NULL : PyTuple_Pack(2, below->node, slope);
@@ -289,27 +354,53 @@ static PyObject *leaves_of(const Sweep *sweep)
         Py_XDECREF(slope);
         Py_XDECREF(leaf);
     }
-    return leaves;
+    PyObject *result = leaves == NULL ? NULL : PyTuple_Pack(2, leaves, is_exact ? Py_True : Py_False);
+    Py_XDECREF(leaves);
+    return result;
 }
 
-/* As `_swept` in affine.py; NotImplemented where that has to do it. */
-PyObject *swept(PyObject *module, PyObject *value)
+/* `_swept` in affine.py of each of some values; NotImplemented where that has to do it. */
+PyObject *swept(PyObject *module, PyObject *values)
 {
-    Sweep sweep = {.is_exact = 1};
-    int status = find_all(&sweep, value);
-    if (status == DONE) status = pass_on_all(&sweep);
-    PyObject *leaves = status == DONE ? leaves_of(&sweep) : NULL, *result = NULL;
-    if (leaves != NULL) result = PyTuple_Pack(2, leaves, sweep.is_exact ? Py_True : Py_False);
-    if (status == NOT_HERE) result = Py_NewRef(Py_NotImplemented);
-    Py_XDECREF(leaves);
-    for (Py_ssize_t at = 0; at < sweep.count; at++) {
-        Py_DECREF(sweep.nodes[at].form);
-        Py_DECREF(sweep.nodes[at].first);
-        Py_DECREF(sweep.nodes[at].second);
-        Py_DECREF(sweep.nodes[at].node);
+    Sweep sweep = {.bound = 0};
+    PyObject *roots = PySequence_Tuple(values), *results = NULL;
+    int status = roots == NULL ? FAILED : DONE;
+    for (Py_ssize_t at = 0; status == DONE && at < PyTuple_GET_SIZE(roots); at++) {
+        status = find_all(&sweep, PyTuple_GET_ITEM(roots, at));
     }
-    PyMem_Free(sweep.nodes);
-    PyMem_Free(sweep.order);
-    PyMem_Free(sweep.places);
-    return result;
+    if (status == DONE) status = add_edges(&sweep);
+    if (status == DONE) results = PyList_New(0);
+    for (Py_ssize_t at = 0; results != NULL && at < PyTuple_GET_SIZE(roots); at++) {
+        PyObject *result = sum(&sweep, PyTuple_GET_ITEM(roots, at));
+        if (result == NULL && !PyErr_Occurred()) status = NOT_HERE;
+        if (result == NULL || PyList_Append(results, result) < 0) Py_CLEAR(results);
+        Py_XDECREF(result);
+    }
+    release(&sweep);
+    Py_XDECREF(roots);
+    return status == NOT_HERE ? Py_NewRef(Py_NotImplemented) : results;
+}
+
+/* --- sizes ----------------------------------------------------------------------------------------------------- */
+
+/* As `_resized` in affine.py; NotImplemented where that has to do it. */
+PyObject *resized(PyObject *module, PyObject *args)
+{
+    Sweep sweep = {0};
+    PyObject *value, *borders = NULL;
+    if (!PyArg_ParseTuple(args, "Oi:resized", &value, &sweep.bound)) return NULL;
+    int status = find_all(&sweep, value);
+    if (status == DONE) borders = PyList_New(0);
+    for (Py_ssize_t at = 0; borders != NULL && at < sweep.ordered; at++) {
+        const Below *below = &sweep.nodes[sweep.order[at]];
+        Record *record = record_of(below->node);
+        if (record->size > sweep.bound && below->kind != OTHER) {
+            int size = record_of(below->first)->size;
+            record->size = IS_SINGLE(below->kind) ? size + 1 : joint_size(size, record_of(below->second)->size);
+        } else if (record->size > sweep.bound / 2 && PyList_Append(borders, below->node) < 0) {
+            Py_CLEAR(borders);
+        }
+    }
+    release(&sweep);
+    return status == NOT_HERE ? Py_NewRef(Py_NotImplemented) : borders;
 }

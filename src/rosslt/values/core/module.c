@@ -2,7 +2,7 @@
 
 #include "core.h"
 
-#define INTERFACE 15 /* what `accelerator.py` asks for */
+#define INTERFACE 16 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python,
@@ -53,7 +53,8 @@ static PyMethodDef functions[] = {
     {"solve_chain", (PyCFunction)(void (*)(void))solve_chain, METH_FASTCALL,
      "solve_chain(value, target, relative): {Source: value}, None without an answer, or NotImplemented."},
     {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
-    {"swept", swept, METH_O, "swept(value): as in affine.py, or NotImplemented."},
+    {"swept", swept, METH_O, "swept([value, ...]): `_swept` of each as in affine.py, or NotImplemented."},
+    {"resized", resized, METH_VARARGS, "resized(value, bound): `_resized` as in affine.py, or NotImplemented."},
     {"affine", affine_terms, METH_O, "affine(value): as in affine.py."},
     {"recorder", make_recorder, METH_VARARGS,
      "recorder(forward, (left, right, both), arity, otherwise, name, doc): as in functions.py."},

@@ -155,7 +155,8 @@ static PyObject *new_of(PyObject *value, PyObject *form, PyObject *first, PyObje
     } else {
         return PyObject_CallFunction(new_other, "O(OOO)l", value, form, first, second, size);
     }
-    if (result != NULL && ((kind == OTHER && form != source_form) || may_cycle(first) || may_cycle(second))) {
+    if (result != NULL && form != source_form && form != affine_form &&
+        (kind == OTHER || may_cycle(first) || may_cycle(second))) {
         collect(result, record_of(result));
     }
     return result;
@@ -191,14 +192,6 @@ PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count)
 }
 
 /* --- arithmetic ---------------------------------------------------------------------------------------------- */
-
-/* As `joint_size` in recording.py. */
-static Py_ssize_t joint_size(Py_ssize_t first, Py_ssize_t second)
-{
-    Py_ssize_t small = first < second ? first : second, large = first < second ? second : first;
-    if (small >= 0) return large + (small < max_shared_size ? small : max_shared_size) + 1;
-    return (large < 0 ? large : small + (large < max_shared_size ? large : max_shared_size)) + 1;
-}
 
 /* The result of an operation: an int, or a float where that is NULL. It is plain where no more may be recorded. It knows
    the collector if one of its operands does, and stays in the limit. */
@@ -355,7 +348,7 @@ static int put_record(PyObject *self, PyObject *value, void *unused)
     if (kind < 0) return -1;
     Record *record = record_of(self);
     replace_record(record, PyTuple_GET_ITEM(value, 0), PyTuple_GET_ITEM(value, 1), PyTuple_GET_ITEM(value, 2), kind);
-    collect(self, record);
+    if (record->form != affine_form) collect(self, record); /* folds refer to sources alone */
     return 0;
 }
 
@@ -366,17 +359,10 @@ static PyObject *get_fold(PyObject *self, void *unused)
     return Py_NewRef(fold == NULL ? Py_None : fold);
 }
 
-void keep_fold(PyObject *value, PyObject *fold)
-{
-    Record *record = record_of(value);
-    Py_XINCREF(fold);
-    collect(value, record);
-    Py_XSETREF(record->fold, fold);
-}
-
 static int put_fold(PyObject *self, PyObject *value, void *unused)
 {
-    keep_fold(self, value);
+    Py_XINCREF(value);
+    Py_XSETREF(record_of(self)->fold, value);
     return 0;
 }
 

@@ -1,5 +1,5 @@
-/* Of which sources is a value affine, with which slopes? `affine` and `_folded_if_short` of `affine.py`, for values that
-   few operations made.
+/* Of which sources is a value affine, with which slopes? `affine` of `affine.py`, for values that few operations made.
+   On the way down to the sources the slopes are multiplied; what several ways lead to is passed several times.
 
    Nothing is allocated while an expression is walked, and so nothing of Python runs: only what was found is held. */
 
@@ -167,7 +167,7 @@ PyObject *affine_terms(PyObject *module, PyObject *value)
     if (answer != NULL && record->fold == NULL && record->form != source_form) {
         fold = PyTuple_Pack(3, affine_form, fold_terms, Py_True);
         if (fold == NULL) Py_CLEAR(answer);
-        else keep_fold(value, fold);
+        else Py_XSETREF(record->fold, Py_NewRef(fold));
     }
     for (int at = 0; at < terms.term_count; at++) Py_DECREF(terms.terms[at].leaf);
     Py_XDECREF(fold_terms);

@@ -13,6 +13,8 @@ from .form import (
     SOURCE,
     SOURCE_INSTRUCTION,
     Form,
+    Record,
+    Value,
 )
 from .notation import FUNCTION
 from .row import BY_CODE, Operation
@@ -28,5 +30,7 @@ __all__ = [
     'SOURCE_INSTRUCTION',
     'Form',
     'Operation',
+    'Record',
+    'Value',
     'table',
 ]

@@ -10,6 +10,12 @@ from ..sources import describe_source
 from .inverses import refuse
 from .notation import FUNCTION, LEAF, Text, applied, literal, sum_of_terms
 
+Value = Any
+"""A number or text, plain or tracked, or what stands for one."""
+
+Record = Tuple['Form', Any, Any]
+"""How a value was made: `(form, first, second)`."""
+
 SOURCE_INSTRUCTION, CONSTANT_INSTRUCTION, AFFINE_INSTRUCTION = 'source', 'constant', 'affine'
 """The first elements of instructions that are no operation."""
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from support.command_server import call
+from support.fork_server import call
 from support.processes import wait_until
 
 TIME_LIMIT = 60

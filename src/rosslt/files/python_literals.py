@@ -1,0 +1,130 @@
+"""The numbers, texts and truth values in a text in Python syntax: where each stands, and what the text is without
+them."""
+
+import ast
+import bisect
+import itertools
+import math
+import re
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+
+class Literal(NamedTuple):
+    """A literal in a text: text[start:end] at a line and a column, from 1.
+
+    It is a finite number, to which a minus sign belongs, or a text or a truth value in one piece and on one line.
+    """
+
+    start: int
+    end: int
+    line: int
+    column: int
+    value: Union[int, float, str, bool]
+
+
+#: The name of the list from which a tree without literals reads them.
+LITERALS = '__literals__'
+
+MINUS = re.compile(r'-[ \t]*')
+NEWLINE = re.compile(r'\r\n|\r|\n')
+
+#: Texts in several pieces, bytes and f-strings are no words: it is not one token that says them.
+_WORD = re.compile(
+    r"""True|False|[uUrR]?(?:
+    \'\'\'(?:[^'\\\r\n]|\\[^\r\n]|'(?!''))*\'\'\' | \"\"\"(?:[^"\\\r\n]|\\[^\r\n]|"(?!""))*\"\"\"
+    | '(?:[^'\\\r\n]|\\[^\r\n])*' | "(?:[^"\\\r\n]|\\[^\r\n])*")""",
+    re.VERBOSE,
+)
+
+
+def literals_in(tree: ast.AST, text: str) -> List[Tuple[Literal, ast.AST]]:
+    """The literals of a program, each with its node: numbers, and then all others, both in the order of the text."""
+    positions = Positions(text)
+    found: List[Tuple[Literal, ast.AST]] = []
+    nodes = [tree]
+    while nodes:
+        node: Any = nodes.pop()
+        # Inside of an f-string, Python before 3.12 does not know where things are.
+        if isinstance(node, ast.JoinedStr):
+            continue
+        number = positions.number(node)
+        if number is not None:
+            found.append((positions.literal(node, number), node))
+            continue
+        nodes.extend(ast.iter_child_nodes(node))
+        if isinstance(node, ast.Constant) and type(node.value) in (str, bool):
+            literal = positions.literal(node, node.value)
+            if _WORD.fullmatch(text, literal.start, literal.end):
+                found.append((literal, node))
+    return sorted(found, key=lambda pair: (type(pair[0].value) in (str, bool), pair[0].start))
+
+
+def without_literals(tree: ast.Module, literals: Sequence[ast.AST]) -> ast.Module:
+    """Replace each of some literals of a tree by `__literals__[index]`; the tree itself is changed."""
+    taken_out: ast.Module = _Substitution({id(node): index for index, node in enumerate(literals)}).visit(tree)
+    return taken_out
+
+
+class Positions:
+    """Places in a text by their line and their column in UTF-8 bytes, as `ast` has them."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._starts = [0] + [match.end() for match in NEWLINE.finditer(text)]
+        self._bytes: Dict[int, Optional[List[int]]] = {}
+
+    def of(self, line: int, byte: int) -> int:
+        """The index in the text."""
+        if line not in self._bytes:
+            self._bytes[line] = self._bytes_of(line)
+        before = self._bytes[line]
+        return self._starts[line - 1] + (byte if before is None else bisect.bisect_left(before, byte))
+
+    def _bytes_of(self, line: int) -> Optional[List[int]]:
+        """Count the bytes before each character of a line and before its end; None where it is in ASCII."""
+        end = self._starts[line] if line < len(self._starts) else None
+        text = self._text[self._starts[line - 1] : end]
+        if text.isascii():
+            return None
+        return [0, *itertools.accumulate(len(character.encode('utf-8')) for character in text)]
+
+    def literal(self, node: Any, value: Union[int, float, str, bool]) -> Literal:
+        """The Literal that a node is."""
+        start, end = self.of(node.lineno, node.col_offset), self.of(node.end_lineno, node.end_col_offset)
+        return Literal(start, end, node.lineno, start - self._starts[node.lineno - 1] + 1, value)
+
+    def number(self, node: Any) -> Union[int, float, None]:
+        """The finite number that a node is, with its sign; None where it is none."""
+        if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+            return node.value if _is_finite(node.value) else None
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):
+            number = self.number(node.operand)
+            start, end = self.of(node.lineno, node.col_offset), self.of(node.operand.lineno, node.operand.col_offset)
+            # nothing but blanks stands behind a sign, no parenthesis and no comment
+            if number is not None and MINUS.fullmatch(self._text, start, end):
+                return -number
+        return None
+
+
+def _is_finite(number: Union[int, float]) -> bool:
+    try:
+        return math.isfinite(number)
+    except OverflowError:
+        return False
+
+
+class _Substitution(ast.NodeTransformer):
+    """Replaces literals of a tree by `__literals__[index]`."""
+
+    def __init__(self, indices: Dict[int, int]) -> None:
+        self._indices = indices
+
+    def visit(self, node: ast.AST) -> Any:
+        index = self._indices.get(id(node))
+        if index is None:
+            return super().visit(node)
+        name = ast.copy_location(ast.Name(LITERALS, ast.Load()), node)
+        number: Any = ast.copy_location(ast.Constant(index, kind=None), node)
+        if not hasattr(ast, 'unparse'):  # Python 3.8 has a node of its own around an index
+            number = ast.copy_location(ast.Index(number), node)
+        return ast.copy_location(ast.Subscript(name, number, ast.Load()), node)

@@ -1,0 +1,47 @@
+"""How the page takes the frames of tf, without a browser."""
+
+import os
+import subprocess
+import sys
+
+from support.browser import python_path
+
+#: Frames as tf has them: two that hang on each other, and some whose names YAML would read as something else.
+FRAMES = """
+import contextlib
+from unittest import mock
+
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
+
+from rosslt.web.frames import Frames
+
+core = tf2_ros.BufferCore()
+for parent, child in (('there', 'back'), ('back', 'there'), ('1', 'yes'), ('1', "it's: 2.0"), ('world', '1')):
+    transform = TransformStamped()
+    transform.header.frame_id, transform.child_frame_id = parent, child
+    transform.transform.translation.x = transform.transform.rotation.w = 1.0
+    core.set_transform_static(transform, 'test')
+buffer = mock.Mock(all_frames_as_yaml=core.all_frames_as_yaml, lookup_transform=core.lookup_transform_core)
+with mock.patch('tf2_ros.Buffer', return_value=buffer), mock.patch('tf2_ros.TransformListener'):
+    frames = Frames(mock.MagicMock(), contextlib.nullcontext(True))
+for frame in ('back', 'yes', "it's: 2.0", 'world'):
+    frames.branch(frame)
+frames.find_root()
+frames.update()
+print(*frames.missing(), *frames.missing().values(), frames.pose('yes')[0], frames.pose("it's: 2.0")[0])
+"""
+
+
+def test_frames_that_hang_on_each_other_or_have_odd_names_do_not_stop_the_page():
+    done = subprocess.run(
+        [sys.executable, '-c', FRAMES],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        check=False,
+        text=True,
+        timeout=120,
+        env=dict(os.environ, PYTHONPATH=python_path()),
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ['back', 'world', '2.0', '2.0']
