@@ -16,7 +16,7 @@ TIMEOUT = 300.0
 
 def cpu_of(command, path):
     """The CPU time that a program prints, in seconds."""
-    done = subprocess.run([*command, str(path)], capture_output=True, text=True, timeout=TIMEOUT)
+    done = subprocess.run([*command, str(path)], capture_output=True, text=True, timeout=TIMEOUT, check=False)
     if done.returncode:
         raise SystemExit(f'{path.name}: {done.stderr[-2000:]}')
     return float(done.stdout.split('cpu ')[1].split()[0])
@@ -33,7 +33,8 @@ def main():
         plain = cpu_of([sys.executable], path)
         tracked = cpu_of(['rosslt', 'run'], path)
         limit = FACTOR * plain + MORE
-        print(f'{name:<18}{plain:8.2f}{tracked:9.2f}{tracked / plain:7.1f}{limit:8.2f}{"" if tracked <= limit else "  !"}')
+        mark = '' if tracked <= limit else '  !'
+        print(f'{name:<18}{plain:8.2f}{tracked:9.2f}{tracked / plain:7.1f}{limit:8.2f}{mark}', flush=True)
 
 
 if __name__ == '__main__':

@@ -1,4 +1,4 @@
-"""Natural cubic splines through waypoints, with their curvature: a linear system of NumPy, and points in plain Python."""
+"""Natural cubic splines through waypoints: a linear system of NumPy, and points in plain Python."""
 
 import bisect
 import math

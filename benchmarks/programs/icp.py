@@ -17,9 +17,9 @@ def compute():
     current = turn @ previous + np.array(SHIFT).reshape(2, 1)
     H, error, before = np.eye(3), math.inf, math.inf
     for _ in range(40):
-        distances = np.linalg.norm(
-            np.repeat(current, POINTS, axis=1) - np.tile(previous, (1, POINTS)), axis=0
-        ).reshape(POINTS, POINTS)
+        distances = np.linalg.norm(np.repeat(current, POINTS, axis=1) - np.tile(previous, (1, POINTS)), axis=0).reshape(
+            POINTS, POINTS
+        )
         nearest = np.argmin(distances, axis=1)
         matched = previous[:, nearest]
         mean_m, mean_c = np.mean(matched, axis=1), np.mean(current, axis=1)

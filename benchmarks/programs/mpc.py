@@ -1,4 +1,4 @@
-"""Model predictive control of a double integrator by gradient descent with the gradient written out, in plain Python."""
+"""Model predictive control of a double integrator by gradient descent, in plain Python."""
 
 from running import run
 

@@ -7,7 +7,8 @@ from std_msgs.msg import Float64
 
 import rosslt
 from rosslt import values
-from rosslt.instrument.budget import MOST, OPERATION, Budget
+from rosslt.instrument.budget import MOST, Budget
+from rosslt.values import OPERATION
 from support.unmodified import Listener, Unmodified
 
 HEAVY = """
@@ -91,7 +92,6 @@ def test_a_heavy_node_sends_whole_messages_and_plain_ones_and_no_others(master, 
         heard.comes(lambda message: values.is_tracked(message.data))
         heard.comes(lambda message: not values.is_tracked(message.data))
         message = heard.comes(lambda message: values.is_tracked(message.data))
-        (source,) = values.sources(message.data)
-        changed = rosslt.force_value(message.data, 0.75, timeout=20.0)
-        assert source in changed
+        gain = values.sources(message.data)[0]
+        assert rosslt.force_value(message.data, 0.75, source=gain, timeout=20.0)[gain].new == pytest.approx(0.75)
         heard.comes(lambda message: abs(message.data - 0.75) < 1e-6)

@@ -10,13 +10,11 @@ from typing import Callable
 
 from rosslt import values
 
-OPERATION = 5e-8
-"""The CPU time in seconds that it takes the compiled core to record an operation."""
-
 MOST = 0.25
 """The CPU time in seconds by which recording may be ahead of the node: half of that of half a second."""
 
-_GRANT = round(MOST / OPERATION / 50)
+_GRANT = round(MOST / values.OPERATION / 100)
+"""The operations between two looks at the clock."""
 
 
 class Budget:
@@ -26,7 +24,8 @@ class Budget:
         clock: gives the CPU time of the process in seconds.
 
     Attributes:
-        stops: how often recording was stopped or begun again. Values were recorded together if it is even, and the same.
+        stops: how often recording was stopped or begun again. What was computed while it was even, and the same, was
+            recorded as a whole.
         spent: the CPU time that recording has taken, in seconds.
     """
 
@@ -51,7 +50,7 @@ class Budget:
                 values.allow(_GRANT)
 
     def _refill(self) -> int:
-        self._account(_GRANT * OPERATION)
+        self._account(_GRANT * values.OPERATION)
         if self._debt < MOST:
             return _GRANT
         self.stops += 1
