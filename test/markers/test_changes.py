@@ -7,7 +7,7 @@ import pytest
 
 from rosslt import math, node, values
 from rosslt.markers.drags import changes
-from rosslt.markers.drags.choices import choices_of
+from rosslt.markers.offers import choices_of, default_sources
 
 SHOULDER, ELBOW = values.Source('/arm', 1), values.Source('/arm', 2)
 UPPER_ARM, FOREARM = 1.2, 0.9
@@ -79,9 +79,9 @@ def test_each_other_source_of_a_number_is_a_choice():
 
 def test_the_default_is_the_first_source_that_can():
     x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
-    assert changes.default_sources([x + y]) == [SHOULDER]
-    assert changes.default_sources([x + y], read_only=[SHOULDER]) == [ELBOW]
-    assert changes.default_sources(tip(0.5, 0.9)) == [SHOULDER, ELBOW]
+    assert default_sources([x + y]) == [SHOULDER]
+    assert default_sources([x + y], read_only=[SHOULDER]) == [ELBOW]
+    assert default_sources(tip(0.5, 0.9)) == [SHOULDER, ELBOW]
 
 
 def test_a_choice_holds_the_other_sources_of_what_depends_on_it():

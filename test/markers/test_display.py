@@ -8,6 +8,7 @@ import rospy
 
 from rosslt import values
 from rosslt.markers.geometry import IDENTITY
+from rosslt.markers.offers import Offers
 from rosslt.markers.rviz import display as displays
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.scene import hold as holds
@@ -75,7 +76,7 @@ class Shown:
     def __init__(self):
         self.sent = Sent()
         self.scene = Scene(Settings())
-        self.display = displays.Display(self.sent, self.scene, Known(), Notes(0.2))
+        self.display = displays.Display(self.sent, Offers(self.scene, None, Known()), Notes(0.2))
         self.things = {}
 
     def put(self, thing):
@@ -265,7 +266,7 @@ def test_a_fault_in_one_thing_ends_neither_the_view_nor_other_things_and_is_logg
 
 
 def test_a_fault_in_a_menu_leaves_the_handle(shown, logged):
-    shown.display.connect(None, lambda _server, _handle: 1 / 0)
+    shown.display.add_menu = lambda _server, _handle: 1 / 0
     assert shown.put(Thing(name='other')) == [('insert', 'other')]
     assert shown.put(Thing(1.0, name='other')) == [('pose', 'other', 1.0)]
     (error,) = logged

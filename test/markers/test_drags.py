@@ -9,7 +9,8 @@ from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
-from rosslt.markers.drags import other_views, wording
+from rosslt.markers.drags import changes, other_views, wording
+from rosslt.markers.drags import drags as drags_module
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.drop import Drop
@@ -328,6 +329,61 @@ def test_what_was_dropped_is_left_alone_where_it_is_in_another_frame_now():
     drop.see(scene.handle('/boxes::0'))
     assert drop.loop.is_over
     assert not drop.is_elsewhere
+
+
+class Failing:
+    """A box whose drags cannot be followed, as an error in the program has it."""
+
+    def __init__(self, monkeypatch):
+        self.scene, self.let_go, self.tried = box_scene(), [], []
+        self.notes = Notes(self.scene)
+        (self.name,) = self.scene.names()
+        monkeypatch.setattr(changes, 'plan', self.plan)
+        monkeypatch.setattr(self.scene, 'let_go', lambda name, changed=None: self.let_go.append((name, changed)))
+        self.drags = Drags(self.scene, Rules(rate=1000.0), str)
+
+    def plan(self, *_arguments):
+        self.tried.append(True)
+        raise ArithmeticError('of all things')
+
+
+def test_a_drag_that_fails_is_told_and_tried_once_and_let_go_once(monkeypatch):
+    box = Failing(monkeypatch)
+    assert box.drags.hold(box.name, frame='world', pose=at(1.0))
+    for step in range(1, 20):
+        assert box.drags.move(box.name, 'world', at(1.0 + step))
+        wait_until(lambda: box.notes.said, 'the hand to be told')
+    assert box.drags.release(box.name, 'world', at(30.0))
+    wait_until(lambda: box.let_go, 'it to be let go')
+    assert box.drags.hold(box.name, 'another'), 'the next drag works'
+    assert (box.tried, box.let_go) == ([True], [(box.name, None)])
+    assert set(box.notes.said) == {'ArithmeticError: of all things'}
+
+
+def test_a_hand_of_which_nothing_is_heard_any_more_has_let_go(asked, monkeypatch):
+    monkeypatch.setattr(drags_module, 'SILENCE', 0.0)
+    scene = box_scene()
+    notes = Notes(scene)
+    (name,) = scene.names()
+    drags = Drags(scene, Rules(is_live=False), str)
+    assert drags.hold(name, 'first', 'world', at(1.0))
+    drags.move(name, 'world', at(2.0), 'first')
+    wait_until(lambda: asked == [{HEIGHT: 2.0}], 'the source to be asked for where it has been let go')
+    wait_until(lambda: drags.hold(name, 'second'), 'another hand to get it')
+    assert notes.said == []
+
+
+def test_a_hand_that_takes_hold_again_of_what_it_has_moved_begins_anew(asked):
+    """Nothing was heard of its letting go."""
+    scene = box_scene()
+    drags = Drags(scene, Rules(is_live=False), str)
+    (name,) = scene.names()
+    drags.move(name, 'world', at(1.0))
+    assert drags.hold(name, '', 'world', at(1.0))
+    drags.move(name, 'world', at(2.0))
+    assert drags.hold(name, '', 'world', at(2.0))
+    assert drags._held[name].start[0] == 2.0
+    wait_until(lambda: asked == [{HEIGHT: 2.0}], 'the first drag to be followed')
 
 
 class Folded:

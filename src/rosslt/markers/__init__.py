@@ -8,12 +8,11 @@ changes. `rviz` shows a scene as interactive markers; the room `web` shows the s
 from rosslt.markers import geometry
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags import mouse
-from rosslt.markers.drags.choices import Choice
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.other_views import HeldTopic
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.faults import contained
-from rosslt.markers.offers import FREE, HEADING, UNDO, Offers
+from rosslt.markers.offers import FREE, HEADING, UNDO, Choice, Offers
 from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
 from rosslt.markers.rviz.standby import wait_for_turn

@@ -1,10 +1,9 @@
 """The choices that people have for the things of a scene, in a menu of RViz or on a page, and the texts for them."""
 
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set
 
 from rosslt import values
 from rosslt.markers.describing import Descriptions
-from rosslt.markers.drags.choices import Choice, choices_of
 from rosslt.markers.drags.drags import Drags
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
@@ -12,6 +11,21 @@ from rosslt.markers.scene.scene import Scene
 HEADING = 'A drag changes'
 FREE = 'Move the body freely'
 UNDO = 'Undo the last drag'
+
+#: A small change, relative to the size of the value.
+NUDGE = 1e-3
+
+
+class Choice(NamedTuple):
+    """A choice of what a drag changes.
+
+    Attributes:
+        source: what is chosen, None for the default.
+        changed: the sources that a drag changes then.
+    """
+
+    source: Optional[values.Source]
+    changed: List[values.Source]
 
 
 class Offers(NamedTuple):
@@ -47,3 +61,33 @@ class Offers(NamedTuple):
     def can_be_free(self, handle: Handle) -> bool:
         """True where a body can move in all three directions, and so in the plane of the screen too."""
         return all(handle.motions(self.descriptions.can_change).axes)
+
+
+def choices_of(tracked: Sequence[Any], read_only: Collection[values.Source]) -> List[Choice]:
+    """The choices where a drag changes tracked values, the default first."""
+    can = [source for source, slopes in values.slopes(list(tracked)).items() if source not in read_only and any(slopes)]
+    default = default_sources(tracked, read_only) or can
+    # Choosing a source makes a difference only where a value has several.
+    others = [
+        source
+        for source in can
+        if [source] != default and any(len(both) > 1 and source in both for both in map(values.sources, tracked))
+    ]
+    return [Choice(None, default)] + [Choice(source, [source]) for source in others]
+
+
+def default_sources(tracked: Sequence[Any], read_only: Collection[values.Source] = ()) -> List[values.Source]:
+    """The sources that a drag changes where none has been chosen, in order of appearance.
+
+    Found by asking for a little change of each of the tracked values.
+    """
+    numbers = [value for value in tracked if not isinstance(value, str)]
+    found: Set[values.Source] = set()
+    for index in range(len(numbers)):
+        targets = list(map(float, numbers))
+        targets[index] += NUDGE * max(1.0, abs(targets[index]))
+        try:
+            found.update(values.solve(numbers, targets, read_only=read_only))
+        except values.NotInvertible:
+            found.update(values.nearest(numbers, targets, read_only=read_only)[0])
+    return [source for source in values.sources(tracked) if source in found]

@@ -5,20 +5,25 @@ unlimited unless `limit_recording` is called. What is decoded or evaluated anew 
 """
 
 import sys
-from typing import Any, Callable, Dict, Mapping
+import time
+from typing import Callable, Dict, Mapping
 
 from .accelerator import CORE
 from .affine import LIMIT, joint_size, shorten, size_of
+from .annotations import Value
 from .graph import Graph, check_changes, tracked_leaves
 from .numpy_ufuncs import broadcast, is_array
-from .operations import Operation, Record, Value
+from .operations import Operation, Record
 from .operations.table import ADD, MOST_COMPUTED, TooLong
 from .sources import Source
 from .tracked import CLASSES, TRACKED, new, plain_scalar
 from .tree import rebuilt
 
-OF_PYTHON = 40
-"""How many operations of the compiled core take as long as one that is recorded in Python."""
+OPERATION = 1e-7
+"""The CPU time in seconds that is counted for an operation of the compiled core, with what frees its memory again."""
+
+OF_PYTHON = 20
+"""How many of these one takes that is recorded in Python."""
 
 
 class Allowance:
@@ -39,11 +44,11 @@ class Allowance:
 
     def spend(self, count: int) -> bool:
         """Use up so many operations; False where no more may be recorded."""
-        if self.left > count:
-            self.left -= count
-        elif self.left:
+        while self.left and count >= self.left:
+            count -= self.left
             self.left = sys.maxsize  # what refilling does is not counted
             self.left = self.refill()
+        self.left = max(0, self.left - count)
         return self.left > 0
 
 
@@ -64,13 +69,20 @@ def limit_recording(refill: Callable[[], int]) -> None:
     allow(refill())
 
 
+def shorten_and_count(value: Value) -> None:
+    """Keep a value's expression within the limit, at the expense of the allowance."""
+    start = time.thread_time()
+    shorten(value)
+    spend(1 + round((time.thread_time() - start) / OPERATION))
+
+
 def make(value: Value, record: Record, size: int) -> Value:
     """The tracked value with that record; `value` itself if its type cannot be tracked (a complex number)."""
     if type(value) not in CLASSES:
         return value
     result = new(value, record, size)
     if size > LIMIT:
-        shorten(result)
+        shorten_and_count(result)
     return result
 
 
@@ -78,7 +90,7 @@ def _make_if_allowed(value: Value, record: Record, size: int) -> Value:
     return make(value, record, size) if spend(OF_PYTHON) else value
 
 
-def apply(operation: Operation, first: Any, second: Any = None) -> Any:
+def apply(operation: Operation, first: Value, second: Value = None) -> Value:
     """Apply an operation: the result is tracked if an operand is, an array if one is, NotImplemented for other types.
 
     It is plain where its expression is too long to be solved and sent, and where the allowance is used up: the program
@@ -97,8 +109,8 @@ def apply(operation: Operation, first: Any, second: Any = None) -> Any:
 
 
 def apply_and_record(
-    operation: Operation, first: Any, second: Any = None, make: Callable[[Any, tuple, int], Any] = make
-) -> Any:
+    operation: Operation, first: Value, second: Value = None, make: Callable[[Value, tuple, int], Value] = make
+) -> Value:
     """Apply an operation and record it, to rebuild an expression recorded elsewhere; `TooLong` is raised."""
     if operation.arity == 1:
         if isinstance(first, str) and not operation.on_text:
@@ -121,7 +133,7 @@ def apply_and_record(
     return make(value, (operation.right, second, a), second._size + 1) if type(second) in TRACKED else value
 
 
-def reapply(x: Any, changes: Mapping[Source, Any]) -> Any:
+def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
     """Evaluate `x` for other source values (paper, IV.A); the result is tracked, unlike that of `evaluate`.
 
     Args:
@@ -137,7 +149,7 @@ def reapply(x: Any, changes: Mapping[Source, Any]) -> Any:
     """
     check_changes(changes)
     graph = Graph(tracked_leaves(x))
-    made: Dict[int, Any] = {}
+    made: Dict[int, Value] = {}
     for node, (form, first, second), value in zip(graph.nodes, graph.records, graph.values(changes)):
         operands = [made[id(operand)] for operand in form.operands(first, second)]
         if all(type(operand) in TRACKED for operand in operands):
@@ -148,6 +160,6 @@ def reapply(x: Any, changes: Mapping[Source, Any]) -> Any:
     return rebuilt(x, lambda leaf: made[id(leaf)] if type(leaf) in TRACKED else leaf)
 
 
-def widened(x: Any) -> Any:
+def widened(x: Value) -> Value:
     """`x + 0` of a tracked number, recorded in any case: a whole number that may become a fraction is read so."""
     return apply_and_record(ADD, x, 0)

@@ -2,12 +2,9 @@
 
 import contextlib
 import math
-from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt import node, values
-
-#: A small change, relative to the size of the value.
-NUDGE = 1e-3
 
 
 class Plan(NamedTuple):
@@ -75,23 +72,6 @@ def plan(
         if not after and not stops:
             raise
         return Plan(present, after, gap, stops, is_exact=False)
-
-
-def default_sources(tracked: Sequence[Any], read_only: Collection[values.Source] = ()) -> List[values.Source]:
-    """The sources that a drag changes where none has been chosen, in order of appearance.
-
-    Found by asking for a little change of each of the tracked values.
-    """
-    numbers = [value for value in tracked if not isinstance(value, str)]
-    found: Set[values.Source] = set()
-    for index in range(len(numbers)):
-        targets = list(map(float, numbers))
-        targets[index] += NUDGE * max(1.0, abs(targets[index]))
-        try:
-            found.update(values.solve(numbers, targets, read_only=read_only))
-        except values.NotInvertible:
-            found.update(values.nearest(numbers, targets, read_only=read_only)[0])
-    return [source for source in values.sources(tracked) if source in found]
 
 
 def to_request(found: Plan, applied: Dict[values.Source, Any]) -> Dict[values.Source, Any]:

@@ -18,22 +18,13 @@ from rosslt import node, values
 from rosslt.markers.drags import changes, wording
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drop import Drop
-from rosslt.markers.drags.other_views import REPEAT_PERIOD, OtherViews
+from rosslt.markers.drags.other_views import REPEAT_PERIOD, SILENCE, OtherViews
 from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
 
-#: A view reports several times a second while a button is down; after so many seconds of silence, the drag is over.
-HAND_TIMEOUT = 3.0
-
 #: The maximal distance from its target at which a drag ends without a message, in the unit of the coordinate.
 NOTICEABLE = 1e-3
-
-#: The period of checking whether messages show a drop, in seconds.
-CHECK_PERIOD = 0.02
-
-#: The maximal number of drags of a handle that can be undone.
-UNDO_LIMIT = 50
 
 
 class Rules(NamedTuple):
@@ -78,7 +69,7 @@ class Drags:
         self._drops: Dict[str, Drop] = {}  # by the names of handles
         self._wake = threading.Condition()
         self.chosen: Dict[str, Optional[values.Source]] = {}
-        self._past: Dict[str, Deque[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
+        self._past: Dict[str, List[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
         self._others = OtherViews(view)
         self._tell: Callable[[Dict[str, float]], None] = lambda held: None
         self._told_at = 0.0
@@ -106,6 +97,9 @@ class Drags:
             pose: where the view showed it then; None for where the last message has it.
         """
         with self._wake:
+            drag = self._held.get(name)
+            if drag is not None and drag.hand == hand and (drag.is_moved or drag.is_turned):
+                self._end_for(name)  # nothing was heard of its letting go
             return self._drag_of(name, hand, frame, pose) is not None
 
     def move(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
@@ -208,9 +202,12 @@ class Drags:
                 self._follow(drag)
             except rospy.ROSInterruptException:
                 return
-            except Exception:  # an error in one drag must not end the others
+            except Exception as error:  # an error in one drag must not end the others
                 rospy.logerr('%s: the drag failed\n%s', drag.handle.name, traceback.format_exc())
-                self._scene.let_go(drag.handle.name)
+                drag.fault = drag.fault or '{}: {}'.format(type(error).__name__, error)  # it asks for nothing more
+                self._scene.say(drag.handle, drag.fault)
+                if drag.is_over:
+                    self._scene.let_go(drag.handle.name)
 
     def _look_at_what_was_dropped(self) -> None:
         """Take back what is not shown where it was dropped, although its sources were changed again and again."""
@@ -272,7 +269,7 @@ class Drags:
 
     def _remember(self, drag: Drag) -> None:
         """Keep what a drag has changed, to be undone."""
-        past = self._past.setdefault(drag.handle.name, collections.deque(maxlen=UNDO_LIMIT))
+        past = self._past.setdefault(drag.handle.name, [])
         if past and past[-1][0] == drag.request_id:
             past.pop()
         past.append((drag.request_id, {source.node for source in drag.before}))
@@ -280,15 +277,15 @@ class Drags:
     def _next(self) -> Optional[Drag]:
         """The next drag to follow; after a wait, None where there is none yet."""
         now = time.monotonic()
-        for name in [name for name, drag in self._held.items() if now - drag.heard > HAND_TIMEOUT]:
-            self._end_for(name, wording.SILENT)
+        for name in [name for name, drag in self._held.items() if now - drag.heard > SILENCE]:
+            self._end_for(name)  # as if it had let go
         if self._held and now - self._told_at > REPEAT_PERIOD:
             self._tell_others()
         if self._over:
             drag = self._over.popleft()
             drag.is_over = True
             return drag
-        wait = CHECK_PERIOD if self._drops else REPEAT_PERIOD
+        wait = 1.0 / self._rules.rate if self._drops else REPEAT_PERIOD
         for drag in self._held.values():
             if self._rules.is_live and drag.asked != drag.pose:
                 wait = min(wait, drag.due - now)
@@ -300,9 +297,10 @@ class Drags:
 
     def _follow(self, drag: Drag) -> None:
         """Change the sources so that the handle is where the drag is."""
-        pose, is_last = drag.pose, drag.is_over
-        error = self._why_raised(drag)
-        if error and drag.fault is None:
+        pose, asked, is_last = drag.pose, drag.asked, drag.is_over
+        drag.asked = pose
+        error = '' if drag.fault else self._why_raised(drag)
+        if error:
             drag.fault = f'{error}; {self._take_back(drag)}'
             drag.before, drag.after = {}, {}
         # An owner that was silent until after the release is not asked again: it has been waited for.
@@ -310,10 +308,10 @@ class Drags:
         # An answer that can only be reached by a leap is one when the hand lets go, where nothing has followed it yet.
         may_leap = is_last and not drag.followed and pose != drag.start
         has_no_answer = drag.refusal is None or isinstance(drag.refusal, values.NotInvertible)
-        is_new = pose != drag.asked or (may_leap and has_no_answer)
+        is_new = pose != asked or (may_leap and has_no_answer)
         if drag.fault is None and is_new and not (is_last and is_silent):
             drag.refusal = self._force(drag, pose, may_leap)
-            drag.asked, drag.answered = pose, time.monotonic()
+            drag.answered = time.monotonic()
         refusal = drag.fault
         if refusal is None and drag.refusal is not None:
             refusal = wording.refusal(drag.refusal)

@@ -1,7 +1,7 @@
 """Hands in other views of the same things: views tell each other what is held, so that the first hand holds it."""
 
 import time
-from typing import Any, Callable, Dict, Optional, Tuple
+from typing import Callable, Dict, Optional, Tuple
 
 import rospy
 
@@ -12,7 +12,8 @@ TOPIC = '/rosslt/held'
 #: The period in which a view repeats the handles held in it, for views that started later, in seconds.
 REPEAT_PERIOD = 0.5
 
-#: The time without a message of a view after which its holds end, in seconds.
+#: The time after which a hand, or a view, of which nothing is heard has let go, in seconds. A view reports a hand
+#: several times a second while a button is down.
 SILENCE = 3.0
 
 #: (when a hand took hold, in seconds since 1970; the view it is in): of two, the smaller one holds a thing.
@@ -65,5 +66,5 @@ class HeldTopic:
         self._publisher.publish(list(held), list(held.values()))
 
     @staticmethod
-    def _take(message: Any, hear: Callable[[str, Dict[str, float]], None]) -> None:
+    def _take(message: msg.HeldThings, hear: Callable[[str, Dict[str, float]], None]) -> None:
         hear(message._connection_header['callerid'], dict(zip(message.things, message.since)))

@@ -8,9 +8,6 @@ from rosslt import node, values
 #: Why a hand does not get hold of a thing.
 HELD = 'somebody else holds it'
 
-#: Why a drag ends although the hand has not let go.
-SILENT = 'drag ended: no update from the view'
-
 #: Numbers that are shortened to a few digits beside a marker.
 LONG_NUMBER = re.compile(r'-?\d+\.\d{4,}(e[-+]?\d+)?')
 

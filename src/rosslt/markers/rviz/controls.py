@@ -4,12 +4,11 @@ A control acts along, or around, the x axis of its own orientation. A *fixed* on
 marker's frame however the marker itself is turned.
 """
 
-from typing import Any, List, Sequence
+from typing import List, Sequence
 
 from geometry_msgs.msg import Pose, Quaternion
-from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl
+from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, Marker
 
-from rosslt import messages
 from rosslt.markers.geometry import IDENTITY, ONTO_AXIS, PoseTuple, Rotation, inverse, onto, product
 from rosslt.markers.scene.handle import Handle, Motions, Ring
 
@@ -18,10 +17,8 @@ AXIS_NAMES = 'xyz'
 #: The size of the controls relative to the thing: RViz begins arrows at half of that, outside the thing.
 ARROW_SCALE = 1.5
 
-_blank_pose = messages.blank(Pose)
 
-
-def handle_marker(handle: Handle, motions: Motions, is_free: bool) -> Any:
+def handle_marker(handle: Handle, motions: Motions, is_free: bool) -> InteractiveMarker:
     """The interactive marker of a handle, without a menu.
 
     Args:
@@ -36,7 +33,9 @@ def handle_marker(handle: Handle, motions: Motions, is_free: bool) -> Any:
     return interactive_marker(handle.name, handle.frame, handle.pose, ARROW_SCALE * handle.size, parts)
 
 
-def interactive_marker(name: str, frame: str, pose: PoseTuple, size: float, controls: List[Any]) -> Any:
+def interactive_marker(
+    name: str, frame: str, pose: PoseTuple, size: float, controls: List[InteractiveMarkerControl]
+) -> InteractiveMarker:
     """An interactive marker that stands in a frame and moves along with it.
 
     Args:
@@ -48,20 +47,20 @@ def interactive_marker(name: str, frame: str, pose: PoseTuple, size: float, cont
     return marker
 
 
-def pose_message(pose: PoseTuple) -> Any:
+def pose_message(pose: PoseTuple) -> Pose:
     """A Pose of (x, y, z, qx, qy, qz, qw)."""
-    message = _blank_pose()
+    message = Pose()
     position, orientation = message.position, message.orientation
     position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w = pose
     return message
 
 
-def arrow(axis: int) -> Any:
+def arrow(axis: int) -> InteractiveMarkerControl:
     """Arrows on both sides along an axis of the frame: 0, 1 or 2 for x, y or z."""
     return _control('move_' + AXIS_NAMES[axis], InteractiveMarkerControl.MOVE_AXIS, ONTO_AXIS[axis], is_fixed=True)
 
 
-def ring(one: Ring) -> Any:
+def ring(one: Ring) -> InteractiveMarkerControl:
     """A ring to turn a thing."""
     mode, rotation = InteractiveMarkerControl.ROTATE_AXIS, onto(one.direction)
     return _control('rotate_' + one.name, mode, rotation, is_fixed=one.is_in_frame)
@@ -69,10 +68,10 @@ def ring(one: Ring) -> Any:
 
 def body(
     axes: Sequence[int],
-    shapes: List[Any],
+    shapes: List[Marker],
     turned: Sequence[float] = IDENTITY,
     has_menu: bool = True,
-) -> Any:
+) -> InteractiveMarkerControl:
     """Shapes to grab.
 
     Args:
@@ -96,7 +95,7 @@ def body(
     return control
 
 
-def facing(shapes: List[Any]) -> Any:
+def facing(shapes: List[Marker]) -> InteractiveMarkerControl:
     """Shapes that face the eye, and cannot be grabbed; their x axis points away from it, and their z axis up."""
     control = _control('text', InteractiveMarkerControl.NONE, IDENTITY, is_fixed=False)
     control.orientation_mode = InteractiveMarkerControl.VIEW_FACING
@@ -105,7 +104,7 @@ def facing(shapes: List[Any]) -> Any:
     return control
 
 
-def _control(name: str, mode: int, rotation: Sequence[float], is_fixed: bool) -> Any:
+def _control(name: str, mode: int, rotation: Sequence[float], is_fixed: bool) -> InteractiveMarkerControl:
     control = InteractiveMarkerControl(name=name, interaction_mode=mode, orientation=Quaternion(*rotation))
     control.orientation_mode = InteractiveMarkerControl.FIXED if is_fixed else InteractiveMarkerControl.INHERIT
     return control

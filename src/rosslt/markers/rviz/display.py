@@ -4,20 +4,18 @@
 inserted again, so that what a hand holds has to be left alone.
 """
 
-from typing import Any, Callable, Optional, Set
+from typing import Callable, Set
 
 from visualization_msgs.msg import InteractiveMarkerFeedback as Feedback
 
-from rosslt.markers.describing import Descriptions
-from rosslt.markers.drags.drags import Drags
 from rosslt.markers.drags.wording import HELD
 from rosslt.markers.faults import contained
+from rosslt.markers.offers import Offers
 from rosslt.markers.rviz import controls
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Handle, Motions
-from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.shapes import pose_tuple
 
 
@@ -26,30 +24,20 @@ class Display(Follower):
 
     Args:
         server: a `Server`, which nobody else uses.
-        scene: what is shown.
-        descriptions: say which sources take changes.
+        offers: what is shown, and what hands can do.
         notes: the texts beside handles.
 
     Attributes:
         free: the names of handles whose bodies move in the plane of the screen.
+        add_menu: called with (server, handle) once a handle's marker has been inserted.
     """
 
-    def __init__(self, server: Server, scene: Scene, descriptions: Descriptions, notes: Notes) -> None:
-        super().__init__(scene, descriptions)
+    def __init__(self, server: Server, offers: Offers, notes: Notes) -> None:
+        super().__init__(offers.scene, offers.descriptions)
         self.free: Set[str] = set()
-        self._server, self._notes = server, notes
+        self.add_menu: Callable[[Server, Handle], None] = lambda server, handle: None
+        self._server, self._drags, self._notes = server, offers.drags, notes
         self._is_over = False
-        self._drags: Optional[Drags] = None
-        self._add_menu: Callable[[Any, Handle], None] = lambda server, handle: None
-
-    def connect(self, drags: Drags, add_menu: Callable[[Any, Handle], None]) -> None:
-        """Connect drags and menus, before the first handle is added.
-
-        Args:
-            drags: told of what hands do.
-            add_menu: called with (server, handle) once a handle's marker has been inserted.
-        """
-        self._drags, self._add_menu = drags, add_menu
 
     def say(self, handle: Handle, text: str) -> None:
         """Put a note beside a handle."""
@@ -60,7 +48,7 @@ class Display(Follower):
         marker = controls.handle_marker(handle, motions, handle.name in self.free)
         self._server.insert(marker, self._feedback)
         with contained(f'{handle.name} has no menu'):
-            self._add_menu(self._server, handle)
+            self.add_menu(self._server, handle)
 
     def move(self, handle: Handle) -> None:
         """Send where a handle is now."""
@@ -88,21 +76,18 @@ class Display(Follower):
             self._server.clear()
             self._server.applyChanges()
 
-    def _feedback(self, feedback: Any) -> None:
-        """Hand on what RViz reports of a drag."""
-        if self._drags is None:
-            return
-        name, event = feedback.marker_name, feedback.event_type
+    def _feedback(self, feedback: Feedback) -> None:
+        """Hand on what an RViz reports of a drag."""
+        name, event, hand = feedback.marker_name, feedback.event_type, feedback.client_id
+        frame, pose = feedback.header.frame_id, pose_tuple(feedback.pose)
         if event == Feedback.MOUSE_DOWN:
-            has_it = self._drags.hold(name, frame=feedback.header.frame_id, pose=pose_tuple(feedback.pose))
-            if not has_it:
-                handle = self._scene.handle(name)
-                if handle is not None:
-                    self._scene.say(handle, HELD)
+            handle = self._scene.handle(name)
+            if not self._drags.hold(name, hand, frame, pose) and handle is not None:
+                self._scene.say(handle, HELD)
         elif event == Feedback.POSE_UPDATE:
-            self._drags.move(name, feedback.header.frame_id, pose_tuple(feedback.pose))
+            self._drags.move(name, frame, pose, hand)
         elif event == Feedback.MOUSE_UP:
-            if not self._drags.release(name, feedback.header.frame_id, pose_tuple(feedback.pose)):
+            if not self._drags.release(name, frame, pose, hand):
                 self._scene.put_back(name)  # RViz has moved it all the same
         else:
-            self._drags.keep(name)
+            self._drags.keep(name, hand)

@@ -6,9 +6,9 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import rospy
 from interactive_markers.menu_handler import MenuHandler
+from visualization_msgs.msg import InteractiveMarkerFeedback
 
 from rosslt import values
-from rosslt.markers.drags.choices import Choice
 from rosslt.markers.faults import contained
 from rosslt.markers.offers import FREE, HEADING, UNDO, Offers
 from rosslt.markers.rviz.display import Display
@@ -27,8 +27,6 @@ class Drawn(NamedTuple):
 
     version: int
     sources: Tuple[values.Source, ...]
-    read_only: Tuple[values.Source, ...]
-    choices: List[Choice]
     present: Dict[values.Source, Any]
 
 
@@ -48,17 +46,21 @@ class Menus:
             str, Tuple[Dict[values.Source, Any], float]
         ] = {}  # name -> (values that a menu lacks, since when)
         self._unchecked: List[str] = []
+        display.add_menu = self.add
 
     def add(self, server: Server, handle: Handle) -> None:
         """Add the menu to a handle that has just been inserted."""
         name = handle.name
         if not handle.tracked:
             return
-        drawn = self._drawn[name] = self._draw(handle)
-        chosen = self._offers.chosen(name, drawn.choices)
+        drawn = self._drawn[name] = Drawn(
+            self._descriptions.version, tuple(values.sources(handle.tracked)), values.source_values(handle.tracked)
+        )
+        choices = self._offers.choices(handle)
+        chosen = self._offers.chosen(name, choices)
         menu = MenuHandler()
-        menu.insert(HEADING + (':' if len(drawn.choices) == 1 else ' (choose one):'))
-        for choice in drawn.choices:
+        menu.insert(HEADING + (':' if len(choices) == 1 else ' (choose one):'))
+        for choice in choices:
             title = self._offers.title(choice, drawn.present)
             entry = menu.insert(
                 title if choice.source else title + ' (default)',
@@ -110,28 +112,18 @@ class Menus:
             return False
         return now - since > SETTLING_TIME
 
-    def _draw(self, handle: Handle) -> Drawn:
-        version, sources = self._descriptions.version, tuple(values.sources(handle.tracked))
-        read_only = self._descriptions.read_only(sources)
-        known = self._drawn.get(handle.name)
-        if known is not None and (known.sources, known.read_only) == (sources, read_only):
-            choices = known.choices
-        else:
-            choices = self._offers.choices(handle)
-        return Drawn(version, sources, read_only, choices, values.source_values(handle.tracked))
-
-    def _choose(self, name: str, source: Optional[values.Source], _feedback: Any) -> None:
+    def _choose(self, name: str, source: Optional[values.Source], _feedback: InteractiveMarkerFeedback) -> None:
         self._offers.choose(name, source)
         self._display.redraw(name)
 
-    def _free(self, name: str, _feedback: Any) -> None:
+    def _free(self, name: str, _feedback: InteractiveMarkerFeedback) -> None:
         self._display.free ^= {name}
         self._display.redraw(name)
 
-    def _undo(self, name: str, _feedback: Any) -> None:
+    def _undo(self, name: str, _feedback: InteractiveMarkerFeedback) -> None:
         self._offers.drags.undo(name)
 
-    def _tell(self, name: str, source: values.Source, _feedback: Any) -> None:
+    def _tell(self, name: str, source: values.Source, _feedback: InteractiveMarkerFeedback) -> None:
         text = self._descriptions.in_full(source)
         rospy.loginfo('%s', text)
         handle = self._scene.handle(name)

@@ -2,9 +2,9 @@
 
 import textwrap
 import time
-from typing import Any, Dict, Tuple
+from typing import Dict
 
-from visualization_msgs.msg import Marker
+from visualization_msgs.msg import InteractiveMarker, Marker
 
 from rosslt.markers.drags.wording import short_numbers
 from rosslt.markers.geometry import IDENTITY
@@ -35,21 +35,21 @@ class Notes:
 
     def __init__(self, text_height: float) -> None:
         self._text_height = text_height
-        self._notes: Dict[str, Tuple[float, Any]] = {}  # name -> (when it ends, its interactive marker, or None)
-        self._news: Dict[str, Any] = {}
+        self._ends: Dict[str, float] = {}  # name -> when it ends
+        self._news: Dict[str, InteractiveMarker] = {}
 
     def put(self, handle: Handle, text: str) -> None:
         """Put a note in front of a handle; it replaces an earlier one there."""
         name = handle.name + SUFFIX
         self._news[name] = self._drawn(name, handle, text)
-        self._notes[name] = (time.monotonic() + DURATION, None)
+        self._ends[name] = time.monotonic() + DURATION
 
     def update(self, server: Server) -> bool:
         """Insert new notes, and take away those that have been there long enough; True if there are any."""
         now = time.monotonic()
-        ended = [name for name, (end, _) in self._notes.items() if end <= now]
+        ended = [name for name, end in self._ends.items() if end <= now]
         for name in ended:
-            del self._notes[name]
+            del self._ends[name]
             self._news.pop(name, None)
             server.erase(name)
         for marker in self._news.values():
@@ -58,7 +58,7 @@ class Notes:
         self._news = {}
         return has_changed
 
-    def _drawn(self, name: str, handle: Handle, text: str) -> Any:
+    def _drawn(self, name: str, handle: Handle, text: str) -> InteractiveMarker:
         lines = textwrap.wrap(short_numbers(text), WIDTH, break_long_words=False)
         if len(lines) > LINES:
             lines = lines[:LINES]

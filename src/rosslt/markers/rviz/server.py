@@ -1,27 +1,25 @@
 """The interactive marker server, with differences that drags and hundreds of moving markers need, and a clean end."""
 
 import threading
-import time
-from typing import Any, Dict
+from typing import Dict
 
 import rospy
+from geometry_msgs.msg import Pose
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
-from visualization_msgs.msg import InteractiveMarkerInit, InteractiveMarkerPose, InteractiveMarkerUpdate
-
-from rosslt import messages
-
-#: The time after a user's last feedback during which other users cannot move the marker, in seconds.
-OTHER_HAND_TIMEOUT = 1.0
-
-_blank_update = messages.blank(InteractiveMarkerPose)
+from visualization_msgs.msg import (
+    InteractiveMarkerFeedback,
+    InteractiveMarkerInit,
+    InteractiveMarkerPose,
+    InteractiveMarkerUpdate,
+)
 
 
 class Server(InteractiveMarkerServer):
     """The server, but for four things.
 
     A pose that RViz reports is not sent back to it: it would arrive late, and RViz would jump to it at the
-    end of the drag. And two hands are kept apart only where there are two: the original refuses any feedback
-    in the first second of a marker. A pose that is set costs a pose: the original makes a whole marker for it, and logs
+    end of the drag. Two hands are kept apart by the drags: the original refuses any feedback in the first second of a
+    marker. A pose that is set costs a pose: the original makes a whole marker for it, and logs
     it. And the node may end at any moment: its last changes are made even if the signal has come in the middle of
     earlier ones, and topics that are closed already are no error.
 
@@ -30,11 +28,11 @@ class Server(InteractiveMarkerServer):
     """
 
     def __init__(self, name: str) -> None:
-        self._poses: Dict[str, Any] = {}
+        self._poses: Dict[str, Pose] = {}
         super().__init__(name)
         self.mutex = threading.RLock()
 
-    def setPose(self, name: str, pose: Any) -> None:  # noqa: N802  (the name is the base class's)
+    def setPose(self, name: str, pose: Pose) -> None:  # noqa: N802  (the name is the base class's)
         """Have a marker stand there, from the next `applyChanges` on."""
         self._poses[name] = pose
 
@@ -50,7 +48,7 @@ class Server(InteractiveMarkerServer):
                 context = self.marker_contexts.get(name)
                 if context is not None:
                     context.int_marker.pose = pose
-                    update = _blank_update()
+                    update = InteractiveMarkerPose()
                     update.header, update.pose, update.name = context.int_marker.header, pose, name
                     moved.append(update)
         if moved:
@@ -58,7 +56,7 @@ class Server(InteractiveMarkerServer):
             self.publish(InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.UPDATE, poses=moved))
             self.publishInit()
 
-    def publish(self, update: Any) -> None:
+    def publish(self, update: InteractiveMarkerUpdate) -> None:
         """Send an update, as long as the node runs."""
         try:
             super().publish(update)
@@ -76,18 +74,8 @@ class Server(InteractiveMarkerServer):
             if not rospy.is_shutdown():
                 raise
 
-    def processFeedback(self, feedback: Any) -> None:  # noqa: N802  (the name is the base class's)
+    def processFeedback(self, feedback: InteractiveMarkerFeedback) -> None:  # noqa: N802  (the name is the base class's)
         """Hand on what RViz reports."""
-        with self.mutex:
-            context = self.marker_contexts.get(feedback.marker_name)
-            if context is None:
-                return
-            now = time.monotonic()
-            if (
-                context.last_client_id not in ('', feedback.client_id)
-                and now - context.last_feedback < OTHER_HAND_TIMEOUT
-            ):
-                return
-            context.last_feedback, context.last_client_id = now, feedback.client_id
-        callback = context.feedback_cbs.get(feedback.event_type, context.default_feedback_cb)
-        callback(feedback)
+        context = self.marker_contexts.get(feedback.marker_name)
+        if context is not None:
+            context.feedback_cbs.get(feedback.event_type, context.default_feedback_cb)(feedback)

@@ -4,11 +4,14 @@ RViz draws most of them without a size, or with one that is set in RViz itself; 
 """
 
 import math
-from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterator, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
+import genpy
 import roslib.message
 import rospy
-from geometry_msgs.msg import Pose
+from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, Pose, PoseArray, PoseStamped
+from nav_msgs.msg import Path
+from tf2_msgs.msg import TFMessage
 
 from rosslt.markers.geometry import IDENTITY, PoseTuple
 from rosslt.markers.scene.handle import Handle, Settings, has_source
@@ -54,29 +57,29 @@ class MessageKind(NamedTuple):
             `is_partial`.
     """
 
-    handles: Callable[[str, Any, Settings], Iterator[Named]]
+    handles: Callable[[str, genpy.Message, Settings], Iterator[Named]]
     is_partial: bool = False
     lifetime: Callable[[str], rospy.Duration] = lambda topic: rospy.Duration()
 
 
-def pose_stamped(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+def pose_stamped(topic: str, message: PoseStamped, settings: Settings) -> Iterator[Named]:
     """A PoseStamped: one handle, with arrows."""
     yield topic, _on_pose(topic, message.header.frame_id, message.pose, settings, has_arrows=True)
 
 
-def point_stamped(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+def point_stamped(topic: str, message: PointStamped, settings: Settings) -> Iterator[Named]:
     """A PointStamped: one handle."""
     yield topic, _on_point(topic, message.header.frame_id, message.point, settings, OVER_POINT)
 
 
-def pose_array(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+def pose_array(topic: str, message: PoseArray, settings: Settings) -> Iterator[Named]:
     """A PoseArray: a handle for each tracked pose."""
     for index, pose in enumerate(message.poses):
         name = '{}:poses[{}]'.format(topic, index)
         yield name, _on_pose(name, message.header.frame_id, pose, settings, ONE_OF_MANY)
 
 
-def path(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+def path(topic: str, message: Path, settings: Settings) -> Iterator[Named]:
     """A Path: a handle for each tracked pose, in the frame of the path."""
     for index, stamped in enumerate(message.poses):
         name = '{}:poses[{}]'.format(topic, index)
@@ -84,7 +87,7 @@ def path(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
     yield from _line(topic, message.header.frame_id, [stamped.pose.position for stamped in message.poses], settings)
 
 
-def polygon_stamped(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+def polygon_stamped(topic: str, message: PolygonStamped, settings: Settings) -> Iterator[Named]:
     """A PolygonStamped: a handle for each tracked corner."""
     for index, point in enumerate(message.polygon.points):
         name = '{}:points[{}]'.format(topic, index)
@@ -93,7 +96,7 @@ def polygon_stamped(topic: str, message: Any, settings: Settings) -> Iterator[Na
     yield from _line(topic, message.header.frame_id, [*points, *points[:1]], settings)
 
 
-def frames(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+def frames(topic: str, message: TFMessage, settings: Settings) -> Iterator[Named]:
     """A TFMessage: a handle for each tracked frame, in its parent frame. Each broadcaster sends its own frames."""
     for transform in message.transforms:
         name = '{}:{}'.format(topic, transform.child_frame_id)
@@ -106,7 +109,7 @@ def frame_lifetime(topic: str) -> rospy.Duration:
     return rospy.Duration(0 if topic.endswith('tf_static') else FRAME_TIMEOUT)
 
 
-def action_goal(topic: str, message: Any, settings: Settings) -> Iterator[Named]:
+def action_goal(topic: str, message: genpy.Message, settings: Settings) -> Iterator[Named]:
     """The goal of an action, MoveBaseActionGoal for one: a handle on each tracked PoseStamped that it holds."""
     goal = message.goal
     for field, kind in zip(goal.__slots__, goal._slot_types):
@@ -129,7 +132,7 @@ KINDS: Dict[str, MessageKind] = {
 ACTION_GOAL = MessageKind(action_goal)
 
 
-def kind_of(message_class: Any) -> Optional[MessageKind]:
+def kind_of(message_class: Type[genpy.Message]) -> Optional[MessageKind]:
     """The row for a class of messages; None for classes that RViz does not show."""
     row = KINDS.get(message_class._type)
     if row is None and message_class._type.endswith('ActionGoal'):
@@ -141,7 +144,7 @@ def kind_of(message_class: Any) -> Optional[MessageKind]:
 
 
 def _on_pose(
-    name: str, frame: str, pose: Any, settings: Settings, part: float = 1.0, has_arrows: bool = False
+    name: str, frame: str, pose: Pose, settings: Settings, part: float = 1.0, has_arrows: bool = False
 ) -> Optional[PoseHandle]:
     numbers = pose_tuple(pose)
     if not any(map(has_source, numbers)) or not all(map(math.isfinite, numbers)):
@@ -160,7 +163,7 @@ def _on_pose(
     )
 
 
-def _line(topic: str, frame: str, points: Sequence[Any], settings: Settings) -> Iterator[Named]:
+def _line(topic: str, frame: str, points: Sequence[Union[Point, Point32]], settings: Settings) -> Iterator[Named]:
     """The line through points, at least one of them tracked, for views that do not draw it by themselves."""
     numbers = [(point.x, point.y, point.z) for point in points]
     if not settings.draws_all or not any(has_source(number) for point in numbers for number in point):
@@ -171,7 +174,9 @@ def _line(topic: str, frame: str, points: Sequence[Any], settings: Settings) -> 
         yield handle.name, handle
 
 
-def _on_point(name: str, frame: str, point: Any, settings: Settings, part: float = 1.0) -> Optional[PointHandle]:
+def _on_point(
+    name: str, frame: str, point: Union[Point, Point32], settings: Settings, part: float = 1.0
+) -> Optional[PointHandle]:
     numbers = (point.x, point.y, point.z)
     if not any(map(has_source, numbers)) or not all(map(math.isfinite, numbers)):
         return None

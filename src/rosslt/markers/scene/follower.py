@@ -114,7 +114,7 @@ class Follower:
                 self.erase(name)
             return shown is not None
         drawing = shown.drawing if shown is not None else None
-        turn = None if drawing is None or drawing[1].is_lasting else handle.pose[3:]
+        turn = handle.pose[3:] if drawing is not None and drawing[1].rings else None
         basis = handle.draw_key, turn, self._version
         if shown is None or shown.basis != basis:
             drawing = handle.draw_key, handle.motions(self._descriptions.can_change)

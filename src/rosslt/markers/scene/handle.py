@@ -1,6 +1,8 @@
 """Handles, as views and drags know them."""
 
-from typing import Any, Hashable, List, NamedTuple, Optional, Protocol, Tuple
+from typing import Any, Callable, Hashable, List, NamedTuple, Optional, Tuple
+
+from visualization_msgs.msg import Marker
 
 from rosslt import values
 from rosslt.markers.geometry import PoseTuple, Rotation, Vector, onto, product
@@ -49,15 +51,13 @@ class Motions(NamedTuple):
         axes: along which of x, y and z.
         is_in_frame: whether these are axes of the frame, or of the thing itself, as it is turned.
         arrows: which of them have arrows beside the body.
-        rings: the ways to turn it.
-        is_lasting: whether these stay as they are while the thing turns.
+        rings: the ways to turn it, as it is turned now.
     """
 
     axes: Axes
     is_in_frame: bool = False
     arrows: Axes = (False, False, False)
     rings: Tuple[Ring, ...] = ()
-    is_lasting: bool = True
 
     def of_body(self, is_free: bool) -> List[int]:
         """The axes that a grabbed body moves along: 0, 1 and 2 for x, y and z.
@@ -71,10 +71,8 @@ class Motions(NamedTuple):
         return axes if len(axes) < 3 or is_free else [0, 1]
 
 
-class CanChange(Protocol):
-    """Tells of a tracked value whether it has a source that takes changes."""
-
-    def __call__(self, value: Any) -> bool: ...
+#: Tells of a tracked value whether it has a source that takes changes.
+CanChange = Callable[[Any], bool]
 
 
 class Handle:
@@ -118,7 +116,7 @@ class Handle:
         """The ways in which it can be moved, given which sources take changes."""
         raise NotImplementedError
 
-    def shapes(self) -> List[Any]:
+    def shapes(self) -> List[Marker]:
         """The Markers to grab, posed relative to the handle."""
         raise NotImplementedError
 

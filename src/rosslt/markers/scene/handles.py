@@ -1,7 +1,10 @@
 """The kinds of handles: on a thing with a pose, on a point of a thing, and on a size of a thing."""
 
 import math
-from typing import Any, Callable, Hashable, Iterable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Hashable, Iterable, List, Optional, Sequence, Tuple, Union
+
+from geometry_msgs.msg import Point, Point32, Pose
+from visualization_msgs.msg import Marker
 
 from rosslt.markers.geometry import (
     AXES,
@@ -58,10 +61,10 @@ class PoseHandle(Handle):
         self,
         name: str,
         frame: str,
-        pose: Any,
+        pose: Pose,
         size: float,
         shape_key: Hashable,
-        make_shapes: Callable[[], List[Any]],
+        make_shapes: Callable[[], List[Marker]],
         has_arrows: bool = True,
         is_planar: bool = False,
         rank: int = 0,
@@ -102,15 +105,15 @@ class PoseHandle(Handle):
         """The ways in which it can be moved."""
         movable = movable_axes(self.position, can_change)
         turnable = [part if has_source(part) and can_change(part) else float(part) for part in self._orientation]
-        rings, are_lasting = rings_of(turnable)
+        rings = rings_of(turnable)
         if self._is_planar:
             movable = (movable[0], movable[1], False)
             upright = {ring: rotate_vector(ring.orientation(self.pose[3:]), AXES[0]) for ring in rings}
             rings = tuple([ring for ring in rings if math.isclose(abs(upright[ring][2]), 1.0)])
         arrows = movable if self._has_arrows or sum(movable) == 1 else (False, False, False)
-        return Motions(movable, True, arrows, rings, are_lasting)
+        return Motions(movable, True, arrows, rings)
 
-    def shapes(self) -> List[Any]:
+    def shapes(self) -> List[Marker]:
         """The Markers to grab."""
         return self._make_shapes()
 
@@ -135,7 +138,7 @@ class PointHandle(Handle):
         name: str,
         frame: str,
         pose: PoseTuple,
-        point: Any,
+        point: Union[Point, Point32],
         size: float,
         color: Vector,
         is_planar: bool = False,
@@ -177,7 +180,7 @@ class PointHandle(Handle):
         x, y, z = movable_axes(self._point, can_change)
         return Motions((x, y, z and not self._is_planar))
 
-    def shapes(self) -> List[Any]:
+    def shapes(self) -> List[Marker]:
         """The sphere to grab."""
         return [sphere(self.size, self._color)]
 
@@ -234,7 +237,7 @@ class ScaleHandle(Handle):
         is_free = can_change(self._scale)
         return Motions((is_free and self._axis == 0, is_free and self._axis == 1, is_free and self._axis == 2))
 
-    def shapes(self) -> List[Any]:
+    def shapes(self) -> List[Marker]:
         """The cube to grab."""
         return [cube(self.size, AXIS_COLORS[self._axis])]
 

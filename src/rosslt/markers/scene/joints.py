@@ -9,6 +9,8 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tu
 from xml.etree import ElementTree
 
 import rospy
+from sensor_msgs.msg import JointState
+from visualization_msgs.msg import Marker
 
 from rosslt.markers.geometry import (
     IDENTITY,
@@ -99,7 +101,7 @@ class JointHandle(Handle):
             return Motions((False, False, False), rings=(Ring('joint', self._axis),) if is_free else ())
         return Motions((is_free, False, False))
 
-    def shapes(self) -> List[Any]:
+    def shapes(self) -> List[Marker]:
         """The ball to grab."""
         return [sphere(self._ball, COLOR)]
 
@@ -150,7 +152,7 @@ def read_joints(urdf: str) -> Dict[str, Joint]:
 ROBOT = Robot()
 
 
-def joint_state(topic: str, message: Any, settings: Settings) -> Iterator[Tuple[str, Optional[Handle]]]:
+def joint_state(topic: str, message: JointState, settings: Settings) -> Iterator[Tuple[str, Optional[Handle]]]:
     """A JointState: a handle for each joint whose position is tracked."""
     tracked = [(name, value) for name, value in zip(message.name, message.position) if has_source(value)]
     joints = ROBOT.joints() if tracked else {}
@@ -160,7 +162,7 @@ def joint_state(topic: str, message: Any, settings: Settings) -> Iterator[Tuple[
         yield key, JointHandle(key, joints[name], value, 0.5 * settings.ball_size) if is_there else None
 
 
-def _numbers(element: Any, attribute: str, default: Sequence[float]) -> Sequence[float]:
+def _numbers(element: Optional[ElementTree.Element], attribute: str, default: Sequence[float]) -> Sequence[float]:
     text = None if element is None else element.get(attribute)
     return default if text is None else [float(part) for part in text.split()]
 

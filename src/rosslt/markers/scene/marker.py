@@ -35,7 +35,7 @@ LISTS = LINES | BODIES_AT_POINTS | {Marker.POINTS, Marker.TRIANGLE_LIST}
 KINDS = SHAPES | LISTS | {Marker.ARROW, Marker.TEXT_VIEW_FACING, Marker.MESH_RESOURCE}
 
 
-def marker_handles(topic: str, marker: Any, is_shown: bool, settings: Settings) -> List[Handle]:
+def marker_handles(topic: str, marker: Marker, is_shown: bool, settings: Settings) -> List[Handle]:
     """The handles of a Marker that is there to be shown.
 
     Args:
@@ -95,7 +95,7 @@ def marker_handles(topic: str, marker: Any, is_shown: bool, settings: Settings) 
 
 
 def scale_handles(
-    name: str, frame: str, place: PoseTuple, marker: Any, has_points: bool, size: float
+    name: str, frame: str, place: PoseTuple, marker: Marker, has_points: bool, size: float
 ) -> Iterator[ScaleHandle]:
     """A handle for each tracked size of a marker that RViz uses."""
     scale = marker.scale
@@ -110,7 +110,7 @@ def scale_handles(
                 yield ScaleHandle('{}:scale.{}'.format(name, field), frame, place, start, axis, out, value, 0.15 * size)
 
 
-def scale_reach(marker: Any, has_points: bool, axis: int) -> float:
+def scale_reach(marker: Marker, has_points: bool, axis: int) -> float:
     """The distance of the edge for each metre of one of the sizes; 0 where RViz ignores that size."""
     kind = marker.type
     if kind in SHAPES or kind in BODIES_AT_POINTS:
@@ -127,7 +127,7 @@ def scale_reach(marker: Any, has_points: bool, axis: int) -> float:
     return 1.0
 
 
-def marker_size(marker: Any, has_points: bool) -> float:
+def marker_size(marker: Marker, has_points: bool) -> float:
     """The longest side of a marker, in metres; above 0 whatever its scale is."""
     scale = marker.scale
     size = max(abs(float(scale.x)), abs(float(scale.y)), abs(float(scale.z)))  # a mirrored mesh has negative ones
@@ -139,7 +139,7 @@ def marker_size(marker: Any, has_points: bool) -> float:
     return size if size > 0.0 else SIZE
 
 
-def point_size(marker: Any) -> float:
+def point_size(marker: Marker) -> float:
     """The diameter of the handles of a marker's points, in metres; above 0 whatever its scale is."""
     scale = marker.scale
     size = 3.0 * float(scale.x)
@@ -155,13 +155,13 @@ def point_size(marker: Any) -> float:
     return size if size > 0.0 else 0.1 * SIZE
 
 
-def point_factors(marker: Any) -> Vector:
+def point_factors(marker: Marker) -> Vector:
     """By what RViz multiplies x, y and z of a marker's points: by its scale where that is no size."""
     scale = marker.scale
     return (float(scale.x), float(scale.y), float(scale.z)) if marker.type == Marker.TRIANGLE_LIST else UNSCALED
 
 
-def extent(marker: Any) -> float:
+def extent(marker: Marker) -> float:
     """The diagonal of the box around a marker's points, in metres."""
     sides = [
         [factor * float(getattr(point, axis)) for point in marker.points]
@@ -170,14 +170,14 @@ def extent(marker: Any) -> float:
     return distance([min(side) for side in sides], [max(side) for side in sides])
 
 
-def handle_color(marker: Any) -> Vector:
+def handle_color(marker: Marker) -> Vector:
     """The color of a marker's handles: its own, where it has one."""
     color = marker.color
     found = (float(color.r), float(color.g), float(color.b))
     return found if any(found) else COLOR
 
 
-def marker_shape_key(marker: Any) -> Hashable:
+def marker_shape_key(marker: Marker) -> Hashable:
     """All that the shape to grab depends on."""
     scale, color = marker.scale, marker.color
     points: Any = ()
@@ -203,7 +203,7 @@ def marker_shape_key(marker: Any) -> Hashable:
     )
 
 
-def marker_shape(marker: Any, is_shown: bool) -> Any:
+def marker_shape(marker: Marker, is_shown: bool) -> Marker:
     """The Marker to grab: the marker itself, relative to its own pose."""
     shape = values.untracked(marker)
     shape.header.frame_id = ''

@@ -13,6 +13,7 @@ import threading
 import time
 from typing import Any, Callable, Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
+import genpy
 import rospy
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -45,7 +46,7 @@ class Thing(NamedTuple):
 
     names: List[str]
     publisher: str
-    marker: Any = None
+    marker: Optional[Marker] = None
 
 
 class News(NamedTuple):
@@ -79,11 +80,12 @@ class Scene:
         self._let_go: Set[str] = set()
         self._said: List[Tuple[Handle, str]] = []
         self._handles: Dict[str, Handle] = {}
-        self._seen_again: Set[str] = set()  # names of those that messages have shown since, with nothing changed
         self._duplicates = Duplicates()
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
-        self._mortal: Dict[Tuple[str, Key], Tuple[Any, Any]] = {}  # (topic, key) -> from when, until when it is shown
+        self._mortal: Dict[
+            Tuple[str, Key], Tuple[rospy.Time, rospy.Time]
+        ] = {}  # (topic, key) -> from when, until when it is shown
         self._faults: List[str] = []  # of the messages that are being taken
         self._warned: Dict[str, float] = {}  # what has been warned of -> when
 
@@ -101,9 +103,6 @@ class Scene:
     def handle(self, name: str) -> Optional[Handle]:
         """The handle of that name, or None. Another message has shown it since if it is another object than before."""
         with self._lock:
-            if name in self._seen_again:
-                self._seen_again.discard(name)
-                self._handles[name] = copy.copy(self._handles[name])
             return self._handles.get(name)
 
     def names(self) -> List[str]:
@@ -200,7 +199,7 @@ class Scene:
 
     # For messages.
 
-    def take(self, topic: str, message: Any, is_shown: bool) -> None:
+    def take(self, topic: str, message: genpy.Message, is_shown: bool) -> None:
         """Follow a message of any type that is watched.
 
         Args:
@@ -237,7 +236,7 @@ class Scene:
             for key in [key for key, thing in things.items() if thing.publisher not in publishers]:
                 self._delete(topic, things, key)
 
-    def _take_other(self, topic: str, message: Any, publisher: str) -> None:
+    def _take_other(self, topic: str, message: genpy.Message, publisher: str) -> None:
         kind = kind_of(type(message))
         if kind is None:
             return
@@ -253,11 +252,13 @@ class Scene:
             else:
                 self._put(topic, things, (), [handle for _, handle in named if handle is not None], publisher)
 
-    def _take_marker(self, topic: str, things: Dict[Key, Thing], marker: Any, publisher: str, is_shown: bool) -> None:
+    def _take_marker(
+        self, topic: str, things: Dict[Key, Thing], marker: Marker, publisher: str, is_shown: bool
+    ) -> None:
         key = (marker.ns, marker.id)
         thing = things.get(key)
         if thing is not None and thing.marker is marker and thing.publisher == publisher:
-            self._see_again(topic, key, thing)
+            self._see_again(topic, key, marker, thing.names)
         elif marker.action == Marker.DELETE:
             self._delete(topic, things, key)
         elif marker.action == Marker.DELETEALL:
@@ -275,14 +276,15 @@ class Scene:
             text = '{} on {}: marker {}/{} has the unknown action {}'
             self._faults.append(text.format(publisher, topic, *key, marker.action))
 
-    def _see_again(self, topic: str, key: Key, thing: Thing) -> None:
+    def _see_again(self, topic: str, key: Key, marker: Marker, names: List[str]) -> None:
         """A message shows a marker as it is."""
-        self._live(topic, key, thing.marker.lifetime)
-        self._seen_again.update(thing.names)
-        for name in self._holds.keys() & thing.names if self._holds else ():
-            self._holds[name].see(self._handles[name])
+        self._live(topic, key, marker.lifetime)
+        for name in names:
+            self._handles[name] = handle = copy.copy(self._handles[name])
+            if name in self._holds:
+                self._holds[name].see(handle)
 
-    def _live(self, topic: str, key: Key, lifetime: Any) -> None:
+    def _live(self, topic: str, key: Key, lifetime: rospy.Duration) -> None:
         """A thing is shown for a while from now on, a duration; 0 means until it is deleted."""
         if key in self._things[topic] and lifetime:
             now = rospy.Time.now()
@@ -308,7 +310,7 @@ class Scene:
         key: Key,
         handles: Iterable[Handle],
         publisher: str,
-        marker: Any = None,
+        marker: Optional[Marker] = None,
     ) -> None:
         names = []
         for handle in handles:
@@ -332,20 +334,16 @@ class Scene:
     def _put_handle(self, handle: Handle) -> None:
         name = handle.name
         self._handles[name] = handle
-        self._seen_again.discard(name)
         if name in self._holds:
             self._holds[name].see(handle)
         self._changed.update(self._duplicates.put(handle))
-        self._changed.add(name)
 
     def _drop_handle(self, name: str) -> None:
-        self._seen_again.discard(name)
         if self._handles.pop(name, None) is not None:
             self._changed.update(self._duplicates.drop(name))
-            self._changed.add(name)
 
 
-def _fault(marker: Any) -> Optional[str]:
+def _fault(marker: Marker) -> Optional[str]:
     """Why a marker cannot be shown, or None."""
     if not marker.header.frame_id:
         return 'has no frame_id'

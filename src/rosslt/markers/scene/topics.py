@@ -1,8 +1,9 @@
 """The watched topics: those of types that RViz shows, ordinary and tracked ones, as they appear and disappear."""
 
 import threading
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple, Type
 
+import genpy
 import rosgraph
 import roslib.message
 import rospy
@@ -49,7 +50,7 @@ class Watch:
         self._scene, self._also = scene, also
         self._only = frozenset(map(rospy.resolve_name, topics))
         self._master = rosgraph.Master(rospy.get_name())
-        self._subscribers: Dict[str, Tuple[str, Any]] = {}  # topic -> (its type, the subscriber)
+        self._subscribers: Dict[str, Tuple[str, node.Subscriber]] = {}  # topic -> (its type, the subscriber)
         self._ignored: Set[Tuple[str, str]] = set()  # (topic, type)
         threading.Thread(target=self._look, name='topics', daemon=True).start()
 
@@ -93,14 +94,14 @@ class Watch:
             return
         message_class, is_shown = found
 
-        def take(message: Any) -> None:
+        def take(message: genpy.Message) -> None:
             with contained(f'a message on {topic} cannot be read'):
                 self._scene.take(topic, message, is_shown)
 
         self._subscribers[topic] = (kind, node.Subscriber(topic, message_class, take, keep_provenance=True))
         rospy.loginfo('watching %s (%s)', topic, kind)
 
-    def _visible_class(self, topic: str, kind: str) -> Optional[Tuple[Any, bool]]:
+    def _visible_class(self, topic: str, kind: str) -> Optional[Tuple[Type[genpy.Message], bool]]:
         """(message class, whether RViz shows it by itself), or None where it is nothing to be seen."""
         is_likely = kind in visible_types() or kind.endswith(('Tracked', 'ActionGoal'))
         message_class = roslib.message.get_message_class(kind) if is_likely else None
@@ -126,5 +127,5 @@ class Watch:
             )
 
 
-def _is_visible(message_class: Any) -> bool:
+def _is_visible(message_class: Type[genpy.Message]) -> bool:
     return message_class._type in MARKER_TYPES or kind_of(message_class) is not None

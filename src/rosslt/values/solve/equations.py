@@ -1,26 +1,20 @@
 """Results as functions of several sources: what is missing of them, their slopes, and what is left of them when
-their outermost operations are undone."""
+their outermost operations are undone, which has fewer poles and does not saturate."""
 
 import math
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+from ..annotations import Value
 from ..closeness import almost_meets
 from ..graph import Graph
-from ..operations.table import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Trial
 from .least_squares import Rows
 from .one import undone
 from .periods import Periods
-from .preaccumulation import Preaccumulated
 
-Goal = Tuple[str, Any, Any]
+Goal = Tuple[str, Value, Value]
 """`(path, tracked value, wanted value)`."""
-
-POLYNOMIAL = (ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE)
-"""Through these, poles are seen."""
-
-MOST_DENOMINATORS, MOST_LOOKED_AT = 6, 40
 
 Point = List[float]
 """A value for each unknown."""
@@ -33,14 +27,11 @@ class Equation(NamedTuple):
         place: the node's index in the graph.
         wanted: the wanted value.
         unit: the weight of a difference of 1.
-        denominators: the indices of nodes that multiply the difference, so that it has no poles where these are 0:
-            `1 / x - 2` becomes `1 - 2 * x`.
     """
 
     place: int
-    wanted: Any
+    wanted: Value
     unit: float
-    denominators: Tuple[int, ...] = ()
 
 
 class Equations:
@@ -58,7 +49,7 @@ class Equations:
     """
 
     def __init__(
-        self, graph: Graph, goals: List[Goal], unknowns: List[Source], budget: Budget, base: Optional[List[Any]]
+        self, graph: Graph, goals: List[Goal], unknowns: List[Source], budget: Budget, base: Optional[List[Value]]
     ) -> None:
         self._graph = graph
         self._unknowns = unknowns
@@ -73,13 +64,14 @@ class Equations:
             Equation(root, float(wanted), _unit(wanted, at, 1e-6 * self._size))
             for root, wanted, at in zip(self._roots, self._wanted, self._present)
         ]
-        self._slopes: Optional[Preaccumulated] = None
+        self._columns = {source: column for column, source in enumerate(unknowns)}
+        self._below: Dict[int, List[int]] = {}
         self._periods_found: Optional[Periods] = None
         self.start = [float(base[graph.occurrences[source][0]]) for source in unknowns]
         is_one = all(
             base[at] == start for source, start in zip(unknowns, self.start) for at in graph.occurrences[source]
         )
-        self._tried_last: List[Tuple[Point, Optional[List[Any]]]] = [(list(self.start), base)] if is_one else []
+        self._tried_last: List[Tuple[Point, Optional[List[Value]]]] = [(list(self.start), base)] if is_one else []
 
     @property
     def _periods(self) -> Periods:
@@ -87,7 +79,7 @@ class Equations:
             self._periods_found = Periods(self._trial)
         return self._periods_found
 
-    def _tried(self, x: Point) -> Optional[List[Any]]:
+    def _tried(self, x: Point) -> Optional[List[Value]]:
         """The nodes' values at a point; None where one is not defined, or the point is not finite."""
         for known, values in self._tried_last:
             if x == known:
@@ -98,42 +90,49 @@ class Equations:
         self._tried_last = [(list(x), values), *self._tried_last[:1]]
         return values
 
-    def _missing(self, values: Optional[List[Any]], equations: Sequence[Equation]) -> Optional[List[float]]:
+    def _missing(self, values: Optional[List[Value]], equations: Sequence[Equation]) -> Optional[List[float]]:
         """By how much each node's value is too small, in its unit; None where one is not defined."""
         if values is None:
             return None
         try:
-            missing = [
-                float((wanted - values[place]) * (unit if not by else unit * _product(values, by)))
-                for place, wanted, unit, by in equations
-            ]
+            missing = [float((wanted - values[place]) * unit) for place, wanted, unit in equations]
         except UNDEFINED:
             return None
         return missing if all(math.isfinite(part) for part in missing) else None
 
-    def _jacobian(self, values: List[Any], equations: Sequence[Equation]) -> Rows:
-        """The slopes of each node's value, in its unit, for each unknown; without zeros."""
-        terms = [(number, *term) for number, one in enumerate(equations) for term in _terms(one, values)]
+    def _jacobian(self, values: List[Value], equations: Sequence[Equation]) -> Rows:
+        """The slopes of each node's value, in its unit, for each unknown; without zeros.
+
+        Raises:
+            OverflowError: no float holds one.
+        """
+        partials = self._trial.partials(values)
+        places = [equation.place for equation in equations]
         rows: Rows = [{} for _ in equations]
-        if len(self._unknowns) * 4 < len(equations):
-            partials = self._trial.partials(values)
+        if len(self._unknowns) < len(equations):
             self._budget.spend(len(self._unknowns) * len(partials))
             for column, source in enumerate(self._unknowns):
                 rise = self._graph.tangent(source, partials)
-                for number, place, unit in terms:
-                    if place in rise:
-                        _add(rows[number], {column: rise[place]}, unit)
-            return rows
-        if self._slopes is None:
-            columns = {at: column for column, one in enumerate(self._unknowns) for at in self._graph.occurrences[one]}
-            self._slopes = Preaccumulated(self._graph, self._trial, columns, self._roots)
-        self._slopes.move(values, [place for _, place, _ in terms], self._budget)
-        for number, place, unit in terms:
-            _add(rows[number], self._slopes.gradient(place, self._budget), unit)
+                for row, place in zip(rows, places):
+                    row[column] = rise.get(place, 0)
+        else:
+            for row, place in zip(rows, places):
+                if place not in self._below:
+                    self._below[place] = self._graph.below(place, partials)
+                self._budget.spend(2 * len(self._below[place]))
+                for source, slope in self._graph.gradient(place, partials, self._below[place]).items():
+                    if source in self._columns:
+                        row[self._columns[source]] = slope
+        rows = [
+            {column: float(slope * equation.unit) for column, slope in row.items() if slope}
+            for row, equation in zip(rows, equations)
+        ]
+        if not all(math.isfinite(slope) for row in rows for slope in row.values()):
+            raise OverflowError('a slope that no float holds')
         return rows
 
     def _undone(self, x: Point) -> Optional[List[Equation]]:
-        """The equations with the outermost operations undone, on the branches of a point, without poles of quotients.
+        """The equations with the outermost operations undone, on the branches of a point.
 
         Returns:
             None where there is nothing to undo, or the results are not defined there.
@@ -144,7 +143,7 @@ class Equations:
         equations = [self._undone_one(equation, values) for equation in self._equations]
         return None if equations == self._equations else equations
 
-    def _undone_one(self, equation: Equation, values: List[Any]) -> Equation:
+    def _undone_one(self, equation: Equation, values: List[Value]) -> Equation:
         records, index, depends = self._graph.records, self._graph.index, self._trial.depends
         place, wanted = equation.place, equation.wanted
         try:
@@ -165,69 +164,10 @@ class Equations:
                 place = b if side else a
         except UNDEFINED:
             pass
-        denominators = self._denominators(place)
-        if place == equation.place and not denominators:
-            return equation
-        unit = _unit(wanted, values[place], 0.0)
-        try:
-            return Equation(place, wanted, unit * _unit(_product(values, denominators), 0.0, 0.0), denominators)
-        except UNDEFINED:
-            return Equation(place, wanted, unit)
-
-    def _denominators(self, root: int) -> Tuple[int, ...]:
-        """Return the indices of the denominators of a sum of quotients; multiplied by them, it has no poles."""
-        records, index, depends = self._graph.records, self._graph.index, self._trial.depends
-        found: List[int] = []
-        stack = [root]
-        for _ in range(MOST_LOOKED_AT):
-            if not stack:
-                break
-            place = stack.pop()
-            form, first, second = records[place]
-            if not depends[place] or form.operation not in POLYNOMIAL:
-                continue
-            a = index[id(first)]
-            operands = [a] if form.single_operand else [a, index[id(second)]]
-            if form.operation is DIVIDE and (form.position == 1 or not form.single_operand) and depends[operands[-1]]:
-                found.append(operands[-1])
-            stack += operands
-        return tuple(found[:MOST_DENOMINATORS])
+        return equation if place == equation.place else Equation(place, wanted, _unit(wanted, values[place], 0.0))
 
 
-def _product(values: List[Any], places: Sequence[int]) -> float:
-    product: Any = 1.0
-    for place in places:
-        product *= values[place]
-    return float(product)
-
-
-def _terms(equation: Equation, values: List[Any]) -> List[Tuple[int, Any]]:
-    """The nodes whose slopes, so many times each, add up to a row of the Jacobian."""
-    place, wanted, unit, denominators = equation
-    terms = [(place, unit * _product(values, denominators))]
-    for number, other in enumerate(denominators):
-        others = denominators[:number] + denominators[number + 1 :]
-        terms.append((other, (values[place] - wanted) * unit * _product(values, others)))
-    return terms
-
-
-def _add(row: Dict[int, float], slopes: Mapping[int, Any], unit: float) -> None:
-    """Add slopes, so many times, to a row of the Jacobian.
-
-    Raises:
-        OverflowError: no float holds one.
-    """
-    new = {column: float(slope * unit) for column, slope in slopes.items() if slope}
-    if not all(map(math.isfinite, new.values())):
-        raise OverflowError('a slope that no float holds')
-    if row:
-        for column, slope in new.items():
-            row[column] = row.get(column, 0.0) + slope
-    else:
-        row.update(new)
-
-
-def _unit(wanted: Any, present: Any, least: float) -> float:
+def _unit(wanted: Value, present: Value, least: float) -> float:
     """Return the weight of a difference: one over the larger size of the wanted and the present value."""
     try:
         size = max(abs(float(wanted)), abs(float(present)), least)
@@ -245,7 +185,7 @@ def size_of(goals: List[Goal]) -> float:
     )
 
 
-def missed(graph: Graph, goals: List[Goal], values: Optional[List[Any]]) -> Optional[Tuple[Goal, Any]]:
+def missed(graph: Graph, goals: List[Goal], values: Optional[List[Value]]) -> Optional[Tuple[Goal, Value]]:
     """The first goal that is not met by such values of the nodes, with its result; None where all are met."""
     if values is None:
         return goals[0], math.nan
