@@ -30,8 +30,8 @@ def is_array(x: Any) -> bool:
 
 
 def compute(ufunc: Any, method: str, operands: Any, options: Any) -> Any:
-    """Call a ufunc with tracked numbers among its operands: see `arrays.compute`."""
-    return importlib.import_module('.arrays.tracked_array', __package__).compute(ufunc, method, operands, options)
+    """Call a ufunc with tracked numbers among its operands: see `arrays.calling.compute`."""
+    return importlib.import_module('.arrays.calling', __package__).compute(ufunc, method, operands, options)
 
 
 def _has_objects(operands: Any) -> bool:

@@ -1,12 +1,14 @@
 """NumPy for tracked values: arrays that know where their elements come from, and NumPy's functions that make them.
 
 This folder imports NumPy, so the room loads it only when it is asked for. `numbers.py` has the classes of numbers,
-`graph.py` how arrays were computed, `tracked_array.py` the class of arrays, `functions.py` NumPy's functions by name.
+`graph.py` how arrays were computed, `memory.py` where their elements come from, `tracked_array.py` the class of arrays,
+`calling.py` what calls NumPy with them, `functions.py` NumPy's functions by name.
 """
 
+from .calling import LOST
 from .functions import FUNCTIONS, builtin_like, replacements
 from .numbers import CLASSES, PYTHON_NUMBERS, conversion, python_number, same_number
-from .tracked_array import LOST, TrackedArray, holds_tracked, of_list, plain
+from .tracked_array import TrackedArray, holds_tracked, of_list, plain
 
 __all__ = [
     'CLASSES',

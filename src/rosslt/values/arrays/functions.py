@@ -9,17 +9,8 @@ from typing import Any, Callable, Dict
 
 import numpy
 
-from .tracked_array import (
-    Argument,
-    TrackedArray,
-    call,
-    compute,
-    holds_tracked,
-    node_of_list,
-    plain,
-    receptive,
-    with_node,
-)
+from .calling import call, compute
+from .tracked_array import Argument, TrackedArray, holds_tracked, node_of_list, plain, receptive, with_node
 
 _MISSING = object()
 
