@@ -280,3 +280,16 @@ def nothing_left_behind(master):
         for key in ('', '/rosslt', '/rosslt_records'):
             if rospy.has_param(f'/{name}{key}'):
                 rospy.delete_param(f'/{name}{key}')
+
+
+def test_a_change_that_ends_the_main_loop_is_taken_back_and_named(master, tmp_path):
+    code = RETURNING.replace("'returning'", "'divider'").replace('y = far', "y = 1.0 / rospy.get_param('~far', 7.5)")
+    for turn in range(2):
+        with Unmodified(tmp_path, 'divider', code) as started, Listener('divider', PointStamped) as heard:
+            assert heard.next().point.y == 1.0 / 7.5
+            if turn == 0:
+                change('/divider', far=0.0)
+                code_of_exit, _, errors = started.end()
+                assert code_of_exit == 1
+                assert 'the node ends after a change, which is taken back: /divider/far = 0.0' in errors
+                assert rosgraph.Master('/test').getParam('/divider/far') == 7.5

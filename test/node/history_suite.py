@@ -161,12 +161,12 @@ class Told(unittest.TestCase):
     def test_nobody_reads_the_literal_of_a_location_whose_value_is_remembered(self):
         code = """
             from rosslt.node import parameters
-            take_over = parameters.LiteralParameter.take_over
-            def slowly(parameter, *arguments):
+            take_over = parameters.Parameters.take_over
+            def slowly(self, location):
                 print('taking over', flush=True)
                 sys.stdin.readline()
-                take_over(parameter, *arguments)
-            parameters.LiteralParameter.take_over = slowly
+                take_over(self, location)
+            parameters.Parameters.take_over = slowly
             """ + textwrap.dedent(OWNER).replace('\n', '\n            ')
         with Node('early', OWNER) as node:
             gain = tracked(node, 'gain')

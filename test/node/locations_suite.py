@@ -19,7 +19,7 @@ from rosslt.msg import LocationList
 from rosslt.srv import ChangeSources, GetHistory, GetValues, ListLocations, LockLocations
 
 import rosslt
-from rosslt.node.parameters import ParameterMirror
+from rosslt.node.parameter_server import ParameterServer
 from support.processes import Node, wait_until
 
 SHOW = """
@@ -133,7 +133,7 @@ class Literals(unittest.TestCase):
             rosslt.location(2.0, name='taken/below')
 
     def test_what_is_no_name_is_refused(self):
-        for name in ('', 'a b', '/a', 'a//b', 'accept_changes'):
+        for name in ('', 'a b', '/a', 'a//b', 'accept_changes', 'rate'):
             with self.assertRaises(ValueError):
                 rosslt.location(1.0, name=name)
 
@@ -444,15 +444,15 @@ class ParametersAsSources(unittest.TestCase):
     def test_what_another_process_sets_while_this_one_writes_is_kept(self):
         rospy.set_param('/crossed', [0.0, 0.0, 0.0])
         first, other = rosslt.get_param('/crossed')[0], rosgraph.Master('/another')
-        exchange = ParameterMirror.exchange
+        exchange = ParameterServer.exchange
 
-        def overtaken(mirror, key, value):
+        def overtaken(server, key, value):
             if overtakes:
                 other.setParam(key, overtakes.pop())
-            return exchange(mirror, key, value)
+            return exchange(server, key, value)
 
         overtakes = [[0.0, 5.0, 0.0, 7.0], [0.0, 4.0, 0.0]]
-        with unittest.mock.patch.object(ParameterMirror, 'exchange', overtaken):
+        with unittest.mock.patch.object(ParameterServer, 'exchange', overtaken):
             rosslt.force_value(first, 1.0)
         self.assertEqual(other.getParam('/crossed'), [1.0, 5.0, 0.0, 7.0])
         self.assertEqual(rosslt.get_param('/crossed'), [1.0, 5.0, 0.0, 7.0])
@@ -545,6 +545,7 @@ class ParametersAsSources(unittest.TestCase):
                 rosslt.force_value(value, target)
         rosslt.force_value(held['text'], 'b\r\nc')
         self.assertEqual((rosslt.get_param('/held/text'), rospy.get_param('/held/text')), ('b\nc', 'b\nc'))
+        self.assertFalse(rosslt.is_tracked(rosslt.get_param('~mask', 0xFFFF0000)))
 
     def test_a_locked_node_has_a_parameter_set_back(self):
         rospy.set_param('/kept', {'list': [1.0, 2.0], 'x': 1.0})
@@ -605,6 +606,36 @@ class Restarts(unittest.TestCase):
             node.read_line()
             self.assertEqual(node.read_line(), '[2.0]')
             self.assertRegex(node.log[-1], r'edited.py:7:11 now says 2.0 where it said 1.0: .* is dropped')
+
+    def test_values_that_no_parameter_can_hold_outlive_a_restart_as_others_do(self):
+        code = """
+            values = [
+                rosslt.location({}, name='mask'), rosslt.location('map', name='frame'), rosslt.location(2, name='count')
+            ]
+            """
+        code = textwrap.dedent(code) + SHOW
+        with Node('beyond', code.replace('{}', '0xFFFF0000')) as node:
+
+            def shown():
+                ids = [int(node.read_line()) for _ in range(3)]
+                return ids, json.loads(node.read_line())
+
+            ids, literals = shown()
+            read = [rosslt.track(value, rosslt.Source('/beyond', one)) for value, one in zip(literals, ids)]
+            rosslt.force_value(read, [0xFFFF00FF, 'a\x01b', 2**40])
+            self.assertEqual(rospy.get_param('/beyond/rosslt/mask'), str(0xFFFF00FF))
+            node.stop()
+            node.start()
+            self.assertEqual(shown(), (ids, [0xFFFF00FF, 'a\x01b', 2**40]))
+            rosslt.force_value(read, [5, 'odom', 2**41])
+            node.stop()
+            rospy.set_param('/beyond/rosslt/mask', 7)
+            node.start()
+            self.assertEqual(shown(), (ids, [7, 'odom', 2**41]))
+            node.stop()
+            node.write(code.replace('{}', '0xFF'))
+            node.start()
+            self.assertEqual(shown(), (ids, [0xFF, 'odom', 2**41]))
 
     def test_a_changed_value_outlives_lines_above_it(self):
         code = """

@@ -1,11 +1,13 @@
-"""A node ends when it is told to, whatever it does at that moment."""
+"""A node ends when it is told to, whatever it does at that moment; a change that ends it does not outlive it."""
 
 import signal
 from pathlib import Path
 
 import pytest
+import rosgraph
 
 from support.processes import Node, wait_until
+from support.shell import rosslt
 
 
 def state(process):
@@ -34,3 +36,25 @@ def test_a_signal_in_the_middle_of_a_call_of_the_master_ends_the_node(master, nu
         wait_until(lambda: all(state(node.process) == 'S' for _ in range(100)), 'it has taken the signal')
         master.process.send_signal(signal.SIGCONT)
         assert node.process.wait(30) == 0
+
+
+@pytest.mark.rostest
+def test_a_change_that_makes_the_main_program_raise_is_taken_back_and_named(master):
+    code = """
+        while not rospy.is_shutdown():
+            1.0 / rosslt.location(2.0, name='gain') / rosslt.get_param('~scale', 1.0)
+            print('turned', flush=True)
+            rospy.sleep(0.01)
+        """
+    with Node('divider', code) as node:
+        for name, value, kept in (('gain', '0.0', 2.0), ('~scale', '0.0', 1.0)):
+            assert node.read_line() == 'turned'
+            assert rosslt('set', f'/divider/{name}', value).returncode == 0
+            assert node.process.wait(30) == 1
+            parameter = '/divider/' + name.replace('~', '') if '~' in name else '/divider/rosslt/' + name
+            assert rosgraph.Master('/test').getParam(parameter) == kept
+            log = node.logged()
+            assert 'the node ends after a change, which is taken back: ' in log
+            assert 'ZeroDivisionError: float division by zero' in log
+            node.start()
+        assert node.read_line() == 'turned'

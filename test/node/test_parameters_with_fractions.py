@@ -11,7 +11,7 @@ from rosslt.node.locations import ParameterLocation
 def test_what_was_read_as_an_int_takes_fractions_without_being_replaced(monkeypatch):
     readings = refresh.ReplacedReadings()
     monkeypatch.setattr('rosslt.node.locations.READINGS', readings)
-    location = ParameterLocation('/node/gain', '/node/gain', CallSite('node.py', 1, 1, ''), 3)
+    location = ParameterLocation('/node/gain', CallSite('node.py', 1, 1, ''), 3, None)
     location.name_node('/node')
     read = location.tracked
     computed = read * 0.5

@@ -12,7 +12,6 @@ from rosslt import srv
 from rosslt.node.access import WHOLE
 from rosslt.node.call_sites import CallSite
 from rosslt.node.locations import HeldLocation
-from rosslt.node.locking import Locking
 from rosslt.node.server import Owner
 
 TEXTS = [
@@ -134,7 +133,7 @@ def _lock(chance: random.Random, target: Owner, ids: List[int], who: str) -> Non
     request._connection_header = {}
     before = dict(target.access.locks)
     try:
-        answer = Locking(target).lock_locations(request)
+        answer = target.locking.lock_locations(request)
     except rospy.ServiceException:
         assert target.access.locks == before, 'refused, and done in part'
         raise

@@ -9,7 +9,6 @@ from typing import Any, Dict, List, NamedTuple, Optional
 import rospy
 
 from rosslt.node.json_scalars import Refused
-from rosslt.node.parameters import Parameter
 
 ACCEPT, ACCEPT_FROM, LOCKS = 'accept_changes', 'accept_changes_from', 'change_locks'
 
@@ -39,7 +38,6 @@ class Access:
         accepts: False where the parameter `accept_changes` refuses every change.
         accepted_from: requesters or patterns of them, as `fnmatch` takes them; None for all.
         locks: {name of a location, or WHOLE: Lock}.
-        parameter: the Parameter that shows the locks, and keeps them over a restart; None before the node has a name.
     """
 
     def __init__(self) -> None:
@@ -48,13 +46,10 @@ class Access:
         self.accepts = True
         self.accepted_from: Optional[List[str]] = None
         self.locks: Dict[str, Lock] = {}
-        self.parameter: Optional[LocksParameter] = None
 
-    def start(self, node: str) -> Parameter:
-        """Set the full name of this node, once it is known; returns the parameter of the locks."""
+    def start(self, node: str) -> None:
+        """Set the full name of this node, once it is known."""
         self._node = node
-        self.parameter = LocksParameter(f'{node}/rosslt/{LOCKS}', self)
-        return self.parameter
 
     def check(self, location: str, requester: str) -> None:
         """Raises Refused, with who and why, where a requester may not change a location of that name."""
@@ -106,20 +101,6 @@ class Access:
         if not isinstance(rows, list) or not all(_is_list_of(row, str) and len(row) == 3 for row in rows):
             raise Refused(f'{rows!r} is no list of locks, [[LOCATION, WHO, WHY], ...]')
         self.locks = {name: Lock(who, reason) for name, who, reason in rows}
-
-
-class LocksParameter(Parameter):
-    """`<node>/rosslt/change_locks`."""
-
-    def __init__(self, key: str, access: Access) -> None:
-        super().__init__(key)
-        self._access = access
-
-    def value(self) -> Any:
-        return self._access.rows()
-
-    def take(self, value: Any) -> None:
-        self._access.set(LOCKS, value)
 
 
 def _is_list_of(value: Any, kind: type) -> bool:

@@ -65,6 +65,14 @@ def start() -> None:
                 raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
             _owner.serve()
             shut_down_without_deadlock()
+            sys.excepthook = functools.partial(_end_by, sys.excepthook)
+
+
+def _end_by(report: Callable[..., Any], kind: Any, error: BaseException, traceback: Any) -> None:
+    """The main program raises an exception: report it, and take back the change that may have done it."""
+    report(kind, error, traceback)
+    if isinstance(error, Exception) and not rospy.is_shutdown():
+        _owner.take_back_what_ends_it(error)
 
 
 def on_new_master(function: Callable[[], None]) -> None:
@@ -320,7 +328,7 @@ def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
 def read_parameter(where: Union[FrameType, CallSite], name: str, *default: Any, as_float: bool = False) -> Any:
     """`get_param` for the call that a frame is making, or for one at a CallSite."""
     key = rospy.resolve_name(name).rstrip('/') or '/'  # '~' is '/node/'
-    return _owner.parameters.read(key, where, *default, as_float=as_float)
+    return _owner.read_parameters.read(key, where, *default, as_float=as_float)
 
 
 def explain(x: Any, timeout: float = 0.5) -> str:

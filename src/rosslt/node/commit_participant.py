@@ -11,15 +11,16 @@ import math
 import threading
 import time
 from collections import OrderedDict
-from typing import Any, ContextManager, Dict, Iterable, Iterator, List, Optional, Protocol, Sequence, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Optional, Tuple
 
 import rosgraph
 import rospy
 
 from rosslt import srv
-from rosslt.node.history import NOTHING_TO_UNDO, History, Request, applied_change
+from rosslt.node.history import NOTHING_TO_UNDO, Request, applied_change
 from rosslt.node.json_scalars import Refused, from_json
 from rosslt.node.locations import Location
+from rosslt.node.owner import Change, Owner
 from rosslt.node.service_calls import ask_all
 
 #: States of a change, as ChangeSources says them.
@@ -49,33 +50,6 @@ PATIENCE = 0.5
 
 #: The number of ended transactions that are remembered, so that a late decision about one is recognized.
 REMEMBERED = 1000
-
-#: A location, its value before and after.
-Change = Tuple[Location, Any, Any]
-
-
-class Owner(Protocol):
-    """This node as the owner of locations, as far as it is used here; `server.Owner` is it."""
-
-    name: str
-    history: History
-
-    @property
-    def lock(self) -> ContextManager[Any]: ...
-
-    def known(self, location_id: int) -> Location: ...
-
-    def changeable(self, location: Location, requester: str) -> Location: ...
-
-    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]: ...
-
-    def apply(
-        self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
-    ) -> Tuple[List[str], List[Change]]: ...
-
-    def follow(self, changed: Iterable[Location]) -> int: ...
-
-    def wait_for_parameters(self, written: int) -> None: ...
 
 
 class _Transaction:

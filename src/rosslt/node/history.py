@@ -28,16 +28,18 @@ class Request:
         id: the same in all nodes that it has changed.
         requester: who asked.
         stamp: when its last part was applied.
+        at: the same, a time of `time.monotonic`.
         changes: {Location: (value before, value after)}.
         undone: True once it has been taken back.
     """
 
-    __slots__ = ('id', 'requester', 'stamp', 'changes', 'undone')
+    __slots__ = ('id', 'requester', 'stamp', 'at', 'changes', 'undone')
 
     def __init__(self, request_id: str, requester: str) -> None:
         self.id = request_id
         self.requester = requester
         self.stamp: Any = None
+        self.at = 0.0
         self.changes: Dict[Location, Tuple[Any, Any]] = {}
         self.undone = False
 
@@ -60,10 +62,14 @@ class History:
         if last is None or last.undone or not request_id or last.id != request_id:
             last = Request(request_id or new_request_id(), requester)
             self._requests.append(last)
-        last.stamp = stamp
+        last.stamp, last.at = stamp, time.monotonic()
         for location, old, new in changes:
             first, _ = last.changes.get(location, (old, None))
             last.changes[location] = first, new
+
+    def since(self, start: float) -> List[Request]:
+        """The requests that were applied since a time of `time.monotonic` and not taken back, from the latest one."""
+        return [request for request in self._left() if request.at >= start]
 
     def latest(self, request_id: str) -> Optional[Request]:
         """The latest part of a request that has not been taken back; None where there is none."""

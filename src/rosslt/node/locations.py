@@ -13,6 +13,7 @@ from rosslt import files, values
 from rosslt.node.call_sites import CallSite
 from rosslt.node.change_lock import CHANGE_LOCK
 from rosslt.node.json_scalars import Refused, to_json
+from rosslt.node.parameter_server import as_sent
 from rosslt.node.refresh import READINGS
 
 
@@ -34,7 +35,6 @@ class Location:
         weight: how hard it is to move, against 1.0 of others; None where nobody has said it.
         rank: how willingly it is changed where several locations could be: 0 first.
         unsaved: why its value cannot be written where the code says it; '' where it can.
-        parameter: the Parameter that follows it, or None.
         remembered: True while the value in force is one that the parameter had when the node started.
         changed: called without arguments when a change of its value is in force.
         is_shared: True where several calls in the code give its name, each with a literal.
@@ -52,7 +52,6 @@ class Location:
         'maximum',
         'read_only',
         'weight',
-        'parameter',
         'remembered',
         'changed',
         'is_shared',
@@ -81,7 +80,6 @@ class Location:
         self.source: values.Source = values.UnnamedSource(self.id)
         self.type: Type[Any] = type(value)
         self.minimum, self.maximum, self.read_only, self.weight = minimum, maximum, read_only, weight
-        self.parameter: Any = None
         self.remembered = False
         self.changed = changed
         self.is_shared = False
@@ -224,33 +222,44 @@ class LiteralLocation(HeldLocation):
         self._literal = value_in_code
 
 
+class Defaults(Protocol):
+    """The defaults that the code gives for parameters."""
+
+    def default_of(self, name: str) -> Tuple[Any, List[str]]: ...
+
+    def reread(self, name: str, said: Any) -> None: ...
+
+
 class ParameterLocation(HeldLocation):
     """The location of a scalar in a ROS parameter; its type is what the parameter says.
+
+    Args:
+        defaults: where the code's default is found.
 
     Attributes:
         unsaved: why its value cannot be written into the default in the code; '' where it can.
     """
 
-    __slots__ = ('unsaved',)
+    __slots__ = ('unsaved', '_defaults')
 
-    def __init__(self, identity: str, name: str, site: CallSite, value: Any) -> None:
-        super().__init__(identity, name, site, value)
+    def __init__(self, name: str, site: CallSite, value: Any, defaults: Defaults) -> None:
+        super().__init__(name, name, site, value)
         self.unsaved = ''
+        self._defaults = defaults
 
     @property
     def value_in_code(self) -> Any:
-        return self.parameter.default_of(self.name)[0]
+        return self._defaults.default_of(self.name)[0]
 
     def checked(self, value: Any) -> Any:
-        value = super().checked(value)
-        return value if self.parameter is None else self.parameter.checked(value)
+        return as_sent(super().checked(value))
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
-        value, path = self.parameter.default_of(self.name)
+        value, path = self._defaults.default_of(self.name)
         return None if value is None else source.argument_of_call(self.site.line, self.site.column, 1, 'default', path)
 
     def reread(self, value_in_code: Any) -> None:
-        self.parameter.reread(self.name, value_in_code)
+        self._defaults.reread(self.name, value_in_code)
 
     def retype(self, value: Any) -> None:
         """Make `value` the one in force, and its type the location's."""

@@ -1,35 +1,18 @@
 """The service by which locations are locked and unlocked, and which says who may change what."""
 
-from typing import Any, ContextManager, Iterable, Protocol
+from typing import Callable, Iterable
 
 import rospy
 
 from rosslt import srv
-from rosslt.node.access import WHOLE, Access, Lock
+from rosslt.node.access import LOCKS, WHOLE, Lock
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations import Location, Locations
-from rosslt.node.parameters import ParameterMirror
+from rosslt.node.locations import Location
+from rosslt.node.owner import Owner
+from rosslt.node.parameter_server import as_sent
+from rosslt.node.parameters import Parameters
 
 LOCK, UNLOCK, ASK = 'lock', 'unlock', ''
-
-
-class Owner(Protocol):
-    """The attributes of `server.Owner`, the owner of this node's locations, that this module uses."""
-
-    access: Access
-    locations: Locations
-    mirror: ParameterMirror
-
-    @property
-    def lock(self) -> ContextManager[Any]: ...
-
-    def known(self, location_id: int) -> Location: ...
-
-    def wait_for_reserved(self, locations: Iterable[Location]) -> bool: ...
-
-    def wait_for_parameters(self, written: int) -> None: ...
-
-    def publish_locations(self) -> None: ...
 
 
 class Locking:
@@ -37,10 +20,14 @@ class Locking:
 
     Args:
         owner: this node as the owner of locations.
+        parameters: its parameters.
+        wait_for_reserved: waits until nobody is changing locations; raises Refused where that takes too long.
     """
 
-    def __init__(self, owner: Owner) -> None:
-        self._owner = owner
+    def __init__(
+        self, owner: Owner, parameters: Parameters, wait_for_reserved: Callable[[Iterable[Location]], bool]
+    ) -> None:
+        self._owner, self._parameters, self._wait_for_reserved = owner, parameters, wait_for_reserved
 
     def serve(self) -> None:
         """Offer the service."""
@@ -54,7 +41,7 @@ class Locking:
         with owner.lock:
             if request.action != ASK:
                 self._act(request)
-            written = owner.mirror.write(*filter(None, [owner.access.parameter] * (request.action != ASK)))
+            written = self._parameters.write(*[LOCKS] * (request.action != ASK))
             ids = {location.name: location.id for location in owner.locations.by_id.values()}
             told = {ids.get(name, 0): lock for name, lock in owner.access.locks.items() if name in ids or name == WHOLE}
         if request.action != ASK:
@@ -73,8 +60,9 @@ class Locking:
         try:
             locations = [owner.known(one) for one in request.location_ids]
             if request.action == LOCK:
+                as_sent([request.who, request.reason])
                 # what is under way is over when it is said that no change is taken any more
-                owner.wait_for_reserved(locations or owner.locations.by_id.values())
+                self._wait_for_reserved(locations or owner.locations.by_id.values())
         except Refused as refused:
             raise rospy.ServiceException(str(refused)) from None
         names = [location.name for location in locations] or [WHOLE]

@@ -1,4 +1,4 @@
-"""Errors that callbacks of nodes raise, as their nodes report them on /rosout."""
+"""Errors that nodes raise in callbacks, or in their main program after a change, as they report them on /rosout."""
 
 import collections
 import time
@@ -8,7 +8,10 @@ import rospy
 from rosgraph_msgs.msg import Log
 
 #: The start of rospy's log message about a callback that raised.
-REPORT = 'bad callback: '
+BAD_CALLBACK = 'bad callback: '
+
+#: The start of rosslt's log message about a main program that raised.
+ENDS = 'the node ends '
 
 #: The maximal number of kept reports.
 MOST = 100
@@ -28,7 +31,7 @@ class NodeErrors:
         self._subscriber = rospy.Subscriber('/rosout', Log, self._take)
 
     def _take(self, report: Any) -> None:
-        if report.level >= Log.ERROR and report.msg.startswith(REPORT):
+        if report.level >= Log.ERROR and report.msg.startswith((BAD_CALLBACK, ENDS)):
             self._raised.append(_Raised(time.monotonic(), report.name, report.msg.strip().splitlines()[-1]))
 
     def raised_since(self, nodes: Collection[str], since: float) -> str:

@@ -1,4 +1,4 @@
-"""The ROS parameters behind locations, and the one thread that keeps both equal.
+"""The parameters below `<node>/rosslt`, and the one thread that keeps this node's values and all its parameters equal.
 
 The node's memory holds the value in force; the parameter mirrors it, so that `rosparam get` shows it and
 `rosparam set` changes it. All traffic with the master happens in one thread, which writes what has changed
@@ -10,18 +10,26 @@ import contextlib
 import json
 import re
 import threading
-from typing import Any, Callable, Dict, List, Set, Tuple
-from xml.parsers.expat import ExpatError
-from xmlrpc.client import MultiCall, dumps, loads
+from typing import Callable, Dict, List, Tuple, Union
 
 import rosgraph
 import rospy
 
-from rosslt import files
+from rosslt.node.access import LOCKS
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations import LiteralLocation
+from rosslt.node.locations import LiteralLocation, Location
 from rosslt.node.no_master import NO_MASTER
-from rosslt.node.parameter_updates import ParameterUpdates
+from rosslt.node.owner import Owner
+from rosslt.node.parameter_server import (
+    ParameterServer,
+    Tree,
+    as_shown,
+    is_related,
+    is_sent_alike,
+    is_within,
+    part_of,
+    with_part,
+)
 
 #: The suffix that rospy appends to the name of an anonymous node: process and time.
 ANONYMOUS = re.compile(r'_\d+_\d{13}$')
@@ -33,135 +41,40 @@ RECORDS = 'rosslt_records'
 RETRY_PERIOD = 1.0
 
 
-class Parameter:
-    """A ROS parameter that the mirror keeps; the base of its kinds.
-
-    Attributes:
-        key: its full name.
-        is_recorded: whether what it started from is written down beside it.
-    """
-
-    def __init__(self, key: str) -> None:
-        self.key = key
-        self.is_recorded = False
-
-    def value(self) -> Any:
-        """The value that the parameter should have."""
-        raise NotImplementedError
-
-    def pairs(self) -> List[Tuple[str, Any]]:
-        """Return the parameters to set on the parameter server, [(full name, value)]."""
-        return [(self.key, self.value())]
-
-    def take(self, value: Any) -> None:
-        """The parameter was set; raises Refused where the value is not accepted, and the parameter is set back."""
-        raise NotImplementedError
-
-
-class LiteralParameter(Parameter):
-    """`<node>/rosslt/<name>`, behind the location of a literal.
-
-    Beside it, `<node>/rosslt_records/<name>` keeps the literal that it started from, and the id of its location. Where
-    the code says another literal at the next start, or another location has the name, what an earlier run left is void.
-
-    Args:
-        location: the location of the literal.
-        changed: called with (location, value) where the parameter was set from outside; may raise Refused.
-    """
-
-    def __init__(self, node: str, location: LiteralLocation, changed: Callable[[LiteralLocation, Any], None]) -> None:
-        super().__init__(f'{node}/rosslt/{location.name}')
-        self.record_key = f'{node}/{RECORDS}/{location.name}'
-        self.location = location
-        self._changed = changed
-
-    def value(self) -> Any:
-        return self.location.value
-
-    def pairs(self) -> List[Tuple[str, Any]]:
-        if self.is_recorded:
-            return super().pairs()
-        self.is_recorded = True
-        return [*super().pairs(), (self.record_key, [self.location.literal, f'{self.location.id:x}'])]
-
-    def take(self, value: Any) -> None:
-        self._changed(self.location, value)
-
-    def take_over(self, left_behind: Dict[str, Any], records: Dict[str, Any]) -> None:
-        """Start with what the parameter already says, where that still holds.
-
-        Args:
-            left_behind, records: what stands on the parameter server, by the name of the location.
-        """
-        location = self.location
-        if location.name not in left_behind:
-            return
-        value = left_behind[location.name]
-        record: Any = records.get(location.name)
-        # A parameter without a record was not left by an earlier run: somebody, perhaps a launch file, has set it for
-        # this one.
-        is_left = isinstance(record, list) and len(record) == 2
-        literal, location_id = record if is_left else (location.literal, f'{location.id:x}')
-        # What says an int where a float is meant was taken for a float where it was edited in the running node.
-        said = float(location.literal) if type(literal) is location.type is float else location.literal
-        why = ''
-        if location_id != f'{location.id:x}':
-            why = 'is another number than in an earlier run'
-        elif type(literal) is not type(said) or literal != said:
-            why = f'now says {location.literal!r} where it said {literal!r}'
-        if why:
-            rospy.loginfo('%s %s: the parameter %s = %r of it is dropped', location.place, why, self.key, value)
-            return
-        try:
-            location.put(location.checked(value))
-        except Refused as refused:
-            kept = location.value
-            rospy.logwarn(
-                '%s goes on with %r, the parameter %s is not taken: %s', location.place, kept, self.key, refused
-            )
-            return
-        if location.value != location.literal:
-            location.remembered = True
-            rospy.loginfo(
-                '%s is %r, %s; the code says %r (%s)',
-                location.name,
-                location.value,
-                'from an earlier run' if is_left else f'as the parameter {self.key} says',
-                location.literal,
-                location.place,
-            )
-
-
-class ParameterMirror:
+class Parameters:
     """Keeps parameters and the values behind them equal, from `start` on.
 
+    `<node>/rosslt/<name>` shows the value of a literal, as JSON where no parameter can hold it. Beside it,
+    `<node>/rosslt_records/<name>` keeps the literal that stood in the code, the id of its location, and the value, as
+    JSON. Where the code says another literal at the next start, or another location has the name, what an earlier run
+    left is void.
+
     Args:
-        namespace_set: called with (name below the node's `rosslt` namespace, value) where somebody sets a parameter
-            there that is not mirrored; `{}` where it is deleted.
-        set_elsewhere: called with the full name of any parameter that was set or deleted, in the one thread.
+        owner: this node as the owner of locations.
+        write_read: writes the parameters that this node reads as sources; returns their records, [(full name, text)].
+        learn: called with the full name of any parameter that was set or deleted, in the one thread.
 
     Attributes:
+        server: the parameter server.
         namespace: `<node>/rosslt`, '' before the node has a name.
-        left_behind: what stood in that namespace at the start, by name.
-        records: what the parameters of an earlier run started from, by name.
     """
 
-    def __init__(self, namespace_set: Callable[[str, Any], None], set_elsewhere: Callable[[str], None]) -> None:
-        self._namespace_set = namespace_set
-        self._set_elsewhere = set_elsewhere
+    def __init__(
+        self, owner: Owner, write_read: Callable[[], List[Tuple[str, Tree]]], learn: Callable[[str], None]
+    ) -> None:
+        self._owner, self._write_read, self._learn = owner, write_read, learn
         self._node = self.namespace = ''
-        self._updates: Any = None
-        self._masters = threading.local()
+        self.server = ParameterServer(self._notice)
         self._wake = threading.Condition()
-        self._by_key: Dict[str, Parameter] = {}
-        self._unwritten: Dict[Parameter, None] = {}  # an ordered set
+        self._literals: Dict[str, LiteralLocation] = {}  # by name
+        self._shown: Dict[LiteralLocation, None] = {}  # those that have been written
+        self._unwritten: Dict[Union[Location, str], None] = {}  # an ordered set of locations and settings
         self._unread: Dict[str, None] = {}
-        self._heard: Set[str] = set()  # keys that are subscribed to, with all below them
         self._asked = 0  # requested writes, and how many of them are done
         self._done = 0
         self._is_cleared = False
-        self.left_behind: Dict[str, Any] = {}
-        self.records: Dict[str, Any] = {}
+        self._own: Tree = {}  # what others have set in the namespace
+        self._records: Tree = {}
 
     def start(self, node: str) -> None:
         """Begin, once this process is a node: read what an earlier run left.
@@ -169,56 +82,91 @@ class ParameterMirror:
         Args:
             node: the full name of this node; all below its `rosslt` namespace is listened to.
         """
-        self._node = node
-        self.namespace = node + '/rosslt'
-        self._updates = ParameterUpdates(self.namespace, self._notice)
-        self.subscribe(self.namespace)
-        self.left_behind = flat(self.read(self.namespace, {}))
-        self.records = flat(self.read(f'{node}/{RECORDS}', {}))
+        self._node, self.namespace = node, node + '/rosslt'
+        self.server.start(self.namespace)
+        self.server.subscribe(self.namespace)
+        self._own = self.server.get(self.namespace)
+        self._records = self.server.get(f'{node}/{RECORDS}')
+        if ANONYMOUS.search(node):
+            self._leave_nothing()
         threading.Thread(target=self._work, name='rosslt parameters', daemon=True).start()
 
-    @property
-    def _master(self) -> rosgraph.Master:
-        """The master; XML-RPC's connections serve one thread each."""
-        if not hasattr(self._masters, 'own'):
-            self._masters.own = rosgraph.Master(rospy.get_name())
-        return self._masters.own
+    def setting(self, name: str) -> Tree:
+        """What was set in the namespace, None where nothing was."""
+        return part_of(self._own, name)
 
-    def add(self, parameter: Parameter) -> None:
-        """Mirror a parameter of the node's `rosslt` namespace."""
-        with self._wake:
-            self._by_key[parameter.key] = parameter
+    def take_over(self, location: LiteralLocation) -> None:
+        """Have a literal begin with what its parameter already says, where that still holds."""
+        value = part_of(self._own, location.name)
+        if value is None:
+            return
+        key = f'{self.namespace}/{location.name}'
+        record = read_record(part_of(self._records, location.name))
+        # A parameter without a record was not left by an earlier run: somebody, perhaps a launch file, has set it for
+        # this one.
+        said, location_id, kept = record if len(record) == 3 else (location.literal, location.id, value)
+        if is_sent_alike(value, as_shown(kept)):
+            value = kept
+        # What says an int where a float is meant was taken for a float where it was edited in the running node.
+        literal = float(location.literal) if type(said) is location.type is float else location.literal
+        why = ''
+        if location_id != location.id:
+            why = 'is another number than in an earlier run'
+        elif type(said) is not type(literal) or said != literal:
+            why = f'now says {location.literal!r} where it said {said!r}'
+        if why:
+            rospy.loginfo('%s %s: the parameter %s = %r of it is dropped', location.place, why, key, value)
+            return
+        try:
+            location.put(location.checked(value))
+        except Refused as refused:
+            kept = location.value
+            rospy.logwarn('%s goes on with %r, the parameter %s is not taken: %s', location.place, kept, key, refused)
+            return
+        if location.value != location.literal:
+            location.remembered = True
+            rospy.loginfo(
+                '%s is %r, %s; the code says %r (%s)',
+                location.name,
+                location.value,
+                'from an earlier run' if record else f'as the parameter {key} says',
+                location.literal,
+                location.place,
+            )
 
-    def write(self, *parameters: Parameter) -> int:
-        """Have parameters follow, soon; returns what `wait` waits for."""
+    def follow(self, location: LiteralLocation, is_written: bool) -> None:
+        """Have `rosparam set` change a literal from now on, and show its value at once if `is_written`."""
         with self._wake:
-            if not parameters:
+            self._literals[location.name] = location
+        if is_written:
+            self.write(location)
+
+    def write(self, *changed: Union[Location, str]) -> int:
+        """Have the parameters of locations, and settings, follow soon; returns what `wait` waits for."""
+        with self._wake:
+            if not changed:
                 return self._done
-            self._unwritten.update(dict.fromkeys(parameters))
+            self._unwritten.update(dict.fromkeys(changed))
             self._asked += 1
             self._wake.notify_all()
             return self._asked
-
-    def renew_literal(self, parameter: Parameter) -> None:
-        """Record what the code says now beside a parameter that shows the value of a literal."""
-        if parameter.is_recorded:
-            parameter.is_recorded = False
-            self.write(parameter)
 
     def wait(self, written: int, timeout: float) -> bool:
         """Wait until what `write` returned is done, for at most `timeout` seconds; True if it is."""
         with self._wake:
             return self._wake.wait_for(lambda: self._done >= written, timeout)
 
-    def renew(self) -> None:
-        """Show the values of literals to a new master, and follow what is set there."""
-        heard, self._heard = self._heard, set()
-        for key in heard:
-            self.subscribe(key)
-        for parameter in list(self._by_key.values()):
-            self.renew_literal(parameter)
+    def write_again(self, location: Location) -> None:
+        """Have the record of a literal say what the code says now, where there is one."""
+        if location in self._shown:
+            self.write(location)
 
-    def leave_nothing(self) -> None:
+    def renew(self) -> None:
+        """Show the values of literals, and the locks, to a new master, and hear of what is set there."""
+        self.server.subscribe_again()
+        self.write(*self._shown, *([LOCKS] if self._owner.access.locks else []))
+
+    def _leave_nothing(self) -> None:
         """Have no parameter of this node outlive it: its name, an anonymous one, does not come again.
 
         What nodes have left that were called alike and ended without warning is cleared now.
@@ -226,10 +174,10 @@ class ParameterMirror:
         rospy.on_shutdown(self._clear)
         kind = ANONYMOUS.sub('', self._node)
         left_behind = re.compile(re.escape(kind) + ANONYMOUS.pattern.rstrip('$') + r'(?=/rosslt(_[a-z]+)?/)')
-        found = filter(None, map(left_behind.match, self._master.getParamNames()))
+        found = filter(None, map(left_behind.match, self.server.master.getParamNames()))
         for node in {one.group() for one in found} - {self._node}:
             try:
-                self._master.lookupNode(node)
+                self.server.master.lookupNode(node)
             except rosgraph.MasterError:
                 self._delete(node)
 
@@ -241,84 +189,29 @@ class ParameterMirror:
 
     def _delete(self, node: str) -> None:
         for namespace in ('rosslt', RECORDS):
-            with contextlib.suppress(rosgraph.MasterError):  # there is none
-                self._master.deleteParam(f'{node}/{namespace}')
+            self.server.delete(f'{node}/{namespace}')
 
     def is_own(self, key: str) -> bool:
         """Return whether a parameter is one that rosslt itself stores for the locations of this node."""
         return bool(self._node) and any(is_within(key, f'{self._node}/{one}') for one in ('rosslt', RECORDS))
 
-    def read(self, key: str, default: Any) -> Any:
-        """Read a parameter from the parameter server, without the parts that rosslt stores for this node's locations.
+    def read(self, key: str) -> Tree:
+        """Read a parameter without the parts that rosslt stores for this node's locations; None where it is not set."""
+        value = rest = self.server.get(key)
+        if self._node and is_within(self._node, key):
+            for namespace in ('rosslt', RECORDS):
+                rest = with_part(rest, f'{self._node}/{namespace}'[len(key.rstrip('/')) :], None)
+        return rest if rest or not value else None
 
-        Returns:
-            The value; the default where the parameter is not set.
-        """
-        try:
-            value = self._master.getParam(key)
-        except rosgraph.MasterError:
-            return default
-        if not self._node or not is_within(self._node, key):
-            return value
-        rest = value
-        for namespace in ('rosslt', RECORDS):
-            rest = with_part(rest, f'{self._node}/{namespace}'[len(key.rstrip('/')) :], None)
-        return rest if rest or not value else default
+    def record_of_default(self, key: str) -> Tuple[str, List[Tree]]:
+        """The name of the parameter that keeps what this node has set a parameter to whose default is in the code, and
+        what an earlier run has left there."""
+        return f'{self._node}/{RECORDS}/_{key}', read_record(part_of(self._records, '_' + key))
 
-    def exchange(self, key: str, value: Any) -> Any:
-        """Set a parameter; returns what it said until then, None where it was not set."""
-        calls: Any = MultiCall(self._master.handle)
-        calls.getParam(self._updates.name, key)
-        calls.setParam(self._updates.name, key, value)
-        (code, _, stood), (is_set, message, _) = calls()
-        if is_set != 1:
-            rospy.logwarn('the parameter %s is not set: %s', key, message)
-        return stood if code == 1 else None
-
-    def set(self, pairs: List[Tuple[str, Any]]) -> None:
-        """Set parameters, all in one call of the master, which does not report them back to this process."""
-        calls: Any = MultiCall(self._master.handle)
-        keys: List[str] = []
-        for key, value in pairs:
-            try:
-                calls.setParam(self._updates.name, key, as_sent(value))
-                keys.append(key)
-            except Refused as refused:
-                rospy.logwarn('the parameter %s cannot show its value: %.500s', key, refused)
-        for key, (code, message, _) in zip(keys, calls() if keys else ()):
-            if code != 1:
-                rospy.logwarn('the parameter %s is not set: %s', key, message)
-
-    def record_key(self, key: str) -> str:
-        """The name of the parameter that keeps what this node has set a parameter to that was not set before."""
-        return f'{self._node}/{RECORDS}/_{key}'
-
-    def was_default(self, key: str, value: Any) -> bool:
-        """Return whether an earlier run set a parameter to that value because it had read the default in the code."""
-        if self.records.get('_' + key) != [value]:
-            return False
-        try:
-            return key not in json.loads(self.read(files.ORIGINS, '{}'))  # a launch file may have set it since
-        except (TypeError, ValueError):  # what is there is not what `rosslt launch` writes
-            return True
-
-    def subscribe(self, key: str) -> None:
-        """Follow changes of a key and of the keys below it, once this process is a node."""
-        if self._updates is not None and not any(is_within(key, heard) for heard in self._heard):
-            self._heard.add(key)
-            self._updates.subscribe(self._master, key)
-
-    def _notice(self, key: str, value: Any) -> None:
-        """The master reports that a parameter, or a part of it, has been set."""
+    def _notice(self, key: str) -> None:
         with self._wake:
             self._unread[key] = None
             self._wake.notify_all()
-        if not is_within(key, self.namespace):
-            return
-        for name, part in ((flat(value) if isinstance(value, dict) else {}) or {'': value}).items():
-            full = f'{key}/{name}'.rstrip('/')
-            if full not in self._by_key:
-                self._namespace_set(full[len(self.namespace) + 1 :], part)
 
     def _work(self) -> None:
         while not rospy.is_shutdown():
@@ -335,8 +228,6 @@ class ParameterMirror:
                 rospy.logwarn_throttle(30, 'parameters below %s do not follow, %s', self.namespace, why)
                 rospy.rostime.wallsleep(RETRY_PERIOD)
                 with self._wake:
-                    for parameter in unwritten:
-                        parameter.is_recorded = False
                     self._unwritten.update(unwritten)
                     self._unread.update(unread)
                 continue
@@ -347,87 +238,60 @@ class ParameterMirror:
                 self._done = asked
                 self._wake.notify_all()
 
-    def _write(self, parameters: List[Parameter]) -> None:
-        if not self._is_cleared:
-            self.set([pair for parameter in parameters for pair in parameter.pairs()])
+    def _write(self, changed: List[Union[Location, str]]) -> None:
+        if self._is_cleared:
+            return
+        pairs: List[Tuple[str, Tree]] = []
+        has_read = False
+        for one in changed:
+            if isinstance(one, str):
+                rows = self._owner.access.rows()
+                self._own = with_part(self._own, one, rows)
+                pairs.append((f'{self.namespace}/{one}', rows))
+            elif isinstance(one, LiteralLocation):
+                self._shown[one] = None
+                pairs.append((f'{self.namespace}/{one.name}', as_shown(one.value)))
+                pairs.append((f'{self._node}/{RECORDS}/{one.name}', json.dumps([one.literal, one.id, one.value])))
+            else:
+                has_read = True
+        if has_read:
+            pairs += self._write_read()
+        self.server.set(pairs)
 
     def _read(self, key: str) -> None:
         """Take in what the master says of a parameter that was set, and of those above and below it."""
-        for parameter in [one for name, one in list(self._by_key.items()) if is_related(name, key)]:
-            value = self.read(parameter.key, None)
-            with self._wake:
-                is_overtaken = parameter in self._unwritten
-            if value is None or is_overtaken:
-                continue  # deleted, or about to be written: the value in force stays
-            try:
-                parameter.take(value)
-            except Refused as refused:
-                rospy.logerr('rosparam set %s is refused, it is set back: %.500s', parameter.key, refused)
-                self.write(parameter)
-        self._set_elsewhere(key)
+        if is_related(key, self.namespace):
+            key = key if is_within(key, self.namespace) else self.namespace
+            before, self._own = self._own, with_part(self._own, key[len(self.namespace) :], self.server.get(key))
+            for name, location in list(self._literals.items()):
+                if is_related(f'{self.namespace}/{name}', key):
+                    self._take(location)
+            for name in self._owner.settings:
+                if not is_sent_alike(part_of(before, name), part_of(self._own, name)):
+                    self._owner.set_setting(name, part_of(self._own, name))
+        self._learn(key)
+
+    def _take(self, location: LiteralLocation) -> None:
+        """Put in force what the parameter of a literal says."""
+        value = part_of(self._own, location.name)
+        with self._wake:
+            is_overtaken = location in self._unwritten
+        # deleted, or about to be written: the value in force stays
+        if value is None or is_overtaken or is_sent_alike(value, as_shown(location.value)):
+            return
+        try:
+            self._owner.set_value(location, value, 'parameter server')
+        except Refused as refused:
+            rospy.logerr(
+                'rosparam set %s/%s is refused, it is set back: %.500s', self.namespace, location.name, refused
+            )
+            self.write(location)
 
 
-def as_sent(value: Any) -> Any:
-    """A value of a parameter as the master gets it.
-
-    Raises:
-        Refused: it cannot be sent: XML has no control characters, nor halves of others.
-    """
+def read_record(text: Tree) -> List[Tree]:
+    """The content of a record; nothing where it is none."""
     try:
-        return loads(dumps((value,)).encode('utf-8'))[0][0]
-    except (OverflowError, TypeError, ValueError, ExpatError) as error:
-        raise Refused(f'the parameter server cannot hold {value!r}: {error}') from None
-
-
-def is_sent_alike(one: Any, other: Any) -> bool:
-    """Return whether two values are equal when sent to the master; False if one cannot be sent."""
-    try:
-        return dumps((one,), allow_none=True) == dumps((other,), allow_none=True)
-    except (OverflowError, TypeError, ValueError):
-        return False
-
-
-def is_within(key: str, namespace: str) -> bool:
-    """Return whether the parameter `key` is `namespace` itself or below it."""
-    return key == namespace or key.startswith(namespace.rstrip('/') + '/')
-
-
-def is_related(one: str, other: str) -> bool:
-    """Return whether two parameters are the same, or one is below the other."""
-    return is_within(one, other) or is_within(other, one)
-
-
-def part_of(tree: Any, key: str) -> Any:
-    """The part of a tree of parameters that has that name; None where there is none."""
-    for step in key.split('/'):
-        if step:
-            tree = tree.get(step) if isinstance(tree, dict) else None
-    return tree
-
-
-def with_part(tree: Any, key: str, value: Any) -> Any:
-    """A copy of a tree of parameters with another part of that name, or without it where the value is None."""
-    first, _, rest = key.lstrip('/').partition('/')
-    if not first:
-        return value
-    copied = dict(tree) if isinstance(tree, dict) else {}
-    part = with_part(copied.get(first), rest, value)
-    if part is not None:
-        copied[first] = part
-    else:
-        copied.pop(first, None)
-    return copied if copied or isinstance(tree, dict) else tree
-
-
-def flat(tree: Any) -> Dict[str, Any]:
-    """A tree of parameters as `{'a/b': value}`; `{}` for a value that is not a dict."""
-    leaves: Dict[str, Any] = {}
-    waiting = [('', tree)]
-    while waiting:
-        prefix, branch = waiting.pop()
-        for name, value in branch.items() if isinstance(branch, dict) else ():
-            if isinstance(value, dict):
-                waiting.append((prefix + name + '/', value))
-            else:
-                leaves[prefix + name] = value
-    return leaves
+        record = json.loads(text)
+    except (TypeError, ValueError, RecursionError):
+        return []
+    return record if isinstance(record, list) else []

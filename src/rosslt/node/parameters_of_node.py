@@ -20,7 +20,7 @@ def take_fractions(source: values.Source) -> None:
     """Have a parameter for which `is_whole_parameter` holds take fractions from now on: it means a float."""
     location = _parameter(source)
     if location is not None:
-        started('get_param').parameters.take_fractions(location.name)
+        started('get_param').read_parameters.take_fractions(location.name)
 
 
 def _parameter(source: values.Source) -> Optional[ParameterLocation]:
@@ -51,4 +51,4 @@ def serve_parameter(number: Any, changed: Callable[[], None], minimum: Any, maxi
 
 def parameter_was_set(name: str) -> None:
     """Have a parameter that this process has just set or deleted be read as it is now."""
-    started('set_param').parameters.learn(rospy.resolve_name(name).rstrip('/') or '/')
+    started('set_param').read_parameters.learn(rospy.resolve_name(name).rstrip('/') or '/')

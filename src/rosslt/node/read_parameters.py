@@ -6,64 +6,48 @@ master, so that a change of one element writes the whole list; a default that is
 type is what the parameter says: a number that somebody sets from 1 to 1.5 was an int and is a float.
 """
 
-import functools
+import json
 import math
 import operator
 from types import FrameType
-from typing import Any, Callable, ContextManager, Dict, Iterator, List, Protocol, Set, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Set, Tuple, Union
 
 import rospy
 
-from rosslt import values
-from rosslt.node.access import Access
+from rosslt import files, values
 from rosslt.node.call_sites import CallSite, call_site
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations import Location, Locations, ParameterLocation
-from rosslt.node.parameters import (
-    Parameter,
-    ParameterMirror,
+from rosslt.node.locations import ParameterLocation
+from rosslt.node.owner import Change, Owner
+from rosslt.node.parameter_server import (
+    Tree,
     as_sent,
+    element_of,
     is_related,
     is_sent_alike,
     is_within,
     part_of,
     with_part,
 )
+from rosslt.node.parameters import Parameters
 from rosslt.node.source_files import SOURCE_FILES
 
 #: The requester's name for a change that came by setting a parameter.
 REQUESTER = 'parameter server'
 
 
-class Owner(Protocol):
-    """The attributes of `server.Owner`, the owner of this node's locations, that this module uses."""
-
-    name: str
-    locations: Locations
-    mirror: ParameterMirror
-    access: Access
-
-    @property
-    def lock(self) -> ContextManager[Any]: ...
-
-    def applied(self, changes: List[Tuple[Location, Any, Any]], requester: str) -> None: ...
-
-    def publish_locations(self) -> None: ...
-
-
-class ReadParameters(Parameter):
+class ReadParameters:
     """The parameters that this node reads as sources, however often and from wherever it reads them.
 
     Args:
         owner: this node as the owner of locations.
+        parameters: the parameters of this node.
     """
 
-    def __init__(self, owner: Owner) -> None:
-        super().__init__('/')
-        self._owner = owner
+    def __init__(self, owner: Owner, parameters: Parameters) -> None:
+        self._owner, self._parameters = owner, parameters
         self._asked: Dict[str, CallSite] = {}  # by full name, the call that reads it
         self._defaults: Dict[str, Any] = {}  # by full name, what the code says while it is not set
-        self._code: Dict[str, Tuple[Any, List[str]]] = {}  # the scalars in the defaults, and the paths to them, by name
         self._floats: Set[str] = set()  # names below which an int is taken for a float
         self._known: Any = {}  # what the master says, a tree from the root; never changed, but replaced
         self._said: Dict[str, Any] = {}  # the scalars in it and in the defaults in force, by name
@@ -101,28 +85,32 @@ class ReadParameters(Parameter):
             if key in self._asked:
                 return
             site = where if isinstance(where, CallSite) else call_site(where)
-            self._owner.mirror.subscribe(key)
-            value = self._owner.mirror.read(key, None)
+            self._parameters.server.subscribe(key)
+            value = self._parameters.read(key)
             self._asked[key] = site
             self._take_in(key, value)
             if value is not None and default:
-                if self._owner.mirror.was_default(key, value):
+                if self._was_default(key, value):
                     self._take_default(key, site, default[0])
                 if not as_float:
                     _warn_of_int(key, site, value, default[0])
 
     def _take_default(self, key: str, where: Union[FrameType, CallSite], value: Any) -> bool:
         """Note what the code says for a parameter, which is its value while it is not set; False where parameters that
-        were read before stand in the way."""
+        were read before stand in the way, or where no parameter can hold it."""
         with self._owner.lock:
             if part_of(self._known, key) is None and (
-                is_within(self._owner.mirror.namespace, key) or any(is_related(name, key) for name in self._present)
+                is_within(self._parameters.namespace, key) or any(is_related(name, key) for name in self._present)
             ):
+                return False
+            plain = values.untracked(value)
+            try:
+                as_sent(plain)
+            except Refused:
                 return False
             site = self._asked[key] = where if isinstance(where, CallSite) else call_site(where)
             SOURCE_FILES.keep(site.file)
-            self._defaults[key] = values.untracked(value)
-            _leafwise(key, self._defaults[key], functools.partial(self._note_code, key))
+            self._defaults[key] = plain
             self._renew(self._known)
             for name, location in self._present.items():
                 if is_within(name, key):
@@ -135,41 +123,46 @@ class ReadParameters(Parameter):
             self._floats.add(key)
             self._renew(self._known)
 
-    def _note_code(self, key: str, name: str, value: Any) -> None:
-        self._code[name] = values.plain_scalar(value), name[len(key) :].split('/')[1:]
+    def _was_default(self, key: str, value: Tree) -> bool:
+        """Return whether an earlier run set a parameter to that value because it had read the default in the code."""
+        if not is_sent_alike(self._parameters.record_of_default(key)[1], [value]):
+            return False
+        try:
+            # a launch file may have set it since
+            return key not in json.loads(self._parameters.read(files.ORIGINS) or '{}')
+        except (TypeError, ValueError):  # what is there is not what `rosslt launch` writes
+            return True
 
     def default_of(self, name: str) -> Tuple[Any, List[str]]:
         """Return the default that the code gives for a location (None if none), and its path in the call's argument."""
-        return self._code.get(name, (None, []))
-
-    def checked(self, value: Any) -> Any:
-        """A scalar as the parameter server holds it; raises Refused where it cannot."""
-        return as_sent(value)
+        for key, default in self._defaults.items():
+            if is_within(name, key):
+                return values.plain_scalar(element_of(default, name[len(key) :])), name[len(key) :].split('/')[1:]
+        return None, []
 
     def reread(self, name: str, said: Any) -> None:
         """Take in what the code says of a location since it was edited."""
-        self._code[name] = said, self._code[name][1]
         for key, default in self._defaults.items():
             self._defaults[key] = _leafwise(key, default, lambda one, part: said if one == name else part)
         self._said = self._scalars(self._known)
 
     def learn(self, key: str) -> None:
         """Read again what stands at a key, above or below it, as it may have been set or deleted."""
-        mirror = self._owner.mirror
+        is_own = self._parameters.is_own
         with self._owner.lock:
-            asked = [one for one in self._asked if mirror.is_own(one) or not mirror.is_own(key)]
+            asked = [one for one in self._asked if is_own(one) or not is_own(key)]
             for part in {key if is_within(key, one) else one for one in asked if is_related(key, one)}:
-                self._take_in(part, mirror.read(part, None))
+                self._take_in(part, self._parameters.read(part))
 
     def follow(self, is_new_master: bool = False) -> None:
         """Follow what has been read at a master that does not know of it; a new one is told what it lacks."""
         with self._owner.lock:
             for key in list(self._asked):
-                self._owner.mirror.subscribe(key)
+                self._parameters.server.subscribe(key)
                 known = part_of(self._known, key)
                 if is_new_master and known is not None:
-                    stands = self._owner.mirror.read(key, None)
-                    self._owner.mirror.set(list(_lacking(key.rstrip('/'), self._in_force(key), stands)))
+                    stands = self._parameters.read(key)
+                    self._parameters.server.set(list(_lacking(key.rstrip('/'), self._in_force(key), stands)))
                 self.learn(key)
 
     def _take_in(self, key: str, value: Any) -> None:
@@ -183,7 +176,7 @@ class ReadParameters(Parameter):
         except Refused as refused:
             rospy.logerr('rosparam set %s is refused, it is set back: %.500s', key, refused)
             unit = self._unit_of(key)
-            self._owner.mirror.set([(unit, self._in_force(unit))])
+            self._parameters.server.set([(unit, self._in_force(unit))])
         else:
             self._renew(known)
 
@@ -197,7 +190,7 @@ class ReadParameters(Parameter):
         self._known, self._said = known, self._scalars(known)
         for name in [name for name in self._present if name not in self._said]:
             self._owner.locations.remove(self._present.pop(name))
-        changes: List[Tuple[Location, Any, Any]] = []
+        changes: List[Change] = []
         has_other_types = False
         for name, value in self._said.items():
             location = self._present.get(name)
@@ -218,8 +211,7 @@ class ReadParameters(Parameter):
         location = self._made.get(name)
         if location is None:
             site = next(site for key, site in self._asked.items() if is_within(name, key))
-            location = self._made[name] = ParameterLocation(name, name, site, value)
-            location.parameter = self
+            location = self._made[name] = ParameterLocation(name, site, value, self)
         location.retype(value)
         try:
             self._owner.locations.add(location)
@@ -258,7 +250,7 @@ class ReadParameters(Parameter):
         value = self._defaults.get(key) if known is None else known
         return None if value is None else self._mapped(key, value, operator.attrgetter('value'))
 
-    def pairs(self) -> List[Tuple[str, Any]]:
+    def write(self) -> List[Tuple[str, Any]]:
         """Write what has changed here; returns the records of the defaults that it was read from."""
         with self._owner.lock:
             changed = [name for name, location in self._present.items() if self._is_unwritten(location)]
@@ -267,7 +259,11 @@ class ReadParameters(Parameter):
             self._write(key)
         defaults = [key for key in list(self._defaults) if any(is_within(name, key) for name in changed)]
         known = {key: part_of(self._known, key) for key in defaults}
-        return [(self._owner.mirror.record_key(key), [value]) for key, value in known.items() if value is not None]
+        return [
+            (self._parameters.record_of_default(key)[0], json.dumps([value], default=str))
+            for key, value in known.items()
+            if value is not None
+        ]
 
     def _unit_of(self, name: str) -> str:
         """The parameter that is written whole where a location has changed."""
@@ -285,12 +281,8 @@ class ReadParameters(Parameter):
                 if value is None:  # it was deleted meanwhile
                     self.learn(key)
                     return
-            try:
-                wanted = as_sent(value)
-            except Refused as refused:  # a default in the code may be anything
-                rospy.logwarn('the parameter %s is not set: %.500s', key, refused)
-                return
-            stood = self._owner.mirror.exchange(key, wanted)
+            wanted = as_sent(value)
+            stood = self._parameters.server.exchange(key, wanted)
             with self._owner.lock:
                 if part_of(self._known, key) is known and is_sent_alike(stood, expected):
                     self._known = with_part(self._known, key, wanted)

@@ -5,6 +5,7 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 `locations`, and the parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/source_change`.
 """
 
+import time
 from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import rospy
@@ -13,16 +14,18 @@ from rosslt import msg, srv, values
 from rosslt.node import access, reconfigure
 from rosslt.node.access import Access
 from rosslt.node.callbacks import Callbacks
-from rosslt.node.commit_participant import APPLIED, Change, CommitParticipant
+from rosslt.node.commit_participant import APPLIED, CommitParticipant
 from rosslt.node.description import described
 from rosslt.node.directory import Directory
 from rosslt.node.history import History, Request, applied_change, differing
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.location_topic import LocationTopic
-from rosslt.node.locations import HeldLocation, LiteralLocation, Location, Locations
+from rosslt.node.locations import HeldLocation, LiteralLocation, Location, Locations, ParameterLocation
 from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MASTER_WATCH
-from rosslt.node.parameters import ANONYMOUS, LiteralParameter, Parameter, ParameterMirror
+from rosslt.node.node_errors import ENDS
+from rosslt.node.owner import Change
+from rosslt.node.parameters import Parameters
 from rosslt.node.read_parameters import ReadParameters
 from rosslt.node.refresh import READINGS
 from rosslt.node.serialization import Sending
@@ -34,6 +37,9 @@ FOLLOW_TIMEOUT = 1.0
 #: Parameters in the namespace of the locations that are settings of the node.
 SETTINGS = Sending.NAMES | access.SETTINGS
 
+#: Changes of the last seconds are taken back where the main program raises an exception.
+SUSPECT = 5.0
+
 #: The maximal number of changes that wait to be sent on `<node>/rosslt/changes`.
 CHANGES_QUEUE = 1000
 
@@ -44,11 +50,13 @@ class Owner:
     Attributes:
         name: the full name of the node, '' until `serve`.
         locations: its Locations.
-        mirror: the ParameterMirror behind them.
-        parameters: those that this node reads as sources.
+        parameters: the parameters behind them.
+        read_parameters: those that this node reads as sources.
+        settings: the names of parameters in the namespace of the locations that are settings of the node.
         directory: what is known of sources, its own and others'.
         lock: that of the locations.
         access: who may change what.
+        locking: the service that locks locations.
     """
 
     def __init__(self) -> None:
@@ -56,34 +64,37 @@ class Owner:
         self.locations = Locations()
         self.lock = self.locations.lock
         self.access = Access()
-        self.parameters = ReadParameters(self)
-        self.mirror = ParameterMirror(self._namespace_set, self.parameters.learn)
+        self.settings = SETTINGS
+        self.parameters = Parameters(
+            self, lambda: self.read_parameters.write(), lambda key: self.read_parameters.learn(key)
+        )
+        self.read_parameters = ReadParameters(self, self.parameters)
         self.directory = Directory(self._described, lambda: self.name)
         self.history = History()
         self._callbacks = Callbacks()
         self._topic: Optional[LocationTopic] = None
         self._participant = CommitParticipant(self)
-        self.wait_for_reserved = self._participant.wait_for
         self.change_sources = self._participant.change_sources
+        self.locking = Locking(self, self.parameters, self._participant.wait_for)
         self._show_to_reconfigure: Callable[[], None] = lambda: None
         values.describe_sources_with(self.directory.describe)
 
     def serve(self) -> None:
         """Make this node's locations known and changeable; rospy has been told the node's name before."""
         with self.lock:
-            self.mirror.start(rospy.get_name())
-            self.parameters.follow()
-            if ANONYMOUS.search(rospy.get_name()):
-                self.mirror.leave_nothing()
-            self.mirror.add(self.access.start(rospy.get_name()))
-            for setting in SETTINGS & self.mirror.left_behind.keys():
-                self._namespace_set(setting, self.mirror.left_behind[setting])
+            self.parameters.start(rospy.get_name())
+            self.read_parameters.follow()
+            self.access.start(rospy.get_name())
+            for setting in SETTINGS:
+                if self.parameters.setting(setting) is not None:
+                    self.set_setting(setting, self.parameters.setting(setting))
             self._changes = rospy.Publisher('~rosslt/changes', msg.AppliedChange, queue_size=CHANGES_QUEUE)
             self.name = rospy.get_name()
             self.locations.name_node(self.name)
             for location in list(self.locations.by_id.values()):
                 if isinstance(location, LiteralLocation):
-                    self._follow(location)
+                    self.parameters.take_over(location)
+                    self.parameters.follow(location, is_written=True)
             self._topic = LocationTopic(self.name, lambda: self._list_locations(srv.ListLocationsRequest()).locations)
             self.locations.on_locations_changed(self.publish_locations)
             self._topic.update()
@@ -94,7 +105,7 @@ class Owner:
         rospy.Service('~rosslt/get_history', srv.GetHistory, self._get_history)
         rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
         rospy.Subscriber('/rosslt/source_change', msg.SourceChange, self._source_change)
-        Locking(self).serve()
+        self.locking.serve()
         MASTER_WATCH.renewals.append(self._renew)
         MASTER_WATCH.start()
 
@@ -106,10 +117,8 @@ class Owner:
 
     def _renew(self) -> None:
         """The master was restarted, and knows no parameters of this node."""
-        self.mirror.renew()
-        self.parameters.follow(is_new_master=True)
-        if self.access.locks and self.access.parameter is not None:
-            self.mirror.write(self.access.parameter)
+        self.parameters.renew()
+        self.read_parameters.follow(is_new_master=True)
 
     def add_literal(self, location: LiteralLocation, is_written: bool = True) -> Location:
         """Take in the location of a literal, with a parameter behind it, which shows it at once if `is_written`;
@@ -117,28 +126,15 @@ class Owner:
         with self.lock:
             SOURCE_FILES.keep(location.site.file)
             if self.name and not self.locations.is_taken(location.name):
-                self._take_over(location)  # before anybody can read it
+                self.parameters.take_over(location)  # before anybody can read it
             in_force = self.locations.add(location)
             if in_force is location and self.name:
-                self._follow(location, is_written)
+                self.parameters.follow(location, is_written)
         return in_force
-
-    def _follow(self, location: LiteralLocation, is_written: bool = True) -> None:
-        """Have a parameter follow the location of a literal."""
-        if location.parameter is None:
-            self._take_over(location)
-        self.mirror.add(location.parameter)
-        if is_written:
-            self.mirror.write(location.parameter)
-
-    def _take_over(self, location: LiteralLocation) -> None:
-        """Put a parameter behind the location of a literal, and start with what it says if it was set beforehand."""
-        location.parameter = LiteralParameter(self.name, location, self._parameter_set)
-        location.parameter.take_over(self.mirror.left_behind, self.mirror.records)
 
     def wait_for_parameters(self, written: int) -> None:
         """Wait until parameters have followed, as `follow` has returned it."""
-        if not self.mirror.wait(written, FOLLOW_TIMEOUT):
+        if not self.parameters.wait(written, FOLLOW_TIMEOUT):
             rospy.logwarn('the change is in force, but its parameter could not be set yet')
 
     def get_values(self, request: srv.GetValuesRequest) -> srv.GetValuesResponse:
@@ -187,6 +183,17 @@ class Owner:
         if location is None:
             raise Refused(f'{self.name} has no location {location_id}')
         return location
+
+    def take_back_what_ends_it(self, error: BaseException) -> None:
+        """Take back the changes of the last moments, where an exception ends the main program: its value would be
+        remembered, and end the node at each start."""
+        for request in self.history.since(time.monotonic() - SUSPECT):
+            values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
+            answer = self.change_sources(
+                srv.ChangeSourcesRequest(undo=True, request_id=request.id, requester=self.name)
+            )
+            done = 'is taken back' if answer.state == APPLIED else 'stays: ' + '; '.join(answer.reasons)
+            rospy.logerr('%safter a change, which %s: %s\n%s: %s', ENDS, done, values, type(error).__name__, error)
 
     def changeable(self, location: Location, requester: str) -> Location:
         """A location that takes changes of that requester; raises Refused where it does not."""
@@ -237,8 +244,7 @@ class Owner:
 
     def follow(self, changed: Iterable[Location]) -> int:
         """Have the parameters of locations follow them; returns what `wait_for_parameters` waits for."""
-        parameters: List[Parameter] = [one.parameter for one in changed if one.parameter is not None]
-        return self.mirror.write(*parameters)
+        return self.parameters.write(*(one for one in changed if isinstance(one, (LiteralLocation, ParameterLocation))))
 
     def _list_locations(self, request: srv.ListLocationsRequest) -> srv.ListLocationsResponse:
         asked = request.location_ids or list(self.locations.by_id)
@@ -281,14 +287,10 @@ class Owner:
             value = location.checked(value_in_code)
             if value == location.value_in_code:
                 return False
-            if location.value != value and not is_saved_here:
-                self.wait_for_reserved([location])
-                reasons, _ = self.apply([(self.changeable(location, 'editor'), value)], 'editor')
-                if any(reasons):
-                    raise Refused(reasons[0])
+            if not is_saved_here:
+                self.set_value(location, value, 'editor')
             location.reread(value)
-            if location.parameter is not None:
-                self.mirror.renew_literal(location.parameter)
+            self.parameters.write_again(location)
             return True
 
     def _get_history(self, request: srv.GetHistoryRequest) -> srv.GetHistoryResponse:
@@ -305,33 +307,31 @@ class Owner:
         if response.state != APPLIED:
             rospy.logerr('/rosslt/source_change from %s is refused: %s', requester, response.reasons[0])
 
-    def _parameter_set(self, location: LiteralLocation, value: Any) -> None:
-        """`rosparam set` of the parameter behind a literal; raises Refused."""
+    def set_value(self, location: Location, value: Any, requester: str) -> None:
+        """Change one location, where it has another value.
+
+        Raises:
+            Refused: it is not changed.
+        """
         with self.lock:
             value = location.checked(value)
             if value != location.value:
-                self.wait_for_reserved([location])
-                reasons, _ = self.apply([(self.changeable(location, 'parameter server'), value)], 'parameter server')
+                self._participant.wait_for([location])
+                reasons, _ = self.apply([(self.changeable(location, requester), value)], requester)
                 if any(reasons):
                     raise Refused(reasons[0])
 
-    def _namespace_set(self, name: str, value: Any) -> None:
-        """`rosparam set` of a name in the namespace of the locations that is not the parameter of a location."""
-        if not name:  # the namespace as a whole was deleted
-            for setting in sorted(SETTINGS):
-                self._namespace_set(setting, {})
-        elif name in access.SETTINGS:
+    def set_setting(self, name: str, value: Any) -> None:
+        """One of the node's settings was set; None where it was deleted."""
+        value = {} if value is None else value
+        if name in access.SETTINGS:
             try:
                 self.access.set(name, value)
             except Refused as refused:
                 rospy.logerr('%s/rosslt/%s: %s', self.name, name, refused)
             else:
                 self.publish_locations()
-        elif name in Sending.NAMES:
+        else:
             fault = Sending.set(name, value)
             if fault:
                 rospy.logerr('%s/rosslt/%s is %s', self.name, name, fault)
-        elif value == {}:
-            self.mirror.left_behind.pop(name, None)
-        else:
-            self.mirror.left_behind[name] = value  # perhaps that of a location which is created later

@@ -5,7 +5,7 @@ Where dynamic_reconfigure is not installed, there is nothing for them, and the n
 
 from typing import Callable
 
-from rosslt.node.reconfigure.owner import Owner
+from rosslt.node.owner import Owner
 
 
 def serve(owner: Owner) -> Callable[[], None]:

@@ -18,8 +18,8 @@ from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, Reconfigure
 from rosslt import srv
 from rosslt.node.history import new_request_id
 from rosslt.node.locations import Location
+from rosslt.node.owner import Owner
 from rosslt.node.reconfigure.configuration import Configuration
-from rosslt.node.reconfigure.owner import Owner
 
 #: While values change, they are published no more often than this, in seconds.
 PERIOD = 0.1

@@ -1,0 +1,48 @@
+"""This node as the owner of its locations, as the modules below `server` see it."""
+
+from typing import Any, ContextManager, FrozenSet, Iterable, List, Protocol, Sequence, Tuple
+
+from rosslt import srv
+from rosslt.node.access import Access
+from rosslt.node.history import History, Request
+from rosslt.node.locations import Location, Locations
+
+#: A location, its value before and after.
+Change = Tuple[Location, Any, Any]
+
+
+class Owner(Protocol):
+    """What `server.Owner` says and does; see there."""
+
+    name: str
+    locations: Locations
+    access: Access
+    history: History
+    settings: FrozenSet[str]
+
+    @property
+    def lock(self) -> ContextManager[bool]: ...
+
+    def known(self, location_id: int) -> Location: ...
+
+    def changeable(self, location: Location, requester: str) -> Location: ...
+
+    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]: ...
+
+    def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse: ...
+
+    def apply(
+        self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
+    ) -> Tuple[List[str], List[Change]]: ...
+
+    def applied(self, changes: Sequence[Change], requester: str) -> None: ...
+
+    def set_value(self, location: Location, value: Any, requester: str) -> None: ...
+
+    def set_setting(self, name: str, value: Any) -> None: ...
+
+    def follow(self, changed: Iterable[Location]) -> int: ...
+
+    def wait_for_parameters(self, written: int) -> None: ...
+
+    def publish_locations(self) -> None: ...
