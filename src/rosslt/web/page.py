@@ -9,6 +9,7 @@ from viser import _messages
 
 from rosslt import node
 from rosslt.markers import (
+    FRAME_RATE,
     Descriptions,
     Drags,
     Handle,
@@ -33,9 +34,6 @@ from rosslt.web.plots import Plots
 from rosslt.web.things import Things
 
 NODE = 'slt_web'
-
-#: The rate at which things follow messages, in Hz.
-FRAME_RATE = 30.0
 
 #: The number of frames between two updates of the list of fields and of the plots.
 FIELDS_EVERY = 3
