@@ -144,6 +144,16 @@ class Losses:
         more = len(answer.files) - len(places)
         return '; '.join(places) + (f'; and {more} more' if more else '')
 
+    def recording_of(self, publisher: str) -> str:
+        """What recording provenance costs a node, as a sentence; '' if it is not known, or nothing."""
+        self._asking.join()
+        answer = self._answers.get(publisher)
+        if answer is None or not answer.recording or not answer.cpu:
+            return ''
+        share = 100 * answer.recording / answer.cpu
+        at = f', most of it at {"; ".join(answer.costly)}' if answer.costly else ''
+        return f'recording takes {share:.0f} % of the CPU time of {publisher}{at}'
+
 
 def _few(names: List[str]) -> str:
     """The first few of several names."""
@@ -207,6 +217,9 @@ class Examination:
             places = self._losses.of(publisher) if not all(fields.values()) else ''
             if places:
                 yield Finding(NOTE, f'{publisher} makes plain numbers of tracked ones at {places}')
+            recording = self._losses.recording_of(publisher)
+            if recording:
+                yield Finding(FINE, recording)
 
     def _of_fields(self, topic: str, publisher: str) -> Iterator[Finding]:
         """The fields that cannot be forced, although others can."""
