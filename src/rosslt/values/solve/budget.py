@@ -7,6 +7,7 @@ of the expression evaluated once, 0.2 to 0.4 microseconds; the derivative of one
 import contextlib
 from typing import Any, Dict, Iterable, Iterator, List, Mapping, Optional
 
+from ..annotations import Value
 from ..graph import Graph
 from ..operations.inverses import NoPreimage
 from ..operations.table import POWER
@@ -107,9 +108,9 @@ class Trial:
         graph: Graph,
         changing: Iterable[Source],
         roots: List[int],
-        base: List[Any],
+        base: List[Value],
         budget: Budget,
-        wanted: Iterable[Any] = (),
+        wanted: Iterable[Value] = (),
     ) -> None:
         self.graph = graph
         self.base = base
@@ -126,7 +127,7 @@ class Trial:
         self._safe_steps = _with_small_powers(graph, steps, self._most_bits) if whole else steps
         self.work = WORK_OF_A_CALL + len(steps) + len(base) // 16
 
-    def values(self, changes: Mapping[Source, Any]) -> List[Any]:
+    def values(self, changes: Mapping[Source, Value]) -> List[Value]:
         """The values of all nodes for other source values.
 
         Raises:
@@ -138,7 +139,7 @@ class Trial:
         self.graph.run(self._safe_steps, values, changes, self._most_bits)
         return values
 
-    def tried(self, changes: Mapping[Source, Any]) -> Optional[List[Any]]:
+    def tried(self, changes: Mapping[Source, Value]) -> Optional[List[Value]]:
         """`values`, None where an operation is not defined there."""
         try:
             return self.values(changes)
@@ -147,7 +148,7 @@ class Trial:
         except UNDEFINED:
             return None
 
-    def partials(self, values: List[Any]) -> Dict[int, tuple]:
+    def partials(self, values: List[Value]) -> Dict[int, tuple]:
         """The slopes of all nodes that may change for their operands, at such values."""
         self.budget.spend(self.work * WORK_OF_A_SLOPE)
         return self.graph.partials(self.steps, values)
@@ -165,7 +166,7 @@ def _with_small_powers(graph: Graph, steps: List[tuple], most_bits: int) -> List
 
 
 def _capped(forward: Any, swapped: bool, most_bits: int) -> Any:
-    def small(x: Any, y: Any) -> Any:
+    def small(x: Value, y: Value) -> Value:
         base, exponent = (y, x) if swapped else (x, y)
         are_whole = isinstance(base, int) and isinstance(exponent, int) and base not in (0, 1, -1)
         if are_whole and base.bit_length() * exponent > 2 * most_bits:

@@ -19,6 +19,7 @@ from typing import (
 )
 
 from ..accelerator import CORE
+from ..annotations import Value
 from ..closeness import RELATIVE, is_same, meets
 from ..errors import NotInvertible, NotTracked
 from ..explain import brief
@@ -48,8 +49,8 @@ ALONE = 0.8
 
 
 def solve(
-    value: Any,
-    target: Any,
+    value: Value,
+    target: Value,
     source: Optional[Source] = None,
     *,
     sources: Optional[Collection[Source]] = None,
@@ -57,7 +58,7 @@ def solve(
     read_only: Collection[Source] = (),
     rank: Optional[Rank] = None,
     weights: Optional[Mapping[Source, float]] = None,
-) -> Dict[Source, Any]:
+) -> Dict[Source, Value]:
     """Find the source values that make a tracked value become a target.
 
     Args:
@@ -103,7 +104,7 @@ def solve(
     return _solve_parts(value, target, freedom)
 
 
-def target_of(value: Any, target: Any) -> Any:
+def target_of(value: Value, target: Value) -> Value:
     """A target as a plain value of a type that fits the value's.
 
     Raises:
@@ -127,8 +128,8 @@ def target_of(value: Any, target: Any) -> Any:
 
 
 def solve_one(
-    value: Any, target: Any, freedom: Freedom, changes: Mapping[Source, Any], budget: Optional[Budget] = None
-) -> Dict[Source, Any]:
+    value: Value, target: Value, freedom: Freedom, changes: Mapping[Source, Value], budget: Optional[Budget] = None
+) -> Dict[Source, Value]:
     """Solve for one tracked value by one source, the first that can (left bias), else by several.
 
     Args:
@@ -198,7 +199,7 @@ def solve_one(
     )
 
 
-def _unchanged(graph: Graph, root: int, base: List[Any], sources: List[Source]) -> Optional[Dict[Source, Any]]:
+def _unchanged(graph: Graph, root: int, base: List[Value], sources: List[Source]) -> Optional[Dict[Source, Value]]:
     """The answer that changes nothing: the first source with its present value, `{}` where that is not known."""
     for source in sources:
         first, *others = [graph.nodes[place]._plain for place in graph.occurrences[source]]
@@ -222,8 +223,8 @@ def _moved_together(
     sources: List[Source],
     freedom: Freedom,
     budget: Budget,
-    base: Optional[List[Any]] = None,
-) -> Optional[Dict[Source, Any]]:
+    base: Optional[List[Value]] = None,
+) -> Optional[Dict[Source, Value]]:
     """Values of several float sources that give all goals, those of low rank first; None where none were found."""
     floats = [source for source in sources if not _is_whole(graph, source)]
     for rank in sorted(set(map(freedom.rank, floats))):
@@ -237,7 +238,7 @@ def _moved_together(
     return None
 
 
-def _out_of_bounds(graph: Graph, sources: List[Source], freedom: Freedom, base: Optional[List[Any]]) -> List[Source]:
+def _out_of_bounds(graph: Graph, sources: List[Source], freedom: Freedom, base: Optional[List[Value]]) -> List[Source]:
     """The sources whose present values are out of their bounds: where they move, they have to move back at once."""
     found = []
     for source in sources if freedom.bounds else ():
@@ -265,8 +266,8 @@ def _moved_with_whole(
     sources: List[Source],
     freedom: Freedom,
     budget: Budget,
-    base: Optional[List[Any]] = None,
-) -> Optional[Dict[Source, Any]]:
+    base: Optional[List[Value]] = None,
+) -> Optional[Dict[Source, Value]]:
     """Move several sources, some of them whole numbers: round these, then solve for the floats again."""
     whole = [source for source in sources if _is_whole(graph, source)]
     floats = [source for source in sources if source not in whole]
@@ -316,7 +317,7 @@ def _solution(
     unknowns: List[Source],
     freedom: Freedom,
     budget: Budget,
-    base: Optional[List[Any]],
+    base: Optional[List[Value]],
 ) -> Optional[List[float]]:
     """The unknowns' values that give all goals, None where none were found, or where no float holds what there is."""
     try:
@@ -325,7 +326,7 @@ def _solution(
         return None
 
 
-def _present(graph: Graph, source: Source) -> Any:
+def _present(graph: Graph, source: Source) -> Value:
     return graph.nodes[graph.occurrences[source][0]]._plain
 
 
@@ -333,7 +334,7 @@ def _is_whole(graph: Graph, source: Source) -> bool:
     return type(_present(graph, source)) in (int, bool)
 
 
-def _changes_of(graph: Graph, base: Optional[List[Any]]) -> Dict[Source, Any]:
+def _changes_of(graph: Graph, base: Optional[List[Value]]) -> Dict[Source, Value]:
     """The source values that differ from the present ones in the values of a graph's nodes."""
     if base is None:
         return {}
@@ -344,7 +345,7 @@ def _changes_of(graph: Graph, base: Optional[List[Any]]) -> Dict[Source, Any]:
     }
 
 
-def _solve_parts(value: Any, target: Any, freedom: Freedom) -> Dict[Source, Any]:
+def _solve_parts(value: Value, target: Value, freedom: Freedom) -> Dict[Source, Value]:
     """Solve for the leaves of a message, sequence, dict or array together."""
     tracked = tracked_parts(value, target)
     if not tracked:
@@ -352,7 +353,7 @@ def _solve_parts(value: Any, target: Any, freedom: Freedom) -> Dict[Source, Any]
     return _solve_tracked(tracked, freedom)
 
 
-def tracked_parts(value: Any, target: Any) -> List[Goal]:
+def tracked_parts(value: Value, target: Value) -> List[Goal]:
     """The tracked leaves of a message, sequence, dict or array, each with its path and its target as it was given.
 
     Raises:
@@ -368,10 +369,10 @@ def tracked_parts(value: Any, target: Any) -> List[Goal]:
     return tracked
 
 
-def _solve_tracked(tracked: List[Goal], freedom: Freedom) -> Dict[Source, Any]:
+def _solve_tracked(tracked: List[Goal], freedom: Freedom) -> Dict[Source, Value]:
     """Solve for several tracked leaves; those that share sources are solved together."""
     graph = Graph(leaf for _, leaf, _ in tracked)
-    answer: Dict[Source, Any] = {}
+    answer: Dict[Source, Value] = {}
     groups = connected(graph, tracked, freedom)
     for group in groups:
         if all(leaf._plain == wanted for _, leaf, wanted in group):
@@ -386,12 +387,12 @@ def _solve_tracked(tracked: List[Goal], freedom: Freedom) -> Dict[Source, Any]:
     return {source: new for source, new in answer.items() if not _is_present(graph, source, new)}
 
 
-def _is_present(graph: Graph, source: Source, value: Any) -> bool:
+def _is_present(graph: Graph, source: Source, value: Value) -> bool:
     # -0.0 is not 0.0: atan2 tells them apart
     return all(repr(graph.nodes[place]._plain) == repr(value) for place in graph.occurrences[source])
 
 
-def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[Source, Any]:
+def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[Source, Value]:
     """The source values that give all of several results that share sources.
 
     Float sources move together. Where they do not suffice (texts, whole numbers, bools), the results are solved one
@@ -417,9 +418,9 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
         return found
 
 
-def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budget: Budget) -> Dict[Source, Any]:
+def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budget: Budget) -> Dict[Source, Value]:
     """Each goal by a source that none before it used."""
-    changes: Dict[Source, Any] = {}
+    changes: Dict[Source, Value] = {}
     for path, value, wanted in goals:
         if meets(_evaluated(value, changes), wanted):
             continue
@@ -445,14 +446,14 @@ def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budg
     return changes
 
 
-def _evaluated(value: Any, changes: Mapping[Source, Any]) -> Any:
+def _evaluated(value: Value, changes: Mapping[Source, Value]) -> Value:
     try:
         return evaluate(value, changes)
     except UNDEFINED:
         return math.nan
 
 
-def _values(graph: Graph, changes: Mapping[Source, Any]) -> Optional[List[Any]]:
+def _values(graph: Graph, changes: Mapping[Source, Value]) -> Optional[List[Value]]:
     """The values of a graph's nodes with other source values, None where they are not defined."""
     try:
         return graph.values(changes)
