@@ -1,5 +1,5 @@
-"""Finds the lines of a node where numbers lose their provenance, while the node starts and while somebody asks, and what
-recording costs.
+"""Finds the lines of a node where numbers lose their provenance, while it starts and while somebody asks, and those where
+recording costs most.
 
 Code that needs a plain float calls `__float__`: NumPy does so when a number is written into an array without
 provenance, and so do other libraries. Tracked numbers define that method only while losses are counted, so that it

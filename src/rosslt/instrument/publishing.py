@@ -49,7 +49,8 @@ class Publisher(node.Publisher):
         self._stops = BUDGET.stops
 
     def _provenance(self, message: Any) -> bytes:
-        return super()._provenance(message) if self._is_recorded else b''
+        is_whole = self._is_recorded or getattr(self.impl, 'is_latch', True)
+        return super()._provenance(message) if is_whole else messages.SAMPLED
 
 
 class Service(node.Service):
