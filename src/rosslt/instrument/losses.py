@@ -1,4 +1,4 @@
-"""Finds the lines of a node where numbers lose their provenance, while it starts and while somebody asks, and those where
+"""Finds the lines of a node where numbers lose their provenance, while it starts and while somebody asks, and where
 recording costs most.
 
 Code that needs a plain float calls `__float__`: NumPy does so when a number is written into an array without
