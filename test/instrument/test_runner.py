@@ -219,7 +219,9 @@ def test_bytecode_is_that_of_all_files_that_rewrite():
         name = (needed - found).pop()
         found.add(name)
         text = (package / f'{name}.py').read_text()
-        needed.update(f'instrument/{file}' for file in re.findall(r'^from rosslt\.instrument\.(\w+) import', text, re.M))
+        needed.update(
+            f'instrument/{file}' for file in re.findall(r'^from rosslt\.instrument\.(\w+) import', text, re.M)
+        )
     assert set(loader._REWRITING) == {*found, 'node/identities'}
 
 

@@ -30,7 +30,7 @@ from rosslt import (
     untracked,
 )
 from rosslt.messages import BadHeader, attach, decode, encode, is_tracked_type, tracked_type
-from rosslt.messages.codec.received_expressions import agrees
+from rosslt.messages.codec.expressions import agrees
 from rosslt.values import SOURCE, disassemble, source_values
 from support.filling import Filling, every_leaf, serialized
 

@@ -16,11 +16,12 @@ Not evaluated anew are records of several moments, which are no functions of the
 
 import sys
 import threading
-from typing import Any, Dict, FrozenSet, Hashable, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, FrozenSet, Hashable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 
 from rosslt import messages, values
+from rosslt.messages import Message, Scalar
 from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
 
 #: Sources of which replaced readings are in use: {Source: ({their values}, the latest value)}.
@@ -55,6 +56,7 @@ class ReplacedReadings:
             Reentrant, as a signal's handler may publish in the middle of a publish.
         changed: set by each change.
         count: how many changes there were.
+        rebind: is called with a reading and the one that follows it.
     """
 
     def __init__(self) -> None:
@@ -62,10 +64,19 @@ class ReplacedReadings:
         self.lock = threading.RLock()
         self.changed = threading.Event()
         self.count = 0
+        self.rebind: Callable[[Any, Any], None] = lambda before, following: None
         self._latest: Dict[Source, Any] = {}
 
-    def replace(self, reading: Any, value: Any) -> None:
-        """Note that the location of a reading has another value now, a plain one of the location's type."""
+    def replace(self, reading: Any, value: Scalar, following: Any = None) -> None:
+        """Note that the location of a reading has another value now.
+
+        Args:
+            reading: the one before.
+            value: the plain one, of the location's type.
+            following: the reading that is given from now on, where there is one.
+        """
+        if following is not None:
+            self.rebind(reading, following)
         (source,) = values.sources(reading)
         with self.lock:
             self._latest[source] = value
@@ -108,7 +119,7 @@ class Refresher:
         self._last: Dict[Hashable, Dict[int, _Leaf]] = {}  # those of the last message of each thing, by index
         self._outdated: _Outdated = {}
 
-    def fresh(self, message: Any, was_sent: bool = False) -> Any:
+    def fresh(self, message: Message, was_sent: bool = False) -> Any:
         """A message with the present values of its sources: itself where it has them, else a copy.
 
         Args:
@@ -173,7 +184,7 @@ class _Leaf(NamedTuple):
         fresh: its value with them, None where there are none.
     """
 
-    value: Any
+    value: Scalar
     readings: Dict[Source, Any]
     counts: Dict[Source, int]
     growing: FrozenSet[Source]
@@ -231,7 +242,7 @@ _SEVERAL = object()
 _MadeFrom = Dict[Source, Tuple[Any, int]]
 
 
-def _new_leaf(value: Any, made_from: _MadeFrom, before: Optional[_Leaf]) -> _Leaf:
+def _new_leaf(value: Scalar, made_from: _MadeFrom, before: Optional[_Leaf]) -> _Leaf:
     """A leaf that is sent for the first time.
 
     Args:
@@ -279,7 +290,7 @@ def _reapplied(leaves: Sequence[Any], changes: Dict[Source, Any]) -> Sequence[An
         return leaves
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: Scalar) -> bool:
     return isinstance(value, (int, float)) and not isinstance(values.untracked(value), bool)
 
 
