@@ -9,19 +9,6 @@ from rosslt.cli.failure import Failure, did_you_mean
 from rosslt.cli.master import full_name, system_state, tracked_nodes, why_unreachable
 from rosslt.node import Directory, Place
 
-__all__ = [
-    'TIMEOUT',
-    'Directory',
-    'Place',
-    'call',
-    'change',
-    'cannot_reach',
-    'find',
-    'locations_of',
-    'split_location',
-    'tracked_node',
-]
-
 #: Timeout for answers of owners, in seconds.
 TIMEOUT = 2.0
 

@@ -9,13 +9,13 @@ import rosgraph
 
 from rosslt import values
 from rosslt.cli import bags
-from rosslt.cli.directory import Directory
 from rosslt.cli.fields import field_of
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal
 from rosslt.cli.reading import Inbox, Received, why_silent
 from rosslt.cli.rendering import json_line, write_lines, yaml_lines
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'messages with the provenance of their fields'

@@ -7,13 +7,14 @@ from typing import Any, Dict, Optional, Sequence, Set, Tuple
 import rospy
 
 from rosslt import node, values
-from rosslt.cli.directory import TIMEOUT, Directory
+from rosslt.cli.directory import TIMEOUT
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import conditions, field_of, path_where, source_values, target
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change
 from rosslt.cli.reading import Inbox, Received, heard_publishers
 from rosslt.cli.verb import CHANGE, Argument
+from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'have a field of a topic become a value, by changing where it comes from'

@@ -3,10 +3,11 @@
 import argparse
 
 from rosslt import node
-from rosslt.cli.directory import Directory, find
+from rosslt.cli.directory import find
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'the value of a location'

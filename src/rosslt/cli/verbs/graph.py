@@ -7,7 +7,6 @@ from typing import Iterable
 import rosgraph
 
 from rosslt import values
-from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.history import recorded_changes
 from rosslt.cli.master import find_master, full_name, tracked_nodes, why_unreachable
@@ -16,6 +15,7 @@ from rosslt.cli.prov_document import prov_json
 from rosslt.cli.reading import Inbox
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.flow import Flow, NotDrawn, ProvenanceMap, Step, brief, dot, svg
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'which location reaches which field of which topic, through which nodes'

@@ -5,11 +5,12 @@ import sys
 from typing import List
 
 from rosslt import srv
-from rosslt.cli.directory import Directory, Place, tracked_node
+from rosslt.cli.directory import tracked_node
 from rosslt.cli.locks import locks_of, note_of, notes_of
 from rosslt.cli.master import find_master, tracked_nodes, why_unreachable
 from rosslt.cli.output import is_terminal, limits, shortened, table, width, write_row
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.node import Directory, Place
 
 GROUP = LOOK
 SUMMARY = 'nodes and their locations'

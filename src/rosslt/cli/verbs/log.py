@@ -5,11 +5,12 @@ import sys
 from datetime import datetime
 from typing import List
 
-from rosslt.cli.directory import Directory, tracked_node
+from rosslt.cli.directory import tracked_node
 from rosslt.cli.history import Recorded, recorded_changes
 from rosslt.cli.master import find_master, tracked_nodes, why_unreachable
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'who changed which location, when, and from what'

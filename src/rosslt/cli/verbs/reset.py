@@ -3,11 +3,12 @@
 import argparse
 
 from rosslt import node
-from rosslt.cli.directory import Directory, change, find, locations_of
+from rosslt.cli.directory import change, find, locations_of
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master, full_name, tracked_nodes
 from rosslt.cli.output import is_terminal, write_change
 from rosslt.cli.verb import CHANGE, Argument
+from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'give locations the values again that the code says'

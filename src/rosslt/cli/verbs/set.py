@@ -3,12 +3,13 @@
 import argparse
 
 from rosslt import node
-from rosslt.cli.directory import Directory, change, find
+from rosslt.cli.directory import change, find
 from rosslt.cli.failure import Failure
 from rosslt.cli.fields import parse_scalar
 from rosslt.cli.master import find_master
 from rosslt.cli.output import write_change
 from rosslt.cli.verb import CHANGE, Argument
+from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'change a location'
