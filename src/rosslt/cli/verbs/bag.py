@@ -11,6 +11,7 @@ import rosbag
 
 from rosslt import values
 from rosslt.cli import bags, what_if
+from rosslt.cli.directory import sources_called
 from rosslt.cli.failure import Failure, did_you_mean
 from rosslt.cli.fields import Scalar, parse_scalar
 from rosslt.cli.output import is_terminal, table, write_row
@@ -155,16 +156,17 @@ def _changes(bag: rosbag.Bag, directory: Directory, settings: Sequence[str]) -> 
         name, equals, text = setting.partition('=')
         if not equals:
             raise Failure(f'{setting!r} is not NODE/LOCATION=VALUE')
-        source = _source(directory, recorded, name)
-        if source is None:
+        found = sources_called(directory, recorded, name)
+        if not found:
             recorded = _recorded(bag, directory, None)
-            source = _source(directory, recorded, name)
-        if source is None:
+            found = sources_called(directory, recorded, name)
+        if not found:
             every = sorted(directory.name(source) for source in recorded)
             raise Failure(
                 f'no message comes from {name}{did_you_mean(name, every)}; the sources are '
                 + (', '.join(every) or 'none')
             )
+        source = found[0]
         try:
             value = parse_scalar(text, type(recorded[source]).__name__)
         except ValueError as error:
@@ -186,14 +188,6 @@ def _recorded(bag: rosbag.Bag, directory: Directory, limit: Optional[int]) -> Di
                 recorded.setdefault(source, value)
     directory.learn(recorded)
     return recorded
-
-
-def _source(directory: Directory, recorded: Dict[values.Source, Scalar], name: str) -> Optional[values.Source]:
-    """The recorded source of a name, None where there is none."""
-    for source in recorded:
-        if {name, '/' + name} & {str(source), directory.name(source)}:
-            return source
-    return None
 
 
 def _check_bounds(place: Place, value: Scalar) -> None:

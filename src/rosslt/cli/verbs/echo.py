@@ -71,7 +71,7 @@ def _heard(master: rosgraph.Master, inbox: Inbox, topic: str, type_: str) -> Ite
     else:
         why = why_silent(master, topic, type_)
         print(f'rosslt echo: no message on {topic} within {SILENCE:g} s: {why}', file=sys.stderr, flush=True)
-    yield from iter(inbox.next, None)
+    yield from iter(lambda: inbox.next_before(None), None)
 
 
 def _echo(messages: Iterable[Received], field: str, directory: Directory, options: argparse.Namespace) -> None:

@@ -11,7 +11,7 @@ import rospy
 
 from rosslt import files, node, values
 from rosslt.cli import bags
-from rosslt.cli.directory import TIMEOUT, cannot_reach
+from rosslt.cli.directory import TIMEOUT, cannot_reach, sources_called
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import Part, field_of
 from rosslt.cli.master import find_master
@@ -94,7 +94,7 @@ def _chosen(
         return None
     chosen = []
     for name in names:
-        found = [source for source in sources if {name, '/' + name} & {str(source), directory.name(source)}]
+        found = sources_called(directory, sources, name)
         if not found:
             every = ', '.join(sorted(map(directory.name, sources))) or 'none'
             raise Failure(f'{name} is not among the sources of the fields, which are {every}')
