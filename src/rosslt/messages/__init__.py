@@ -2,7 +2,7 @@
 
 It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 
-- `fields`: what the fields of a message class are; `codegen`: code compiled for the class that walks them.
+- `fields`: what the fields of a message class are; `walkers`: code compiled for the class that walks them.
 - `field_path`: parts of messages by the paths that people write.
 - `codec`: provenance as bytes (docs/wire_format.md); `inband` and `tracked_types`: how these travel with a message.
 - `sampling`: which messages are whole, and the last provenance of each thing for those between.
@@ -10,8 +10,6 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 """
 
 from rosslt.messages.codec import NO_READINGS, SAMPLED, Readings, attach, encode, provenance_to_send
-from rosslt.messages.codegen.blanks import blank
-from rosslt.messages.codegen.walkers import plain_check
 from rosslt.messages.errors import BadHeader, UnknownType
 from rosslt.messages.field_path import (
     NoSuchPart,
@@ -22,6 +20,7 @@ from rosslt.messages.field_path import (
     part_at,
     path_steps,
 )
+from rosslt.messages.fields import Message, MessageClass, Scalar
 from rosslt.messages.inband import (
     Decoded,
     Found,
@@ -37,50 +36,4 @@ from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tra
 from rosslt.messages.numpy_arrays import packed_arrays
 from rosslt.messages.sampling import MOST_THINGS, LastProvenance, SampledProvenance, thing_reader
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
-
-__all__ = [
-    'BadHeader',
-    'Decoded',
-    'Found',
-    'LastProvenance',
-    'MOST_THINGS',
-    'MessagePath',
-    'NO_READINGS',
-    'NoSuchPart',
-    'Readings',
-    'SAMPLED',
-    'SampledProvenance',
-    'UnknownType',
-    'append_provenance',
-    'attach',
-    'blank',
-    'check_range',
-    'decode',
-    'decoder',
-    'distance',
-    'encode',
-    'is_reached',
-    'is_sent_as',
-    'is_tracked_type',
-    'packed_arrays',
-    'part_at',
-    'path_steps',
-    'plain_check',
-    'plain_type',
-    'plan_files',
-    'provenance_size',
-    'provenance_to_send',
-    'read_tracked',
-    'select_types',
-    'set_leaves',
-    'split_provenance',
-    'tracked_fields',
-    'tracked_leaves',
-    'tracked_names',
-    'thing_reader',
-    'tracked_type',
-    'unwrap',
-    'with_leaves',
-    'wrap',
-    'write_files',
-]
+from rosslt.messages.walkers import plain_check

@@ -9,7 +9,7 @@ import inspect
 import os
 from typing import Any, Callable, TypeVar
 
-INTERFACE = 16
+INTERFACE = 17
 """The version of `core/module.c` that this code needs: a workspace may hold an older build."""
 
 
@@ -26,7 +26,7 @@ def _loaded() -> Any:
 CORE: Any = _loaded()
 """The compiled core, None where there is none, or where ROSSLT_PURE=1 asks for Python alone."""
 
-Function = TypeVar('Function', bound=Callable[..., Any])
+Decorated = TypeVar('Decorated', bound=Callable[..., Any])
 """A function that is decorated."""
 
 

@@ -6,8 +6,9 @@ other call has one of its own, which solving, evaluating and explaining know as 
 """
 
 import functools
-from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import List, NamedTuple, Optional, Sequence, Tuple, Union
 
+from .annotations import Function, Value
 from .operations import Form, Operation
 from .operations.notation import FUNCTION, Text, literal
 from .operations.row import known_at
@@ -19,7 +20,7 @@ from .tree import SCALARS, copied, is_object_array, is_tracked, rebuilt, untrack
 STEP = 6e-6
 """The step of a central difference, relative to the number: the cube root of a float's precision."""
 
-Functions = Union[None, Callable[..., Any], Sequence[Optional[Callable[..., Any]]]]
+Functions = Union[None, Function, Sequence[Optional[Function]]]
 
 
 class Layout(NamedTuple):
@@ -32,20 +33,20 @@ class Layout(NamedTuple):
     """
 
     keywords: Sequence[str]
-    containers: Sequence[Optional[Tuple[Any, int]]]
+    containers: Sequence[Optional[Tuple[Value, int]]]
 
     def is_plain(self) -> bool:
         """Return True if all arguments are positional and are single numbers."""
         return not self.keywords and not any(self.containers)
 
-    def arguments(self, numbers: Sequence[Any]) -> List[Any]:
+    def arguments(self, numbers: Sequence[Value]) -> List[Value]:
         """The arguments that hold such numbers; an array of floats where it held tracked ones."""
         left = iter(numbers)
         return [
             next(left) if held is None else _array(rebuilt(held[0], lambda _: next(left))) for held in self.containers
         ]
 
-    def call(self, function: Callable[..., Any], numbers: Sequence[Any]) -> Any:
+    def call(self, function: Function, numbers: Sequence[Value]) -> Value:
         """A function's result for such numbers."""
         arguments = self.arguments(numbers)
         begin = len(arguments) - len(self.keywords)
@@ -62,11 +63,12 @@ class Layout(NamedTuple):
 
 
 class CallForm(Form):
-    """`(form, (numbers, layout), place)`: a call of a user's function, or one of its results.
+    """`(form, (numbers, layout, results), place)`: a call of a user's function, or one of its results.
 
     `numbers` are what the arguments are made of, by position, then by keyword, tracked or not; `layout` makes the
-    arguments of them; `place` is the index of the result in the tuple, list or array that the function returns, None
-    if it returns a number.
+    arguments of them; `results` is a list with the last numbers that the function was called with, and what it gave
+    (all results of a call share it); `place` is the index of the result in the tuple, list or array that the function
+    returns, None if it returns a number.
     """
 
     __slots__ = ('called',)
@@ -75,23 +77,24 @@ class CallForm(Form):
         super().__init__()
         self.called = called
 
-    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+    def operands(self, first: Value, second: Value) -> Sequence[Value]:
         return [number for number in first[0] if type(number) in TRACKED]
 
-    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
-        return self, (self._filled(first, operands), first[1]), second
+    def with_operands(self, first: Value, second: Value, operands: Sequence[Value]) -> Tuple[Form, Value, Value]:
+        return self, (self._filled(first, operands), first[1], []), second
 
-    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
-        numbers, layout = self._filled(first, values), first[1]
-        return _number(_part(layout.call(self.called.forward, numbers), second))
+    def evaluate(self, present: Value, first: Value, second: Value, values: Sequence[Value]) -> Value:
+        return _number(_part(self._result(first, self._filled(first, values)), second))
 
-    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
-        numbers, layout = self._filled(first, values), first[1]
+    def slopes(self, first: Value, second: Value, values: Sequence[Value]) -> Sequence[Value]:
+        numbers = self._filled(first, values)
         return [
-            self._slope(at, numbers, layout, second) for at, number in enumerate(first[0]) if type(number) in TRACKED
+            self._slope(at, numbers, first, second) for at, number in enumerate(first[0]) if type(number) in TRACKED
         ]
 
-    def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def undo(
+        self, place: int, wanted: Value, present: Value, first: Value, second: Value, values: Sequence[Value]
+    ) -> Value:
         layout: Layout = first[1]
         at = [at for at, number in enumerate(first[0]) if type(number) in TRACKED][place]
         argument, inside = layout.argument_of(at)
@@ -100,8 +103,8 @@ class CallForm(Form):
             return NotImplemented
         return inverse(wanted, *layout.arguments(self._filled(first, values)))
 
-    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
-        numbers, layout = first
+    def text(self, present: Value, first: Value, second: Value, texts: Sequence[Text]) -> Text:
+        numbers, layout, _ = first
         left = iter(texts)
         flat = iter([next(left)[0] if type(one) in TRACKED else literal(one)[0] for one in numbers])
         shown = [
@@ -115,39 +118,48 @@ class CallForm(Form):
         is_exact = all(known_at(self.called.slope, argument) for argument in tracked)
         return text if is_exact else 'numerically ' + text, FUNCTION
 
-    def _filled(self, first: Any, values: Sequence[Any]) -> List[Any]:
+    def _filled(self, first: Value, values: Sequence[Value]) -> List[Value]:
         left = iter(values)
         return [next(left) if type(number) in TRACKED else number for number in first[0]]
 
-    def _slope(self, at: int, numbers: List[Any], layout: Layout, place: Optional[int]) -> Any:
+    def _result(self, first: Value, numbers: List[Value], moved: Optional[Tuple[int, Value]] = None) -> Value:
+        """What the function gives for such numbers; with one of them moved, `(index, number)`. It is remembered for all
+        results of the call."""
+        _, layout, results = first
+        if not results or results[0][0] != numbers:
+            results[:] = [(numbers, {})]
+        known = results[0][1]
+        if moved not in known:
+            if moved is not None:
+                numbers = list(numbers)
+                numbers[moved[0]] = moved[1]
+            known[moved] = layout.call(self.called.forward, numbers)
+        return known[moved]
+
+    def _slope(self, at: int, numbers: List[Value], first: Value, place: Optional[int]) -> Value:
+        layout: Layout = first[1]
         argument, inside = layout.argument_of(at)
         derivative = known_at(self.called.slope, argument)
         if derivative is not None:
             slope = _part(derivative(*layout.arguments(numbers)), place)
             return slope if inside is None else slope[inside]
         step = STEP * max(1.0, abs(numbers[at]))
-        ends = []
-        for side in (step, -step):
-            moved = list(numbers)
-            moved[at] = numbers[at] + side
-            ends.append(_number(_part(layout.call(self.called.forward, moved), place)))
+        ends = [_number(_part(self._result(first, numbers, (at, numbers[at] + by)), place)) for by in (step, -step)]
         return (ends[0] - ends[1]) / (2 * step)
 
 
-def _part(result: Any, place: Optional[int]) -> Any:
+def _part(result: Value, place: Optional[int]) -> Value:
     """Return the number at an index of a function's result; the result itself if the index is None."""
     if place is None:
         return result
-    if _is_array(result):
-        return result.flat[place].item() if hasattr(result.flat[place], 'item') else result.flat[place]
-    return result[place]
+    return result.item(place) if _is_array(result) else result[place]
 
 
-def _is_array(value: Any) -> bool:
+def _is_array(value: Value) -> bool:
     return hasattr(value, 'dtype') and bool(getattr(value, 'shape', ()))
 
 
-def _array(argument: Any) -> Any:
+def _array(argument: Value) -> Value:
     """An array of objects as one of numbers, which other libraries expect."""
     if is_object_array(argument):
         import numpy
@@ -156,12 +168,12 @@ def _array(argument: Any) -> Any:
     return argument
 
 
-def _giving_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
+def _giving_numbers(function: Function) -> Function:
     """A function whose results have no provenance, and are Python's numbers."""
     return lambda *args, **kwargs: _number(function(*args, **kwargs))
 
 
-def _number(result: Any) -> Any:
+def _number(result: Value) -> Value:
     """A result without provenance, a NumPy scalar as its number; anything else unchanged."""
     if type(result) in CLASSES:
         return result
@@ -170,16 +182,14 @@ def _number(result: Any) -> Any:
     return plain(result)
 
 
-def _each(functions: Functions) -> Sequence[Optional[Callable[..., Any]]]:
+def _each(functions: Functions) -> Sequence[Optional[Function]]:
     """Inverses or slopes as a sequence; a single one is that of the first argument."""
     if isinstance(functions, (tuple, list)):
         return tuple(functions)
     return () if functions is None else (functions,)  # type: ignore[return-value]
 
 
-def operation(
-    function: Optional[Callable[..., Any]] = None, *, inverse: Functions = None, slope: Functions = None
-) -> Callable[..., Any]:
+def operation(function: Optional[Function] = None, *, inverse: Functions = None, slope: Functions = None) -> Function:
     """Make a function of numbers one that keeps provenance, as a decorator or by a call: `ik = rosslt.operation(ik)`.
 
     Args:
@@ -205,7 +215,7 @@ def operation(
     form = CallForm(made)
 
     @functools.wraps(function, updated=())
-    def called(*args: Any, **kwargs: Any) -> Any:
+    def called(*args: Value, **kwargs: Value) -> Value:
         numbers, layout = _flattened([*args, *kwargs.values()], tuple(kwargs))
         operands = [number for number in numbers if type(number) in TRACKED]
         if not operands or not spend(OF_PYTHON):
@@ -213,7 +223,8 @@ def operation(
         # The program may change the arguments at any time; the record keeps copies.
         kept = numbers if SCALARS.issuperset(map(type, numbers)) else [copied(number) for number in numbers]
         result = layout.call(function, [plain(number) for number in numbers])
-        first, size = (tuple(kept), layout), size_of(operands)
+        results: List[Value] = []
+        first, size = (tuple(kept), layout, results), size_of(operands)
         if not isinstance(result, (tuple, list)) and not _is_array(result):
             record = _record_of_row(made, kept) if layout.is_plain() else None
             return _tracked(result, record or (form, first, None), size)
@@ -228,7 +239,7 @@ def operation(
     return called
 
 
-def _record_of_row(operation: Operation, numbers: Sequence[Any]) -> Optional[tuple]:
+def _record_of_row(operation: Operation, numbers: Sequence[Value]) -> Optional[tuple]:
     """The record of one or two numbers in the form that rows have; None where it has none for these."""
     forms = operation.forms.get(len(numbers))
     if forms is None or any(number is None for number in numbers):
@@ -245,12 +256,12 @@ def _record_of_row(operation: Operation, numbers: Sequence[Any]) -> Optional[tup
     return record if record[0] is not None else None
 
 
-def _flattened(arguments: List[Any], keywords: Sequence[str]) -> Tuple[List[Any], Layout]:
+def _flattened(arguments: List[Value], keywords: Sequence[str]) -> Tuple[List[Value], Layout]:
     """The numbers that arguments hold, and how to make the arguments of them."""
     if not keywords and SCALARS.issuperset(map(type, arguments)):
         return arguments, _of_numbers(len(arguments))
-    numbers: List[Any] = []
-    containers: List[Optional[Tuple[Any, int]]] = []
+    numbers: List[Value] = []
+    containers: List[Optional[Tuple[Value, int]]] = []
     for argument in arguments:
         if type(argument) in SCALARS or not is_tracked(argument):
             numbers.append(argument)
@@ -268,7 +279,7 @@ def _of_numbers(count: int) -> Layout:
     return Layout((), (None,) * count)
 
 
-def _tracked(result: Any, record: tuple, size: int) -> Any:
+def _tracked(result: Value, record: tuple, size: int) -> Value:
     """A result with its record; anything that is not a number unchanged."""
     number = _number(result) if type(result) not in TRACKED else result
     return make(number, record, size) if type(number) in CLASSES else result

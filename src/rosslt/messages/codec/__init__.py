@@ -1,12 +1,9 @@
 """The wire format: the provenance of a message's tracked fields as bytes. docs/wire_format.md describes it.
 
 `encoder` writes it and `decoder` reads it. Both share the parts: numbers of variable length (`varint`), the tables in
-front (`table_writer`, `table_reader`), the expressions that are not affine (`expressions`), and templates of what was
-written or read not long ago (`templates`).
+front (`table_writer`, `table_reader`), and the expressions that are not affine (`expressions`).
 """
 
 from rosslt.messages.codec.decoder import NO_READINGS, Readings, attach
 from rosslt.messages.codec.encoder import encode, provenance_to_send
 from rosslt.messages.codec.wire_format import SAMPLED
-
-__all__ = ['NO_READINGS', 'SAMPLED', 'Readings', 'attach', 'encode', 'provenance_to_send']

@@ -5,9 +5,9 @@ What several fields share stands here once, and the fields name it by its number
 """
 
 import math
+import struct
 from typing import Any, Dict, List, Tuple
 
-from rosslt.messages.codec.templates import Parts
 from rosslt.messages.codec.varint import is_whole, packed, packed_strings, zigzag
 from rosslt.messages.codec.wire_format import (
     FALSE,
@@ -24,6 +24,7 @@ from rosslt.messages.codec.wire_format import (
     TABLE_LIMIT,
     TRUE,
 )
+from rosslt.messages.fields import Scalar
 from rosslt.values import Error, Source
 
 
@@ -31,7 +32,7 @@ class Unencodable(Error):
     """The provenance of one value cannot be sent; the error says why."""
 
 
-def checked(value: Any) -> Any:
+def checked(value: Scalar) -> Any:
     """A value that can be sent, as it is.
 
     Raises:
@@ -54,7 +55,7 @@ def checked(value: Any) -> Any:
     return value
 
 
-def _key(value: Any) -> Any:
+def _key(value: Scalar) -> Any:
     """A key that is different for different values, also for 0.0 and -0.0, and for 1, 1.0 and True."""
     kind = type(value)
     return (kind, value) if value or kind is not float else (kind, str(value))
@@ -78,7 +79,7 @@ class TableWriter:
         self._slope_lists: Dict[Tuple[Any, ...], int] = {}
         self._listed = self._summed = 0
 
-    def _add(self, source: Source, value: Any) -> int:
+    def _add(self, source: Source, value: Scalar) -> int:
         if not isinstance(source.location_id, int):
             raise Unencodable('its location id %r is no integer' % (source.location_id,))
         if not 0 <= source.location_id < 1 << 48:
@@ -97,7 +98,7 @@ class TableWriter:
             number = self._first[source] = self._add(source, None)
         return number
 
-    def reading(self, source: Source, value: Any) -> int:
+    def reading(self, source: Source, value: Scalar) -> int:
         """The number of a source with a value, as a message may hold two readings of one source."""
         key = (source, _key(value))
         number = self._readings.get(key)
@@ -112,7 +113,7 @@ class TableWriter:
             self._readings[key] = number
         return number
 
-    def coefficient(self, slope: Any) -> Any:
+    def coefficient(self, slope: Scalar) -> Any:
         """The key of a coefficient."""
         key = _key(slope)
         if key not in self._coefficients:
@@ -172,54 +173,51 @@ class TableWriter:
             | (HAS_LISTS if self._source_lists else 0)
         )
 
-    def readings(self) -> List[int]:
-        """The numbers of the sources with values, in order of appearance."""
-        return list(self._readings.values())
-
-    def parts(self, numbers: Dict[Any, int]) -> Parts:
-        """The tables.
+    def packed(self, numbers: Dict[Any, int]) -> bytes:
+        """The tables as bytes.
 
         Args:
             numbers: the `coefficient_numbers`.
         """
         flags = self.flags()
-        slopes = self._coefficients
-        floats, whole, ints = self._sorted_coefficients()
-        head = [
+        parts = [
             packed([len(self._nodes)]),
             packed_strings(list(self._nodes)),
             packed([len(self._sources)]),
             packed([node for node, _ in self._sources]),
             b''.join([location.to_bytes(6, 'little') for _, location in self._sources]),
         ]
-        middle, tail = [], []
         if flags & HAS_VALUES:
-            head.append(packed([_kind_of_value(value) for value in self._values]))
-            middle += [
+            parts += [
+                packed([_kind_of_value(value) for value in self._values]),
+                _packed_floats([value for value in self._values if type(value) is float]),
                 packed([zigzag(value) for value in self._values if type(value) is int]),
                 packed_strings([value for value in self._values if type(value) is str]),
             ]
         if flags & HAS_COEFFICIENTS:
-            middle.append(packed([len(floats), len(whole), len(ints)]))
-            tail += [packed([zigzag(int(slopes[key])) for key in whole]), packed([zigzag(slopes[key]) for key in ints])]
+            floats, whole, ints = [[self._coefficients[key] for key in keys] for keys in self._sorted_coefficients()]
+            parts += [
+                packed([len(floats), len(whole), len(ints)]),
+                _packed_floats(floats),
+                packed([zigzag(int(slope)) for slope in whole]),
+                packed([zigzag(slope) for slope in ints]),
+            ]
         if flags & HAS_LISTS:
-            tail += [
+            parts += [
                 packed([len(self._source_lists), len(self._slope_lists)]),
                 packed([len(sources) for sources in self._source_lists]),
                 packed([source for sources in self._source_lists for source in sources]),
                 packed([len(keys) for keys in self._slope_lists]),
                 packed([numbers[key] for keys in self._slope_lists for key in keys]),
             ]
-        return Parts(
-            b''.join(head),
-            [value for value in self._values if type(value) is float],
-            b''.join(middle),
-            [slopes[key] for key in floats],
-            b''.join(tail),
-        )
+        return b''.join(parts)
 
 
-def _kind_of_value(value: Any) -> int:
+def _packed_floats(numbers: List[float]) -> bytes:
+    return struct.pack('<%dd' % len(numbers), *numbers)
+
+
+def _kind_of_value(value: Scalar) -> int:
     if type(value) is bool:
         return TRUE if value else FALSE
     return NO_VALUE if value is None else {float: FLOAT, int: INT, str: STRING}[type(value)]
