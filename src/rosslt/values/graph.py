@@ -50,33 +50,14 @@ class Graph:
             if id(node) in index:
                 stack.pop()
                 continue
-            record = node._record
+            record = resolve(node)
             form, first, second = record
-            if form.single_operand:
-                if id(first) not in index:
-                    stack.append(first)
-                    continue
-            elif form.operation is not None:
-                if id(first) not in index:
-                    if id(second) not in index:
-                        stack.append(second)
-                    stack.append(first)
-                    continue
-                if id(second) not in index:
-                    stack.append(second)
-                    continue
-            else:
-                record = resolve(node)
-                form, first, second = record
-                if form is SOURCE:
-                    self.occurrences.setdefault(first, []).append(len(self.nodes))
-                elif form.operation is not None:
-                    continue
-                else:
-                    missing = [operand for operand in form.operands(first, second) if id(operand) not in index]
-                    if missing:
-                        stack.extend(reversed(missing))
-                        continue
+            missing = [operand for operand in form.operands(first, second) if id(operand) not in index]
+            if missing:
+                stack.extend(reversed(missing))
+                continue
+            if form is SOURCE:
+                self.occurrences.setdefault(first, []).append(len(self.nodes))
             index[id(node)] = len(self.nodes)
             self.nodes.append(node)
             self.records.append(record)

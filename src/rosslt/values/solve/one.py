@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any, Callable, List, Optional, Tuple
 
 from ..annotations import Value
-from ..closeness import almost_meets, is_at, is_near, meets
+from ..closeness import almost_meets, is_at, is_same, meets
 from ..graph import Graph
 from ..operations import SOURCE, Form
 from ..operations.inverses import NoPreimage, refuse
@@ -359,7 +359,7 @@ def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> An
     try:
         if row.image is not None and not row.image[0] <= wanted <= row.image[1]:
             refuse('%s takes values in %s', row.shown_as, interval(*row.image))
-        if row.stepped and is_near(round(wanted), wanted):
+        if row.stepped and is_same(round(wanted), wanted):
             wanted = round(wanted)
         operand = inverse(wanted, first, second)
         if isinstance(operand, complex) or (isinstance(operand, float) and not math.isfinite(operand)):

@@ -11,8 +11,6 @@ from .budget import WORK_OF_A_SLOPE, Trial
 TURN = 2 * math.pi
 OF_ANGLES = {SIN: TURN, COS: TURN, TAN: math.pi}
 REMAINDERS = (REMAINDER, FMOD, IEEE_REMAINDER)
-MOST = 8
-"""The most periods that are tried for one source."""
 
 
 class Periods:
@@ -69,7 +67,7 @@ class Periods:
                 found.add(2 * float('%.14g' % abs(period / slope)))
             except (ArithmeticError, ValueError):
                 continue
-        return [period for period in sorted(found, reverse=True) if 0 < period < math.inf][:MOST]
+        return [period for period in sorted(found, reverse=True) if 0 < period < math.inf]
 
 
 def _has_period(form: Any) -> bool:
