@@ -1,6 +1,6 @@
 """Walking expressions: their nodes in order, their sources, their values and slopes for other source values."""
 
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Set
+from typing import Any, Dict, Iterable, List, Mapping, Optional
 
 from .accelerator import CORE
 from .annotations import Value
@@ -179,19 +179,6 @@ class Graph:
                     shared.add(operand)
                     stack.append(operand)
         return [*own, *sorted(shared, reverse=True)]
-
-    def made_of(self, places: Iterable[int]) -> Set[int]:
-        """Return the indices of some nodes and of all nodes below them."""
-        found = set(places)
-        stack = list(found)
-        while stack:
-            form, first, second = self.records[stack.pop()]
-            for operand in form.operands(first, second):
-                at = self.index[id(operand)]
-                if at not in found:
-                    found.add(at)
-                    stack.append(at)
-        return found
 
     def gradient(self, root: int, partials: Dict[int, tuple], below: List[int]) -> Dict[Source, Value]:
         """The slope of one node for each source that may change, by one sweep backwards.
