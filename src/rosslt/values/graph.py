@@ -9,6 +9,9 @@ from .sources import Source
 from .tracked import TRACKED, resolve
 from .tree import leaves, rebuilt
 
+UNDEFINED = (ArithmeticError, ValueError, TypeError)
+"""Exceptions of undefined arithmetic: a result that is not real or not finite, or unsuitable operands."""
+
 
 class Graph:
     """The nodes that make up some values, each once, operands before their users, left before right.
@@ -160,10 +163,16 @@ class Graph:
                 found[place] = ((first, slope_or_zero(form.slope, values[first], constant)),)
             else:
                 a, b = values[first], values[second]
-                found[place] = (
-                    (first, slope_or_zero(form.slope[0], a, b)),
-                    (second, slope_or_zero(form.slope[1], a, b)),
-                )
+                one, other = form.slope
+                try:
+                    slopes = one(a, b), other(a, b)
+                    total = slopes[0] + slopes[1]
+                    is_known = total - total == 0 and type(total) is not complex
+                except UNDEFINED:
+                    is_known = False
+                if not is_known:
+                    slopes = slope_or_zero(one, a, b), slope_or_zero(other, a, b)
+                found[place] = ((first, slopes[0]), (second, slopes[1]))
         return found
 
     def below(self, root: int, partials: Dict[int, tuple]) -> List[int]:
@@ -247,7 +256,7 @@ def slope_or_zero(slope: Any, a: Any, b: Any) -> Any:
     try:
         value = slope(a, b)
         return value if value - value == 0 and type(value) is not complex else 0
-    except (ArithmeticError, ValueError, TypeError):
+    except UNDEFINED:
         return 0
 
 
@@ -257,7 +266,7 @@ def slopes_or_zeros(record: tuple, values: List[Value]) -> List[Value]:
     try:
         slopes = form.slopes(first, second, values)
         return [slope if slope - slope == 0 else 0 for slope in slopes]
-    except (ArithmeticError, ValueError, TypeError):
+    except UNDEFINED:
         return [0] * len(values)
 
 

@@ -12,9 +12,9 @@ from typing import Collection, Dict, Iterator, List, Mapping, Optional, Sequence
 from ..annotations import Value
 from ..closeness import RELATIVE
 from ..errors import NotInvertible
-from ..graph import Graph
+from ..graph import UNDEFINED, Graph
 from ..sources import Source
-from .budget import UNDEFINED, Budget
+from .budget import Budget
 from .choice import holds_floats, solve, solve_one, target_of, tracked_parts
 from .components import connected
 from .equations import Goal, Point

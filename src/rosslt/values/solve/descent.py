@@ -7,9 +7,9 @@ import math
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 from ..annotations import Value
-from ..graph import Graph
+from ..graph import UNDEFINED, Graph
 from ..sources import Source
-from .budget import UNDEFINED, Budget, Exhausted
+from .budget import Budget, Exhausted
 from .equations import Equation, Equations, Goal, Point
 from .freedom import in_floats
 from .least_squares import Rows, shortest_step, work_of_step

@@ -12,7 +12,8 @@ from typing import Callable, Iterator, List, Optional, Sequence
 
 from ..annotations import Value
 from ..closeness import ROUNDING, ULPS, almost_meets, is_at
-from .budget import UNDEFINED, Exhausted
+from ..graph import UNDEFINED
+from .budget import Exhausted
 from .descent import CONVERGED, ROUNDS, Descent, Descents
 from .equations import Point
 from .periods import TURN, turns_too_many
