@@ -17,8 +17,10 @@ from rosslt.msg import PoseStampedTracked
 from rosslt.srv import ListLocations
 
 import rosslt
+from support.fork_server import Program
 from support.processes import wait_until
 
+EXECUTABLE = str(Path(__file__).resolve().parents[2] / 'scripts' / 'interactive_script')
 NODE = '/interactive_script'
 TOUR = '# tour\ngoto(2.0, 1.0, 1.5)\nwait(0.1)\ngoto(-1, 2, 0.5)\n'
 
@@ -41,8 +43,8 @@ class ScriptNode(unittest.TestCase):
     def start(self, *options):
         """Start the node, and wait for its first waypoint."""
         del self.waypoints[:]
-        command = ['rosrun', 'rosslt', 'interactive_script', '_file:={}'.format(self.script), *options]
-        self.node = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        with open(os.devnull, 'wb') as nowhere:
+            self.node = Program(EXECUTABLE, ['_file:={}'.format(self.script), *options], nowhere, nowhere)
         self.addCleanup(self.stop, self.node)
         wait_until(lambda: self.waypoints, 'a waypoint', 60.0)
 
@@ -186,7 +188,7 @@ class ScriptNode(unittest.TestCase):
             (['_file:={}'.format(self.script), '_precision:=0'], '/none/precision is 0'),
         ):
             done = subprocess.run(
-                ['rosrun', 'rosslt', 'interactive_script', '__name:=none', *options],
+                [EXECUTABLE, '__name:=none', *options],
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 text=True,
