@@ -49,7 +49,7 @@ NO_SLOPE = (_no_slope, _no_slope)
 HALF = Fraction(1, 2)
 QUARTER = TURN / 4
 
-MOST_BITS = 2**20
+MOST_BITS = 2**16
 MOST_DIGITS = 10**4
 """Limits for exponents, counts and digits that a solver tries, so that it does not fill the memory."""
 

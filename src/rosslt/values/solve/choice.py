@@ -32,20 +32,11 @@ from .budget import UNDEFINED, Budget
 from .components import connected
 from .equations import Goal, missed
 from .freedom import Bounds, Freedom, Rank, rank_of
-from .one import Attempt, beyond_bounds, written
+from .one import Attempt, written
 from .several import System
-
-MANY_SOURCES = 16
-"""With more sources than this, those that cannot give the result alone are sorted out first."""
 
 MOST_ROUNDINGS = 16
 """The most combinations of rounding whole numbers up or down."""
-
-MOST_OUT_OF_BOUNDS = 4
-"""The most sources out of their bounds that are each moved alone before all are moved together."""
-
-ALONE = 0.8
-"""The part of the work for finding a single source that gives the target; the rest is for several sources."""
 
 
 def solve(
@@ -162,16 +153,13 @@ def solve_one(
         for source in freedom.ranked(candidates)
         if source not in changes and (freedom.only is None or source in freedom.only)
     ]
-    beyond = beyond_bounds(value, wanted, freedom.limits) if len(free) > MANY_SOURCES and not changes else {}
-    alone = budget.share(ALONE if len(free) > 1 else 1.0)
+    alone = budget.share(0.8 if len(free) > 1 else 1.0)
     try:
         for source in free if base else ():
             share = alone.share(0.5)
             try:
                 if source in freedom.read_only:
                     refuse('{source} is read-only')
-                if source in beyond:
-                    refuse('%s', beyond[source])
                 attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
                 return {source: attempt.answer()}
             except UNDEFINED as reason:
@@ -179,6 +167,8 @@ def solve_one(
                 if text not in reasons:
                     reasons.append(text)
             alone.refund(share)
+            if alone.left < 1:
+                break
     finally:
         budget.refund(alone)
     if base and wanted == base[root]:
@@ -250,13 +240,11 @@ def _out_of_bounds(graph: Graph, sources: List[Source], freedom: Freedom, base: 
 
 
 def _first_without(some: List[Source], sources: List[Source]) -> Iterator[List[Source]]:
-    """The sources without those, then with one of those, then with all."""
+    """The sources without those, then with all."""
     if some:
         rest = [source for source in sources if source not in some]
         if rest:
             yield rest
-        for one in some if 1 < len(some) <= MOST_OUT_OF_BOUNDS else ():
-            yield [*rest, one]
     yield sources
 
 
@@ -402,7 +390,7 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
         NotInvertible: no values were found that give all; the result that stays away is named.
     """
     concerned = list(graph.occurrences)
-    budget = Budget.of(graph, len(goals))
+    budget = Budget.of(graph)
     movable = [source for source in concerned if freedom.allows(source) and _holds_number(graph, source)]
     if any(isinstance(wanted, str) for _, _, wanted in goals):
         movable = []

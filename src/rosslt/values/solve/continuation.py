@@ -264,7 +264,7 @@ def _one_more(
 
 def _path(graph: Graph, goals: List[Goal], unknowns: List[Source], freedom: Freedom) -> Optional[Path]:
     try:
-        return Path(graph, goals, unknowns, freedom, Budget.of(graph, len(goals)))
+        return Path(graph, goals, unknowns, freedom, Budget.of(graph))
     except UNDEFINED:
         return None
 

@@ -57,7 +57,7 @@ class Equations:
         self._wanted = [wanted for _, _, wanted in goals]
         self._budget = budget
         base = graph.plain() if base is None else base
-        self._trial = Trial(graph, unknowns, self._roots, base, budget, self._wanted)
+        self._trial = Trial(graph, unknowns, self._roots, base, budget)
         self._size = size_of(goals)
         self._present = [float(base[root]) for root in self._roots]
         self._equations = [

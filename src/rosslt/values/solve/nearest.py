@@ -85,7 +85,7 @@ def nearest(
     if not unknowns:
         return {}, present
     try:
-        found = System(graph, goals, unknowns, freedom, Budget.of(graph, len(goals))).closest()
+        found = System(graph, goals, unknowns, freedom, Budget.of(graph)).closest()
     except UNDEFINED:
         # There is a result that no float holds.
         return {}, present

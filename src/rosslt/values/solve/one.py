@@ -8,15 +8,14 @@ out of bounds, other start values are tried, and at last the whole result is sea
 
 import math
 from fractions import Fraction
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, List, Optional, Tuple
 
-from ..affine import affine
 from ..annotations import Value
-from ..closeness import RELATIVE, almost_meets, is_at, is_near, meets
+from ..closeness import almost_meets, is_at, is_near, meets
 from ..graph import Graph
 from ..operations import SOURCE, Form
 from ..operations.inverses import NoPreimage, refuse
-from ..operations.table import DIVIDE
+from ..operations.table import MOST_BITS
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted, Trial
 from .freedom import in_floats
@@ -25,12 +24,6 @@ from .root_finding import Search
 
 MARK = '\ue000'
 """A character of Unicode's private use area."""
-
-LONGEST_NUMBER = 2**16
-"""Whole numbers with more bits are not solved for: exact fractions of them take too long."""
-
-FIRST_SEARCH = 0.4
-"""The part of the budget that a search from the present value may take."""
 
 Limits = Tuple[Value, Value]
 
@@ -66,7 +59,7 @@ class Attempt:
         self._root = root
         self._source = source
         self._base = base
-        self._trial = Trial(graph, [source], [root], base, budget, [wanted])
+        self._trial = Trial(graph, [source], [root], base, budget)
         self._wanted = wanted
         self._depends = self._trial.depends
         leaf = graph.occurrences[source][0]
@@ -278,32 +271,9 @@ class Attempt:
         if self._searches > 1:
             # Further starts are only descended from: the whole search has been done once.
             return search.descend_whole(start) if self._kind is int else search.descend(start)
-        if self._kind is float:
-            found = self._of_quotient(place, wanted, start)
-            if found is not None and search.is_met(found):
-                return search.nearer(start, found)
         # The rest is for other branches of the operations undone so far.
-        with self._trial.budget.part_of(self._trial, FIRST_SEARCH):
+        with self._trial.budget.part_of(self._trial, 0.5):
             return self._searched(place, wanted, start, lambda result: meets(result, wanted), self._low, self._high)
-
-    def _of_quotient(self, place: int, wanted: Value, start: float) -> Optional[float]:
-        """Find a candidate answer for a quotient of two expressions without its poles, as a root of `a - wanted * b`.
-        None for any other operation."""
-        form, first, second = self._graph.records[place]
-        if form.operation is not DIVIDE:
-            return None
-        a, b = self._graph.index[id(first)], self._graph.index[id(second)]
-
-        def excess(value: Value) -> Value:
-            values = self._trial.values({self._source: value})
-            return values[a] - wanted * values[b]
-
-        def slope(value: Value) -> Value:
-            values = self._trial.values({self._source: value})
-            rise = self._graph.tangent(self._source, self._trial.partials(values))
-            return rise.get(a, 0) - wanted * rise.get(b, 0)
-
-        return Search(excess, slope, 0.0, lambda result: result == 0, self._low, self._high).descend(start)
 
     def _text_within(self, place: int, wanted: str) -> str:
         """The text that a source must hold which appears in a longer one more than once.
@@ -370,34 +340,6 @@ class Attempt:
         return [nearest, nearest + 1, nearest - 1]
 
 
-def beyond_bounds(value: Value, wanted: Value, limits_of: Callable[[Source], Limits]) -> Dict[Source, str]:
-    """Why sources cannot give a value alone, where it is affine in them and the answer is clearly beyond their bounds.
-
-    Trying each of many sources takes time in proportion to their square.
-
-    Args:
-        value: the tracked value.
-        wanted: the wanted value.
-        limits_of: gives a source's minimum and maximum.
-
-    Returns:
-        `{Source: reason}` of those sources.
-    """
-    found: Dict[Source, str] = {}
-    try:
-        for source, at, slope in affine(value) or ():
-            low, high = limits_of(source)
-            needed = at + (wanted - value._plain) / slope if slope else at
-            margin = RELATIVE * max(abs(at), abs(needed))
-            if slope and needed < low - margin:
-                found[source] = beyond_bound(needed, low, 'below its minimum')
-            elif slope and needed > high + margin:
-                found[source] = beyond_bound(needed, high, 'above its maximum')
-    except UNDEFINED:
-        return {}
-    return found
-
-
 def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> Any:
     """The operand that gives a wanted result.
 
@@ -408,7 +350,7 @@ def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> An
     """
     row = form.operation
     if isinstance(wanted, (int, Fraction)):
-        if wanted.numerator.bit_length() > LONGEST_NUMBER:
+        if wanted.numerator.bit_length() > MOST_BITS:
             refuse('%s would have to give a number of too many digits', row.shown_as)
         if 'a' in row.affine and not isinstance(wanted, bool):
             wanted = Fraction(wanted)

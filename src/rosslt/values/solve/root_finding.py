@@ -196,35 +196,8 @@ class Search:
                         yield self.between(before, x) if was < missing else self.between(x, before)
                     elif len(line) > 2 and line[-3][1] is not None and abs(was) <= min(abs(missing), abs(line[-3][1])):
                         turns.append((abs(was), before))
-                elif (missing is None) != (was is None):
-                    inside = x if was is None else before
-                    edge = self._edge(inside, before if was is None else x)
-                    yield from self._at_edge(inside, edge)
         for _, x in sorted(turns)[:6]:
             yield self.descend(x, STEPS // 2)
-
-    def _edge(self, inside: float, outside: float) -> float:
-        """Find the last point where f is defined, between a point where it is defined and one where it is not."""
-        for _ in range(60):
-            middle = inside + (outside - inside) / 2
-            if middle in (inside, outside):
-                break
-            if self.missing(middle) is None:
-                outside = middle
-            else:
-                inside = middle
-        return inside
-
-    def _at_edge(self, inside: float, edge: float) -> Iterator[float]:
-        """Yield candidate answers between a point of f's domain and the domain's edge, where f may be steep."""
-        before, was = inside, self.missing(inside)
-        for part in (0.1, 1e-2, 1e-4, 1e-8, 0.0):
-            x = edge + (inside - edge) * part
-            missing = self.missing(x)
-            if missing is not None and was is not None and (missing > 0) != (was > 0):
-                yield self.between(before, x) if was < missing else self.between(x, before)
-            before, was = x, missing
-        yield edge
 
     def between(self, low: float, high: float) -> float:
         """Bisect between an x where f is below the wanted value and one where it is above."""
