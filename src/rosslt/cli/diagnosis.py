@@ -11,10 +11,9 @@ from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 import rosgraph
 
 from rosslt import srv, values
-from rosslt.cli.directory import Directory
 from rosslt.cli.master import SystemState, default_timeout, problem_of
 from rosslt.cli.reading import Received
-from rosslt.node import ask_all
+from rosslt.node import Directory, ask_all
 
 #: The kinds of findings: nothing is wrong; it may hinder a change; it prevents a change.
 FINE, NOTE, FAULT = 'ok', 'note', 'fault'
@@ -44,7 +43,7 @@ class Finding(NamedTuple):
 
 
 class Stream:
-    """What a node sent on a topic while the command listened.
+    """The messages that a node sent on a topic, counted.
 
     Attributes:
         count: the number of messages.
@@ -92,7 +91,7 @@ class Traffic:
             self._streams.setdefault((message.topic, message.publisher), Stream()).add(message, field)
 
     def of(self, topic: str, publisher: str) -> Stream:
-        """What a node sent on a topic."""
+        """The messages that a node sent on a topic."""
         return self._streams.get((topic, publisher)) or Stream()
 
     def all_sources(self) -> Set[values.Source]:

@@ -16,7 +16,7 @@ Not evaluated anew are records of several moments, which are no functions of the
 
 import sys
 import threading
-from typing import Any, Dict, FrozenSet, Hashable, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, FrozenSet, Hashable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 
@@ -54,14 +54,14 @@ class ReplacedReadings:
         replaced: {Source: [reading, ...]}; empty where all that this process holds is up to date.
         lock: held while readings are replaced, for a moment: those of a change of several locations together.
             Reentrant, as a signal's handler may publish in the middle of a publish.
-        changed: set by each change.
+        on_change: what is called soon after each change.
         count: how many changes there were.
     """
 
     def __init__(self) -> None:
         self.replaced: Dict[Source, List[Any]] = {}
         self.lock = threading.RLock()
-        self.changed = threading.Event()
+        self.on_change: Callable[[], None] = lambda: None
         self.count = 0
         self._latest: Dict[Source, Any] = {}
 
@@ -74,7 +74,7 @@ class ReplacedReadings:
             readings[:] = _in_use(readings, _UNUSED)
             readings.append(reading)
         self.count += 1
-        self.changed.set()
+        self.on_change()
 
     def outdated(self) -> _Outdated:
         """The sources of which replaced readings are in use."""
