@@ -54,7 +54,7 @@ class ReplacedReadings:
         replaced: {Source: [reading, ...]}; empty where all that this process holds is up to date.
         lock: held while readings are replaced, for a moment: those of a change of several locations together.
             Reentrant, as a signal's handler may publish in the middle of a publish.
-        changed: set by each change.
+        on_change: what is called soon after each change.
         count: how many changes there were.
         rebind: is called with a reading and the one that follows it.
     """
@@ -62,7 +62,7 @@ class ReplacedReadings:
     def __init__(self) -> None:
         self.replaced: Dict[Source, List[Any]] = {}
         self.lock = threading.RLock()
-        self.changed = threading.Event()
+        self.on_change: Callable[[], None] = lambda: None
         self.count = 0
         self.rebind: Callable[[Any, Any], None] = lambda before, following: None
         self._latest: Dict[Source, Any] = {}
@@ -84,7 +84,7 @@ class ReplacedReadings:
             readings[:] = _in_use(readings, _UNUSED)
             readings.append(reading)
         self.count += 1
-        self.changed.set()
+        self.on_change()
 
     def outdated(self) -> _Outdated:
         """The sources of which replaced readings are in use."""
