@@ -30,7 +30,7 @@ from rosslt.node.call_sites import CallSite, call_site
 from rosslt.node.changing import force_field, force_value, reevaluate, request_values, undo
 from rosslt.node.client import Change, ChangeRejected, Requester, SourceUnreachable, Undone, undo_request
 from rosslt.node.client import request_values as request_values_as
-from rosslt.node.closed_loop import STILL, ClosedLoop
+from rosslt.node.closed_loop import ClosedLoop
 from rosslt.node.directory import Directory, Place
 from rosslt.node.forcing import NotReached, Outcome, close_loop
 from rosslt.node.history import new_request_id
@@ -54,7 +54,6 @@ from rosslt.node.undoing import histories, last_change, values_in_code
 __all__ = [
     'NO_ANSWER',
     'NO_MASTER',
-    'STILL',
     'CallSite',
     'Change',
     'ChangeRejected',

@@ -14,13 +14,6 @@ from rosslt.node.expression_diff import Difference
 from rosslt.node.observation import ChangeObserver, Observation
 from rosslt.values import Source
 
-#: The number of successive solutions for a field that moves by itself.
-MOMENTS = 2
-
-#: The time after which an unchanged field counts as standing still, in seconds: some fields are sent more often than
-#: they move.
-STILL = 1.0
-
 
 class ClosedLoop:
     """Has the sources of a field changed, looks at what comes, and has them changed again.
@@ -52,12 +45,11 @@ class ClosedLoop:
     ) -> None:
         self._change, self._most, self._timeout, self._settle = change, rounds, timeout, settle
         self.is_over = self.is_reached = self.moves = False
-        self.rounds = self._moments = 0
+        self.rounds = 0
         self.observer = ChangeObserver({}, timeout)
         self.last: Optional[Observation] = None
         self.branches: List[Difference] = []
         self._still_until: Optional[float] = None
-        self._has_more = True
 
     def begin(self, observation: Observation) -> None:
         """Have the sources changed for the first time; raises what `change` raises."""
@@ -108,16 +100,16 @@ class ClosedLoop:
             self.is_over = self.is_reached = True
             return
         self.last, self.moves = (seen[-1] if seen else None), observer.moves
-        if not seen or not self._has_more:
+        if not seen:
             self.stop()
             return
-        self._moments = self._moments + 1 if observer.is_solved_for_its_moment(self._solved) else 0
-        if self.moves and (self._settle or self._moments >= min(MOMENTS, self._most)):
+        difference = self._solved.expression.difference(seen[0].expression)
+        is_branch = difference.is_branch(observer.moving)
+        if self.moves and (self._settle or not is_branch):
             self.last = seen[0]
             self.is_over = self.is_reached = True
             return
-        difference = self._solved.expression.difference(seen[-1].expression)
-        if difference.is_branch(observer.moving):
+        if is_branch:
             self.branches.append(difference)
         self._solve(seen[-1])
 
@@ -125,8 +117,5 @@ class ClosedLoop:
         changed = self._change(observation) if self.rounds < self._most else {}
         if changed:
             self.follow(observation, changed)
-        elif self.branches and not self.moves and not self._settle:
-            # whether it stands still tells another branch from a field that is sent oftener than it moves
-            self._has_more, self._still_until = False, time.monotonic() + STILL
         else:
             self.stop()

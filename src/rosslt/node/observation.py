@@ -14,12 +14,6 @@ SECOND_MESSAGE = 1.0
 #: The time in which messages without the changed sources are taken to be about another thing, in seconds.
 OTHER_THINGS = 0.5
 
-#: The maximal distance of a moving field from the target, as a multiple of its own movement.
-LEEWAY = 3.0
-
-#: The fewest messages that have come between the one that was solved and the first one that shows the change.
-FEWEST_STEPS = 2
-
 
 class Observation(NamedTuple):
     """A field as a message has it.
@@ -140,22 +134,6 @@ class ChangeObserver:
             ):
                 return True
         return False
-
-    def is_solved_for_its_moment(self, solved: Observation) -> bool:
-        """Return whether the field moves by itself, and is no further from the target than it has moved since.
-
-        Args:
-            solved: the observation that was solved.
-        """
-        if not self.moves or solved.expression.difference(self.new[0].expression).is_branch(self.moving):
-            return False
-        reach = 0.0
-        for one, other in zip(self.new, self.new[1:]):
-            step = messages.distance(other.part, values.untracked(one.part))
-            steps = (self.new[0].at - solved.at) / max(other.at - one.at, 1e-6)
-            # messages may have been read later than they came, which says little of the time between them
-            reach = max(reach, LEEWAY * step * max(steps, FEWEST_STEPS))
-        return self.new[0].distance <= reach
 
 
 def is_equal(one: Any, other: Any) -> bool:

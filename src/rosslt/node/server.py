@@ -19,7 +19,6 @@ from rosslt.node.description import described
 from rosslt.node.directory import Directory
 from rosslt.node.history import History, Request, applied_change, differing
 from rosslt.node.json_scalars import Refused, to_json
-from rosslt.node.location_topic import LocationTopic
 from rosslt.node.locations import HeldLocation, LiteralLocation, Location, Locations, ParameterLocation
 from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MASTER_WATCH
@@ -36,6 +35,9 @@ FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
 SETTINGS = Sending.NAMES | access.SETTINGS
+
+#: Many locations are created together: they are published so long after the first one, in seconds.
+SETTLING = 0.2
 
 #: Changes of the last seconds are taken back where the main program raises an exception.
 SUSPECT = 5.0
@@ -71,9 +73,10 @@ class Owner:
         self.read_parameters = ReadParameters(self, self.parameters)
         self.directory = Directory(self._described, lambda: self.name)
         self.history = History()
-        self._callbacks = Callbacks()
-        self._topic: Optional[LocationTopic] = None
-        self._participant = CommitParticipant(self)
+        self._on_change = Callbacks('rosslt on_change')
+        self._background = Callbacks('rosslt background')
+        self._locations: Optional[rospy.Publisher] = None
+        self._participant = CommitParticipant(self, self._background)
         self.change_sources = self._participant.change_sources
         self.locking = Locking(self, self.parameters, self._participant.wait_for)
         self._show_to_reconfigure: Callable[[], None] = lambda: None
@@ -95,10 +98,10 @@ class Owner:
                 if isinstance(location, LiteralLocation):
                     self.parameters.take_over(location)
                     self.parameters.follow(location, is_written=True)
-            self._topic = LocationTopic(self.name, lambda: self._list_locations(srv.ListLocationsRequest()).locations)
+            self._locations = rospy.Publisher('~rosslt/locations', msg.LocationList, queue_size=1, latch=True)
             self.locations.on_locations_changed(self.publish_locations)
-            self._topic.update()
-        self._show_to_reconfigure = reconfigure.serve(self)
+        self._show_to_reconfigure = reconfigure.serve(self, self._background)
+        self.publish_locations()
         rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
         rospy.Service('~rosslt/list_locations', srv.ListLocations, self._list_locations)
         rospy.Service('~rosslt/list_edits', srv.ListEdits, self._list_edits)
@@ -111,9 +114,14 @@ class Owner:
 
     def publish_locations(self) -> None:
         """Publish the locations soon: there are others than before, or others may change them."""
-        if self._topic is not None:
-            self._topic.update()
-        self._show_to_reconfigure()
+        if self._locations is not None:
+            self._background.call_soon(self._publish_locations, SETTLING)
+            self._show_to_reconfigure()
+
+    def _publish_locations(self) -> None:
+        listed = self._list_locations(srv.ListLocationsRequest()).locations
+        if self._locations is not None and not rospy.is_shutdown():
+            self._locations.publish(self.name, listed)
 
     def _renew(self) -> None:
         """The master was restarted, and knows no parameters of this node."""
@@ -172,7 +180,7 @@ class Owner:
             location.turn += 1
             self._changes.publish(applied_change(stamp, location, old, new, requester))
             for function in location.changed:
-                self._callbacks.call_soon(function)
+                self._on_change.call_soon(function)
         if changes:
             self._show_to_reconfigure()
         if record and changes:
