@@ -14,6 +14,9 @@ from rosslt.node.expression_diff import Difference
 from rosslt.node.observation import ChangeObserver, Observation
 from rosslt.values import Source
 
+#: The number of successive solutions for a field that moves by itself: one that settles is settled by the second one.
+MOMENTS = 2
+
 
 class ClosedLoop:
     """Has the sources of a field changed, looks at what comes, and has them changed again.
@@ -45,7 +48,7 @@ class ClosedLoop:
     ) -> None:
         self._change, self._most, self._timeout, self._settle = change, rounds, timeout, settle
         self.is_over = self.is_reached = self.moves = False
-        self.rounds = 0
+        self.rounds = self._moments = 0
         self.observer = ChangeObserver({}, timeout)
         self.last: Optional[Observation] = None
         self.branches: List[Difference] = []
@@ -105,7 +108,8 @@ class ClosedLoop:
             return
         difference = self._solved.expression.difference(seen[0].expression)
         is_branch = difference.is_branch(observer.moving)
-        if self.moves and (self._settle or not is_branch):
+        self._moments = self._moments + 1 if self.moves and not is_branch else 0
+        if self.moves and (self._settle or self._moments >= min(MOMENTS, self._most)):
             self.last = seen[0]
             self.is_over = self.is_reached = True
             return
