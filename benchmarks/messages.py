@@ -16,7 +16,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import Source, math, track, values
 from rosslt.messages import append_provenance, attach, encode, split_provenance
-from rosslt.messages.codegen.walkers import walkers
+from rosslt.messages.walkers import walkers
 
 NODE = '/interactive_script'
 

@@ -47,7 +47,7 @@ def completions(line):
 @pytest.mark.parametrize(
     ('line', 'expected'),
     [
-        ('rosslt s', ['save ', 'set ', 'statistics ']),
+        ('rosslt s', ['save ', 'set ']),
         ('rosslt undo /', ['/relay ', '/talker ']),
         ('rosslt list t', ['talker ']),
         ('rosslt get /t', ['/talker/']),

@@ -15,6 +15,10 @@ from support.shell import failure, lines, on_terminal, rosslt
 pytestmark = pytest.mark.rostest
 
 
+#: Long enough for what sends twenty messages a second.
+BRIEFLY = '--time', '1.5'
+
+
 @pytest.fixture
 def master_of_its_own(tmp_path):
     """A master without a node, for a test that leaves some behind or needs to be alone."""
@@ -24,7 +28,7 @@ def master_of_its_own(tmp_path):
 
 def findings(*arguments):
     """{(kind, text)} of what the doctor finds on a topic, and its exit code."""
-    result = rosslt('doctor', *arguments)
+    result = rosslt('doctor', *arguments, *BRIEFLY)
     assert result.stderr == ''
     return {tuple(line.split('\t')[2:]) for line in result.stdout.splitlines()}, result.returncode
 
@@ -141,7 +145,11 @@ class TestDoctor:
         assert ('note', '/talker/fixed is read-only') in found
         assert ('ok', 'it comes from /talker/frame, /talker/radius, /talker/~parking/0, /talker//height') in found
         (sent,) = (text for kind, text in found if kind == 'ok' and text.startswith('/talker sends'))
-        assert re.fullmatch(r'/talker sends provenance in (\d+) of \1 messages', sent)
+        assert re.fullmatch(
+            r'/talker sends provenance in (\d+) of \1 messages: '
+            r'\d+\.\d a second, 1\d\d B each, \d+ B of them provenance',
+            sent,
+        )
 
     def test_names_the_fields_that_cannot_be_forced(self, nodes):
         half = """
@@ -165,13 +173,13 @@ class TestDoctor:
         assert not [text for _, text in findings('/gate/pose/position/y')[0] if 'cannot be forced' in text]
 
     def test_shows_a_topic_with_its_findings_on_a_terminal(self, nodes):
-        printed = on_terminal('doctor', '/gate')
+        printed = on_terminal('doctor', '/gate', *BRIEFLY)
         assert printed.startswith('/gate  geometry_msgs/PoseStamped\n  ok     /talker sends provenance in ')
 
     def test_names_a_publisher_that_is_not_tracked(self, nodes):
         plain = subprocess.Popen(['rostopic', 'pub', '-r', '20', '/plain', 'geometry_msgs/Point', '{x: 1}'])
         try:
-            wait_until(lambda: 'no topic' not in rosslt('doctor', '/plain').stderr, 'it publishes')
+            wait_until(lambda: 'no topic' not in rosslt('doctor', '/plain', *BRIEFLY).stderr, 'it publishes')
             found, code = findings('/plain')
             ((kind, text),) = found
             assert (kind, code) == ('fault', 1)
@@ -189,7 +197,7 @@ class TestDoctor:
             rospy.spin()
             """
         with Node('loser', loses):
-            wait_until(lambda: 'no topic' not in rosslt('doctor', '/lost').stderr, 'it publishes')
+            wait_until(lambda: 'no topic' not in rosslt('doctor', '/lost', *BRIEFLY).stderr, 'it publishes')
             found, code = findings('/lost')
             ((kind, text),) = found
             assert (kind, code) == ('fault', 1)
@@ -220,7 +228,7 @@ class TestDoctor:
             """
         with Node('keeper', keeper):
             with Node('owner', owner):
-                wait_until(lambda: '/owner' in rosslt('doctor', '/kept').stdout, 'it keeps a message')
+                wait_until(lambda: '/owner' in rosslt('doctor', '/kept', *BRIEFLY).stdout, 'it keeps a message')
             found, code = findings('/kept')
             assert ('fault', '/owner: it has ended, so its locations cannot be changed') in found
             assert code == 1
@@ -257,7 +265,9 @@ class TestDoctor:
             '/gate'
         )[0]
         with Node('handles', handles):
-            wait_until(lambda: 'nobody shows its handles' in rosslt('doctor', '/gate').stdout, 'it makes handles')
+            wait_until(
+                lambda: 'nobody shows its handles' in rosslt('doctor', '/gate', *BRIEFLY).stdout, 'it makes handles'
+            )
             found, code = findings('/gate')
             assert code == 1
             advice = 'in RViz, add a display InteractiveMarkers with the Update Topic /handles/update'
@@ -272,7 +282,7 @@ class TestDoctor:
 
     def test_says_so_where_nobody_publishes(self, nodes):
         with Node('ear', "rospy.Subscriber('unheard', Pose, print)\nrospy.spin()"):
-            wait_until(lambda: 'no topic' not in rosslt('doctor', '/unheard').stderr, 'it subscribes')
+            wait_until(lambda: 'no topic' not in rosslt('doctor', '/unheard', *BRIEFLY).stderr, 'it subscribes')
             assert findings('/unheard') == (
                 {('fault', 'nobody publishes it; the master keeps it as geometry_msgs/Pose')},
                 1,

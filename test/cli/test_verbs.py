@@ -2,7 +2,7 @@
 
 import pytest
 
-from rosslt.cli import completion, main, verb, verbs
+from rosslt.cli import completers, completion, main, verb, verbs
 
 GREET = '''
 """`rosslt greet`: greet somebody."""
@@ -18,9 +18,9 @@ example:
   rosslt greet Ada
 """
 ARGUMENTS = [
-    Argument('name', metavar='NAME', completer=lambda word, before: ['Ada ', 'Grace '], help='of whom'),
+    Argument('name', metavar='NAME', completer='people', help='of whom'),
     Argument('--twice', action='store_true', exclusive=True),
-    Argument('--times', type=int, default=1, exclusive=True, completer=lambda word, before: ['3 ', *before]),
+    Argument('--times', type=int, default=1, exclusive=True, completer='times'),
 ]
 
 
@@ -37,6 +37,8 @@ def greet(tmp_path, monkeypatch):
     """A new verb: its file, and nothing else."""
     (tmp_path / 'greet.py').write_text(GREET, encoding='utf-8')
     monkeypatch.setattr(verbs, '__path__', [*verbs.__path__, str(tmp_path)])
+    monkeypatch.setattr(completers, 'people', lambda word, before: ['Ada ', 'Grace '], raising=False)
+    monkeypatch.setattr(completers, 'times', lambda word, before: ['3 ', *before], raising=False)
 
 
 @pytest.fixture
@@ -108,6 +110,7 @@ def test_every_verb_says_all_that_a_verb_is(name):
     assert loaded.DESCRIPTION
     assert 'example' in loaded.EXAMPLE
     assert all(argument.is_option or argument.options.get('metavar') for argument in loaded.ARGUMENTS)
+    assert all(hasattr(completers, argument.completer) for argument in loaded.ARGUMENTS if argument.completer)
     assert callable(loaded.run)
 
 

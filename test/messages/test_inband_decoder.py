@@ -23,7 +23,7 @@ from rosslt.messages import (
     tracked_types,
     wrap,
 )
-from rosslt.messages.codegen.walkers import BYTES_LIMIT
+from rosslt.messages.walkers import BYTES_LIMIT
 from rosslt.node.serialization import received_class
 from support.filling import Filling, assert_arrived, serialized
 

@@ -56,6 +56,8 @@ def test_what_is_computed_from_sampled_messages_waits_for_a_whole_one():
     assert not sent.is_whole(Point(0, Y, 0), 0.06, is_between=True)
     assert not sent.is_whole(Point(), 0.07, is_between=True)
     assert sent.is_whole(Point(X, Y, 0), 0.08)
+    assert not sent.is_whole(Point(), 0.5, is_between=True)
+    assert sent.is_whole(Point(0, Y, 0), 0.5, is_between=True)
 
 
 def test_the_first_message_of_a_relay_is_followed_by_one_with_all_sources():

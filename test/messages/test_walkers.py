@@ -19,7 +19,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import InteractiveMarkerUpdate, Marker, MarkerArray
 
 from rosslt import Source, track
-from rosslt.messages.codegen.walkers import END, TRACKED, walkers
+from rosslt.messages.walkers import END, TRACKED, walkers
 from rosslt.values import leaves
 from support.filling import Filling, serialized
 

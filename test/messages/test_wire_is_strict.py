@@ -3,7 +3,6 @@
 import contextlib
 import os
 import pickle
-import random
 import struct
 import traceback
 import tracemalloc
@@ -26,7 +25,7 @@ from support.slow_provenance import cases, cost
 @pytest.fixture(autouse=True)
 def faults_of_this_test(monkeypatch):
     """So many faults come that rosout hears of no more: those of other tests are heard of."""
-    monkeypatch.setattr(fault_log, '_said', {})
+    monkeypatch.setattr(fault_log, '_said', set())
 
 
 CODES = {operation.name: 16 + code for code, operation in OPERATIONS.items()}
@@ -112,19 +111,14 @@ def test_a_provenance_that_is_longer_than_any_is_refused_unread():
     assert 'limit' in refused(Point(), header() + bytes(1 << 20))
 
 
-@pytest.mark.parametrize('longest', [8, 14, 63, 64, 70])
-def test_long_columns_are_read_exactly_or_refused(longest):
-    chance = random.Random(longest)
-    numbers = [chance.getrandbits(chance.randrange(1, longest + 1)) for _ in range(2000)] + [(1 << longest) - 1]
+def test_long_numbers_are_read_exactly_or_refused():
+    numbers = [1 << bits for bits in range(70)]
     data = packed(numbers)
-    reader = Reader(b'?' + data + b'!')
-    reader.at = 1
-    assert reader.column(len(numbers), 'numbers') == numbers
-    assert reader.at == 1 + len(data)
-    with pytest.raises(BadHeader, match='found 2000 of 2001 of numbers'):
+    assert list(Reader(data).column(len(numbers), 'numbers')) == numbers
+    with pytest.raises(BadHeader, match='found 69 of 70 of numbers'):
         Reader(data[:-1]).column(len(numbers), 'numbers')
     with pytest.raises(BadHeader, match='more than 10 bytes in numbers'):
-        Reader(bytes(3000) + b'\xff' * 10 + b'\1').column(3001, 'numbers')
+        Reader(b'\xff' * 10 + b'\1').column(1, 'numbers')
 
 
 def test_no_leaf_comes_twice_and_none_is_beyond_the_message():

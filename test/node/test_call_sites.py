@@ -12,7 +12,7 @@ import rosgraph
 
 from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of, word_of
 
-MODULE = Path(__file__).resolve().parents[2] / 'src' / 'rosslt' / 'node' / 'call_sites.py'
+FOLDER = Path(__file__).resolve().parents[2] / 'src' / 'rosslt' / 'node'
 
 #: Calls in all kinds of places; each says its own name.
 CALLS = """\
@@ -68,9 +68,10 @@ Thing().method(), Thing().nested(), lines(), decorated()
 
 PROBE = """\
 import importlib.util, json, sys
-spec = importlib.util.spec_from_file_location('call_sites', sys.argv[1])
-call_sites = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(call_sites)
+for name in ('identities', 'call_sites'):
+    spec = importlib.util.spec_from_file_location(name, sys.argv[1] + name + '.py')
+    call_sites = sys.modules['rosslt.node.' + name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(call_sites)
 sites = []
 
 def here(marker, *_values, **_more):
@@ -113,7 +114,7 @@ def sites(tmp_path, text, python=sys.executable, environment=None):
     path = tmp_path / 'calls.py'
     path.write_text(text, encoding='utf-8')
     result = subprocess.run(
-        [python, '-c', PROBE, str(MODULE), str(path)],
+        [python, '-c', PROBE, f'{FOLDER}/', str(path)],
         env={**os.environ, 'PYTHONPATH': '', 'PYTHONIOENCODING': 'utf-8', **(environment or {})},
         capture_output=True,
         encoding='utf-8',
@@ -167,7 +168,27 @@ def test_another_text_another_function_and_another_equal_line_change_it(tmp_path
 
 
 def test_an_edited_number_changes_no_identity(tmp_path):
-    assert identities(tmp_path, "x = 1.5 * len(here('a'))\n") == identities(tmp_path, "x = 2e3 * len(here('a'))\n")
+    text = "x = 1.5, here('a', 1, key=-2.5) + here('b', 3)\n"
+    edited = text.replace('1,', '-7e3,').replace('-2.5', '4').replace('3', '5')
+    assert identities(tmp_path, text) == identities(tmp_path, edited)
+
+
+@pytest.mark.parametrize(
+    ('text', 'edit'),
+    [
+        ("servo(3, here('a'))\n", ('3', '4')),
+        ("servo(\n    here('a'),\n    3)\n", ('3', '4')),
+        ("p[0] = here('a')\n", ('0', '1')),
+        ("x = [-1.5, here('a')]\n", ('-1.5', '1.5')),
+        ("if p[1]:\n    x = here('a')\nelse:\n    x = here('b')\n", ('if', 'if not')),
+    ],
+)
+def test_an_edit_beside_a_number_changes_its_identity(tmp_path, text, edit):
+    text = 'def servo(n, x):\n    pass\n\np = [0, 1]\n' + text
+    head, tail = text.split('1]\n')
+    before = set(identities(tmp_path, text).values())
+    assert before
+    assert not before & set(identities(tmp_path, head + '1]\n' + tail.replace(*edit, 1)).values())
 
 
 def test_equal_lines_that_set_different_variables_are_told_apart(tmp_path):
@@ -178,9 +199,9 @@ def test_equal_lines_that_set_different_variables_are_told_apart(tmp_path):
 
 def test_an_entry_of_a_dict_an_argument_and_an_unpacked_variable_keep_their_identity_when_others_are_edited(tmp_path):
     for text in (
-        "x, y = 1 + len([here('a')]), 2 + len([here('b')])\n",
-        "dict(x=(1, here('a')), y=(2, here('b')))\n",
-        "dict({'x': (1, here('a')), 'y': (2, here('b'))})\n",
+        "x, y = len([here('a', 1)]), len([here('b', 2)])\n",
+        "dict(x=(here('a', 1)), y=(here('b', 2)))\n",
+        "dict({'x': (here('a', 1)), 'y': (here('b', 2))})\n",
     ):
         edited = text.replace('1', '-5e3')
         assert identities(tmp_path, text) == identities(tmp_path, edited)

@@ -287,7 +287,7 @@ def test_a_result_that_stays_at_0_comes_as_near_as_rounding_lets_it():
     assert abs(stays) <= 1e-18
 
 
-@pytest.mark.parametrize('size', [1e-300, 1e-162, 1e-20, 1e20, 1e162, 1e300])
+@pytest.mark.parametrize('size', [1e-300, 1e-162, 1e-20, 1e20, 1e300])
 def test_several_results_are_solved_for_at_any_size(size):
     u, v = track(0.0, A), track(0.0, B)
     turned = [u * 0.6 - v * 0.8 + 3 * size, u * 0.8 + v * 0.6]

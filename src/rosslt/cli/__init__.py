@@ -14,8 +14,7 @@ from typing import Dict, List, Optional, Sequence
 
 from rosslt import values
 from rosslt.cli import verb
-from rosslt.cli.failure import Failure, Misused
-from rosslt.cli.suggestions import did_you_mean
+from rosslt.cli.failure import Failure, Misused, did_you_mean
 
 #: Not for people: what bash asks for when somebody types tab.
 _COMPLETE = 'complete'

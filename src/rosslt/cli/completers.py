@@ -1,4 +1,8 @@
-"""Completions for the arguments of verbs: nodes, locations, topics and their fields."""
+"""Completions for the arguments of verbs: nodes, locations, topics, their fields, message types.
+
+Each function takes the word that is begun and the positional arguments before it, and gives the words that may stand
+there. A word that is complete ends with a space.
+"""
 
 import re
 from typing import Iterable, List, Sequence, Tuple
@@ -48,6 +52,23 @@ def topics(word: str, _before: Sequence[str] = (), end: str = ' ') -> Iterable[s
 def fields(word: str, before: Sequence[str] = ()) -> Iterable[str]:
     """TOPIC/FIELD: as `topics`, but that a topic alone is not complete."""
     return topics(word, before, end='/')
+
+
+def message_types(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
+    """Message types: packages first, then the types of the one that was chosen."""
+    path = messages.MessagePath()
+    package, slash, _ = word.partition('/')
+    if not slash:
+        return [name + '/' for name in path.packages()]
+    try:
+        return [name + ' ' for name in path.types(package)]
+    except messages.UnknownType:
+        return []
+
+
+def message_packages(_word: str, _before: Sequence[str] = ()) -> Iterable[str]:
+    """Packages that have messages."""
+    return [name + ' ' for name in messages.MessagePath().packages()]
 
 
 def _fields(type_: str, path: str) -> List[str]:

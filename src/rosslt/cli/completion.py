@@ -1,6 +1,7 @@
 """Completions of a command line, for bash; cmake/50.rosslt.bash calls this."""
 
 import contextlib
+import importlib
 from typing import Iterable, List, Optional, Sequence, Tuple
 
 from rosslt.cli import verb
@@ -34,7 +35,12 @@ def _candidates(words: Sequence[str], word: str) -> Iterable[str]:
     if waiting is None and word.startswith('-') and not is_for_another:
         return [name + ' ' for argument in arguments if argument.is_option for name in argument.names]
     argument = waiting or _at(arguments, len(positional))
-    return argument.completer(word, positional) if argument and argument.completer else []
+    if argument is None or not argument.completer:
+        return []
+    # Only arguments that need them wait for rospy and genpy.
+    completers = importlib.import_module('rosslt.cli.completers')
+    words_offered: Iterable[str] = getattr(completers, argument.completer)(word, positional)
+    return words_offered
 
 
 def _parsed(

@@ -6,15 +6,14 @@ in RViz, a node that makes interactive markers and a display that shows them. Ea
 
 import os
 import threading
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 
 import rosgraph
 
 from rosslt import srv, values
 from rosslt.cli.directory import Directory
-from rosslt.cli.master import SystemState, default_timeout
+from rosslt.cli.master import SystemState, default_timeout, problem_of
 from rosslt.cli.reading import Received
-from rosslt.cli.unreachable import problem_of
 from rosslt.node import ask_all
 
 #: The kinds of findings: nothing is wrong; it may hinder a change; it prevents a change.
@@ -44,6 +43,39 @@ class Finding(NamedTuple):
     text: str
 
 
+class Stream:
+    """What a node sent on a topic while the command listened.
+
+    Attributes:
+        count: the number of messages.
+        tracked: the number of those with provenance.
+        size: the bytes of all.
+        provenance_size: the bytes of them that were provenance.
+        sources: those in the messages, in order of appearance.
+        is_latched: whether the publisher is a latched one.
+        fields: {path: sources} of the numbers in the first message, or in the first with provenance if one has it.
+    """
+
+    def __init__(self) -> None:
+        self.count = self.tracked = self.size = self.provenance_size = 0
+        self.sources: Dict[values.Source, None] = {}
+        self.is_latched = False
+        self.fields: Dict[str, List[values.Source]] = {}
+
+    def add(self, received: Received, field: str) -> None:
+        """Take a message; `field` is the path of the part that is looked at, '' for all."""
+        sources = values.sources(received.message)
+        if not self.count or (sources and not any(self.fields.values())):
+            leaves = values.leaves(received.message)
+            self.fields = {path: values.sources(leaf) for path, leaf in leaves if _is_result(path, leaf, field)}
+        self.count += 1
+        self.tracked += bool(sources)
+        self.size += received.size
+        self.provenance_size += received.provenance_size
+        self.sources.update(dict.fromkeys(sources))
+        self.is_latched = received.is_latched
+
+
 class Traffic:
     """The messages that came on topics while the command listened.
 
@@ -55,49 +87,21 @@ class Traffic:
 
     def __init__(self, received: Iterable[Received], seconds: float, field: str = '') -> None:
         self.seconds = seconds
-        self._count: Dict[Any, int] = {}
-        self._tracked: Dict[Any, int] = {}
-        self._sources: Dict[Any, Dict[values.Source, None]] = {}
-        self._is_latched: Dict[Any, bool] = {}
-        self._fields: Dict[Any, Dict[str, List[values.Source]]] = {}
+        self._streams: Dict[Tuple[str, str], Stream] = {}
         for message in received:
-            key = message.topic, message.publisher
-            sources = values.sources(message.message)
-            self._count[key] = self._count.get(key, 0) + 1
-            self._tracked[key] = self._tracked.get(key, 0) + bool(sources)
-            self._sources.setdefault(key, {}).update(dict.fromkeys(sources))
-            self._is_latched[key] = message.is_latched
-            if key not in self._fields or (sources and not any(self._fields[key].values())):
-                results = [one for one in values.leaves(message.message) if _is_result(*one, field)]
-                self._fields[key] = {path: values.sources(leaf) for path, leaf in results}
+            self._streams.setdefault((message.topic, message.publisher), Stream()).add(message, field)
 
-    def count(self, topic: str, publisher: str) -> int:
-        """The number of messages that a node sent on a topic."""
-        return self._count.get((topic, publisher), 0)
-
-    def tracked(self, topic: str, publisher: str) -> int:
-        """The number of messages with provenance that a node sent on a topic."""
-        return self._tracked.get((topic, publisher), 0)
-
-    def sources(self, topic: str, publisher: str) -> List[values.Source]:
-        """The sources in them, in order of appearance."""
-        return list(self._sources.get((topic, publisher), ()))
-
-    def is_latched(self, topic: str, publisher: str) -> bool:
-        """Return whether the publisher is a latched one."""
-        return self._is_latched.get((topic, publisher), False)
-
-    def fields(self, topic: str, publisher: str) -> Dict[str, List[values.Source]]:
-        """{path: sources} of the numbers in the first message of a node on a topic, with provenance if one has it."""
-        return self._fields.get((topic, publisher), {})
+    def of(self, topic: str, publisher: str) -> Stream:
+        """What a node sent on a topic."""
+        return self._streams.get((topic, publisher)) or Stream()
 
     def all_sources(self) -> Set[values.Source]:
         """The sources in all messages."""
-        return {source for sources in self._sources.values() for source in sources}
+        return {source for stream in self._streams.values() for source in stream.sources}
 
     def is_tracked(self, topic: str) -> bool:
         """Return whether any message of a topic has provenance."""
-        return any(count for (name, _), count in self._tracked.items() if name == topic)
+        return any(stream.tracked for (name, _), stream in self._streams.items() if name == topic)
 
 
 def _is_result(path: str, value: Any, field: str) -> bool:
@@ -179,38 +183,41 @@ class Examination:
         for publisher in publishers:
             yield from self._of_publisher(topic, publisher)
         sources = list(
-            dict.fromkeys(source for publisher in publishers for source in self._traffic.sources(topic, publisher))
+            dict.fromkeys(source for publisher in publishers for source in self._traffic.of(topic, publisher).sources)
         )
         yield from self._of_sources(sources)
         if sources:
             yield from self._of_display(topic)
 
     def _of_publisher(self, topic: str, publisher: str) -> Iterator[Finding]:
-        count, tracked = self._traffic.count(topic, publisher), self._traffic.tracked(topic, publisher)
-        if not count:
+        sent, seconds = self._traffic.of(topic, publisher), self._traffic.seconds
+        if not sent.count:
             why = problem_of(self._master, publisher)
-            silent = f'{publisher} sends nothing within {self._traffic.seconds:g} s: '
+            silent = f'{publisher} sends nothing within {seconds:g} s: '
             once = 'a message that was published once, without latch=True, does not reach later subscribers'
             yield Finding(FAULT, f'{publisher}: {why}' if why else silent + once)
-        elif not tracked:
+        elif not sent.tracked:
             yield Finding(FAULT, self._why_plain(topic, publisher))
         else:
-            yield Finding(FINE, f'{publisher} sends provenance in {tracked} of {count} messages')
-            if count == 1 and not self._traffic.is_latched(topic, publisher):
+            yield Finding(
+                FINE,
+                f'{publisher} sends provenance in {sent.tracked} of {sent.count} messages: {sent.count / seconds:.1f} '
+                f'a second, {sent.size / sent.count:.0f} B each, {sent.provenance_size / sent.count:.0f} B of them '
+                'provenance',
+            )
+            if sent.count == 1 and not sent.is_latched:
                 yield Finding(
                     NOTE,
-                    f'{publisher} sent one message within {self._traffic.seconds:g} s: a change is seen in the next '
-                    'one; give its Publisher latch=True, or publish again when a location changes',
+                    f'{publisher} sent one message within {seconds:g} s: a change is seen in the next one; give its '
+                    'Publisher latch=True, or publish again when a location changes',
                 )
-            yield from self._of_fields(topic, publisher)
-            fields = self._traffic.fields(topic, publisher)
-            places = self._losses.of(publisher) if not all(fields.values()) else ''
-            if places:
-                yield Finding(NOTE, f'{publisher} makes plain numbers of tracked ones at {places}')
+            yield from self._of_fields(sent.fields, publisher)
+            lines = self._losses.of(publisher) if not all(sent.fields.values()) else ''
+            if lines:
+                yield Finding(NOTE, f'{publisher} makes plain numbers of tracked ones at {lines}')
 
-    def _of_fields(self, topic: str, publisher: str) -> Iterator[Finding]:
+    def _of_fields(self, fields: Dict[str, List[values.Source]], publisher: str) -> Iterator[Finding]:
         """The fields that cannot be forced, although others can."""
-        fields = self._traffic.fields(topic, publisher)
         plain = [path for path, sources in fields.items() if not sources]
         if plain:
             yield Finding(NOTE, f'{_few(plain)} cannot be forced: it has no source, as {publisher} sends it')

@@ -5,10 +5,8 @@ from typing import Any, Dict, List, Mapping, Tuple
 import rosgraph
 
 from rosslt import node, values
-from rosslt.cli.failure import Failure
-from rosslt.cli.master import full_name, system_state, tracked_nodes
-from rosslt.cli.suggestions import did_you_mean
-from rosslt.cli.unreachable import why_unreachable
+from rosslt.cli.failure import Failure, did_you_mean
+from rosslt.cli.master import full_name, system_state, tracked_nodes, why_unreachable
 from rosslt.node import Directory, Place
 
 __all__ = [

@@ -1,4 +1,7 @@
-"""The exceptions that end the command with an error."""
+"""The exceptions that end the command with an error, and what may have been meant."""
+
+import difflib
+from typing import Iterable
 
 
 class Failure(Exception):
@@ -7,3 +10,9 @@ class Failure(Exception):
 
 class Misused(Exception):
     """The arguments do not fit together: exit code 2, as for those that the parser refuses."""
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """The known name that is most like a word, as ` (did you mean NAME?)`; '' where none is like it."""
+    found = difflib.get_close_matches(word, list(known), n=1)
+    return f' (did you mean {found[0]}?)' if found else ''

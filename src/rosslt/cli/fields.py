@@ -1,4 +1,4 @@
-"""Fields of messages, as people write them: `pose/position/x`, `points[3].x`; and targets for them."""
+"""Fields and values as people write them: `pose/position/x`, `points[3].x`, `1.5`, `{x: 1.0}`."""
 
 import copy
 from typing import Any, Dict, List, Optional, Union
@@ -6,9 +6,7 @@ from typing import Any, Dict, List, Optional, Union
 import yaml
 
 from rosslt import messages, values
-from rosslt.cli.failure import Failure
-from rosslt.cli.scalars import parse_scalar
-from rosslt.cli.suggestions import did_you_mean
+from rosslt.cli.failure import Failure, did_you_mean
 
 
 def field_of(message: Any, path: str) -> Any:
@@ -122,6 +120,36 @@ def target(message: Any, path: str, text: str) -> Any:
     except ValueError as error:
         raise Failure(str(error)) from None
     return wanted
+
+
+def parse_scalar(text: str, kind: str) -> Union[float, int, str, bool]:
+    """A text as a value of a type.
+
+    Args:
+        text: `1.5`, `3`, `true`, or any text.
+        kind: `float`, `int`, `str` or `bool`.
+
+    Raises:
+        ValueError: it is no such thing.
+    """
+    if kind == 'str':
+        try:
+            text.encode('utf-8')
+        except UnicodeEncodeError:
+            raise ValueError(f'{text!r} is not UTF-8') from None  # as bytes of a shell may be
+        return text
+    if kind == 'bool':
+        if text.lower() not in ('true', 'false'):
+            raise ValueError(f'{text!r} is neither true nor false')
+        return text.lower() == 'true'
+    number = {'float': float, 'int': int}[kind]
+    try:
+        value = number(text)
+    except ValueError:
+        raise ValueError(f'{text!r} is no {kind}') from None
+    if value - value != 0:
+        raise ValueError(f'{text!r} is not finite')
+    return value
 
 
 def source_values(part: Any) -> Dict[values.Source, Any]:

@@ -1,19 +1,21 @@
-"""The ROS master: whether it answers, and what it knows of nodes and topics."""
+"""The ROS master: whether it answers, what it knows of nodes and topics, and why a node does not answer."""
 
 import contextlib
 import http.client
 import socket
 import urllib.parse
 import xmlrpc.client
-from typing import Dict, Iterator, List, NamedTuple, Tuple
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import rosgraph
 
-from rosslt.cli.failure import Failure
-from rosslt.cli.suggestions import did_you_mean_beginning
+from rosslt.cli.failure import Failure, did_you_mean
 
 #: Timeout for answers of a master, in seconds; a person is waiting.
 TIMEOUT = 2.0
+
+#: Timeout for a connection to a node, in seconds.
+CONNECTING = 1.0
 
 #: At which service a tracked node lists its locations.
 LIST_SERVICE = '/rosslt/list_locations'
@@ -90,7 +92,7 @@ def split_topic(master: rosgraph.Master, text: str) -> Tuple[str, str, str]:
     full = full_name(path) + bracket + index
     topic = max((name for name in types if is_below(full, name)), key=len, default=None)
     if topic is None:
-        raise Failure(f'nobody publishes {full}{did_you_mean_beginning(full, published)}')
+        raise Failure(f'nobody publishes {full}{did_you_mean("/".join(full.split("/")[:2]), published)}')
     if topic not in published:
         waiting = system_state(master).subscribers.get(topic, [])
         raise Failure(
@@ -114,3 +116,67 @@ def default_timeout(timeout: float) -> Iterator[None]:
         yield
     finally:
         socket.setdefaulttimeout(before)
+
+
+def why_unreachable(master: rosgraph.Master, node: str, reason: str) -> str:
+    """Why a node did not answer, and what to do.
+
+    Args:
+        master: knows the node's addresses.
+        node: its full name.
+        reason: the answer if the node can be reached all the same.
+    """
+    return problem_of(master, node) or reason
+
+
+def has_ended(master: rosgraph.Master, node: str) -> bool:
+    """Return True if a node has ended, although the master may still list it."""
+    return all(problem is ConnectionRefusedError for _, problem, _ in _problems(master, node))
+
+
+def problem_of(master: rosgraph.Master, node: str) -> Optional[str]:
+    """Explain why a node's addresses cannot be reached and what to do about it; None if they can."""
+    problems = _problems(master, node)
+    if not problems:
+        return 'the master does not know it: it has ended'
+    if all(problem is ConnectionRefusedError for _, problem, _ in problems):
+        return (
+            f'nothing listens at its address {_shown(problems[0][0])} any more: it has been killed. '
+            '`rosnode cleanup` has the master forget it'
+        )
+    for address, problem, text in problems:
+        if problem is not None:
+            return (
+                f'it advertises the address {_shown(address)}, which cannot be reached from here ({text}): '
+                'where it runs, set ROS_IP to an address that this machine reaches'
+            )
+    return None
+
+
+def _problems(master: rosgraph.Master, node: str) -> List[Tuple[Tuple[str, int], Optional[type], str]]:
+    """(address, the type of what a connection to it raises or None, its text) for each address of a node."""
+    addresses = (_address(master.lookupNode, node), _address(master.lookupService, node + LIST_SERVICE))
+    return [(address, *_problem(address)) for address in addresses if address is not None]
+
+
+def _address(look_up: Callable[[str], str], name: str) -> Optional[Tuple[str, int]]:
+    """(host, port) of what the master says of a name; None where it does not know it."""
+    try:
+        with default_timeout(CONNECTING):
+            address = urllib.parse.urlparse(look_up(name))
+        return (address.hostname, address.port) if address.hostname and address.port else None
+    except (OSError, rosgraph.MasterException, ValueError):
+        return None
+
+
+def _problem(address: Tuple[str, int]) -> Tuple[Optional[type], str]:
+    """(the type of what a connection raises or None, its text)."""
+    try:
+        socket.create_connection(address, CONNECTING).close()
+    except OSError as error:
+        return type(error), error.strerror or str(error)
+    return None, ''
+
+
+def _shown(address: Tuple[str, int]) -> str:
+    return '{}:{}'.format(*address)

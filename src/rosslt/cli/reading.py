@@ -6,18 +6,23 @@ import queue
 import sys
 import threading
 import time
-from typing import Any, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 import genpy
 import genpy.dynamic
 import genpy.message
+import rosgraph
 import rospy
 
 from rosslt import messages, node
-from rosslt.cli.failure import Failure
+from rosslt.cli.failure import Failure, did_you_mean
+from rosslt.cli.master import full_name, problem_of, system_state
 
 #: Interval at which a wait checks for the node's shutdown, in seconds.
 _SHUTDOWN_CHECK_PERIOD = 0.1
+
+#: Time to wait for the other publishers of a topic after the first message, in seconds.
+_GATHERING = 1.0
 
 #: The number of messages that are queued for reading before their publishers have to wait.
 _BACKLOG = 100
@@ -41,6 +46,9 @@ class Received(NamedTuple):
     """True for a latched publisher, which sends its last message to later subscribers."""
     is_sampled: bool = False
     """True for a message that was sent plain between whole ones, although a leaf of it is tracked."""
+    size: int = 0
+    """The bytes of the message, and those of them that are provenance; 0 where they were not counted."""
+    provenance_size: int = 0
 
 
 @functools.lru_cache(maxsize=None)
@@ -104,7 +112,9 @@ class Inbox:
     def _take(self, message: genpy.Message, topic: str) -> None:
         header = message._connection_header
         if isinstance(message, rospy.AnyMsg):
-            received = self._decoder.decode(message._buff, class_of(header), topic, header['callerid'])
+            data, message_class = message._buff, class_of(header)
+            received = self._decoder.decode(data, message_class, topic, header['callerid'])
+            received = received._replace(size=len(data), provenance_size=messages.provenance_size(data, message_class))
         else:
             # rospy itself listens to /clock where use_sim_time is set, and all subscribers of a topic in a process
             # share the class of the first one
@@ -161,3 +171,59 @@ class Inbox:
     def __exit__(self, *_: object) -> None:
         for subscriber in self._subscribers:
             subscriber.unregister()
+
+
+def heard_publishers(
+    master: rosgraph.Master,
+    inbox: Inbox,
+    topic: str,
+    timeout: float,
+    publisher: Optional[str] = None,
+    is_meant: Callable[[Received], bool] = lambda received: True,
+) -> List[Received]:
+    """A message of each node that publishes a topic, in the order of their names.
+
+    Args:
+        master: knows who publishes it.
+        inbox: listens to that topic alone.
+        topic: its full name.
+        timeout: the time to wait for the first message, in seconds.
+        publisher: wait for this node alone.
+        is_meant: returns True for a message to wait for; others are passed over.
+
+    Raises:
+        Failure: nobody sends such a message in time, or the publisher is none.
+    """
+    awaited = system_state(master).publishers.get(topic, [])
+    if publisher is not None:
+        name = full_name(publisher)
+        if name not in awaited:
+            raise Failure(
+                f'{name} does not publish {topic}{did_you_mean(name, awaited)}: ' + ', '.join(sorted(awaited))
+            )
+        awaited = [name]
+    found: Dict[str, Received] = {}
+    end = time.monotonic() + timeout
+    while set(awaited) - found.keys():
+        received = inbox.next_before(end)
+        if received is None:
+            break
+        if (publisher is not None and received.publisher != awaited[0]) or not is_meant(received):
+            continue
+        if not found:
+            end = min(end, time.monotonic() + _GATHERING)
+        found.setdefault(received.publisher, received)
+    if not found:
+        raise Failure(f'no message within {timeout:g} s')
+    return [found[name] for name in sorted(found)]
+
+
+def why_silent(master: rosgraph.Master, topic: str, type_: str) -> str:
+    """Why no message comes on a topic, as far as the master and the publishers' addresses tell."""
+    publishers = system_state(master).publishers.get(topic, [])
+    if not publishers:
+        return f'nobody publishes it any more; the master keeps it as {type_}'
+    return '; '.join(
+        '{}: {}'.format(name, problem_of(master, name) or f'publishes it as {type_}, but sends nothing')
+        for name in sorted(publishers)
+    )

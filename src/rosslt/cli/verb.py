@@ -6,13 +6,9 @@ A verb is a module in `verbs` with the names of `Verb`, and nothing else knows o
 import argparse
 import importlib
 import pkgutil
-from typing import Any, Callable, Iterable, List, Optional, Protocol, Sequence, cast
+from typing import Any, List, Optional, Protocol, cast
 
 from rosslt.cli import verbs
-
-#: Offers words for the one that is begun: a function of that word and of the positional arguments before it. A word
-#: that is complete ends with a space.
-Completer = Callable[[str, Sequence[str]], Iterable[str]]
 
 LOOK = 'Look'
 CHANGE = 'Change'
@@ -28,14 +24,12 @@ class Argument:
 
     Args:
         names: the names of an option, or the name of a positional argument.
-        completer: offers words for it, by default none.
+        completer: the name of the function in `completers` that offers words for it; '' where there is none.
         exclusive: True for an argument that excludes the verb's other exclusive arguments.
         options: further arguments of `argparse.ArgumentParser.add_argument`.
     """
 
-    def __init__(
-        self, *names: str, completer: Optional[Completer] = None, exclusive: bool = False, **options: Any
-    ) -> None:
+    def __init__(self, *names: str, completer: str = '', exclusive: bool = False, **options: Any) -> None:
         self.names = names
         self.completer = completer
         self.exclusive = exclusive

@@ -1,8 +1,7 @@
 """Rewrites the messages of a bag for other source values: evaluates the provenance that the messages carry."""
 
 import io
-import time
-from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Mapping, Optional, Tuple
 
 import genpy
 import rosbag
@@ -14,9 +13,6 @@ from rosslt.values import AFFINE, Source
 
 #: In how many messages of a topic it is looked for linearizations.
 LOOKED_AT = 20
-
-#: Interval of progress reports, in seconds.
-PROGRESS_PERIOD = 0.1
 
 
 class Topic:
@@ -36,21 +32,7 @@ class Topic:
         self.reason = ''
 
 
-class Result(NamedTuple):
-    """The outcome of rewriting a bag.
-
-    Attributes:
-        topics: {name: Topic}.
-        recorded: the length of the recording, in seconds.
-    """
-
-    topics: Dict[str, Topic]
-    recorded: float
-
-
-def rewrite(
-    bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Any], progress: Callable[[int, int], None]
-) -> Result:
+def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Any]) -> Dict[str, Topic]:
     """Write what the messages of a bag would have been.
 
     A message keeps its time, its connection and its provenance, which says the new source values. What was computed
@@ -60,23 +42,19 @@ def rewrite(
         bag: open for reading.
         output: open for writing.
         changes: {Source: value}.
-        progress: called now and then with (how many messages are done, of how many).
+
+    Returns:
+        {name: Topic}.
     """
-    total, due = bag.get_message_count(), 0.0
     topics: Dict[str, Topic] = {}
     rewriter, writer = _Rewriter(changes), bags.ConnectionWriter(output)
-    for done, (name, raw, stamp, header) in enumerate(bags.serialized(bag)):
+    for name, raw, stamp, header in bags.serialized(bag):
         topic = topics.setdefault(name, Topic())
         topic.count += 1
         data = rewriter.rewritten(name, topic, raw, header)
         if data is not None:
             writer.write(name, (raw[0], data, *raw[2:]), stamp, header)
-        if time.perf_counter() > due:
-            progress(done, total)
-            due = time.perf_counter() + PROGRESS_PERIOD
-    progress(total, total)
-    recorded = bag.get_end_time() - bag.get_start_time() if total else 0.0
-    return Result(topics, recorded)
+    return topics
 
 
 class _Rewriter:

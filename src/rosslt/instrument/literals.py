@@ -1,17 +1,16 @@
 """The number literals of a source file: where each stands, what it says, and what makes it itself after a restart."""
 
 import ast
-import contextlib
 import hashlib
 import io
 import os
 import re
 import tokenize
-from collections import Counter
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
+from rosslt import node
 from rosslt.instrument.states import States
-from rosslt.instrument.verdicts import FORM, NUMBER, PLAIN, RULES, judge
+from rosslt.instrument.verdicts import FORM, NUMBER, PLAIN, judge
 
 #: The rank at which a drag changes a literal, by its rule; it changes rank 0 first, as for parameters.
 RANKS = {'named': 0, 'parameter': 0, 'value': 1, 'term': 2}
@@ -31,9 +30,7 @@ class Literal(NamedTuple):
         text: as it is written, `-2.50`.
         value: the number.
         verdict, rule: as of `verdicts.RULES`.
-        function: the qualified name of the function or class around it, '' in the module.
-        words: its line without numbers, blanks and comments.
-        place: its number among those in lines with these words in that function, from 0, and how many they are.
+        identity: a key of the literal that stays the same after a restart and after edits elsewhere in the file.
         name: what it is the value of (`speed`), None where it is part of something else.
         minimum, maximum: bounds from a comment, or None.
     """
@@ -47,9 +44,7 @@ class Literal(NamedTuple):
     value: float
     verdict: str
     rule: str
-    function: str
-    words: str
-    place: Tuple[int, int]
+    identity: str
     name: Optional[str]
     minimum: Optional[float]
     maximum: Optional[float]
@@ -63,12 +58,6 @@ class Literal(NamedTuple):
     def is_shape(self) -> bool:
         """True for a divisor, a phase, a count and the like: the number can be set, but a drag does not change it."""
         return self.verdict == FORM or self.rule == 'used as a count'
-
-    @property
-    def identity(self) -> str:
-        """A key of the literal that stays the same after a restart and after edits elsewhere in the file."""
-        nth, count = self.place
-        return f'{self.file}\n{self.function}\n{self.words}\n{nth} of {count}'
 
 
 class SourceText:
@@ -113,70 +102,34 @@ def digest_of(content: bytes) -> str:
 def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[Tuple[ast.expr, Literal]]:
     """The literals of a file that are locations, each with its expression in the tree."""
     directives = _directives(tree, source)
-    functions = _functions(tree)
-    words = _words_of_lines(source)
-    judged = sorted(judge(tree, source.text_of, states), key=lambda one: (one.node.lineno, one.node.col_offset))
-    alike = [(functions.get(id(one.node), ''), words.get(one.node.lineno, '')) for one in judged]
-    counts = Counter(alike)
-    counted: Counter = Counter()
     found = []
-    for judgement, like in zip(judged, alike):
-        node = judgement.node
-        place = counted[like], counts[like]
-        counted[like] += 1
-        rule = judgement.rule
-        limits = directives.get(node.lineno)
-        if limits == 'skip':
-            rule = RULES['skip']
-        if rule.verdict == PLAIN:
-            continue
-        minimum, maximum = limits if isinstance(limits, tuple) else (None, None)
-        found.append(
-            (
-                node,
-                Literal(
-                    source.path,
-                    node.lineno,
-                    source.column(node.lineno, node.col_offset),
-                    node.end_lineno or node.lineno,
-                    source.column(node.end_lineno or node.lineno, node.end_col_offset or 0),
-                    source.text_of(node),
-                    judgement.value,
-                    rule.verdict,
-                    rule.name,
-                    *like,
-                    place,
-                    judgement.name,
-                    minimum,
-                    maximum,
-                ),
-            )
+    for judgement in sorted(
+        judge(tree, source.text_of, states), key=lambda one: (one.node.lineno, one.node.col_offset)
+    ):
+        limits = directives.get(judgement.node.lineno)
+        if judgement.rule.verdict != PLAIN and limits != 'skip':
+            found.append((judgement, limits or (None, None)))
+    identities = node.identities(tree, source.text, [(judgement.node, '') for judgement, _ in found])
+    return [
+        (
+            judgement.node,
+            Literal(
+                source.path,
+                judgement.node.lineno,
+                source.column(judgement.node.lineno, judgement.node.col_offset),
+                judgement.node.end_lineno or judgement.node.lineno,
+                source.column(judgement.node.end_lineno or judgement.node.lineno, judgement.node.end_col_offset or 0),
+                source.text_of(judgement.node),
+                judgement.value,
+                judgement.rule.verdict,
+                judgement.rule.name,
+                f'{source.path}\n{identity}',
+                judgement.name,
+                *limits,
+            ),
         )
-    return found
-
-
-def _words_of_lines(source: SourceText) -> Dict[int, str]:
-    """{line: its text without numbers, blanks and comments}."""
-    words: Dict[int, str] = {}
-    passed_over = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
-    with contextlib.suppress(tokenize.TokenError, SyntaxError):  # of what the parser has taken all the same
-        for token in tokenize.generate_tokens(io.StringIO(source.text).readline):
-            if token.type not in passed_over:
-                word = '0' if token.type == tokenize.NUMBER else token.string
-                words[token.start[0]] = f'{words.get(token.start[0], "")} {word}'
-    return words
-
-
-def _functions(tree: ast.Module) -> Dict[int, str]:
-    """Map each syntax node, by `id`, to the qualified name of the function or class around it."""
-    names: Dict[int, str] = {}
-    waiting: List[Tuple[ast.AST, str]] = [(tree, '')]
-    while waiting:
-        node, name = waiting.pop()
-        names[id(node)] = name
-        inner = f'{name}.{node.name}'.lstrip('.') if hasattr(node, 'name') and isinstance(node, ast.stmt) else name  # type: ignore
-        waiting.extend((child, inner) for child in ast.iter_child_nodes(node))
-    return names
+        for (judgement, limits), identity in zip(found, identities)
+    ]
 
 
 def _directives(tree: ast.Module, source: SourceText) -> Dict[int, Any]:

@@ -86,18 +86,20 @@ def _keep(file: str, data: bytes) -> None:
         pass
 
 
-#: The files of this room on which it depends what a file is rewritten to.
-_REWRITING = ('callees', 'lifetimes', 'literals', 'rewriting', 'states', 'verdicts')
+#: The modules on which it depends what a file is rewritten to.
+_REWRITING = (
+    *(f'instrument/{name}' for name in ('callees', 'lifetimes', 'literals', 'rewriting', 'states', 'verdicts')),
+    'node/identities',
+)
 _made_by: List[bytes] = []
 
 
 def _version() -> bytes:
     """Return a digest of the rewriting code and the Python version, which validates cached bytecode."""
     if not _made_by:
-        folder = os.path.dirname(os.path.realpath(__file__))
         digest = hashlib.blake2b(importlib.util.MAGIC_NUMBER, digest_size=16)
         for name in _REWRITING:
-            with open(os.path.join(folder, name + '.py'), 'rb') as file:
+            with open(os.path.join(_OURS, name + '.py'), 'rb') as file:
                 digest.update(file.read())
         _made_by.append(digest.digest())
     return _made_by[0]

@@ -1,12 +1,15 @@
-"""The publisher of a node that was not written for this, and the services: what makes its literals known."""
+"""The publisher and the services of a node that was not written for this: where its literals are made known, and where
+the rounds begin in which it is recorded."""
 
 import contextlib
+import functools
 import time
-from typing import Any, List
+from typing import Any, Callable, List
 
 import rospy
 
 from rosslt import messages, node, values
+from rosslt.instrument.budget import BUDGET
 from rosslt.instrument.cells import decide_shapes, location_of
 from rosslt.instrument.losses import LOSSES
 
@@ -26,9 +29,12 @@ class Publisher(node.Publisher):
 
     _looked = 0
     _look_again = 0.0
+    _stops = 0
+    _is_recorded = True
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
+        self._is_recorded = self._stops == BUDGET.stops and not BUDGET.stops % 2
         now = time.monotonic()
         if (now >= self._look_again or self._looked < FIRST_MESSAGES) and node.is_started():
             self._looked += 1
@@ -39,6 +45,27 @@ class Publisher(node.Publisher):
                 reach(node.args_kwds_to_message(self.data_class, args, kwds))
             self._look_again = now + max(PERIOD, (time.thread_time() - start) / SHARE)
         super().publish(*args, **kwds)
+        BUDGET.begin_round()
+        self._stops = BUDGET.stops
+
+    def _provenance(self, message: Any) -> bytes:
+        return super()._provenance(message) if self._is_recorded else b''
+
+
+class Service(node.Service):
+    """`rosslt.Service`, each of whose requests begins a round.
+
+    Args:
+        as of `rospy.Service`.
+    """
+
+    def __init__(self, name: str, service_class: Any, handler: Callable[[Any], Any], *args: Any, **kwargs: Any) -> None:
+        @functools.wraps(handler)
+        def handle(request: Any) -> Any:
+            BUDGET.begin_round()
+            return handler(request)
+
+        super().__init__(name, service_class, handle, *args, **kwargs)
 
 
 def reach(message: Any) -> None:

@@ -20,7 +20,7 @@ from rosslt.instrument import exact_classes, reloading
 from rosslt.instrument.cells import node_started
 from rosslt.instrument.functions import MATH
 from rosslt.instrument.losses import LOSSES
-from rosslt.instrument.publishing import Publisher
+from rosslt.instrument.publishing import Publisher, Service
 from rosslt.instrument.reconfiguring import tracked_server
 
 #: Modules of ROS that publish, subscribe and call services in the name of the node.
@@ -224,7 +224,7 @@ def _rospy() -> Counterpart:
     others = {
         'Publisher': Publisher,
         'Subscriber': node.Subscriber,
-        'Service': node.Service,
+        'Service': Service,
         'ServiceProxy': node.ServiceProxy,
         'delete_param': delete_param,
         'get_param': get_param,

@@ -2,7 +2,7 @@
 
 It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 
-- `fields`: what the fields of a message class are; `codegen`: code compiled for the class that walks them.
+- `fields`: what the fields of a message class are; `walkers`: code compiled for the class that walks them.
 - `field_path`: parts of messages by the paths that people write.
 - `codec`: provenance as bytes (docs/wire_format.md); `inband` and `tracked_types`: how these travel with a message.
 - `sampling`: which messages are whole, and the last provenance of each thing for those between.
@@ -10,8 +10,6 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 """
 
 from rosslt.messages.codec import NO_READINGS, SAMPLED, Readings, attach, encode, provenance_to_send
-from rosslt.messages.codegen.blanks import blank
-from rosslt.messages.codegen.walkers import plain_check
 from rosslt.messages.errors import BadHeader, UnknownType
 from rosslt.messages.field_path import (
     NoSuchPart,
@@ -37,6 +35,7 @@ from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tra
 from rosslt.messages.numpy_arrays import packed_arrays
 from rosslt.messages.sampling import MOST_THINGS, LastProvenance, SampledProvenance, thing_reader
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
+from rosslt.messages.walkers import plain_check
 
 __all__ = [
     'BadHeader',
@@ -53,7 +52,6 @@ __all__ = [
     'UnknownType',
     'append_provenance',
     'attach',
-    'blank',
     'check_range',
     'decode',
     'decoder',

@@ -1,16 +1,12 @@
 """Warnings on rosout, each fault once: what is wrong with a message is wrong with the next one, too."""
 
 import logging
-import threading
-import time
-from typing import Dict, Hashable
+from typing import Hashable, Set
 
-LIMIT, REMEMBERED = 1000, 60.0
-"""The most different faults that are remembered, and for how many seconds at least: further faults are not logged until
-then, so that whoever makes up ever new ones neither fills a log nor hides what comes later."""
+LIMIT = 1000
+"""The most faults that are logged: whoever makes up ever new ones does not fill a log."""
 
-_said: Dict[Hashable, float] = {}
-_lock = threading.Lock()
+_said: Set[Hashable] = set()
 
 
 def warn_once(fault: Hashable, text: str, *arguments: object) -> None:
@@ -20,14 +16,6 @@ def warn_once(fault: Hashable, text: str, *arguments: object) -> None:
         fault: identifies the fault; further warnings about it are dropped.
         text, arguments: as of `logging`.
     """
-    if fault in _said:
-        return
-    with _lock:
-        now = time.monotonic()
-        if len(_said) >= LIMIT:
-            oldest = next(iter(_said))
-            if now < _said[oldest] + REMEMBERED:
-                return
-            del _said[oldest]
-        _said[fault] = now
-    logging.getLogger('rosout').warning(text, *arguments)
+    if fault not in _said and len(_said) < LIMIT:
+        _said.add(fault)
+        logging.getLogger('rosout').warning(text, *arguments)

@@ -11,9 +11,9 @@ import struct
 from typing import Any, BinaryIO, Callable, NamedTuple, Optional, Tuple, Union
 
 from rosslt.messages.codec import NO_READINGS, Readings, attach, provenance_to_send
-from rosslt.messages.codegen.walkers import walkers
 from rosslt.messages.errors import BadHeader
 from rosslt.messages.tracked_types import is_tracked_type
+from rosslt.messages.walkers import walkers
 from rosslt.values import untracked
 
 MAGIC = b'rSLT'

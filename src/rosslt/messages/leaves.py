@@ -5,7 +5,7 @@ import copy
 import operator
 from typing import Any, Dict, Iterable, List, Sequence, Tuple
 
-from rosslt.messages.codegen.walkers import END, TRACKED, walkers
+from rosslt.messages.walkers import END, TRACKED, walkers
 
 #: The classes of what nobody can change.
 _UNCHANGED = TRACKED | {float, int, bool, str, bytes}

@@ -11,8 +11,8 @@ from typing import Any, Callable, List
 
 import genpy
 
-from rosslt.messages.codegen.walkers import walkers
 from rosslt.messages.fields import BYTES, SCALARS, Field, Layout
+from rosslt.messages.walkers import walkers
 
 
 @functools.lru_cache(maxsize=None)

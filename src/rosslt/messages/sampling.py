@@ -10,9 +10,9 @@ import time
 from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Tuple
 
 from rosslt.messages.codec import SAMPLED, provenance_to_send
-from rosslt.messages.codegen.walkers import END, walkers
 from rosslt.messages.fields import INSTANTS, SCALARS, Layout, kind_of
 from rosslt.messages.leaves import has_tracked_leaf, locate, with_leaves
+from rosslt.messages.walkers import END, walkers
 from rosslt.values import TRACKED_CLASSES, lazy_of, untracked
 
 COSTLY = 0.0025
@@ -94,7 +94,7 @@ class SampledProvenance:
             full_history: as of `encode`.
             state: whatever differs after a change, and after somebody has subscribed: the next message is whole.
             is_between: the node has read sampled messages last: what it computes from them lacks their sources, so
-                what was whole before waits for the next whole message that is read.
+                what was whole before waits for the next whole message that is read, up to a period.
         """
         if state != self._state:
             self._due.clear()
@@ -104,10 +104,10 @@ class SampledProvenance:
             thing = thing_reader(message.__class__)(message)
             due = self._due.get(thing)
             if due is not None:
-                if is_between:
-                    return SAMPLED
-                if now < due - period / 2:  # the messages of a loop come a little earlier or later
-                    return SAMPLED if has_tracked_leaf(message) else b''
+                # the messages of a loop come a little earlier or later; a whole input comes within a period
+                is_due = now >= due + (period if is_between else -period / 2)
+                if not is_due:
+                    return SAMPLED if is_between or has_tracked_leaf(message) else b''
         except (TypeError, AttributeError):
             return b''  # it is serializing the message that says what is wrong
         start = time.thread_time()
@@ -118,7 +118,7 @@ class SampledProvenance:
             pause = max(1.0, (time.thread_time() - start) / COSTLY) * period
             # on average one a pause: what comes early or late does not shift those that follow
             self._due[_plain(thing)] = now + (0.0 if is_between else pause) if due is None else max(now, due + pause)
-        return data
+        return data or (SAMPLED if is_between and due is not None else b'')
 
 
 def _plain(thing: Tuple[Any, ...]) -> Hashable:

@@ -34,6 +34,7 @@ from rosslt.node.closed_loop import ClosedLoop
 from rosslt.node.directory import Directory, Place
 from rosslt.node.forcing import NotReached, Outcome, close_loop
 from rosslt.node.history import new_request_id
+from rosslt.node.identities import identities
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
@@ -89,6 +90,7 @@ __all__ = [
     'from_json',
     'get_param',
     'histories',
+    'identities',
     'init_node',
     'is_initialized',
     'is_saved_here',

@@ -9,15 +9,14 @@ import copy
 import dis
 import functools
 import hashlib
-import io
-import keyword
 import linecache
 import operator
 import os
 import re
-import tokenize
 from types import CodeType, FrameType
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
+
+from rosslt.node.identities import identities
 
 #: Line numbers from here on are in no file; they distinguish calls in code that is compiled from a changed tree.
 _FIRST_MARK = 1_000_000
@@ -123,20 +122,19 @@ class _Call(NamedTuple):
     Attributes:
         start, end: line from 1 and column from 0, in bytes.
         text: the line that it begins in.
-        surroundings: those of its expression.
-        identity: that of the CallSite.
+        function, target, identity: those of the CallSite.
     """
 
     start: Tuple[int, int]
     end: Tuple[int, int]
     text: str
-    surroundings: '_Surroundings'
-    identity: str = ''
+    function: str
+    target: str
+    identity: str
 
     def site(self, file: str) -> CallSite:
         column = len(self.text.encode('utf-8')[: self.start[1]].decode('utf-8', 'replace')) + 1
-        function, target, _ = self.surroundings
-        return CallSite(file, self.start[0], column, self.text, function, target, self.identity)
+        return CallSite(file, self.start[0], column, self.text, self.function, self.target, self.identity)
 
 
 class _Module:
@@ -153,18 +151,19 @@ class _Module:
         self._compiled: Optional[List[Tuple[CodeType, CodeType]]] = None
         lines = text.split('\n')  # as the parser does: a form feed ends no line
         surroundings = _surroundings(self.tree)
-        found = [
+        found = [node for node in ast.walk(self.tree) if isinstance(node, ast.Call)]
+        # The numbers of a call of the same function are those of another location.
+        named = identities(self.tree, text, [(node, _last_name(node.func)) for node in found])
+        self.calls = [
             _Call(
                 (node.lineno, node.col_offset),
                 (node.end_lineno or 0, node.end_col_offset or 0),
                 lines[node.lineno - 1],
-                surroundings[node],
+                *surroundings[node],
+                identity,
             )
-            for node in ast.walk(self.tree)
-            if isinstance(node, ast.Call)
+            for node, identity in zip(found, named)
         ]
-        identities = _identities(found, text)
-        self.calls = [call._replace(identity=identities[call.end]) for call in found]
         self.by_end = {call.end: call for call in self.calls}
 
     def compiled(self) -> List[Tuple[CodeType, CodeType]]:
@@ -180,7 +179,7 @@ def _parsed(text: str) -> Optional[_Module]:
         return None
     try:
         return _Module(text)
-    except (SyntaxError, ValueError, RecursionError, tokenize.TokenError):
+    except (SyntaxError, ValueError, RecursionError):
         return None  # the running code is not from this text: the file was edited meanwhile, or is not a Python file
 
 
@@ -258,112 +257,32 @@ def _line_at(code: CodeType, offset: int) -> int:
     return line
 
 
-class _Surroundings(NamedTuple):
-    """The surroundings of a part of a syntax tree.
-
-    Attributes:
-        function, target: those of the CallSite.
-        slot: the arguments of calls and the entries of dicts that it is in. Elements of a list have none: an element
-            that is moved is the same number still.
-    """
-
-    function: str = ''
-    target: str = ''
-    slot: Tuple[str, ...] = ()
-
-
-def _surroundings(tree: ast.AST) -> Dict[ast.AST, _Surroundings]:
-    """The surroundings of each part of a syntax tree."""
-    found: Dict[ast.AST, _Surroundings] = {}
-    waiting = [(tree, _Surroundings())]
+def _surroundings(tree: ast.AST) -> Dict[ast.AST, Tuple[str, str]]:
+    """{part of a syntax tree: the function around it, and what it is set to}, as of the CallSite."""
+    found: Dict[ast.AST, Tuple[str, str]] = {}
+    waiting = [(tree, '', '')]
     unpacked: Dict[ast.AST, str] = {}  # {a value in `x, y = 1, 2`: its variable}
     while waiting:
-        node, around = waiting.pop()
-        if node in unpacked:
-            around = around._replace(target=unpacked[node])
-        found[node] = around
-        inner: Dict[Any, _Surroundings] = {}  # those of parts with a slot of their own
+        node, function, target = waiting.pop()
+        target = unpacked.get(node, target)
+        found[node] = function, target
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-            around = _Surroundings(f'{around.function}.{node.name}'.lstrip('.'))
+            function, target = f'{function}.{node.name}'.lstrip('.'), ''
         elif isinstance(node, ast.Assign):
-            around = around._replace(target=_target_name(node.targets[0]))
+            target = _last_name(node.targets[0])
             targets, value = node.targets[0], node.value
             if isinstance(targets, ast.Tuple) and isinstance(value, ast.Tuple) and len(targets.elts) == len(value.elts):
-                unpacked.update(zip(value.elts, map(_target_name, targets.elts)))
+                unpacked.update(zip(value.elts, map(_last_name, targets.elts)))
         elif isinstance(node, ast.AnnAssign):
-            around = around._replace(target=_target_name(node.target))
+            target = _last_name(node.target)
         elif isinstance(node, ast.keyword) and node.arg:
-            around = around._replace(target=node.arg, slot=(*around.slot, node.arg))
-        elif isinstance(node, ast.Call):
-            slots = {part: str(index) for index, part in enumerate(node.args)}
-            inner = {part: around._replace(slot=(*around.slot, slot)) for part, slot in slots.items()}
-        elif isinstance(node, ast.Dict):
-            keys = {part: key.value for key, part in zip(node.keys, node.values) if isinstance(key, ast.Constant)}
-            inner = {part: around._replace(slot=(*around.slot, repr(key))) for part, key in keys.items()}
-        waiting.extend((child, inner.get(child, around)) for child in ast.iter_child_nodes(node))
+            target = node.arg
+        waiting.extend((child, function, target) for child in ast.iter_child_nodes(node))
     return found
 
 
-def _target_name(target: ast.AST) -> str:
+def _last_name(target: ast.AST) -> str:
+    """The last part of a name; '' of anything else."""
     if isinstance(target, ast.Attribute):
         return target.attr
     return target.id if isinstance(target, ast.Name) else ''
-
-
-def _identities(calls: List[_Call], text: str) -> Dict[Tuple[int, int], str]:
-    """The identity of each call of a text, by its end: its surroundings, and its logical line without numbers, which
-    may be edited.
-
-    Calls that only their order tells apart are identified by the numbers in all of their lines besides. After an edit
-    of these nobody can say which call is which, and a change that was meant for one of them must not reach another.
-    """
-    with_numbers, without_numbers = _logical_lines(text)
-    alike: Dict[Tuple[Any, str], List[_Call]] = {}
-    for call in sorted(calls, key=lambda call: (call.start, call.end)):
-        alike.setdefault((call.surroundings, without_numbers[call.start[0]]), []).append(call)
-    identities = {}
-    for ((function, target, slot), line), group in alike.items():
-        known = f'{function}\n{line}\n{target}\n{slot}'
-        numbers = [with_numbers[call.start[0]] for call in group] if len(group) > 1 else []
-        for nth, call in enumerate(group):
-            identities[call.end] = '\n'.join([known, f'{nth} of {len(group)}', *numbers])
-    return identities
-
-
-#: Tokens that say nothing of what a line computes.
-_LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT}
-
-
-def _logical_lines(text: str) -> Tuple[Dict[int, str], Dict[int, str]]:
-    """Map each line of a text to the tokens of its logical line, with numbers and with each number replaced by 0."""
-    with_numbers: Dict[int, str] = {}
-    without_numbers: Dict[int, str] = {}
-    tokens: List[tokenize.TokenInfo] = []
-    first = 1
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        if token.type in (tokenize.NEWLINE, tokenize.ENDMARKER):
-            rows = range(first, token.start[0] + 1)
-            with_numbers.update(dict.fromkeys(rows, ' '.join([one.string for one in tokens])))
-            without_numbers.update(dict.fromkeys(rows, _without_numbers(tokens)))
-            tokens, first = [], token.start[0] + 1
-        elif token.type not in _LAYOUT:
-            tokens.append(token)
-    return with_numbers, without_numbers
-
-
-def _without_numbers(tokens: List[tokenize.TokenInfo]) -> str:
-    """Return a logical line with each number and its sign replaced by 0."""
-    words: List[str] = []
-    for index, token in enumerate(tokens):
-        if token.type != tokenize.NUMBER:
-            words.append(token.string)
-            continue
-        if index and tokens[index - 1].string in ('+', '-') and (index == 1 or _ends_nothing(tokens[index - 2])):
-            words.pop()
-        words.append('0')
-    return ' '.join(words)
-
-
-def _ends_nothing(token: tokenize.TokenInfo) -> bool:
-    """True where a + or - behind a token is the sign of a number."""
-    return keyword.iskeyword(token.string) or (token.type == tokenize.OP and token.string not in (')', ']', '}'))

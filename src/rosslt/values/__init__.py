@@ -21,7 +21,7 @@ from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
-from .recording import allow, limit_recording, reapply, spend, widened
+from .recording import OPERATION, allow, limit_recording, reapply, spend, widened
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
@@ -42,6 +42,7 @@ __all__ = [
     'AFFINE',
     'CONSTANT',
     'MATH',
+    'OPERATION',
     'OPERATIONS',
     'SOURCE',
     'TRACKED_CLASSES',

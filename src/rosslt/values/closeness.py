@@ -68,4 +68,4 @@ def is_same(present: Any, wanted: Any) -> bool:
 
 def is_at(value: float, bound: float) -> bool:
     """Return True if a source's value is within a few roundings of a bound."""
-    return abs(value - bound) <= ULPS * max(abs(value), abs(bound))
+    return abs(value - bound) <= ULPS * abs(value)

@@ -3,13 +3,13 @@
 from typing import Any, Callable, Optional, Tuple
 
 from .accelerator import CORE
-from .affine import LIMIT, MAX_SHARED_SIZE, affine_of_python, joint_size, shorten
+from .affine import LIMIT, MAX_SHARED_SIZE, affine_of_python, joint_size
 from .graph import slopes_or_zeros
 from .instructions import assemble, disassemble
 from .numpy_ufuncs import array_ufunc, broadcast, computes_ufuncs, is_array
 from .operations import AFFINE, BY_CODE, FUNCTION, LAZY, SOURCE, Operation
 from .operations import table as ops
-from .recording import ALLOWANCE, apply, spend
+from .recording import ALLOWANCE, apply, shorten_and_count, spend
 from .sources import Source, UnnamedSource
 from .tracked import (
     CREATE,
@@ -51,7 +51,7 @@ def __{name}__(self, other):
         result._record = (left, self, other)
         size = result._size = self._size + 1
         if size > {limit}:
-            shorten(result)
+            shorten_and_count(result)
         return result
     if type(other) is TrackedFloat:
         value = self._plain {symbol} other._plain
@@ -62,7 +62,7 @@ def __{name}__(self, other):
         result._record = (both, self, other)
         size = result._size = joint_size(self._size, other._size)
         if size > {limit}:
-            shorten(result)
+            shorten_and_count(result)
         return result
     return compute(self, other)
 
@@ -76,7 +76,7 @@ def __r{name}__(self, other):
         result._record = (right, self, other)
         size = result._size = self._size + 1
         if size > {limit}:
-            shorten(result)
+            shorten_and_count(result)
         return result
     return operate(operation, other, self)
 """
@@ -89,7 +89,7 @@ def give_fast_operator(name: str, operation: Operation) -> None:
         TrackedFloat=TrackedFloat,
         create=CREATE[float],
         joint_size=joint_size,
-        shorten=shorten,
+        shorten_and_count=shorten_and_count,
         spend=spend,
         operate=operate,
         compute=computing(name, operation),
@@ -256,7 +256,7 @@ def complete_core() -> None:
         ops.NEGATE.left,
         SOURCE,
         LAZY,
-        shorten,
+        shorten_and_count,
         resolve,
         new_of_python,
         (Source, UnnamedSource),

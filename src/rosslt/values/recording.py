@@ -5,6 +5,7 @@ unlimited unless `limit_recording` is called. What is decoded or evaluated anew 
 """
 
 import sys
+import time
 from typing import Any, Callable, Dict, Mapping
 
 from .accelerator import CORE
@@ -17,8 +18,11 @@ from .sources import Source
 from .tracked import CLASSES, TRACKED, new, plain_scalar
 from .tree import rebuilt
 
-OF_PYTHON = 40
-"""How many operations of the compiled core take as long as one that is recorded in Python."""
+OPERATION = 1e-7
+"""The CPU time in seconds that is counted for an operation of the compiled core, with what frees its memory again."""
+
+OF_PYTHON = 20
+"""How many of these one takes that is recorded in Python."""
 
 
 class Allowance:
@@ -39,11 +43,11 @@ class Allowance:
 
     def spend(self, count: int) -> bool:
         """Use up so many operations; False where no more may be recorded."""
-        if self.left > count:
-            self.left -= count
-        elif self.left:
+        while self.left and count >= self.left:
+            count -= self.left
             self.left = sys.maxsize  # what refilling does is not counted
             self.left = self.refill()
+        self.left = max(0, self.left - count)
         return self.left > 0
 
 
@@ -64,13 +68,20 @@ def limit_recording(refill: Callable[[], int]) -> None:
     allow(refill())
 
 
+def shorten_and_count(value: Value) -> None:
+    """Keep a value's expression within the limit, at the expense of the allowance."""
+    start = time.thread_time()
+    shorten(value)
+    spend(1 + round((time.thread_time() - start) / OPERATION))
+
+
 def make(value: Value, record: Record, size: int) -> Value:
     """The tracked value with that record; `value` itself if its type cannot be tracked (a complex number)."""
     if type(value) not in CLASSES:
         return value
     result = new(value, record, size)
     if size > LIMIT:
-        shorten(result)
+        shorten_and_count(result)
     return result
 
 

@@ -5,7 +5,6 @@ import contextlib
 import itertools
 import os
 import sys
-import time
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import rosbag
@@ -13,11 +12,9 @@ import rosbag
 from rosslt import values
 from rosslt.cli import bags, what_if
 from rosslt.cli.directory import Directory, Place
-from rosslt.cli.failure import Failure
+from rosslt.cli.failure import Failure, did_you_mean
+from rosslt.cli.fields import parse_scalar
 from rosslt.cli.output import is_terminal, table, write_row
-from rosslt.cli.progress import bar
-from rosslt.cli.scalars import parse_scalar
-from rosslt.cli.suggestions import did_you_mean
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.flow import ProvenanceMap, brief
 
@@ -103,29 +100,23 @@ def _rewrite(file: str, settings: Sequence[str], output: str) -> None:
     Raises:
         Failure: a location is not known, a value does not fit, or the bag cannot be written.
     """
-    directory, began = Directory(), time.perf_counter()
+    directory = Directory()
     with bags.opened(file) as bag:
         changes = _changes(bag, directory, settings)
         with _replacing(output) as part:
             try:
                 with rosbag.Bag(part, 'w', compression=bag.get_compression_info()[0]) as written:
-                    result = what_if.rewrite(bag, written, changes, bar('rewriting'))
+                    topics = what_if.rewrite(bag, written, changes)
             except OSError as error:
                 raise Failure(f'cannot write {output}: {error.strerror or error}') from None
-    taken = time.perf_counter() - began
-    rows = [(name, str(topic.count), str(topic.changed)) for name, topic in sorted(result.topics.items())]
+    rows = [(name, str(topic.count), str(topic.changed)) for name, topic in sorted(topics.items())]
     if is_terminal():
         for line in table([('topic', 'messages', 'changed'), *rows], left=1):
             print(line)
-        print(
-            '{}: {:.1f} s of recording in {:.2f} s, {:.0f} times as fast as real time'.format(
-                output, result.recorded, taken, result.recorded / taken
-            )
-        )
     else:
         for row in rows:
             write_row(*row)
-    for name, topic in sorted(result.topics.items()):
+    for name, topic in sorted(topics.items()):
         if topic.left_out:
             print(f'rosslt bag: {topic.left_out} messages on {name} are left out: {topic.reason}', file=sys.stderr)
         if topic.is_approximate:

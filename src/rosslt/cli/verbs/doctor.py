@@ -3,15 +3,13 @@
 import argparse
 from typing import List
 
-from rosslt.cli.completers import topics
 from rosslt.cli.diagnosis import FAULT, Examination, Losses, Traffic
 from rosslt.cli.directory import Directory
-from rosslt.cli.failure import Failure
+from rosslt.cli.failure import Failure, did_you_mean
 from rosslt.cli.fields import joined
 from rosslt.cli.master import SystemState, find_master, full_name, split_topic, system_state
 from rosslt.cli.output import is_terminal, write_row
 from rosslt.cli.reading import Inbox
-from rosslt.cli.suggestions import did_you_mean
 from rosslt.cli.verb import LOOK, Argument
 
 GROUP = LOOK
@@ -29,7 +27,7 @@ examples:
 In a pipe each finding is a line of columns between tabs: topic, type, ok or note or fault, text.
 """
 ARGUMENTS = [
-    Argument('topic', nargs='?', completer=topics, metavar='TOPIC[/FIELD]', help='look at this topic or field alone'),
+    Argument('topic', nargs='?', completer='topics', metavar='TOPIC[/FIELD]', help='look at this topic or field alone'),
     Argument('--time', type=float, default=3.0, metavar='S', help='how long to listen (default: 3)'),
 ]
 

@@ -9,13 +9,11 @@ import rosgraph
 
 from rosslt import values
 from rosslt.cli import bags
-from rosslt.cli.completers import topics
 from rosslt.cli.directory import Directory
 from rosslt.cli.fields import field_of
-from rosslt.cli.hearing import why_silent
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal
-from rosslt.cli.reading import Inbox, Received
+from rosslt.cli.reading import Inbox, Received, why_silent
 from rosslt.cli.rendering import json_line, write_lines, yaml_lines
 from rosslt.cli.verb import LOOK, Argument
 
@@ -34,7 +32,7 @@ In a pipe each value is a line of columns between tabs: field, value, provenance
 """
 ARGUMENTS = [
     Argument(
-        'topic', completer=topics, metavar='TOPIC[/FIELD]', help='a field in it as pose/position/x or points[3].x'
+        'topic', completer='topics', metavar='TOPIC[/FIELD]', help='a field in it as pose/position/x or points[3].x'
     ),
     Argument('-n', dest='count', type=int, default=0, metavar='N', help='end after N messages'),
     Argument('--once', dest='count', action='store_const', const=1, help='end after one message'),

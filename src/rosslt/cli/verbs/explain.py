@@ -5,14 +5,12 @@ from typing import Any, List, Tuple
 
 from rosslt import values
 from rosslt.cli import bags
-from rosslt.cli.completers import fields, nodes
 from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.fields import field_of, joined, source_values
-from rosslt.cli.hearing import heard_publishers
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal, limits, table, write_row
-from rosslt.cli.reading import Inbox, Received
+from rosslt.cli.reading import Inbox, Received, heard_publishers
 from rosslt.cli.rendering import text_of
 from rosslt.cli.verb import LOOK, Argument
 
@@ -29,8 +27,8 @@ In a pipe each location of each field is a line of columns between tabs: field, 
 value, file:line:column (or empty).
 """
 ARGUMENTS = [
-    Argument('field', completer=fields, metavar='TOPIC/FIELD', help='as /target/pose/position/x or /path/points[3]'),
-    Argument('--node', completer=nodes, metavar='NODE', help='in the messages of this node'),
+    Argument('field', completer='fields', metavar='TOPIC/FIELD', help='as /target/pose/position/x or /path/points[3]'),
+    Argument('--node', completer='nodes', metavar='NODE', help='in the messages of this node'),
     Argument('--timeout', type=float, default=5.0, metavar='S', help='seconds to wait for a message (default: 5)'),
     Argument('--bag', metavar='FILE', help='in the first message of a recorded bag'),
 ]

@@ -1,19 +1,21 @@
 """`rosslt fit`: find the source values that bring recorded fields nearest to what was measured."""
 
 import argparse
+import bisect
 import math
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+import rosbag
 import rospy
 
 from rosslt import files, node, values
 from rosslt.cli import bags
 from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach
 from rosslt.cli.failure import Failure, Misused
+from rosslt.cli.fields import field_of
 from rosslt.cli.master import find_master
 from rosslt.cli.output import is_terminal, table, write_row
-from rosslt.cli.pairing import pairs
-from rosslt.cli.reading import start_node
+from rosslt.cli.reading import Decoder, start_node
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
@@ -55,7 +57,7 @@ def run(options: argparse.Namespace) -> None:
     directory = Directory()
     with bags.opened(options.file) as bag:
         bags.take_names(bag, directory)
-        found = pairs(bag, options.fields, options.to, options.slack)
+        found = _pairs(bag, options.fields, options.to, options.slack)
     for field, paired in zip(options.fields, found):
         if not paired:
             raise Failure(f'no stamp of {field} is within {options.slack:g} s of one that it is compared with')
@@ -154,3 +156,82 @@ def _save(master: Any, nodes: Sequence[str]) -> None:
         raise Failure(f'nothing is written: {error}') from None
     if left:
         raise Failure('not written: ' + '; '.join(f'{name}: {reason}' for name, reason in left.items()))
+
+
+#: Stamps, in seconds, and what belongs to each: messages, or numbers.
+_Series = Tuple[List[float], List[Any]]
+
+
+class _Pair(NamedTuple):
+    """A tracked field's value and the target value for it."""
+
+    result: Any
+    target: Any
+
+
+def _pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], slack: float) -> List[List[_Pair]]:
+    """The values of fields beside those of their references.
+
+    A message is paired with the one of the reference's topic whose stamp is nearest: the stamp in its header, where it
+    has one, else the time at which it was recorded.
+
+    Args:
+        bag: open.
+        fields, references: as many TOPIC/FIELD each.
+        slack: the largest difference of two stamps, in seconds.
+
+    Returns:
+        For each field its Pairs, in the order of the messages.
+
+    Raises:
+        Failure: there is no such topic or field, or it holds no number.
+    """
+    read: Dict[str, _Series] = {}
+
+    def series(text: str) -> _Series:
+        topic, field = bags.split_topic(bag, text)
+        if topic not in read:
+            read[topic] = _stamped(bag, topic)
+        stamps, found = read[topic]
+        return stamps, [_number(field_of(message, field), text) for message in found]
+
+    return [_paired(series(field), series(reference), slack) for field, reference in zip(fields, references)]
+
+
+def _stamped(bag: rosbag.Bag, topic: str) -> _Series:
+    """The stamps of the messages of a topic, and the messages, by stamp; without those between whole ones."""
+    decoder, found = Decoder(), []
+    for name, raw, recorded, _ in bags.serialized(bag, [topic]):
+        received = decoder.decode(raw[1], raw[-1], name)
+        if received.is_sampled:
+            continue
+        message = received.message
+        stamp = message.header.stamp if getattr(raw[-1], '_has_header', False) else None
+        found.append(((stamp or recorded).to_sec(), message))
+    found.sort(key=lambda one: one[0])
+    return [stamp for stamp, _ in found], [message for _, message in found]
+
+
+def _number(value: Any, text: str) -> Any:
+    plain = values.untracked(value)
+    if isinstance(plain, bool) or not isinstance(plain, (int, float)):
+        kind = getattr(plain, '_type', type(plain).__name__)
+        raise Failure(f'{text} holds a {kind}, and not a number: name a field of numbers')
+    return value
+
+
+def _paired(
+    results: Tuple[List[float], List[Any]], targets: Tuple[List[float], List[Any]], slack: float
+) -> List[_Pair]:
+    stamps, wanted = targets
+    found = []
+    for stamp, result in zip(*results):
+        place = bisect.bisect_left(stamps, stamp)
+        near = min(
+            (each for each in (place - 1, place) if 0 <= each < len(stamps)),
+            key=lambda each: abs(stamps[each] - stamp),
+            default=None,
+        )
+        if near is not None and abs(stamps[near] - stamp) <= slack:
+            found.append(_Pair(result, values.untracked(wanted[near])))
+    return found

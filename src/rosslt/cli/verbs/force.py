@@ -7,14 +7,12 @@ from typing import Any, Dict, Optional, Sequence, Set, Tuple
 import rospy
 
 from rosslt import node, values
-from rosslt.cli.completers import fields, locations, nodes
 from rosslt.cli.directory import TIMEOUT, Directory
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import conditions, field_of, path_where, source_values, target
-from rosslt.cli.hearing import heard_publishers
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change
-from rosslt.cli.reading import Inbox, Received
+from rosslt.cli.reading import Inbox, Received, heard_publishers
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
@@ -37,15 +35,15 @@ In a pipe each change is a line of columns between tabs: NODE/LOCATION, old valu
 where something was changed, after how many messages and milliseconds it was seen.
 """
 ARGUMENTS = [
-    Argument('field', completer=fields, metavar='TOPIC/FIELD', help='as /target/pose/position/x or /path/points[3]'),
+    Argument('field', completer='fields', metavar='TOPIC/FIELD', help='as /target/pose/position/x or /path/points[3]'),
     Argument('value', metavar='VALUE', help='a scalar; YAML for a whole part of a message'),
     Argument(
         '--source',
-        completer=locations,
+        completer='locations',
         metavar='S',
         help='change this location alone: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as rosslt echo says',
     ),
-    Argument('--node', completer=nodes, metavar='NODE', help='in the messages of this node'),
+    Argument('--node', completer='nodes', metavar='NODE', help='in the messages of this node'),
     Argument(
         '--where',
         default='',

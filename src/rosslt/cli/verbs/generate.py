@@ -8,7 +8,6 @@ from typing import Dict, List, Tuple
 
 from rosslt import messages
 from rosslt.cli.failure import Misused
-from rosslt.cli.message_types import message_packages, message_types
 from rosslt.cli.verb import BUILD, Argument
 
 GROUP = BUILD
@@ -32,9 +31,11 @@ def _include(argument: str) -> Tuple[str, str]:
 
 
 ARGUMENTS = [
-    Argument('types', nargs='*', metavar='TYPE', completer=message_types, help='a message type, as geometry_msgs/Pose'),
     Argument(
-        '--package', action='append', default=[], completer=message_packages, help='all message types of this package'
+        'types', nargs='*', metavar='TYPE', completer='message_types', help='a message type, as geometry_msgs/Pose'
+    ),
+    Argument(
+        '--package', action='append', default=[], completer='message_packages', help='all message types of this package'
     ),
     Argument('--all', action='store_true', help='all message types that are installed or in a workspace'),
     Argument('-o', dest='folder', default='.', metavar='DIR', help='where to write (default: here)'),

@@ -3,7 +3,6 @@
 import argparse
 
 from rosslt import node
-from rosslt.cli.completers import locations
 from rosslt.cli.directory import Directory, find
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
@@ -17,7 +16,7 @@ example:
   rosslt get /talker/radius
 """
 ARGUMENTS = [
-    Argument('location', completer=locations, metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID'),
+    Argument('location', completer='locations', metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID'),
 ]
 
 

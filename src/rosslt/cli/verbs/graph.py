@@ -7,15 +7,13 @@ from typing import Iterable
 import rosgraph
 
 from rosslt import values
-from rosslt.cli.completers import topics
 from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.history import recorded_changes
-from rosslt.cli.master import find_master, full_name, tracked_nodes
+from rosslt.cli.master import find_master, full_name, tracked_nodes, why_unreachable
 from rosslt.cli.output import is_terminal, write_row, write_text
 from rosslt.cli.prov_document import prov_json
 from rosslt.cli.reading import Inbox
-from rosslt.cli.unreachable import why_unreachable
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.flow import Flow, NotDrawn, ProvenanceMap, Step, brief, dot, svg
 
@@ -32,7 +30,7 @@ examples:
 In a pipe each location and topic is a line of columns between tabs: NODE/LOCATION, topic, fields, nodes on the way.
 """
 ARGUMENTS = [
-    Argument('topics', completer=topics, nargs='*', metavar='TOPIC', help='listen to these alone'),
+    Argument('topics', completer='topics', nargs='*', metavar='TOPIC', help='listen to these alone'),
     Argument('--time', type=float, default=2.0, metavar='S', help='how long to listen (default: 2)'),
     Argument('--dot', action='store_true', help='print it for graphviz', exclusive=True),
     Argument('--svg', action='store_true', help='print it drawn by graphviz', exclusive=True),

@@ -5,12 +5,10 @@ import sys
 from typing import List
 
 from rosslt import srv
-from rosslt.cli.completers import nodes
 from rosslt.cli.directory import Directory, Place, tracked_node
 from rosslt.cli.locks import locks_of, note_of, notes_of
-from rosslt.cli.master import find_master, tracked_nodes
+from rosslt.cli.master import find_master, tracked_nodes, why_unreachable
 from rosslt.cli.output import is_terminal, limits, shortened, table, width, write_row
-from rosslt.cli.unreachable import why_unreachable
 from rosslt.cli.verb import LOOK, Argument
 
 GROUP = LOOK
@@ -25,7 +23,7 @@ In a pipe each location is a line of columns between tabs: NODE/LOCATION, type, 
 empty), file:line:column, what the code says (empty where that is the value), who may change it (empty: everybody).
 """
 ARGUMENTS = [
-    Argument('node', completer=nodes, nargs='?', metavar='NODE', help='this node alone'),
+    Argument('node', completer='nodes', nargs='?', metavar='NODE', help='this node alone'),
 ]
 
 #: The answer assumed for a node that knows no locks.

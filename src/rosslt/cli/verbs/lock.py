@@ -2,7 +2,6 @@
 
 import argparse
 
-from rosslt.cli.completers import nodes_and_locations
 from rosslt.cli.locks import lock_or_unlock
 from rosslt.cli.output import is_terminal
 from rosslt.cli.verb import CHANGE, Argument
@@ -21,7 +20,7 @@ examples:
 ARGUMENTS = [
     Argument(
         'location',
-        completer=nodes_and_locations,
+        completer='nodes_and_locations',
         metavar='NODE[/LOCATION]',
         help='as rosslt list says, or NODE#ID; a NODE for all of its locations',
     ),

@@ -5,12 +5,10 @@ import sys
 from datetime import datetime
 from typing import List
 
-from rosslt.cli.completers import nodes
 from rosslt.cli.directory import Directory, tracked_node
 from rosslt.cli.history import Recorded, recorded_changes
-from rosslt.cli.master import find_master, tracked_nodes
+from rosslt.cli.master import find_master, tracked_nodes, why_unreachable
 from rosslt.cli.output import is_terminal, table, write_row
-from rosslt.cli.unreachable import why_unreachable
 from rosslt.cli.verb import LOOK, Argument
 
 GROUP = LOOK
@@ -26,7 +24,7 @@ In a pipe each change is a line of columns between tabs: time in seconds, who as
 value, the request, `undone` where it has been taken back (or empty).
 """
 ARGUMENTS = [
-    Argument('node', nargs='?', completer=nodes, metavar='NODE', help='of this node alone'),
+    Argument('node', nargs='?', completer='nodes', metavar='NODE', help='of this node alone'),
     Argument('-n', dest='count', type=int, default=0, metavar='N', help='the last N changes (default: all)'),
 ]
 

@@ -3,7 +3,6 @@
 import argparse
 
 from rosslt import node
-from rosslt.cli.completers import nodes_and_locations
 from rosslt.cli.directory import Directory, change, find, locations_of
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master, full_name, tracked_nodes
@@ -24,7 +23,7 @@ In a pipe each change is a line of columns between tabs: NODE/LOCATION, old valu
 ARGUMENTS = [
     Argument(
         'location',
-        completer=nodes_and_locations,
+        completer='nodes_and_locations',
         metavar='NODE[/LOCATION]',
         help='as rosslt list says, or NODE#ID; a NODE for all of its literals',
     ),

@@ -8,7 +8,6 @@ import rosgraph
 import yaml
 
 from rosslt import files, node
-from rosslt.cli.completers import nodes
 from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach, locations_of, tracked_node
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import find_master
@@ -35,7 +34,7 @@ In a pipe each value that was written is a line of columns between tabs: NODE/LO
 ARGUMENTS = [
     Argument('--diff', action='store_true', help='print what would be written as a unified diff, and write nothing'),
     Argument('-o', dest='output', metavar='FILE', help='write the values as YAML into FILE, whatever it is called'),
-    Argument('node', completer=nodes, metavar='NODE'),
+    Argument('node', completer='nodes', metavar='NODE'),
     Argument('file', nargs='?', metavar='FILE', help='a .yaml to write; - for standard output'),
 ]
 

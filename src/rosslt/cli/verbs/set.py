@@ -3,12 +3,11 @@
 import argparse
 
 from rosslt import node
-from rosslt.cli.completers import locations
 from rosslt.cli.directory import Directory, change, find
 from rosslt.cli.failure import Failure
+from rosslt.cli.fields import parse_scalar
 from rosslt.cli.master import find_master
 from rosslt.cli.output import write_change
-from rosslt.cli.scalars import parse_scalar
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
@@ -19,7 +18,7 @@ example:
   rosslt set /talker/radius 2.5
 """
 ARGUMENTS = [
-    Argument('location', completer=locations, metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID'),
+    Argument('location', completer='locations', metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID'),
     Argument('value', metavar='VALUE', help='a number, true or false, or a text; -- in front of one with -'),
 ]
 

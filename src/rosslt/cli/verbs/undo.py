@@ -7,12 +7,10 @@ from typing import Any, Dict, List, Optional
 import rosgraph
 
 from rosslt import node
-from rosslt.cli.completers import nodes
 from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
-from rosslt.cli.master import find_master, tracked_nodes
+from rosslt.cli.master import find_master, has_ended, tracked_nodes, why_unreachable
 from rosslt.cli.output import write_applied
-from rosslt.cli.unreachable import has_ended, why_unreachable
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
@@ -29,7 +27,7 @@ In a pipe each location is a line of columns between tabs: NODE/LOCATION, value 
 file:line:column.
 """
 ARGUMENTS = [
-    Argument('node', nargs='?', completer=nodes, metavar='NODE', help='the last change of this node'),
+    Argument('node', nargs='?', completer='nodes', metavar='NODE', help='the last change of this node'),
 ]
 
 

@@ -2,7 +2,6 @@
 
 import argparse
 
-from rosslt.cli.completers import nodes_and_locations
 from rosslt.cli.failure import Failure
 from rosslt.cli.locks import lock_or_unlock, locks_of, note_of
 from rosslt.cli.output import is_terminal
@@ -20,7 +19,7 @@ examples:
 ARGUMENTS = [
     Argument(
         'location',
-        completer=nodes_and_locations,
+        completer='nodes_and_locations',
         metavar='NODE[/LOCATION]',
         help='as rosslt list says, or NODE#ID; a NODE for it and all of its locations',
     ),

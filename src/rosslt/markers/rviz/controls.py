@@ -9,7 +9,6 @@ from typing import List, Sequence
 from geometry_msgs.msg import Pose, Quaternion
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, Marker
 
-from rosslt import messages
 from rosslt.markers.geometry import IDENTITY, ONTO_AXIS, PoseTuple, Rotation, inverse, onto, product
 from rosslt.markers.scene.handle import Handle, Motions, Ring
 
@@ -17,8 +16,6 @@ AXIS_NAMES = 'xyz'
 
 #: The size of the controls relative to the thing: RViz begins arrows at half of that, outside the thing.
 ARROW_SCALE = 1.5
-
-_blank_pose = messages.blank(Pose)
 
 
 def handle_marker(handle: Handle, motions: Motions, is_free: bool) -> InteractiveMarker:
@@ -52,7 +49,7 @@ def interactive_marker(
 
 def pose_message(pose: PoseTuple) -> Pose:
     """A Pose of (x, y, z, qx, qy, qz, qw)."""
-    message = _blank_pose()
+    message = Pose()
     position, orientation = message.position, message.orientation
     position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w = pose
     return message

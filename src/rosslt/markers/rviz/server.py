@@ -13,10 +13,6 @@ from visualization_msgs.msg import (
     InteractiveMarkerUpdate,
 )
 
-from rosslt import messages
-
-_blank_update = messages.blank(InteractiveMarkerPose)
-
 
 class Server(InteractiveMarkerServer):
     """The server, but for four things.
@@ -52,7 +48,7 @@ class Server(InteractiveMarkerServer):
                 context = self.marker_contexts.get(name)
                 if context is not None:
                     context.int_marker.pose = pose
-                    update = _blank_update()
+                    update = InteractiveMarkerPose()
                     update.header, update.pose, update.name = context.int_marker.header, pose, name
                     moved.append(update)
         if moved:

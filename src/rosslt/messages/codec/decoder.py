@@ -4,16 +4,13 @@ Nothing in it is believed. Its form is checked as a whole before any field is to
 decoded when somebody first asks for that field's provenance.
 """
 
-import functools
 import itertools
 import operator
 from typing import Any, Hashable, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
-from rosslt.messages.codec.bounded_cache import BoundedCache
 from rosslt.messages.codec.expressions import read_instructions
 from rosslt.messages.codec.received_expressions import ReceivedExpressions
 from rosslt.messages.codec.table_reader import ReceivedTables, read_tables
-from rosslt.messages.codec.templates import Template
 from rosslt.messages.codec.varint import Reader
 from rosslt.messages.codec.wire_format import (
     BYTES_LIMIT,
@@ -27,17 +24,11 @@ from rosslt.messages.codec.wire_format import (
     SUMMED_LIMIT,
     VERSION,
 )
-from rosslt.messages.codegen.walkers import BYTES_LIMIT as ARRAY_BYTES_LIMIT
-from rosslt.messages.codegen.walkers import END, TRACKED
 from rosslt.messages.errors import BadHeader
 from rosslt.messages.leaves import Located, LocatedArray, locate, put_located
+from rosslt.messages.walkers import BYTES_LIMIT as ARRAY_BYTES_LIMIT
+from rosslt.messages.walkers import END, TRACKED
 from rosslt.values import Source, lazy_of, untracked
-
-MAX_REMEMBERED_SIZE = 1024
-"""The longest provenance that is remembered for the next message."""
-
-MAX_TEMPLATES = 4
-"""The most templates of one length that are remembered for a message class."""
 
 SCALAR_TYPES = frozenset((float, int, bool, str))
 """The types of the plain values of leaves."""
@@ -77,7 +68,7 @@ def attach(message: Any, data: bytes) -> Optional[Readings]:
     data = bytes(data)
     if not data or data == SAMPLED:
         return NO_READINGS if data else None
-    header = _header(message.__class__, data)
+    header = read_header(data)
     arrays: List[LocatedArray] = []
     found = locate(message, header.wanted, arrays)
     missing = header.wanted[len(found)]
@@ -90,38 +81,6 @@ def attach(message: Any, data: bytes) -> Optional[Readings]:
     return header.readings(found)
 
 
-class _KnownHeader(NamedTuple):
-    """A header that was checked before."""
-
-    template: Template
-    header: 'ReceivedHeader'
-
-
-_known_headers: BoundedCache[Tuple[_KnownHeader, ...]] = BoundedCache(128)
-"""By the message class, the length of the data and its last four bytes, which are behind all floats. This only narrows
-the search: a template is used where all bytes around the floats are equal."""
-
-
-def _header(message_class: type, data: bytes) -> 'ReceivedHeader':
-    """The header in `data`, from one that was checked before where there is one that differs in its floats only.
-
-    Raises:
-        BadHeader: its form is not right.
-    """
-    if len(data) > MAX_REMEMBERED_SIZE:
-        return read_header(data)
-    key = message_class, len(data), data[-4:]
-    known = _known_headers.get(key) or ()
-    for template, header in known:
-        floats = template.match(data)
-        if floats is not None:
-            return header.with_floats(*floats)
-    header = read_header(data)
-    if header.is_affine:
-        _known_headers.put(key, (_KnownHeader(header.template(data), header), *known[: MAX_TEMPLATES - 1]))
-    return header
-
-
 class ReceivedFields(NamedTuple):
     """A header's description of its fields, without the values and coefficients."""
 
@@ -131,40 +90,20 @@ class ReceivedFields(NamedTuple):
     """The number of the source, list of sources or instruction of each field."""
     slopes: Sequence[int]
     """The number of the coefficient or list of coefficients of each field."""
-    is_numeric: bool
-    """True if every source with a coefficient has a number as its value."""
 
 
 class ReceivedHeader:
     """A provenance that came from outside, its form checked (see `read_header`)."""
 
-    __slots__ = ('_expressions', '_expressions_from', '_fields', '_tables')
-
     def __init__(
         self, fields: ReceivedFields, tables: ReceivedTables, expressions: Optional[ReceivedExpressions]
     ) -> None:
+        self.wanted = fields.wanted
         self._fields = fields
         self._tables = tables
         self._expressions = expressions
         self._expressions_from = tables.sources.size + len(tables.source_lists)
-
-    @property
-    def wanted(self) -> Sequence[int]:
-        """The indices of the leaves, rising, and END."""
-        return self._fields.wanted
-
-    @property
-    def is_affine(self) -> bool:
-        """True if the header has no instructions, so that the tables hold all of its floats."""
-        return self._expressions is None
-
-    def template(self, data: bytes) -> Template:
-        """The template of the data that this was read from."""
-        return self._tables.template(data)
-
-    def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReceivedHeader':
-        """Return a copy of the header with other values and coefficients; these floats must be finite."""
-        return ReceivedHeader(self._fields, self._tables.with_floats(values, slopes), self._expressions)
+        self._kinds: Sequence[str] = ()
 
     def tracked(self, found: Sequence[Located]) -> List[Any]:
         """The tracked values of the located leaves.
@@ -173,12 +112,12 @@ class ReceivedHeader:
             BadHeader: one has a provenance that makes no values of its type.
         """
         values = list(map(_VALUE, found))
-        kinds = list(map(_KIND, found))
+        self._kinds = list(map(_KIND, found))
         if not SCALAR_TYPES.issuperset(map(type, values)):
             values = self._plain(values)
-        if not (self._fields.is_numeric and {'d', 'f'}.issuperset(kinds)):
-            self._check_sums(values, kinds)
-        return lazy_of(values, _Loads(self, kinds).load)
+        if any(self._fields.slopes):
+            self._check_sums(values)
+        return lazy_of(values, self._load)
 
     def readings(self, found: Sequence[Located]) -> Readings:
         """The values of its sources; a source that a leaf is has the value of that leaf."""
@@ -200,7 +139,7 @@ class ReceivedHeader:
                 )
         return values
 
-    def _check_sums(self, values: Sequence[Any], kinds: Sequence[str]) -> None:
+    def _check_sums(self, values: Sequence[Any]) -> None:
         """Check that fields which are sums are sums of numbers, and those of integers, of integers with integers.
 
         Many fields may be sums of the same sources, of which there may be many: each list is looked at once.
@@ -208,7 +147,7 @@ class ReceivedHeader:
         fields, tables = self._fields, self._tables
         numbers, whole = tables.origins_of({float, int}), tables.origins_of({int})
         whole_slopes = tables.whole_slopes()
-        for origin, slope, index, value, kind in zip(fields.origins, fields.slopes, fields.wanted, values, kinds):
+        for origin, slope, index, value, kind in zip(fields.origins, fields.slopes, fields.wanted, values, self._kinds):
             if slope == IDENTITY or (kind in 'df' and numbers[origin]):
                 continue
             if not (kind == 'i' and whole[origin] and whole_slopes[slope]):
@@ -218,10 +157,6 @@ class ReceivedHeader:
                     % (index, value, tables.coefficients[first_slope], tables.values[first])
                 )
 
-    def load_field(self, number: int, kind: str, value: Any) -> Any:
-        """The provenance of the field of that number, when it is first asked for."""
-        return self._load(self._fields.origins[number], self._fields.slopes[number], kind, value)
-
     def _terms(self, origin: int, slope: int) -> List[Tuple[Source, Any, Any]]:
         tables = self._tables
         numbers, slopes = tables.numbers(origin, slope)
@@ -230,32 +165,15 @@ class ReceivedHeader:
             for number, each in zip(numbers, slopes)
         ]
 
-    def _load(self, origin: int, slope: int, kind: str, value: Any) -> Any:
-        """The provenance of one field, when it is first asked for."""
+    def _load(self, value: Any, number: int) -> Any:
+        """The provenance of the field of that number, as `lazy_of` asks for it when it is first read."""
+        origin, slope = self._fields.origins[number], self._fields.slopes[number]
         if origin >= self._expressions_from:
             assert self._expressions is not None
-            return self._expressions.value(origin - self._expressions_from, value, kind)
+            return self._expressions.value(origin - self._expressions_from, value, self._kinds[number])
         if slope == IDENTITY:
             return ((self._tables.sources.source(origin), value, 1),)
         return self._terms(origin, slope)
-
-
-class _Loads:
-    """Loads the provenance of the fields of one message when it is first read.
-
-    Args:
-        header: the header of the message.
-        kinds: the kinds of its fields.
-    """
-
-    __slots__ = ('_header', '_kinds')
-
-    def __init__(self, header: ReceivedHeader, kinds: Sequence[str]) -> None:
-        self._header, self._kinds = header, kinds
-
-    def load(self, value: Any, number: int) -> Any:
-        """The provenance of the field of that number, as `lazy_of` asks for it."""
-        return self._header.load_field(number, self._kinds[number], value)
 
 
 def read_header(data: bytes) -> ReceivedHeader:
@@ -281,13 +199,9 @@ def read_header(data: bytes) -> ReceivedHeader:
     slopes = reader.column(count, 'the coefficients of fields') if flags & HAS_COEFFICIENTS else bytes(count)
     if reader.at != len(data):
         raise reader.fail('found %d bytes more than expected', len(data) - reader.at)
-    if count and not (max(origins) < tables.sources.size and max(slopes) < len(tables.coefficients)):
-        _check_numbers(reader, tables, len(instructions.read) if instructions else 0, wanted, origins, slopes)
-    is_numeric = not any(slopes) or _has_numbers_only(tables, origins, slopes)
-    fields = ReceivedFields((*wanted, END), origins, slopes, is_numeric)
-    if instructions is None:
-        return ReceivedHeader(fields, tables, None)
-    return ReceivedHeader(fields, tables, ReceivedExpressions(functools.partial(instructions.resolved, tables)))
+    _check_numbers(reader, tables, len(instructions.read) if instructions else 0, wanted, origins, slopes)
+    expressions = ReceivedExpressions(instructions, tables) if instructions else None
+    return ReceivedHeader(ReceivedFields((*wanted, END), origins, slopes), tables, expressions)
 
 
 def _check_numbers(
@@ -302,14 +216,6 @@ def _check_numbers(
     singles = len(tables.coefficients)
     lists_from = tables.sources.size
     expressions_from = lists_from + len(tables.source_lists)
-    if max(origins) < expressions_from and max(slopes) < singles + len(tables.slope_lists):
-        # No field is an expression: each has as many sources as coefficients.
-        sizes = [1] * lists_from + list(map(len, tables.source_lists))
-        slope_sizes = [1] * singles + list(map(len, tables.slope_lists))
-        found = list(map(sizes.__getitem__, origins))
-        if found == list(map(slope_sizes.__getitem__, slopes)):
-            _check_summed(reader, sum(found) - found.count(1))
-            return
     summed = 0
     for index, origin, slope in zip(wanted, origins, slopes):
         if origin < lists_from:
@@ -325,19 +231,5 @@ def _check_numbers(
             raise reader.fail(
                 'found leaf %d with sources %d and coefficients %d, which there are not', index, origin, slope
             )
-    _check_summed(reader, summed)
-
-
-def _check_summed(reader: Reader, summed: int) -> None:
     if summed > SUMMED_LIMIT:
         raise reader.fail('found fields that are sums of %d terms together, the limit is %d', summed, SUMMED_LIMIT)
-
-
-def _has_numbers_only(tables: ReceivedTables, origins: Sequence[int], slopes: Sequence[int]) -> bool:
-    """Return True if every source with a coefficient has a number as its value."""
-    if {float, int}.issuperset(map(type, tables.values)):
-        return True
-    others = {number for number, value in enumerate(tables.values) if type(value) not in (float, int)}
-    return others.isdisjoint(itertools.chain.from_iterable(tables.source_lists)) and others.isdisjoint(
-        origin for origin, slope in zip(origins, slopes) if slope != IDENTITY
-    )

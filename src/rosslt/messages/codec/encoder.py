@@ -6,9 +6,8 @@ of which sources, with which coefficients.
 
 import functools
 import itertools
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
-from rosslt.messages.codec.bounded_cache import BoundedCache
 from rosslt.messages.codec.expressions import (
     TERM_LIMIT,
     are_too_many,
@@ -17,7 +16,6 @@ from rosslt.messages.codec.expressions import (
     without_sources,
 )
 from rosslt.messages.codec.table_writer import TableWriter, Unencodable
-from rosslt.messages.codec.templates import AffineField, Parts, Shape, Template, Terms, shape_of
 from rosslt.messages.codec.varint import packed
 from rosslt.messages.codec.wire_format import (
     BYTES_LIMIT,
@@ -28,12 +26,13 @@ from rosslt.messages.codec.wire_format import (
     INSTRUCTION_LIMIT,
     VERSION,
 )
-from rosslt.messages.codegen.walkers import TRACKED, walkers
 from rosslt.messages.fault_log import warn_once
 from rosslt.messages.fields import TYPE_OF_KIND
+from rosslt.messages.walkers import TRACKED, walkers
 from rosslt.values import (
     AFFINE,
     SOURCE,
+    Source,
     affine,
     disassemble,
     each_leaf,
@@ -44,8 +43,8 @@ from rosslt.values import (
 Leaf = Tuple[int, Any, str]
 """The index of a tracked leaf, its value and its kind, as the walkers collect them."""
 
-MAX_TEMPLATE_FIELDS = 64
-"""The most fields of a message whose template is remembered for the next one."""
+Terms = Sequence[Tuple[Source, Any, Any]]
+"""The sources of an affine value, each with its value and its slope."""
 
 
 def encode(message: Any, full_history: bool = False) -> bytes:
@@ -138,19 +137,17 @@ def _is_same(value: Any, leaf: Any) -> bool:
 
 def _encoded(message_type: str, leaves: List[Leaf], full_history: bool) -> bytes:
     """The provenance of tracked leaves, whatever its size."""
-    fields: List[AffineField] = []
+    encoder = _Encoder(message_type)
     expressions: List[Leaf] = []
     for leaf in leaves:
         terms = None if full_history else _affine(leaf[1])
         if terms is None or (terms and not fits(leaf[2], terms)):
             expressions.append(leaf)
         elif terms:
-            fields.append(_field(leaf, terms))
-    if not (fields or expressions):
-        return b''
-    if not expressions and len(fields) <= MAX_TEMPLATE_FIELDS:
-        return _encoded_affine(message_type, fields)
-    return _Encoder(message_type).encoded(fields, expressions, full_history)
+            encoder.add_affine(leaf, terms)
+    if expressions and not encoder.add_expressions(expressions, full_history):
+        return _encoded(message_type, leaves, False)
+    return encoder.encoded()
 
 
 def _columns_of(fields: Sequence[Tuple[int, int, int]], has_coefficients: bool) -> bytes:
@@ -169,64 +166,6 @@ def _affine(value: Any) -> Optional[Terms]:
         return None
 
 
-def _field(leaf: Leaf, terms: Terms) -> AffineField:
-    """Convert an affine leaf to its form on the wire: one source, or a list of terms."""
-    index, value, kind = leaf
-    if len(terms) == 1:
-        source, at, slope = terms[0]
-        if slope == 1 and type(at) is TYPE_OF_KIND[kind] and _is_same(at, value):
-            return index, source, ()
-    return index, None, terms
-
-
-class _KnownTemplate(NamedTuple):
-    """The template of fields of one shape."""
-
-    template: Optional[Template]
-    """None where a field cannot be sent; then each message logs a warning."""
-    order: Optional[Tuple[int, ...]]
-    """In which order the values of sources come in it; None where that is the order of their appearance."""
-
-    def fill(self, shape: Shape) -> bytes:
-        """The provenance of fields of that shape."""
-        assert self.template is not None
-        values = shape.values if self.order is None else [shape.values[place] for place in self.order]
-        return self.template.fill(values, shape.slopes)
-
-
-_known_templates: BoundedCache[_KnownTemplate] = BoundedCache(256)
-
-
-def _encoded_affine(message_type: str, fields: List[AffineField]) -> bytes:
-    """`_Encoder.encoded` for affine fields, by the template of an earlier message where there is one.
-
-    A publisher mostly says what it said before, with other numbers where something moves.
-    """
-    shape = shape_of(fields)
-    if shape is not None:
-        key = message_type, shape.key
-        known = _known_templates.get(key)
-        if known is None:
-            known = _template_for(message_type, fields)
-            _known_templates.put(key, known)
-        if known.template is not None:
-            return known.fill(shape)
-    return _Encoder(message_type).encoded(fields, (), False)
-
-
-def _template_for(message_type: str, fields: List[AffineField]) -> _KnownTemplate:
-    """The template of the provenance of these fields."""
-    encoder = _Encoder(message_type)
-    encoder.add_fields(fields)
-    if len(encoder.fields) < len(fields):
-        return _KnownTemplate(None, None)
-    numbers = encoder.tables.readings()
-    order = tuple(sorted(range(len(numbers)), key=numbers.__getitem__))
-    parts = encoder.parts()
-    template = Template(parts.head, len(parts.values), parts.middle, len(parts.slopes), parts.tail)
-    return _KnownTemplate(template, None if order == tuple(range(len(numbers))) else order)
-
-
 class _Encoder:
     """Writes the provenance of one message."""
 
@@ -239,23 +178,22 @@ class _Encoder:
         self._instructions: List[tuple] = []
         self._roots: Dict[int, int] = {}
 
-    def encoded(self, fields: Sequence[AffineField], expressions: Sequence[Leaf], full_history: bool) -> bytes:
-        self.add_fields(fields)
-        if expressions:
-            instructions, roots = disassemble(leaf for _, leaf, _ in expressions)
-            if are_too_many(instructions):
-                if full_history:
-                    return _encoded(self._message_type, list(expressions), False)
-                expressions, instructions, roots = self._linearized(expressions)
-            self._add_expressions(expressions, instructions, roots)
-        return self.parts().joined() if self.fields or self._roots else b''
+    def add_affine(self, leaf: Leaf, terms: Terms) -> None:
+        """Add a leaf that is affine in its sources."""
+        try:
+            self._add_affine(leaf, terms)
+        except Unencodable as error:
+            self._leave_out(leaf[0], error)
 
-    def add_fields(self, fields: Sequence[AffineField]) -> None:
-        for field in fields:
-            try:
-                self._add_field(field)
-            except Unencodable as error:
-                self._leave_out(field[0], error)
+    def add_expressions(self, leaves: Sequence[Leaf], full_history: bool) -> bool:
+        """Add leaves that are sent as instructions; returns False where the full history of them is too long."""
+        instructions, roots = disassemble(leaf for _, leaf, _ in leaves)
+        if are_too_many(instructions):
+            if full_history:
+                return False
+            leaves, instructions, roots = self._linearized(leaves)
+        self._add_expressions(leaves, instructions, roots)
+        return True
 
     def _leave_out(self, index: int, error: Unencodable) -> None:
         fault = str(error)
@@ -263,20 +201,21 @@ class _Encoder:
             (self._message_type, fault), 'leaf %d of a %s is sent untracked: %s', index, self._message_type, fault
         )
 
-    def _add_field(self, field: AffineField) -> None:
+    def _add_affine(self, leaf: Leaf, terms: Terms) -> None:
         tables = self.tables
-        index, itself, terms = field
-        if itself is not None:
-            self.fields.append((index, tables.source(itself), None, False))
-        elif len(terms) == 1:
-            source, value, slope = terms[0]
-            self.fields.append((index, tables.reading(source, value), tables.coefficient(slope), False))
-        else:
+        index, value, kind = leaf
+        if len(terms) > 1:
             numbers, keys = tables.lists(
-                tuple([tables.reading(source, value) for source, value, _ in terms]),
+                tuple([tables.reading(source, at) for source, at, _ in terms]),
                 tuple([tables.coefficient(slope) for _, _, slope in terms]),
             )
             self.fields.append((index, numbers, keys, True))
+            return
+        source, at, slope = terms[0]
+        if slope == 1 and type(at) is TYPE_OF_KIND[kind] and _is_same(at, value):
+            self.fields.append((index, tables.source(source), None, False))
+        else:
+            self.fields.append((index, tables.reading(source, at), tables.coefficient(slope), False))
 
     def _linearized(self, leaves: Sequence[Leaf]) -> Tuple[List[Leaf], List[tuple], List[int]]:
         """Linearize each leaf, as the exact expressions have too many instructions to be sent."""
@@ -339,8 +278,10 @@ class _Encoder:
             return False
         return True
 
-    def parts(self) -> Parts:
-        """The provenance of all that was added."""
+    def encoded(self) -> bytes:
+        """The provenance of all that was added; b'' where that is nothing."""
+        if not (self.fields or self._roots):
+            return b''
         tables = self.tables
         numbers = tables.coefficient_numbers()
         numbers[None] = IDENTITY
@@ -354,7 +295,8 @@ class _Encoder:
         fields += [(index, instructions + root, IDENTITY) for index, root in self._roots.items()]
         fields.sort()
         flags = tables.flags() | (HAS_INSTRUCTIONS if self._instructions else 0)
-        tail = [packed_instructions(self._instructions, tables, numbers)] if self._instructions else []
-        tail.append(_columns_of(fields, bool(flags & HAS_COEFFICIENTS)))
-        parts = tables.parts(numbers)
-        return parts._replace(head=bytes((VERSION, flags)) + parts.head, tail=parts.tail + b''.join(tail))
+        parts = [bytes((VERSION, flags)), tables.packed(numbers)]
+        if self._instructions:
+            parts.append(packed_instructions(self._instructions, tables, numbers))
+        parts.append(_columns_of(fields, bool(flags & HAS_COEFFICIENTS)))
+        return b''.join(parts)

@@ -121,8 +121,6 @@ class ReceivedInstructions(NamedTuple):
     read: List[tuple]
     """`(SOURCE, number of the source)`, `(CONSTANT, value)`, `(AFFINE, value, ((index, number of the coefficient),
     ...), is_exact)` or `(Operation, index, ...)`."""
-    floats_at: List[int]
-    """The positions of the floats in the data."""
 
     def resolved(self, tables: ReceivedTables) -> List[tuple]:
         """Return the instructions with sources and coefficients instead of their numbers, for `values.assemble`."""
@@ -145,8 +143,7 @@ def read_instructions(reader: Reader, tables: ReceivedTables) -> ReceivedInstruc
     Raises:
         BadHeader: they have not the form of instructions.
     """
-    found = _InstructionReader(reader, tables)
-    return ReceivedInstructions(found.instructions(), found.floats_at)
+    return ReceivedInstructions(_InstructionReader(reader, tables).instructions())
 
 
 _NO_NUMBER = -1
@@ -161,7 +158,6 @@ class _InstructionReader:
         self._read: List[tuple] = []
         self._numbers: List[int] = []  # of each instruction that of the source, where it is one with a number
         self._terms_left = TERM_LIMIT
-        self.floats_at: List[int] = []
 
     def instructions(self) -> List[tuple]:
         reader = self._reader
@@ -190,7 +186,6 @@ class _InstructionReader:
 
     def _constant(self, code: int) -> Any:
         if code == FLOAT:
-            self.floats_at.append(self._reader.at)
             return self._reader.floats(1, 'a constant')[0]
         if code == INT:
             value = unzigzag(self._reader.column(1, 'a constant')[0])

@@ -7,8 +7,10 @@ them is first needed, operation by operation with a bound on each result.
 import math
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
-from rosslt.messages.codegen.walkers import TRACKED
+from rosslt.messages.codec.expressions import ReceivedInstructions
+from rosslt.messages.codec.table_reader import ReceivedTables
 from rosslt.messages.fault_log import warn_once
+from rosslt.messages.walkers import TRACKED
 from rosslt.values import Operation, assemble, untracked
 
 TEXT_LIMIT = 1 << 16
@@ -25,11 +27,12 @@ class ReceivedExpressions:
     """The expressions of one provenance that came from outside.
 
     Args:
-        instructions: gives them as `expressions.ReceivedInstructions.resolved` does; called when they are needed.
+        instructions: as they were read.
+        tables: those in front of them.
     """
 
-    def __init__(self, instructions: Callable[[], Sequence[tuple]]) -> None:
-        self._instructions = instructions
+    def __init__(self, instructions: ReceivedInstructions, tables: ReceivedTables) -> None:
+        self._instructions, self._tables = instructions, tables
         self._made: Optional[List[Any]] = None
         self._faults: Dict[int, Exception] = {}
 
@@ -42,7 +45,7 @@ class ReceivedExpressions:
             kind: the field's, as `fields.kind_of` gives it.
         """
         if self._made is None:
-            self._made = computed(self._instructions(), self._faults)
+            self._made = computed(self._instructions.resolved(self._tables), self._faults)
         made, error = self._made[index], self._faults.get(index)
         if error is not None:
             # Raised here, it would reach the code that reads the value, which did not send the message.

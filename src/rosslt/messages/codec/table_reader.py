@@ -3,9 +3,6 @@
 import itertools
 from typing import Any, Container, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
-import numpy
-
-from rosslt.messages.codec.templates import Template
 from rosslt.messages.codec.varint import Reader, unzigzagged
 from rosslt.messages.codec.wire_format import (
     FALSE,
@@ -42,14 +39,10 @@ class SourceTable:
     def alike(self) -> Sequence[int]:
         """A number for each source, shared by equal sources, as a table may name a source twice."""
         if self._alike is None:
-            named: Dict[str, int] = {}
-            names = [named.setdefault(node, number) for number, node in enumerate(self.nodes)]
-            parts = numpy.zeros((self.size, 8), numpy.uint8)
-            parts[:, :6] = numpy.frombuffer(self.ids, numpy.uint8).reshape(-1, 6)
-            keys = parts.view('<u8')[:, 0].astype(numpy.uint64)
-            keys |= numpy.array(names, numpy.uint64)[list(self.source_nodes)] << numpy.uint64(48)
-            unlike, numbers = numpy.unique(keys, return_inverse=True)
-            self._alike = range(self.size) if len(unlike) == self.size else numbers.tolist()
+            named: Dict[Tuple[str, bytes], int] = {}
+            ids = [self.ids[at : at + 6] for at in range(0, len(self.ids), 6)]
+            keys = zip(map(self.nodes.__getitem__, self.source_nodes), ids)
+            self._alike = list(map(named.setdefault, keys, range(self.size)))
         return self._alike
 
     @property
@@ -66,18 +59,6 @@ class SourceTable:
         return Source(self.nodes[self.source_nodes[number]], self.location_id(number))
 
 
-class FloatBlocks(NamedTuple):
-    """The positions of the two blocks of floats in the data."""
-
-    values_at: int
-    value_numbers: Sequence[int]
-    """The numbers of the sources whose values are floats."""
-    values_to: int
-    """The end of the values: integers and texts follow the floats."""
-    slopes_at: int
-    slope_count: int
-
-
 class ReceivedTables(NamedTuple):
     """The tables of a provenance that came from outside."""
 
@@ -88,7 +69,6 @@ class ReceivedTables(NamedTuple):
     """The coefficients, from number 1; number 0 is None."""
     source_lists: Sequence[Tuple[int, ...]]
     slope_lists: Sequence[Tuple[int, ...]]
-    blocks: FloatBlocks
 
     def numbers(self, origin: int, slope: int) -> Tuple[Sequence[int], Sequence[int]]:
         """The numbers of the sources of a field that is a sum, and those of their coefficients."""
@@ -107,28 +87,6 @@ class ReceivedTables(NamedTuple):
         singles = [type(slope) is int for slope in self.coefficients]
         return singles + [all(map(singles.__getitem__, each)) for each in self.slope_lists]
 
-    def template(self, data: bytes) -> Template:
-        """The template of the provenance that these tables were read from."""
-        blocks = self.blocks
-        return Template.cut(data, blocks.values_at, len(blocks.value_numbers), blocks.slopes_at, blocks.slope_count)
-
-    def with_floats(self, values: Sequence[float], slopes: Sequence[float]) -> 'ReceivedTables':
-        """Return a copy of the tables with other values and coefficients; these floats must be finite."""
-        all_values: Sequence[Any] = values
-        if len(values) < self.sources.size:
-            replaced = list(self.values)
-            for number, value in zip(self.blocks.value_numbers, values):
-                replaced[number] = value
-            all_values = replaced
-        return ReceivedTables(
-            self.sources,
-            all_values,
-            (None, *slopes, *self.coefficients[1 + len(slopes) :]),
-            self.source_lists,
-            self.slope_lists,
-            self.blocks,
-        )
-
 
 def read_tables(reader: Reader, flags: int) -> ReceivedTables:
     """The tables that come next.
@@ -138,19 +96,12 @@ def read_tables(reader: Reader, flags: int) -> ReceivedTables:
     """
     sources = _read_sources(reader)
     values: Sequence[Any] = (None,) * sources.size
-    value_numbers: Sequence[int] = ()
-    values_at = reader.at
     if flags & HAS_VALUES:
         kinds = reader.column(sources.size, 'kinds of values')
-        values_at = reader.at
-        value_numbers = [number for number, kind in enumerate(kinds) if kind == FLOAT]
         values = _read_values(reader, kinds)
-    values_to = reader.at
-    slopes_at, slope_count = reader.at, 0
     coefficients: List[Any] = [None]
     if flags & HAS_COEFFICIENTS:
         counts = [reader.number('the number of coefficients', TABLE_LIMIT) for _ in range(3)]
-        slopes_at, slope_count = reader.at, counts[0]
         coefficients += reader.floats(counts[0], 'a coefficient')
         coefficients += map(float, unzigzagged(reader.column(counts[1], 'coefficients')))
         coefficients += unzigzagged(reader.column(counts[2], 'coefficients'))
@@ -163,8 +114,7 @@ def read_tables(reader: Reader, flags: int) -> ReceivedTables:
         source_lists = _read_lists(reader, counts[0], sources.size, 0, 'sources')
         _check_sources_differ(reader, source_lists, sources)
         slope_lists = _read_lists(reader, counts[1], len(coefficients), 1, 'coefficients')
-    blocks = FloatBlocks(values_at, value_numbers, values_to, slopes_at, slope_count)
-    return ReceivedTables(sources, values, coefficients, source_lists, slope_lists, blocks)
+    return ReceivedTables(sources, values, coefficients, source_lists, slope_lists)
 
 
 def _read_sources(reader: Reader) -> SourceTable:
@@ -199,8 +149,6 @@ def _read_values(reader: Reader, kinds: Sequence[int]) -> List[Any]:
         FALSE: itertools.repeat(False),
         TRUE: itertools.repeat(True),
     }
-    if len(counts) == 1:
-        return list(itertools.islice(following[kinds[0]], len(kinds)))
     return [next(following[kind]) for kind in kinds]
 
 
@@ -222,8 +170,6 @@ def _check_sources_differ(reader: Reader, lists: Sequence[Tuple[int, ...]], sour
     if not lists:
         return
     alike = sources.alike()
-    if not isinstance(alike, range):
-        lists = [tuple(map(alike.__getitem__, each)) for each in lists]
     for each in lists:
-        if len(set(each)) < len(each):
+        if len(set(map(alike.__getitem__, each))) < len(each):
             raise reader.fail('found a list of sources with the same source twice')

@@ -5,9 +5,9 @@ What several fields share stands here once, and the fields name it by its number
 """
 
 import math
+import struct
 from typing import Any, Dict, List, Tuple
 
-from rosslt.messages.codec.templates import Parts
 from rosslt.messages.codec.varint import is_whole, packed, packed_strings, zigzag
 from rosslt.messages.codec.wire_format import (
     FALSE,
@@ -172,51 +172,48 @@ class TableWriter:
             | (HAS_LISTS if self._source_lists else 0)
         )
 
-    def readings(self) -> List[int]:
-        """The numbers of the sources with values, in order of appearance."""
-        return list(self._readings.values())
-
-    def parts(self, numbers: Dict[Any, int]) -> Parts:
-        """The tables.
+    def packed(self, numbers: Dict[Any, int]) -> bytes:
+        """The tables as bytes.
 
         Args:
             numbers: the `coefficient_numbers`.
         """
         flags = self.flags()
-        slopes = self._coefficients
-        floats, whole, ints = self._sorted_coefficients()
-        head = [
+        parts = [
             packed([len(self._nodes)]),
             packed_strings(list(self._nodes)),
             packed([len(self._sources)]),
             packed([node for node, _ in self._sources]),
             b''.join([location.to_bytes(6, 'little') for _, location in self._sources]),
         ]
-        middle, tail = [], []
         if flags & HAS_VALUES:
-            head.append(packed([_kind_of_value(value) for value in self._values]))
-            middle += [
+            parts += [
+                packed([_kind_of_value(value) for value in self._values]),
+                _packed_floats([value for value in self._values if type(value) is float]),
                 packed([zigzag(value) for value in self._values if type(value) is int]),
                 packed_strings([value for value in self._values if type(value) is str]),
             ]
         if flags & HAS_COEFFICIENTS:
-            middle.append(packed([len(floats), len(whole), len(ints)]))
-            tail += [packed([zigzag(int(slopes[key])) for key in whole]), packed([zigzag(slopes[key]) for key in ints])]
+            floats, whole, ints = [[self._coefficients[key] for key in keys] for keys in self._sorted_coefficients()]
+            parts += [
+                packed([len(floats), len(whole), len(ints)]),
+                _packed_floats(floats),
+                packed([zigzag(int(slope)) for slope in whole]),
+                packed([zigzag(slope) for slope in ints]),
+            ]
         if flags & HAS_LISTS:
-            tail += [
+            parts += [
                 packed([len(self._source_lists), len(self._slope_lists)]),
                 packed([len(sources) for sources in self._source_lists]),
                 packed([source for sources in self._source_lists for source in sources]),
                 packed([len(keys) for keys in self._slope_lists]),
                 packed([numbers[key] for keys in self._slope_lists for key in keys]),
             ]
-        return Parts(
-            b''.join(head),
-            [value for value in self._values if type(value) is float],
-            b''.join(middle),
-            [slopes[key] for key in floats],
-            b''.join(tail),
-        )
+        return b''.join(parts)
+
+
+def _packed_floats(numbers: List[float]) -> bytes:
+    return struct.pack('<%dd' % len(numbers), *numbers)
 
 
 def _kind_of_value(value: Any) -> int:

@@ -79,15 +79,7 @@ class Reader:
 
     def number(self, what: str, limit: int) -> int:
         """The next varint, at most `limit`."""
-        data, at = self.data, self.at
-        if at + 1 < len(data) and (data[at] < 128 or data[at + 1] < 128):  # of one byte or two, as most are
-            found = data[at]
-            self.at += 1
-            if found > 127:
-                found += (data[at + 1] << 7) - 128
-                self.at += 1
-        else:
-            found = self.column(1, what)[0]
+        found = self.column(1, what)[0]
         if found > limit:
             raise self.fail('found %s %d, the limit is %d', what, found, limit)
         return found

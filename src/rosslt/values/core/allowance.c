@@ -27,6 +27,11 @@ int refilled(void)
 PyObject *spend(PyObject *module, PyObject *count)
 {
     long long number = PyLong_AsLongLong(count);
-    int may_record = number == -1 && PyErr_Occurred() ? -1 : spent(number);
+    int may_record = number == -1 && PyErr_Occurred() ? -1 : allowance > 0;
+    while (may_record > 0 && number >= allowance) {
+        number -= allowance;
+        may_record = refilled();
+    }
+    if (may_record > 0) allowance -= number;
     return may_record < 0 ? NULL : PyBool_FromLong(may_record);
 }

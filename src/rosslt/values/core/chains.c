@@ -1,5 +1,5 @@
 /* What is the value of a chain of operations on one source where that has another one, and which other one does it
-   need? `_along_chain` of `graph.py` and `solve/chain.py`, on doubles without an object each as far as that goes. */
+   need? As `evaluate` and `solve` of any expression, on doubles without an object each as far as that goes. */
 
 #include "core.h"
 
@@ -92,7 +92,7 @@ static PyObject *run(PyObject *chain, PyObject *value)
     return value;
 }
 
-/* As `_along_chain` in graph.py; NotImplemented where that has to do it. */
+/* The value of a chain; NotImplemented where it is none. */
 PyObject *along_chain(PyObject *module, PyObject *const *args, Py_ssize_t count)
 {
     if (count != 2) return PyErr_Format(PyExc_TypeError, "along_chain(value, changes)");
@@ -160,7 +160,8 @@ static PyObject *solved(PyObject *chain, double target, double relative)
     return answer;
 }
 
-/* As `solve_chain` in solve/chain.py; NotImplemented where that has to do it. */
+/* The answer for a chain of operations on one float source; NotImplemented where it is none, None where `solve` has to
+   look closer. */
 PyObject *solve_chain(PyObject *module, PyObject *const *args, Py_ssize_t count)
 {
     if (count != 3 || !PyFloat_CheckExact(args[2])) {

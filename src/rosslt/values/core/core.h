@@ -143,11 +143,11 @@ extern long long allowance; /* how many operations may still be recorded; none w
 /* Whether a used up allowance was refilled: -1 with an error. */
 int refilled(void);
 
-/* Whether so many operations may be recorded: -1 with an error. */
-static inline int spent(long long count)
+/* Whether an operation may be recorded: -1 with an error. */
+static inline int may_record(void)
 {
-    if (allowance <= count) return refilled();
-    allowance -= count;
+    if (allowance <= 1) return refilled();
+    allowance--;
     return 1;
 }
 

@@ -198,8 +198,8 @@ PyObject *lazy_of(PyObject *module, PyObject *const *args, Py_ssize_t count)
 static PyObject *finished(PyObject *whole, double value, PyObject *form, PyObject *first, PyObject *second, int kind,
                           Py_ssize_t size, int collected)
 {
-    int may_record = spent(1);
-    if (may_record <= 0) return may_record < 0 ? NULL : whole ? Py_NewRef(whole) : PyFloat_FromDouble(value);
+    int is_recorded = may_record();
+    if (is_recorded <= 0) return is_recorded < 0 ? NULL : whole ? Py_NewRef(whole) : PyFloat_FromDouble(value);
     PyObject *result = whole ? new_int(whole, form, first, second, kind, size)
                              : new_float(value, form, first, second, kind, size);
     if (result == NULL) return NULL;

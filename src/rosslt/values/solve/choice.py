@@ -18,22 +18,21 @@ from typing import (
     Tuple,
 )
 
-from ..closeness import is_same, meets
+from ..accelerator import CORE
+from ..closeness import RELATIVE, is_same, meets
 from ..errors import NotInvertible, NotTracked
 from ..explain import brief
 from ..graph import Graph, evaluate
 from ..operations.inverses import refuse
 from ..sources import Source, describe_source
-from ..tracked import TRACKED, TrackedFloat, plain_scalar
+from ..tracked import TRACKED, plain_scalar
 from ..tree import paired
 from .budget import UNDEFINED, Budget
-from .chain import solve_chain
 from .components import connected
 from .equations import Goal, missed
 from .freedom import Bounds, Freedom, Rank, rank_of
 from .one import Attempt, beyond_bounds, written
 from .several import System
-from .simplest import simplest
 
 MANY_SOURCES = 16
 """With more sources than this, those that cannot give the result alone are sorted out first."""
@@ -88,11 +87,11 @@ def solve(
             take; the operation or the bound is named.
         ValueError: the target has another shape than the value, or a weight is not greater than 0.
     """
-    if type(value) is TrackedFloat and source is None and sources is None and not bounds and not read_only:
-        # A chain has one source, so that ranks do not matter.
-        answer = solve_chain(value, target)
-        if answer is not None:
-            return answer
+    if CORE is not None and source is None and sources is None and not bounds and not read_only:
+        # A chain of operations on one source, which is what most values are; ranks do not matter.
+        answer: Any = CORE.solve_chain(value, target, RELATIVE)
+        if answer is not None and answer is not NotImplemented:
+            return dict(answer)
     only = [source] if source is not None else None if sources is None else list(sources)
     if weights and not all(weight > 0 for weight in weights.values()):
         raise ValueError('weights are greater than 0, found %r' % (dict(weights),))
@@ -407,9 +406,8 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
     if any(isinstance(wanted, str) for _, _, wanted in goals):
         movable = []
     found = _moved_together(graph, goals, movable, freedom, budget)
-    values = None if found is None else _values(graph, found)
-    if found is not None and values is not None and missed(graph, goals, values) is None:
-        return simplest(graph, goals, found, values, freedom.limits)
+    if found is not None and missed(graph, goals, _values(graph, found)) is None:
+        return found
     try:
         return _one_after_the_other(graph, goals, freedom, budget)
     except NotInvertible:

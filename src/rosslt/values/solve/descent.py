@@ -62,8 +62,6 @@ class Descents(Equations):
         super().__init__(graph, goals, unknowns, budget, base)
         self._limits = [in_floats(freedom.limits(source)) for source in unknowns]
         self._scales = [freedom.scale(source, value) for source, value in zip(unknowns, self.start)]
-        self._promised = 0.0
-        """The distance of the answer that the first step predicts."""
         self.start = [self._clamped(place, value) for place, value in enumerate(self.start)]
 
     def _clamped(self, place: int, value: float) -> float:
@@ -138,7 +136,6 @@ class Descents(Equations):
                 length = self._length(step)
                 if not 0 < length < math.inf:
                     continue
-                self._promised = self._promised or length
                 if length > radius and attempt == level:
                     # The results are nearly linear: the step may be long.
                     ahead, there, left = self._ahead(x, step, 1.0, equations)

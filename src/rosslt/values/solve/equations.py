@@ -1,26 +1,19 @@
 """Results as functions of several sources: what is missing of them, their slopes, and what is left of them when
-their outermost operations are undone."""
+their outermost operations are undone, which has fewer poles and does not saturate."""
 
 import math
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from ..closeness import almost_meets
 from ..graph import Graph
-from ..operations.table import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Trial
 from .least_squares import Rows
 from .one import undone
 from .periods import Periods
-from .preaccumulation import Preaccumulated
 
 Goal = Tuple[str, Any, Any]
 """`(path, tracked value, wanted value)`."""
-
-POLYNOMIAL = (ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE)
-"""Through these, poles are seen."""
-
-MOST_DENOMINATORS, MOST_LOOKED_AT = 6, 40
 
 Point = List[float]
 """A value for each unknown."""
@@ -33,14 +26,11 @@ class Equation(NamedTuple):
         place: the node's index in the graph.
         wanted: the wanted value.
         unit: the weight of a difference of 1.
-        denominators: the indices of nodes that multiply the difference, so that it has no poles where these are 0:
-            `1 / x - 2` becomes `1 - 2 * x`.
     """
 
     place: int
     wanted: Any
     unit: float
-    denominators: Tuple[int, ...] = ()
 
 
 class Equations:
@@ -73,7 +63,8 @@ class Equations:
             Equation(root, float(wanted), _unit(wanted, at, 1e-6 * self._size))
             for root, wanted, at in zip(self._roots, self._wanted, self._present)
         ]
-        self._slopes: Optional[Preaccumulated] = None
+        self._columns = {source: column for column, source in enumerate(unknowns)}
+        self._below: Dict[int, List[int]] = {}
         self._periods_found: Optional[Periods] = None
         self.start = [float(base[graph.occurrences[source][0]]) for source in unknowns]
         is_one = all(
@@ -103,37 +94,44 @@ class Equations:
         if values is None:
             return None
         try:
-            missing = [
-                float((wanted - values[place]) * (unit if not by else unit * _product(values, by)))
-                for place, wanted, unit, by in equations
-            ]
+            missing = [float((wanted - values[place]) * unit) for place, wanted, unit in equations]
         except UNDEFINED:
             return None
         return missing if all(math.isfinite(part) for part in missing) else None
 
     def _jacobian(self, values: List[Any], equations: Sequence[Equation]) -> Rows:
-        """The slopes of each node's value, in its unit, for each unknown; without zeros."""
-        terms = [(number, *term) for number, one in enumerate(equations) for term in _terms(one, values)]
+        """The slopes of each node's value, in its unit, for each unknown; without zeros.
+
+        Raises:
+            OverflowError: no float holds one.
+        """
+        partials = self._trial.partials(values)
+        places = [equation.place for equation in equations]
         rows: Rows = [{} for _ in equations]
-        if len(self._unknowns) * 4 < len(equations):
-            partials = self._trial.partials(values)
+        if len(self._unknowns) < len(equations):
             self._budget.spend(len(self._unknowns) * len(partials))
             for column, source in enumerate(self._unknowns):
                 rise = self._graph.tangent(source, partials)
-                for number, place, unit in terms:
-                    if place in rise:
-                        _add(rows[number], {column: rise[place]}, unit)
-            return rows
-        if self._slopes is None:
-            columns = {at: column for column, one in enumerate(self._unknowns) for at in self._graph.occurrences[one]}
-            self._slopes = Preaccumulated(self._graph, self._trial, columns, self._roots)
-        self._slopes.move(values, [place for _, place, _ in terms], self._budget)
-        for number, place, unit in terms:
-            _add(rows[number], self._slopes.gradient(place, self._budget), unit)
+                for row, place in zip(rows, places):
+                    row[column] = rise.get(place, 0)
+        else:
+            for row, place in zip(rows, places):
+                if place not in self._below:
+                    self._below[place] = self._graph.below(place, partials)
+                self._budget.spend(2 * len(self._below[place]))
+                for source, slope in self._graph.gradient(place, partials, self._below[place]).items():
+                    if source in self._columns:
+                        row[self._columns[source]] = slope
+        rows = [
+            {column: float(slope * equation.unit) for column, slope in row.items() if slope}
+            for row, equation in zip(rows, equations)
+        ]
+        if not all(math.isfinite(slope) for row in rows for slope in row.values()):
+            raise OverflowError('a slope that no float holds')
         return rows
 
     def _undone(self, x: Point) -> Optional[List[Equation]]:
-        """The equations with the outermost operations undone, on the branches of a point, without poles of quotients.
+        """The equations with the outermost operations undone, on the branches of a point.
 
         Returns:
             None where there is nothing to undo, or the results are not defined there.
@@ -165,66 +163,7 @@ class Equations:
                 place = b if side else a
         except UNDEFINED:
             pass
-        denominators = self._denominators(place)
-        if place == equation.place and not denominators:
-            return equation
-        unit = _unit(wanted, values[place], 0.0)
-        try:
-            return Equation(place, wanted, unit * _unit(_product(values, denominators), 0.0, 0.0), denominators)
-        except UNDEFINED:
-            return Equation(place, wanted, unit)
-
-    def _denominators(self, root: int) -> Tuple[int, ...]:
-        """Return the indices of the denominators of a sum of quotients; multiplied by them, it has no poles."""
-        records, index, depends = self._graph.records, self._graph.index, self._trial.depends
-        found: List[int] = []
-        stack = [root]
-        for _ in range(MOST_LOOKED_AT):
-            if not stack:
-                break
-            place = stack.pop()
-            form, first, second = records[place]
-            if not depends[place] or form.operation not in POLYNOMIAL:
-                continue
-            a = index[id(first)]
-            operands = [a] if form.single_operand else [a, index[id(second)]]
-            if form.operation is DIVIDE and (form.position == 1 or not form.single_operand) and depends[operands[-1]]:
-                found.append(operands[-1])
-            stack += operands
-        return tuple(found[:MOST_DENOMINATORS])
-
-
-def _product(values: List[Any], places: Sequence[int]) -> float:
-    product: Any = 1.0
-    for place in places:
-        product *= values[place]
-    return float(product)
-
-
-def _terms(equation: Equation, values: List[Any]) -> List[Tuple[int, Any]]:
-    """The nodes whose slopes, so many times each, add up to a row of the Jacobian."""
-    place, wanted, unit, denominators = equation
-    terms = [(place, unit * _product(values, denominators))]
-    for number, other in enumerate(denominators):
-        others = denominators[:number] + denominators[number + 1 :]
-        terms.append((other, (values[place] - wanted) * unit * _product(values, others)))
-    return terms
-
-
-def _add(row: Dict[int, float], slopes: Mapping[int, Any], unit: float) -> None:
-    """Add slopes, so many times, to a row of the Jacobian.
-
-    Raises:
-        OverflowError: no float holds one.
-    """
-    new = {column: float(slope * unit) for column, slope in slopes.items() if slope}
-    if not all(map(math.isfinite, new.values())):
-        raise OverflowError('a slope that no float holds')
-    if row:
-        for column, slope in new.items():
-            row[column] = row.get(column, 0.0) + slope
-    else:
-        row.update(new)
+        return equation if place == equation.place else Equation(place, wanted, _unit(wanted, values[place], 0.0))
 
 
 def _unit(wanted: Any, present: Any, least: float) -> float:

@@ -1,11 +1,10 @@
 """The linear steps of solving several results: least squares with sparse rows, damped, shortest in the unknowns.
 
-Small systems are solved in plain Python, larger ones with NumPy where there is NumPy, and large ones in which most
-results depend on few unknowns with SciPy's LSMR where there is SciPy.
+Small systems are solved in plain Python, larger ones with NumPy where there is NumPy.
 """
 
 import math
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Sequence
 
 from ..elimination import solved
 
@@ -13,9 +12,6 @@ Rows = List[Dict[int, float]]
 
 LARGE = 8
 """Systems from this size on are worth the way to NumPy."""
-
-SPARSE_SIZE, SPARSE_PART = 40_000, 0.1
-"""A matrix of so many entries, of which at most such a part is not 0, is worth the way to SciPy."""
 
 
 def shortest_step(
@@ -50,10 +46,7 @@ def shortest_step(
     step = [0.0] * len(scales)
     if not used:
         return step
-    short = _sparse(scaled, right, columns, damping)
-    if short is None:
-        short = _dense(scaled, right, columns, damping)
-    for place, part in zip(used, short):
+    for place, part in zip(used, _dense(scaled, right, columns, damping)):
         step[place] = part * scales[place]
     return step
 
@@ -63,35 +56,7 @@ def work_of_step(rows: Rows, unknowns: int) -> float:
     width = min(len(rows), unknowns)
     if width < LARGE:
         return 0.3 * width**3 + 10 * unknowns
-    entries = sum([len(row) for row in rows])
-    work = 5e-4 * width**3
-    if _is_sparse(entries, len(rows) * unknowns):
-        work = min(work, 10_000)
-    return work + 2 * entries + 10 * unknowns
-
-
-def _is_sparse(entries: int, size: int) -> bool:
-    return size >= SPARSE_SIZE and entries <= SPARSE_PART * size
-
-
-def _sparse(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> Optional[List[float]]:
-    """The shortest solution by LSMR, None where the system is small or dense, or where there is no SciPy."""
-    entries = sum(len(row) for row in rows)
-    if not _is_sparse(entries, len(rows) * len(columns)):
-        return None
-    try:
-        from scipy.sparse import csr_matrix
-        from scipy.sparse.linalg import lsmr
-    except ImportError:
-        return None
-    starts = [0]
-    for row in rows:
-        starts.append(starts[-1] + len(row))
-    parts = [part for row in rows for part in row.values()]
-    places = [columns[place] for row in rows for place in row]
-    matrix = csr_matrix((parts, places, starts), (len(rows), len(columns)))
-    found = lsmr(matrix, right, math.sqrt(damping), atol=1e-15, btol=1e-15, conlim=0, maxiter=2 * len(rows) + 100)
-    return found[0].tolist()
+    return 5e-4 * width**3 + 2 * sum([len(row) for row in rows]) + 10 * unknowns
 
 
 def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:

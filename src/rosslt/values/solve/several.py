@@ -1,4 +1,4 @@
-"""Several sources at once, from the present values and, where that does not lead there, from others.
+"""Several sources at once: near by first, then from other values in a fixed order.
 
 Of all source values that give the results, those nearest the present ones are taken (Euclidean, in the scales of the
 sources): dragging the tip of an arm, of which only the forward kinematics is known, turns its joints as little as
@@ -8,9 +8,9 @@ it can.
 import itertools
 import math
 import random
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence
+from typing import Any, Callable, Iterator, List, Optional, Sequence
 
-from ..closeness import ROUNDING, almost_meets, is_at
+from ..closeness import ROUNDING, ULPS, almost_meets, is_at
 from .budget import UNDEFINED, Exhausted
 from .descent import CONVERGED, ROUNDS, Descent, Descents
 from .equations import Point
@@ -19,33 +19,25 @@ from .periods import TURN, turns_too_many
 PERTURBATIONS = (1e-2, 0.1, 0.5)
 """Successive shifts of the start, for present values whose slopes lead nowhere (a straight arm)."""
 
-RADII = (0.3, 1.0, 0.15, 3.0, 0.3)
+RADII = (0.3, 1.0, 0.15, 3.0)
 """The distances of the later starts from the present values, in turn."""
 
 MOST_STARTS = 120
 
+MOST_SECOND_STARTS = 8
+"""The most starts of the search for a nearer answer, where one is far away."""
+
 FOLLOWED_STEPS = 8
 """The number of steps in which the results are moved straight to their targets."""
-
-MOST_LEFT_OUT = 12
-"""The largest number of results of which each is left out once to find a start."""
 
 MOST_EQUAL_MINIMA = 12
 """A target counts as out of reach once this many starts have ended at the same point short of it."""
 
-SHORT_WAY = 0.25
-"""A source that moves by no more than this is not checked for whole periods."""
+FAR = 0.8
+"""An unknown that turns an angle by more, in radians, is looked at for whole periods, and for a nearer answer."""
 
-LARGE_TURN = 0.8
-"""If an angle turns by more than this, in radians, an answer that turns it less is searched for."""
-
-SECOND_RADII = (1.0, 2.0, 3.0)
-
-MOST_SECOND_STARTS = 8
-"""The largest number of starts of the search for a nearer answer."""
-
-MUCH_LONGER = 2.0
-"""If an answer is this many times as far away as the slopes predict, a nearer one is searched for."""
+DIGITS = 13
+"""The significant digits that people may have meant. The roundings of a search change those behind."""
 
 
 class System(Descents):
@@ -60,49 +52,40 @@ class System(Descents):
         base: the values of the graph's nodes while nothing changes; the present ones by default.
     """
 
-    _least_minimum: Optional[Descent] = None
-    """The local minimum that came nearest without meeting the results."""
-
     def solution(self) -> Optional[Point]:
         """The unknowns' values that give all results, None where none were found."""
-        minima: Dict[str, int] = {}
+        answers = self._answers(self._starts())
+        best = next(answers, None)
+        if best is None:
+            return None
         try:
-            for start in self._starts():
-                for end in self._ends(start):
-                    if self.accepts(end.x):
-                        return self._tidied(self._nearest(end.x))
-                    if self._least_minimum is None or end.size < self._least_minimum.size:
-                        self._least_minimum = end
-                    key = '%.3g' % end.size
-                    minima[key] = minima.get(key, 0) + 1
-                    if minima[key] >= MOST_EQUAL_MINIMA:
-                        return None
+            if self._periods and max([abs(a - b) for a, b in zip(best, self.start)]) > FAR:
+                others = self._answers(itertools.islice(self._scattered(), MOST_SECOND_STARTS))
+                best = min([best, *others], key=self._way)
         except Exhausted:
             pass
-        return None
+        return self._tidied(best)
 
-    def _nearest(self, x: Point) -> Point:
-        """The nearest of some answers, from one: looked for from other starts where that one is far away."""
-        best = x
+    def _answers(self, starts: Iterator[Point]) -> Iterator[Point]:
+        """Yield the answers that starts lead to, each moved as near to the present values as it can be."""
+        minima: List[str] = []
         try:
-            best = x = self._nearer(self._unwound(x, self._polished))
-            turned = self._periods and max([abs(a - b) for a, b in zip(x, self.start)]) > LARGE_TURN
-            if self._way(x) <= MUCH_LONGER * self._promised and not turned:
-                return best
-            for start in itertools.islice(self._scattered(SECOND_RADII), MOST_SECOND_STARTS):
+            for start in starts:
                 for end in self._ends(start):
                     if self.accepts(end.x):
-                        x = self._nearer(self._unwound(end.x, self._polished))
-                        best = x if self._way(x) < self._way(best) else best
+                        yield self._nearer(self._unwound(end.x, self._polished))
+                        continue
+                    minima.append('%.3g' % end.size)
+                    if minima.count(minima[-1]) >= MOST_EQUAL_MINIMA:
+                        return
         except Exhausted:
             pass
-        return best
 
     def _ends(self, start: Point) -> Iterator[Descent]:
         """Yield the ends of descents from a start.
 
         One descent uses the results themselves. Another uses the results with their outermost operations undone, which
-        has no poles and does not saturate.
+        has fewer poles and does not saturate.
         """
         if start is self.start:
             # First, all results get the same weight: in the plane, this leads around the middle to the other side.
@@ -131,15 +114,12 @@ class System(Descents):
         Where the slopes at the present values lead nowhere, it is tried from beside them (a straight arm).
         """
         self._equations = [equation._replace(unit=1.0) for equation in self._equations]
-        best, least = self.start, math.inf
+        best, least = self.start, self._distance(self.start) * (1 - ROUNDING)
         try:
-            for perturbation in (0.0,) + PERTURBATIONS[:2]:
-                end = self._approach(self._perturbed(perturbation) if perturbation else self.start)
-                if end is not None and end.size < least * (1 - 1e-12):
-                    if perturbation and end.size >= self._distance(self.start) * (1 - 1e-9):
-                        continue
-                    best, least = end.x, end.size
-                if best != self.start:
+            for start in (self.start, *map(self._perturbed, PERTURBATIONS[:2])):
+                end = self._approach(start)
+                if end is not None and end.size < least:
+                    best = end.x
                     break
             best = self._unwound(best, self._as_close_as(best))
         except Exhausted:
@@ -171,24 +151,16 @@ class System(Descents):
     def _starts(self) -> Iterator[Point]:
         """Yield the starts of descents: the present values, points near them, towards the target, then further away."""
         yield self.start
-        for perturbation in PERTURBATIONS:
-            yield self._perturbed(perturbation)
-        followed = self._followed()
-        if followed is not None:
-            yield followed
-        yield from self._without_one()
-        yield from itertools.islice(self._scattered(RADII), MOST_STARTS)
+        yield from map(self._perturbed, PERTURBATIONS)
+        yield self._followed()
+        yield from itertools.islice(self._scattered(), MOST_STARTS)
 
-    def _scattered(self, radii: Sequence[float]) -> Iterator[Point]:
-        """Points around the present values, at such radii in turn, and anywhere within the bounds.
-
-        Every other pair of them keeps half of the unknowns where the descent that came nearest left them, as most
-        results may be met there.
-        """
+    def _scattered(self) -> Iterator[Point]:
+        """Points around the present values, at the radii in turn, and anywhere within the bounds."""
         chance = random.Random(1)
         turns = self._turns()
         for number in itertools.count():
-            radius = radii[number % len(radii)]
+            radius = RADII[number % len(RADII)]
             start = []
             for value, (low, high), scale, turn in zip(self.start, self._limits, self._scales, turns):
                 if number % 2 and math.isfinite(high - low):
@@ -196,18 +168,14 @@ class System(Descents):
                 else:
                     reach = scale if number % 3 else max(scale, abs(value), turn)
                     start.append(min(max(value + reach * chance.uniform(-radius, radius), low), high))
-            if number % 4 > 1 and self._least_minimum is not None:
-                start = [kept if chance.random() < 0.5 else new for kept, new in zip(self._least_minimum.x, start)]
             yield start
 
     def _turns(self) -> List[float]:
         """By how much each unknown turns an angle by 1 radian, 0 where it turns none."""
-        turns = [0.0] * len(self._unknowns)
         values = self._tried(self.start) if self._periods else None
-        if values is not None:
-            for column, found in enumerate(self._periods.of(self._unknowns, values)):
-                turns[column] = found[0] / TURN if found else 0.0
-        return turns
+        if values is None:
+            return [0.0] * len(self._unknowns)
+        return [found[0] / TURN if found else 0.0 for found in self._periods.of(self._unknowns, values)]
 
     def _perturbed(self, perturbation: float) -> Point:
         return [
@@ -215,7 +183,7 @@ class System(Descents):
             for place, (value, scale) in enumerate(zip(self.start, self._scales))
         ]
 
-    def _followed(self) -> Optional[Point]:
+    def _followed(self) -> Point:
         """Move the results to the wanted values in small steps; returns the unknowns at the end."""
         x: Point = self.start
         for number in range(1, FOLLOWED_STEPS):
@@ -230,24 +198,6 @@ class System(Descents):
             x = end.x
         return x
 
-    def _without_one(self) -> Iterator[Point]:
-        """Yield points that meet all results but one, for each in turn, the one with the largest difference first.
-
-        A result that oscillates or has a pole then does not hinder the others. If the others determine all unknowns,
-        their solution meets the omitted result, too.
-        """
-        if not 2 < len(self._equations) <= MOST_LEFT_OUT:
-            return
-        end = self._least_minimum
-        missing = self._missing(self._tried(end.x if end else self.start), self._equations)
-        if missing is None:
-            return
-        for left_out in sorted(range(len(missing)), key=lambda place: -abs(missing[place])):
-            others = self._equations[:left_out] + self._equations[left_out + 1 :]
-            met = self._descend(self.start, others)
-            if met is not None and met.size < 1e-6:
-                yield met.x
-
     def _unwound(self, x: Point, kept: Callable[[Point], Optional[Point]]) -> Point:
         """Move each unknown to within half a period of its present value, if the results stay as near.
 
@@ -255,10 +205,8 @@ class System(Descents):
             x: the point.
             kept: returns the point to take for a point with one unknown turned back; None if that is worse.
         """
-        far = [place for place, value in enumerate(x) if abs(value - self.start[place]) > SHORT_WAY]
-        if not far or not self._periods:
-            return x
-        values = self._tried(x)
+        far = [place for place, value in enumerate(x) if abs(value - self.start[place]) > FAR]
+        values = self._tried(x) if far and self._periods else None
         if values is None:
             return x
         for place, found in zip(far, self._periods.of([self._unknowns[place] for place in far], values)):
@@ -300,13 +248,15 @@ class System(Descents):
                 if end is None or not self.accepts(end.x) or self._way(end.x) >= self._way(x) * (1 - 1e-6):
                     break
                 x = end.x
+        except Exhausted:
+            pass
         except UNDEFINED:
             pass
         return x
 
     def _tidied(self, x: Point) -> Point:
-        """The answer without what rounding did: what moved by no more stays where it was, what is so near a bound is
-        at it, as far as that is an answer, too."""
+        """The answer as people would write it, without what rounding did, as far as that is an answer, too: what moved
+        by no more stays where it was, what is so near a bound is at it, and 0.5 stands for 0.49999999999999983."""
         way = self._way(x)
         tidy = []
         for value, start, scale, (low, high) in zip(x, self.start, self._scales, self._limits):
@@ -315,12 +265,14 @@ class System(Descents):
             elif is_at(value, low) or is_at(value, high):
                 value = low if is_at(value, low) else high
             tidy.append(value)
-        if tidy == x:
-            return x
-        try:
-            return tidy if self.accepts(tidy) else x
-        except Exhausted:
-            return x
+        short = [
+            value if value == start else self._clamped(place, float('%.*g' % (DIGITS, value)))
+            for place, (value, start) in enumerate(zip(tidy, self.start))
+        ]
+        self._budget.left = math.inf  # looking at an answer is no part of the search for it
+        if self.accepts(short) and self._distance(short) <= max(self._distance(x), ULPS):
+            return short
+        return tidy if self.accepts(tidy) else x
 
     def _way(self, x: Point) -> float:
         return self._length([value - start for value, start in zip(x, self.start)])

@@ -1,10 +1,10 @@
-"""Scalars as people type them."""
+"""Values as people type them."""
 
 import os
 
 import pytest
 
-from rosslt.cli.scalars import parse_scalar
+from rosslt.cli.fields import parse_scalar
 
 
 def test_a_text_that_no_node_could_be_sent_is_refused():

@@ -220,8 +220,6 @@ class _WalkerCompiler:
         """The leaves of the message (`m`) or of an element (`a[q]`) of an array without arrays."""
         self._constants['LEAVES_' + name] = [_getter(path) + (kind_of(scalar),) for path, scalar in leaves]
         self._write(1, 'n = b + %s', count)
-        if owner != 'm':
-            self._write_locate_all(leaves)
         self._write(1, 'while i < n:')
         if owner == 'm':
             self._write(2, 'g, k, s = LEAVES_%s[i - b]', name)
@@ -233,20 +231,6 @@ class _WalkerCompiler:
         self._write(2, 'p += 1')
         self._write(2, 'i = w[p]')
         self._write(1, 'b = n')
-
-    def _write_locate_all(self, leaves: List[Tuple[str, str]]) -> None:
-        """All leaves of all elements, if they are wanted: a path of many points is located in a third of the time."""
-        self._write(1, 'l = p + n - b - 1')
-        self._write(1, 'if i == b and l < len(w) and w[l] == n - 1:')
-        self._write(2, 'for e in a:')
-        paths = (path for path, _ in leaves)
-        for (_, scalar), (lines, value) in zip(leaves, reached('e', paths)):
-            for line in lines:
-                self._write(3, '%s', line)
-            above, _, key = value.rpartition('.')
-            self._write(3, 'find((%s, %r, %s, %r))', above, key, value, kind_of(scalar))
-        self._write(2, 'p = l + 1')
-        self._write(2, 'i = w[p]')
 
     def _write_locate_array(self, name: str, path: str, field: Field) -> None:
         self._write(1, 'a = m.%s', path)

@@ -1,0 +1,97 @@
+"""Recording stops where it takes more than the node itself, and begins again with a later round."""
+
+import sys
+
+import pytest
+from std_msgs.msg import Float64
+
+import rosslt
+from rosslt import values
+from rosslt.instrument.budget import MOST, Budget
+from rosslt.values import OPERATION
+from support.unmodified import Listener, Unmodified
+
+HEAVY = """
+import math
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node('heavy')
+pub = rospy.Publisher('heavy', Float64, queue_size=1)
+gain = 0.5
+rate = rospy.Rate(10)
+while not rospy.is_shutdown():
+    total = gain
+    for n in range(40000):
+        total = total * 0.999 + gain * 0.001
+    pub.publish(total)
+    rate.sleep()
+"""
+
+
+class Machine:
+    """A processor that takes some seconds for an operation of the program, and more for recording it."""
+
+    def __init__(self, own):
+        self.now, self._own = 0.0, own
+        self._x = rosslt.track(1.0, rosslt.Source('/node', 1))
+
+    def clock(self):
+        return self.now
+
+    def compute(self, seconds):
+        """Compute for so many seconds of the program's own; returns the share of operations that were recorded."""
+        count = round(seconds / self._own / 1000)
+        recorded = 0
+        for _ in range(count):
+            is_recorded = values.spend(1000)
+            recorded += is_recorded
+            self.now += 1000 * (self._own + (OPERATION if is_recorded else 0.0))
+        return recorded / count
+
+
+@pytest.fixture
+def started():
+    def start(machine):
+        budget = Budget(machine.clock)
+        budget.begin()
+        return budget
+
+    yield start
+    values.limit_recording(lambda: sys.maxsize)
+
+
+def test_what_takes_longer_than_its_recording_is_always_recorded(started):
+    machine = Machine(own=1.5 * OPERATION)
+    budget = started(machine)
+    assert machine.compute(10.0) == 1.0
+    assert (budget.stops, budget.spent) == (0, pytest.approx(10.0 / 1.5, rel=0.01))
+
+
+def test_recording_that_takes_longer_stops_soon_and_for_good(started):
+    machine = Machine(own=0.25 * OPERATION)
+    budget = started(machine)
+    machine.compute(10.0)
+    assert budget.stops == 1
+    assert MOST < budget.spent < 2 * MOST
+
+
+def test_recording_begins_again_once_its_debt_is_paid(started):
+    machine = Machine(own=0.25 * OPERATION)
+    budget = started(machine)
+    shares = []
+    for _ in range(400):
+        shares.append(machine.compute(0.05))
+        budget.begin_round()
+    assert {0.0, 1.0} <= set(shares)
+    assert budget.stops > 10
+    assert 0.7 < budget.spent / 20.0 < 1.1
+
+
+def test_a_heavy_node_sends_whole_messages_and_plain_ones_and_no_others(master, tmp_path):
+    with Unmodified(tmp_path, 'heavy', HEAVY.lstrip()), Listener('heavy', Float64) as heard:
+        heard.comes(lambda message: values.is_tracked(message.data))
+        heard.comes(lambda message: not values.is_tracked(message.data))
+        message = heard.comes(lambda message: values.is_tracked(message.data))
+        gain = values.sources(message.data)[0]
+        assert rosslt.force_value(message.data, 0.75, source=gain, timeout=20.0)[gain].new == pytest.approx(0.75)
+        heard.comes(lambda message: abs(message.data - 0.75) < 1e-6)
