@@ -124,8 +124,8 @@ def test_what_came_instead_is_said_with_the_branches(simulated):
     with pytest.raises(node.NotReached) as caught:
         made.force(12.0)
     assert str(caught.value) == (
-        '/node now sends 8.0 instead of 12.0; it takes another branch: 2 became 3; '
-        'it takes another branch: 3 became 2; taken back'
+        '/node now sends 8.0 instead of 12.0; it is computed in another way than before: '
+        'the node takes another branch; taken back'
     )
 
 

@@ -18,6 +18,7 @@ from rosslt.node.api import (
     limits,
     location,
     locations_lock,
+    look_at_files_with,
     on_new_master,
     original_source,
     read_at,
@@ -43,7 +44,7 @@ from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, observe
 from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
-from rosslt.node.saving import Unsaved, changes_to_save
+from rosslt.node.saving import Unsaved, changes_to_save, tell_saved
 from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.tf import counterparts as tf_counterparts
@@ -102,6 +103,7 @@ __all__ = [
     'limits',
     'location',
     'locations_lock',
+    'look_at_files_with',
     'new_request_id',
     'observe',
     'on_new_master',
@@ -115,6 +117,7 @@ __all__ = [
     'reread',
     'rotated',
     'start',
+    'tell_saved',
     'parameter_was_set',
     'serve_parameter',
     'take_fractions',

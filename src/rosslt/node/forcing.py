@@ -32,9 +32,6 @@ NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 #: The end of the path of a goal's id in a message of an action: each goal has its own, also when sent again.
 OF_GOALS = 'goal_id.id'
 
-#: The maximal number of other branches that are described.
-MOST_BRANCHES = 3
-
 #: The longest value or expression in an error, in characters.
 LONGEST = 160
 
@@ -366,9 +363,8 @@ class _Force:
             )
             if self._loop.moves:
                 parts.append('it changes by itself')
-            else:
-                branches = dict.fromkeys(one.describe(self._name) for one in self._loop.branches)
-                parts += [f'it takes another branch: {text}' for text in list(branches)[:MOST_BRANCHES]]
+            elif self._loop.has_branched:
+                parts.append('it is computed in another way than before: the node takes another branch')
             for source, change in self._changes.items():
                 readings = last.expression.readings.get(source)
                 if readings and not any(messages.is_sent_as(change.new, reading) for reading in readings):

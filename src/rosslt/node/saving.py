@@ -47,6 +47,11 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
     return edits + in_files, unsaved + others
 
 
+def tell_saved(node: str, timeout: float) -> None:
+    """Have a node look at what was just written into its files, so that whatever is written from now on is an edit."""
+    ask_all('list_edits', srv.ListEdits, {node: srv.ListEditsRequest()}, timeout)
+
+
 def _call(node: str, service: str, service_class: Any, request: Any, timeout: float) -> Any:
     answers, silent = ask_all(service, service_class, {node: request}, timeout)
     if node not in answers:

@@ -54,6 +54,7 @@ class Owner:
         locations: its Locations.
         parameters: the parameters behind them.
         read_parameters: those that this node reads as sources.
+        look_at_files: called before edits are listed: takes in what the source files say now.
         settings: the names of parameters in the namespace of the locations that are settings of the node.
         directory: what is known of sources, its own and others'.
         lock: that of the locations.
@@ -73,6 +74,7 @@ class Owner:
         self.read_parameters = ReadParameters(self, self.parameters)
         self.directory = Directory(self._described, lambda: self.name)
         self.history = History()
+        self.look_at_files: Callable[[], None] = lambda: None
         self._on_change = Callbacks('rosslt on_change')
         self._background = Callbacks('rosslt background')
         self._locations: Optional[rospy.Publisher] = None
@@ -264,6 +266,7 @@ class Owner:
         return location and described(location, location.name in self.access.locks)
 
     def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
+        self.look_at_files()
         with self.lock:
             edits, left = SOURCE_FILES.edits(self.locations.by_id.values())
             read = [location.id for location in self.locations.by_id.values() if location.value_in_code is not None]

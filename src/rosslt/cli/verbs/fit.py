@@ -154,6 +154,8 @@ def _save(master: Any, nodes: Sequence[str]) -> None:
         files.write(edits)
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
+    for name in nodes:
+        node.tell_saved(name, TIMEOUT)
     if left:
         raise Failure('not written: ' + '; '.join(f'{name}: {reason}' for name, reason in left.items()))
 

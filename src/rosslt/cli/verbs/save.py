@@ -70,6 +70,7 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
             sys.stdout.buffer.flush()
         else:
             files.write(edits)
+            node.tell_saved(name, TIMEOUT)
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
     if not is_diff:
