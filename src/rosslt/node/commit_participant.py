@@ -12,7 +12,7 @@ import math
 import threading
 import time
 from collections import OrderedDict
-from typing import Any, Dict, Iterable, Iterator, List, Optional, Tuple
+from typing import Dict, Iterable, Iterator, List, Optional, Tuple
 
 import rosgraph
 import rospy
@@ -20,9 +20,9 @@ import rospy
 from rosslt import srv
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.history import NOTHING_TO_UNDO, Request, applied_change
-from rosslt.node.json_scalars import Refused, from_json
-from rosslt.node.locations import Location
-from rosslt.node.owner import Change, Owner
+from rosslt.node.json_scalars import Refused, Value, from_json
+from rosslt.node.locations import Change, Location
+from rosslt.node.owner import Owner
 from rosslt.node.service_calls import ask_all
 
 #: States of a change, as ChangeSources says them.
@@ -67,7 +67,7 @@ class _Transaction:
         self.is_undo: bool = request.undo
         self.state = PREPARED
         self.reasons: List[str] = []
-        self.wanted: List[Tuple[Location, Any]] = []
+        self.wanted: List[Tuple[Location, Value]] = []
         self.undoes: List[Request] = []
         self.changes: List[Change] = []
         self.made: Optional[Request] = None  # in the history, once it is applied

@@ -17,7 +17,7 @@ import rospy
 
 from rosslt import msg, srv, values
 from rosslt.node.callbacks import Callbacks
-from rosslt.node.json_scalars import from_json
+from rosslt.node.json_scalars import Value, from_json
 from rosslt.node.service_calls import ask_all
 
 #: The time for which an owner's answer is used for changes, in seconds. Bounds rarely change, but a node can be
@@ -65,17 +65,17 @@ class Place(NamedTuple):
         return f'{os.path.basename(self.location.file)}:{self.location.line}:{self.location.column}'
 
     @property
-    def value(self) -> Any:
+    def value(self) -> Value:
         """Its plain value when its owner was asked; None where it had none, as `location.fault` says."""
         return from_json(self.location.value) if self.location.value else None
 
     @property
-    def minimum(self) -> Any:
+    def minimum(self) -> Value:
         """Its lower bound, or None."""
         return from_json(self.location.minimum) if self.location.minimum else None
 
     @property
-    def maximum(self) -> Any:
+    def maximum(self) -> Value:
         """Its upper bound, or None."""
         return from_json(self.location.maximum) if self.location.maximum else None
 

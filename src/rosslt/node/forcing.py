@@ -16,6 +16,7 @@ from rosslt.node.client import (
 )
 from rosslt.node.closed_loop import ClosedLoop
 from rosslt.node.history import new_request_id
+from rosslt.node.json_scalars import Value
 from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, is_equal, observe
 from rosslt.values import Source
@@ -194,7 +195,7 @@ class _Force:
         self._changes: Dict[Source, Change] = {}
         self._began = self._requested = 0.0
         self._messages = self._other_goals = 0
-        self._tried: Set[FrozenSet[Tuple[Source, Any]]] = set()  # values of the sources
+        self._tried: Set[FrozenSet[Tuple[Source, Value]]] = set()  # values of the sources
         self._notes: List[str] = []  # what else explains that it was not reached
 
     def run(self, message: Any, keep_anyway: bool) -> Outcome:
@@ -258,7 +259,9 @@ class _Force:
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return changed
 
-    def _untried(self, observation: Observation, state: Dict[Source, Any], limits: Dict[str, Any]) -> Dict[Source, Any]:
+    def _untried(
+        self, observation: Observation, state: Dict[Source, Value], limits: Dict[str, Any]
+    ) -> Dict[Source, Value]:
         """Solve an observation; for other sources than before where going on with these would go in circles."""
         chosen = self._sources
         left: Dict[str, Any] = {'source': next(iter(chosen))} if chosen and len(chosen) == 1 else {'sources': chosen}
@@ -399,6 +402,6 @@ def _differing(part: Any, other: Any) -> str:
     return _short(', '.join(found) or str(values.untracked(part)))
 
 
-def _short(value: Any) -> str:
+def _short(value: Value) -> str:
     text = ' '.join(str(value).split())
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + '...'

@@ -6,7 +6,7 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 """
 
 import time
-from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import rospy
 
@@ -18,12 +18,11 @@ from rosslt.node.commit_participant import APPLIED, CommitParticipant
 from rosslt.node.description import described
 from rosslt.node.directory import Directory
 from rosslt.node.history import History, Request, applied_change, differing
-from rosslt.node.json_scalars import Refused, to_json
-from rosslt.node.locations import HeldLocation, LiteralLocation, Location, Locations, ParameterLocation
+from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.node.locations import Change, HeldLocation, LiteralLocation, Location, Locations, ParameterLocation
 from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.node_errors import ENDS
-from rosslt.node.owner import Change
 from rosslt.node.parameters import Parameters
 from rosslt.node.read_parameters import ReadParameters
 from rosslt.node.refresh import READINGS
@@ -164,7 +163,7 @@ class Owner:
             reasons.append(reason)
         return texts, reasons
 
-    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]:
+    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Value]]]:
         """Find what takes a request back: the requests of that id, and [(location, value that it gets again)].
 
         Raises:
@@ -213,7 +212,7 @@ class Owner:
         return location
 
     def apply(
-        self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
+        self, wanted: Sequence[Tuple[Location, Value]], requester: str, request_id: str = '', record: bool = True
     ) -> Tuple[List[str], List[Change]]:
         """Put checked values in force, all or none; the lock is held, and given up while setters are called.
 
@@ -282,7 +281,7 @@ class Owner:
             read,
         )
 
-    def reread(self, location: Location, value_in_code: Any, is_saved_here: bool) -> bool:
+    def reread(self, location: Location, value_in_code: Value, is_saved_here: bool) -> bool:
         """Take in what the code says of a location since it was edited, and have it in force.
 
         Args:
@@ -318,7 +317,7 @@ class Owner:
         if response.state != APPLIED:
             rospy.logerr('/rosslt/source_change from %s is refused: %s', requester, response.reasons[0])
 
-    def set_value(self, location: Location, value: Any, requester: str) -> None:
+    def set_value(self, location: Location, value: Value, requester: str) -> None:
         """Change one location, where it has another value.
 
         Raises:
@@ -332,7 +331,7 @@ class Owner:
                 if any(reasons):
                     raise Refused(reasons[0])
 
-    def set_setting(self, name: str, value: Any) -> None:
+    def set_setting(self, name: str, value: Value) -> None:
         """One of the node's settings was set; None where it was deleted."""
         value = {} if value is None else value
         if name in access.SETTINGS:

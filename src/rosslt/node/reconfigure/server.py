@@ -17,6 +17,7 @@ from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, Reconfigure
 from rosslt import srv
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.history import new_request_id
+from rosslt.node.json_scalars import Value
 from rosslt.node.locations import Location
 from rosslt.node.owner import Owner
 from rosslt.node.reconfigure.configuration import Configuration
@@ -99,7 +100,7 @@ class Server(rospy.SubscribeListener):
             raise rospy.ServiceException('; '.join(reasons))
         return ReconfigureResponse(self._configuration().values())
 
-    def _change(self, wanted: Dict[Location, Any], client: str) -> List[str]:
+    def _change(self, wanted: Dict[Location, Value], client: str) -> List[str]:
         """Request changes of locations; returns the reasons of refusals, none where all are applied."""
         what, now = (client, set(wanted)), time.monotonic()
         last, at, request_id = self._drag
