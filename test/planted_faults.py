@@ -57,9 +57,9 @@ FAULTS = [
     Fault(
         'answer_beyond_a_bound',
         'values/solve/one.py',
-        '                if is_beyond:\n                    raise OutOfBounds',
-        '                if is_beyond and value != value:\n                    raise OutOfBounds',
-        ('test/values/test_solving.py', 'test/values/test_solving_limits.py', 'test/values/test_equations.py'),
+        'if is_beyond:\n',
+        'if is_beyond and value != value:\n',
+        ('test/values/test_solving.py', 'test/values/test_solving_limits.py'),
     ),
     Fault(
         'fit_that_moves_what_is_read_only',
@@ -282,10 +282,10 @@ FAULTS = [
     ),
     Fault(
         'number_that_is_not_finite',
-        'cli/scalars.py',
+        'cli/fields.py',
         'if value - value != 0:',
         'if value != value:',
-        ('test/cli/test_scalars.py',),
+        ('test/cli/test_fields.py',),
     ),
 ]
 

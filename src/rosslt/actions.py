@@ -13,6 +13,7 @@ import rosgraph
 import rospy
 from actionlib.action_client import ClientGoalHandle
 
+from rosslt.messages import Message, Scalar
 from rosslt.node import Publisher, Subscriber
 
 #: The period and the maximal duration of asking the server for its connections, in seconds.
@@ -86,7 +87,7 @@ class SimpleActionClient(actionlib.SimpleActionClient):
         topics = {topic for _, peer, direction, _, topic, *_ in answer[2] if (peer, direction) == (own_name, 'o')}
         return {client.result_sub.resolved_name, client.feedback_sub.resolved_name} <= topics
 
-    def _publish_goal(self, action_goal: Any) -> None:
+    def _publish_goal(self, action_goal: Message) -> None:
         """Publish a goal whose handle is known by then. actionlib's client knows it only when it has published the
         goal, and drops what a quick server has said until then: it may wait for a result for ever (issue 206 of
         ros/actionlib)."""
@@ -141,7 +142,7 @@ class _ActionServer(actionlib.ActionServer):
             setattr(self, name, _instead(getattr(self, name), carrying))
 
 
-def _instead(plain: Any, carrying: Any) -> Any:
+def _instead(plain: Scalar, carrying: Any) -> Any:
     """Replace a plain publisher or subscriber with one that carries provenance; they share their connections."""
     plain.unregister()
     return carrying

@@ -158,7 +158,7 @@ def test_an_exception_in_decoding_an_expression_leaves_its_field_untracked(monke
         raise Unforeseen('of no known kind')
 
     received = decode(in_band(Pose(position=Point(X * X, X, 0.0))), Pose).message
-    monkeypatch.setattr('rosslt.messages.codec.received_expressions.bounded_size', fail)
+    monkeypatch.setattr('rosslt.messages.codec.expressions.bounded_size', fail)
     assert sources(received.position.x) == []
     assert sources(received.position.y) == [ONE]
     assert 'of no known kind' in caplog.text

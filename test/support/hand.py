@@ -8,23 +8,9 @@ import time
 import rospy
 from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerInit, InteractiveMarkerUpdate
 
+from support.processes import wait_until
+
 STEP_TIME = 0.02
-
-
-def wait_until(condition, what, timeout=60.0):
-    """Wait until `condition()` is true, and give its value; AssertionError says `what` was waited for.
-
-    Args:
-        what: a text, or a function that makes it once the wait was in vain.
-    """
-    deadline = time.monotonic() + timeout
-    while True:
-        value = condition()
-        if value:
-            return value
-        if time.monotonic() > deadline:
-            raise AssertionError('waited {:g} s in vain for {}'.format(timeout, what() if callable(what) else what))
-        time.sleep(0.01)
 
 
 class Hand:

@@ -1,17 +1,11 @@
-"""Provenance that was changed at random, and checks of its decoding.
+"""Provenance that was changed at random, and checks of its decoding; `./run bench hostile` runs many more cases."""
 
-`cd test; ../run exec python3 -m support.header_fuzz --cases 200000` prints a line for each fault that it finds; the
-suites run fewer cases.
-"""
-
-import argparse
 import collections
 import contextlib
 import gc
 import logging
 import random
 import struct
-import sys
 import time
 import traceback
 from typing import NamedTuple
@@ -36,7 +30,7 @@ from rosslt import (
     untracked,
 )
 from rosslt.messages import BadHeader, attach, decode, encode, is_tracked_type, tracked_type
-from rosslt.messages.codec.received_expressions import agrees
+from rosslt.messages.codec.expressions import agrees
 from rosslt.values import SOURCE, disassemble, source_values
 from support.filling import Filling, every_leaf, serialized
 
@@ -222,27 +216,3 @@ def fuzz_stream(cases, seed):
             faults['%s: %s (%s:%d)' % (type(error).__name__, error, place.filename, place.lineno)] += 1
             logging.getLogger(__name__).debug('%s with %s', cls.__name__, data.hex())
     return tracked, faults
-
-
-def main():
-    """Run the command; the exit code is 1 where a fault was found."""
-    parser = argparse.ArgumentParser(description='Attach provenance that was changed at random.')
-    parser.add_argument('--cases', type=int, default=200000)
-    parser.add_argument('--seed', type=int, default=1)
-    options = parser.parse_args()
-    logging.getLogger('rosout').setLevel(logging.CRITICAL)
-    attached, faults, slowest = fuzz(options.cases, options.seed)
-    print(
-        'seed %d: %d cases, %d right by chance, %d faults; %.0f ms at most'
-        % (options.seed, options.cases, attached, sum(faults.values()), 1e3 * slowest)
-    )
-    tracked, others = fuzz_stream(options.cases // 5, options.seed)
-    print('%d streams, %d with a provenance, %d faults' % (options.cases // 5, tracked, sum(others.values())))
-    faults += others
-    for fault, count in faults.most_common():
-        print('%6d  %s' % (count, fault))
-    return 1 if faults else 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

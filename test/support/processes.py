@@ -159,6 +159,9 @@ def wait_until(holds, what, timeout=60.0):
     What is asked mostly asks other processes, which takes their processor time and that of what is waited for: the
     longer it lasts, the less often it is asked.
 
+    Args:
+        what: a text, or a function that makes it once the wait was in vain.
+
     Raises:
         AssertionError: it did not within the timeout, in seconds.
     """
@@ -169,5 +172,5 @@ def wait_until(holds, what, timeout=60.0):
             return result
         lasted = time.monotonic() - begin
         if lasted > timeout:
-            raise AssertionError('not within {} s: {}'.format(timeout, what))
+            raise AssertionError('not within {:g} s: {}'.format(timeout, what() if callable(what) else what))
         time.sleep(min(max(0.1 * lasted, 0.01), 0.05))

@@ -6,5 +6,3 @@ It may import the rooms `node`, `messages` and `values`, and rospy. The command 
 from rosslt.flow.drawing import NotDrawn, dot, svg
 from rosslt.flow.flow import Flow, Step, Thing
 from rosslt.flow.provenance_map import ProvenanceMap, Reach, brief
-
-__all__ = ['Flow', 'NotDrawn', 'ProvenanceMap', 'Reach', 'Step', 'Thing', 'brief', 'dot', 'svg']

@@ -20,6 +20,7 @@ from rosslt.messages.field_path import (
     part_at,
     path_steps,
 )
+from rosslt.messages.fields import Message, MessageClass, Scalar
 from rosslt.messages.inband import (
     Decoded,
     Found,
@@ -36,49 +37,3 @@ from rosslt.messages.numpy_arrays import packed_arrays
 from rosslt.messages.sampling import MOST_THINGS, LastProvenance, SampledProvenance, thing_reader
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 from rosslt.messages.walkers import plain_check
-
-__all__ = [
-    'BadHeader',
-    'Decoded',
-    'Found',
-    'LastProvenance',
-    'MOST_THINGS',
-    'MessagePath',
-    'NO_READINGS',
-    'NoSuchPart',
-    'Readings',
-    'SAMPLED',
-    'SampledProvenance',
-    'UnknownType',
-    'append_provenance',
-    'attach',
-    'check_range',
-    'decode',
-    'decoder',
-    'distance',
-    'encode',
-    'is_reached',
-    'is_sent_as',
-    'is_tracked_type',
-    'packed_arrays',
-    'part_at',
-    'path_steps',
-    'plain_check',
-    'plain_type',
-    'plan_files',
-    'provenance_size',
-    'provenance_to_send',
-    'read_tracked',
-    'select_types',
-    'set_leaves',
-    'split_provenance',
-    'tracked_fields',
-    'tracked_leaves',
-    'tracked_names',
-    'thing_reader',
-    'tracked_type',
-    'unwrap',
-    'with_leaves',
-    'wrap',
-    'write_files',
-]

@@ -11,7 +11,7 @@ from typing import Any, Iterator, List, Tuple, Union
 import genpy
 
 from rosslt import values
-from rosslt.messages.fields import SCALARS
+from rosslt.messages.fields import SCALARS, Message, MessageClass, Scalar
 
 #: The distance of neighbouring 32-bit floats, relative to their size.
 FLOAT32 = 2.0**-23
@@ -28,7 +28,7 @@ class NoSuchPart(LookupError):
         where: the path of that part.
     """
 
-    def __init__(self, part: Any, step: Union[str, int], where: str) -> None:
+    def __init__(self, part: Message, step: Union[str, int], where: str) -> None:
         super().__init__(
             '{} has no {}'.format(where or getattr(part, '_type', 'it'), f'[{step}]' if isinstance(step, int) else step)
         )
@@ -47,7 +47,7 @@ def path_steps(path: str) -> List[Union[str, int]]:
     return [int(index) if index else name for name, index in found]
 
 
-def part_at(message: Any, path: str) -> Tuple[Any, str]:
+def part_at(message: Message, path: str) -> Tuple[Any, str]:
     """The part of a message at a path and its ROS type; the message itself at ''.
 
     Raises:
@@ -70,7 +70,7 @@ def part_at(message: Any, path: str) -> Tuple[Any, str]:
     return part, type_
 
 
-def check_range(part: Any, type_: str, wanted: Any) -> None:
+def check_range(part: Message, type_: str, wanted: Scalar) -> None:
     """Check that a target has no number beyond those of its field: the node that sends the message would fail.
 
     Args:
@@ -94,7 +94,7 @@ def check_range(part: Any, type_: str, wanted: Any) -> None:
             raise ValueError(f'the field is a {kind}, which holds {holds}, found {target!r}') from None
 
 
-def is_reached(part: Any, wanted: Any, type_: str = '') -> bool:
+def is_reached(part: Message, wanted: Scalar, type_: str = '') -> bool:
     """Return True if a part of a message equals its target, up to rounding.
 
     Args:
@@ -108,7 +108,7 @@ def is_reached(part: Any, wanted: Any, type_: str = '') -> bool:
     return all(_is_met(leaf, target, kind) for leaf, target, kind in _paired(part, wanted, type_))
 
 
-def is_sent_as(value: Any, reading: Any) -> bool:
+def is_sent_as(value: Scalar, reading: MessageClass) -> bool:
     """Return True if the value of a source that a message carries is this value, exactly or rounded to 32 bits."""
     if type(value) is float and value != reading:
         try:
@@ -118,7 +118,7 @@ def is_sent_as(value: Any, reading: Any) -> bool:
     return bool(value == reading)
 
 
-def distance(part: Any, wanted: Any) -> float:
+def distance(part: Message, wanted: Scalar) -> float:
     """Return the Euclidean distance of a part of a message from its target; infinite if a text or a bool differs."""
     total = 0.0
     for leaf, target, _ in _paired(part, wanted, ''):
@@ -129,7 +129,7 @@ def distance(part: Any, wanted: Any) -> float:
     return total if total == total else math.inf
 
 
-def _paired(part: Any, wanted: Any, type_: str) -> Iterator[Tuple[Any, Any, str]]:
+def _paired(part: Message, wanted: Scalar, type_: str) -> Iterator[Tuple[Any, Any, str]]:
     """The leaves beside those of a target, with their ROS types."""
     if wanted is None:
         return
@@ -150,7 +150,7 @@ def _paired(part: Any, wanted: Any, type_: str) -> Iterator[Tuple[Any, Any, str]
         yield part, wanted, type_
 
 
-def _is_met(leaf: Any, wanted: Any, type_: str) -> bool:
+def _is_met(leaf: Scalar, wanted: Scalar, type_: str) -> bool:
     plain = values.untracked(leaf)
     if isinstance(plain, float) and isinstance(wanted, (int, float)):
         return values.is_same(plain, wanted) or (type_ == 'float32' and abs(plain - wanted) <= FLOAT32 * abs(wanted))
@@ -160,7 +160,7 @@ def _is_met(leaf: Any, wanted: Any, type_: str) -> bool:
         return list(plain) == list(wanted)
 
 
-def _types(message: Any) -> List[str]:
+def _types(message: Message) -> List[str]:
     if isinstance(message, genpy.Time):
         return ['uint32', 'uint32']  # genpy says int32
     types = list(getattr(message, '_slot_types', ()))  # others may have slots and no types

@@ -6,12 +6,21 @@ is two, an array of scalars is one for each element.
 """
 
 import struct
-from typing import Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import genmsg
 import genmsg.msg_loader
 import genmsg.msgs
 from genpy.generator import make_python_safe
+
+Message = Any
+"""A message, or a part of one: its class has no annotations."""
+
+MessageClass = Any
+"""A message class of genpy, or a service class."""
+
+Scalar = Any
+"""What a leaf of a message holds, or should hold: a number, a bool or a text, tracked or plain."""
 
 _SEPARATOR = '\n' + '=' * 80 + '\nMSG: '
 
@@ -113,22 +122,6 @@ class Layout:
             if inner is None:
                 return None
             found += [(field.name + ('.' + path if path else ''), scalar) for path, scalar in inner]
-        return found
-
-    def head(self) -> List[Tuple[str, str]]:
-        """The `(path, scalar type)` of all leaves before the first array."""
-        found: List[Tuple[str, str]] = []
-
-        def goes_on(prefix: str, members: List[Field]) -> bool:
-            for field in members:
-                inner = self.members(field.type)
-                if field.length is not None or (inner and not goes_on(prefix + field.name + '.', inner)):
-                    return False
-                if inner is None:
-                    found.append((prefix + field.name, field.type))
-            return True
-
-        goes_on('', self.definitions[self.name])
         return found
 
     def size(self, type_: str) -> Optional[int]:

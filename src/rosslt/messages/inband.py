@@ -12,6 +12,7 @@ from typing import Any, BinaryIO, Callable, NamedTuple, Optional, Tuple, Union
 
 from rosslt.messages.codec import NO_READINGS, Readings, attach, provenance_to_send
 from rosslt.messages.errors import BadHeader
+from rosslt.messages.fields import Message, MessageClass
 from rosslt.messages.tracked_types import is_tracked_type
 from rosslt.messages.walkers import walkers
 from rosslt.values import untracked
@@ -22,7 +23,7 @@ _FOOTER = struct.Struct('<I4s')
 _LENGTH = struct.Struct('<I')
 
 
-def append_provenance(message: Any, buff: BinaryIO, provenance: Optional[bytes] = None) -> None:
+def append_provenance(message: Message, buff: BinaryIO, provenance: Optional[bytes] = None) -> None:
     """Write the provenance of a message behind it; nothing, where no leaf is tracked.
 
     Args:
@@ -43,7 +44,7 @@ it cannot be read."""
 class Decoded(NamedTuple):
     """A decoded message and the fault in its provenance, if any."""
 
-    message: Any
+    message: Message
     """The ordinary message, with tracked leaves where it came with a provenance."""
     error: Optional[BadHeader]
     """The fault in its provenance, or None. With a fault, the message is untracked."""
@@ -63,7 +64,7 @@ def decode(data: bytes, message_class: type) -> Decoded:
     Raises:
         genpy.DeserializationError: the message itself cannot be read.
     """
-    message: Any = message_class()
+    message: Message = message_class()
     if is_tracked_type(message_class):
         message, found = read_tracked(message.deserialize(data))
     else:
@@ -72,7 +73,7 @@ def decode(data: bytes, message_class: type) -> Decoded:
 
 
 @functools.lru_cache(maxsize=None)
-def decoder(message_class: Any) -> Callable[[Any, bytes], Found]:
+def decoder(message_class: MessageClass) -> Callable[[Any, bytes], Found]:
     """A function that decodes into a message object that is there already.
 
     Returns:
@@ -81,7 +82,7 @@ def decoder(message_class: Any) -> Callable[[Any, bytes], Found]:
     """
     deserialize, find = message_class.deserialize, finder(message_class)
 
-    def decode_into(message: Any, data: bytes) -> Found:
+    def decode_into(message: Message, data: bytes) -> Found:
         deserialize(message, data)  # which ignores what follows the fields
         if not data.endswith(MAGIC):
             return None
@@ -98,7 +99,7 @@ def decoder(message_class: Any) -> Callable[[Any, bytes], Found]:
     return decode_into
 
 
-def read_tracked(tracked_message: Any) -> Tuple[Any, Found]:
+def read_tracked(tracked_message: Message) -> Tuple[Any, Found]:
     """The ordinary message of one of a tracked type, with the provenance in its header on its leaves, and that."""
     message = tracked_message.data
     try:
@@ -142,7 +143,7 @@ def split_provenance(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
 
 
 @functools.lru_cache(maxsize=None)
-def finder(message_class: Any) -> Callable[[bytes], Optional[bytes]]:
+def finder(message_class: MessageClass) -> Callable[[bytes], Optional[bytes]]:
     """A function that finds the provenance behind a serialized message, or the reference to one.
 
     Returns:

@@ -5,6 +5,7 @@ import copy
 import operator
 from typing import Any, Dict, Iterable, List, Sequence, Tuple
 
+from rosslt.messages.fields import Message
 from rosslt.messages.walkers import END, TRACKED, walkers
 
 #: The classes of what nobody can change.
@@ -20,26 +21,26 @@ LocatedArray = Tuple[Any, str, Any, List[Any]]
 """A located array of scalars: its owner, its name in the owner, the array, and a copy that its leaves refer to."""
 
 
-def tracked_fields(message: Any) -> List[Tuple[int, Any, str]]:
+def tracked_fields(message: Message) -> List[Tuple[int, Any, str]]:
     """The tracked leaves of a message: of each its index, its value, and its kind as of `fields.kind_of`."""
     found: List[Tuple[int, Any, str]] = []
     walkers(message.__class__).collect(message, 0, found)
     return found
 
 
-def has_tracked_leaf(message: Any) -> bool:
+def has_tracked_leaf(message: Message) -> bool:
     """Return whether a leaf of a message is tracked; the first one that is found ends the search."""
     found: List[Tuple[int, Any, str]] = []
     walkers(message.__class__).collect(message, 0, found, 0)
     return bool(found)
 
 
-def tracked_leaves(message: Any) -> List[Tuple[int, Any]]:
+def tracked_leaves(message: Message) -> List[Tuple[int, Any]]:
     """The tracked leaves of a message, as `(index, value)`: the index among the flattened fields of the type."""
     return [(index, value) for index, value, _ in tracked_fields(message)]
 
 
-def locate(message: Any, wanted: Sequence[int], arrays: List[LocatedArray]) -> List[Located]:
+def locate(message: Message, wanted: Sequence[int], arrays: List[LocatedArray]) -> List[Located]:
     """Find leaves of a message by their indices; those beyond its end are left out.
 
     Args:
@@ -78,7 +79,7 @@ def _like(array: Any, items: List[Any]) -> Any:
     return items
 
 
-def with_leaves(message: Any, replaced: Dict[int, Any]) -> Any:
+def with_leaves(message: Message, replaced: Dict[int, Any]) -> Any:
     """A copy of a message in which some leaves are other ones. The message is not changed, nor is anything in it.
 
     Args:
@@ -90,7 +91,7 @@ def with_leaves(message: Any, replaced: Dict[int, Any]) -> Any:
     return result
 
 
-def set_leaves(message: Any, replaced: Dict[int, Any]) -> None:
+def set_leaves(message: Message, replaced: Dict[int, Any]) -> None:
     """Replace some leaves of a message.
 
     Args:
@@ -103,7 +104,7 @@ def set_leaves(message: Any, replaced: Dict[int, Any]) -> None:
     put_located(found, map(replaced.__getitem__, indices), arrays)
 
 
-def _copied_message(message: Any) -> Any:
+def _copied_message(message: Message) -> Any:
     # `copy.copy` takes five times as long; only messages of classes that somebody has derived have more than fields.
     made = copy.copy(message) if hasattr(message, '__dict__') else message.__class__.__new__(message.__class__)
     for name in message.__slots__:
@@ -114,7 +115,7 @@ def _copied_message(message: Any) -> Any:
     return made
 
 
-def _copied(part: Any) -> Any:
+def _copied(part: Message) -> Any:
     """A copy of a message, or of what a field of one holds, that shares nothing with it which can be changed."""
     if type(part) in _UNCHANGED:
         return part

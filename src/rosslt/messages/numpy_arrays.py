@@ -11,12 +11,12 @@ from typing import Any, Callable, List
 
 import genpy
 
-from rosslt.messages.fields import BYTES, SCALARS, Field, Layout
+from rosslt.messages.fields import BYTES, SCALARS, Field, Layout, Message, MessageClass, Scalar
 from rosslt.messages.walkers import walkers
 
 
 @functools.lru_cache(maxsize=None)
-def packed_arrays(message_class: Any) -> Callable[[Any], Any]:
+def packed_arrays(message_class: MessageClass) -> Callable[[Any], Any]:
     """`pack(message)`: the message as a class of `rospy.numpy_msg` serializes it rightly.
 
     It is the message itself where it has no array of objects, or its class writes values one by one; else a copy in
@@ -31,11 +31,11 @@ def packed_arrays(message_class: Any) -> Callable[[Any], Any]:
     return lambda message: _packed(message, layout.definitions[layout.name], layout)
 
 
-def _as_it_is(message: Any) -> Any:
+def _as_it_is(message: Message) -> Any:
     return message
 
 
-def _packed(message: Any, fields: List[Field], layout: Layout) -> Any:
+def _packed(message: Message, fields: List[Field], layout: Layout) -> Any:
     result = message
     for field in fields:
         inner = None if field.type in SCALARS else layout.definitions.get(field.type)
@@ -56,7 +56,7 @@ def _packed(message: Any, fields: List[Field], layout: Layout) -> Any:
     return result
 
 
-def _is(one: Any, other: Any) -> bool:
+def _is(one: Scalar, other: Scalar) -> bool:
     return one is other
 
 

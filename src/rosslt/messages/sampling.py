@@ -10,7 +10,7 @@ import time
 from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Tuple
 
 from rosslt.messages.codec import SAMPLED, provenance_to_send
-from rosslt.messages.fields import INSTANTS, SCALARS, Layout, kind_of
+from rosslt.messages.fields import INSTANTS, SCALARS, Layout, Message, MessageClass, Scalar, kind_of
 from rosslt.messages.leaves import has_tracked_leaf, locate, with_leaves
 from rosslt.messages.walkers import END, walkers
 from rosslt.values import TRACKED_CLASSES, lazy_of, untracked
@@ -27,7 +27,7 @@ number and the times of headers do not count."""
 
 
 @functools.lru_cache(maxsize=None)
-def thing_reader(message_class: Any, reads_all: bool = False) -> ThingReader:
+def thing_reader(message_class: MessageClass, reads_all: bool = False) -> ThingReader:
     """The ThingReader of a message class, compiled when first asked for.
 
     Args:
@@ -68,7 +68,7 @@ def _write_reader(layout: Layout, type_: str, functions: Dict[str, Any], reads_a
     return name
 
 
-def _read_nothing(message: Any) -> Tuple[Hashable, ...]:
+def _read_nothing(message: Message) -> Tuple[Hashable, ...]:
     return ()
 
 
@@ -86,7 +86,7 @@ class SampledProvenance:
         self._due: Dict[Hashable, float] = {}
         self._state: Any = None
 
-    def to_send(self, message: Any, full_history: bool, state: Any, is_between: bool = False) -> bytes:
+    def to_send(self, message: Message, full_history: bool, state: Any, is_between: bool = False) -> bytes:
         """The provenance of a message that is sent now: SAMPLED between whole ones, b'' where no leaf is tracked.
 
         Args:
@@ -137,7 +137,7 @@ class LastProvenance:
     def __init__(self) -> None:
         self._kept: Dict[Hashable, _Kept] = {}
 
-    def completed(self, message: Any, is_sampled: bool, publisher: Hashable) -> Any:
+    def completed(self, message: Message, is_sampled: bool, publisher: Hashable) -> Any:
         """Complete a sampled message: each leaf is the last expression of it plus the difference.
 
         Args:
@@ -178,7 +178,7 @@ class _Kept(NamedTuple):
     """All texts and whole numbers of the message."""
 
 
-def _moved(tracked: Any, value: Any) -> Any:
+def _moved(tracked: Message, value: Scalar) -> Any:
     """A plain value with the provenance that it had a moment ago; itself where it is no number and another one now."""
     plain = untracked(tracked)
     if type(plain) is type(value) and bool(plain == value):

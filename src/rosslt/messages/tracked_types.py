@@ -16,6 +16,7 @@ import genpy.message
 
 from rosslt.messages.codec import attach, provenance_to_send
 from rosslt.messages.errors import UnknownType
+from rosslt.messages.fields import Message, MessageClass
 from rosslt.messages.msg_files.definitions import (
     FIELDS,
     PROVENANCE,
@@ -35,14 +36,14 @@ _names: Dict[str, Tuple[str, str]] = {}
 _lock = threading.Lock()
 
 
-def is_tracked_type(cls: Any) -> bool:
+def is_tracked_type(cls: MessageClass) -> bool:
     """Return True for the class of a tracked message type."""
     types: Sequence[str] = getattr(cls, '_slot_types', ())
     return len(types) == 2 and types[0] == PROVENANCE and list(cls.__slots__) == FIELDS
 
 
 @functools.lru_cache(maxsize=None)
-def plain_type(tracked_class: Any) -> Any:
+def plain_type(tracked_class: MessageClass) -> Any:
     """The message class of a tracked type's data.
 
     Raises:
@@ -89,7 +90,7 @@ def _why_missing(name: str) -> str:
     return 'it is defined in %s, but its package is not built, or installed without Python' % path
 
 
-def _generated(message_class: Any) -> Optional[type]:
+def _generated(message_class: MessageClass) -> Optional[type]:
     """The generated class, where a package has one for exactly that message."""
     name = message_class._type
     for candidate in _candidates(name):
@@ -107,7 +108,7 @@ def _candidates(name: str) -> Iterator[str]:
     yield from sorted(MessagePath().tracked_types_of(name), key=lambda found: (not found.startswith(own + '/'), found))
 
 
-def _made(message_class: Any) -> type:
+def _made(message_class: MessageClass) -> type:
     """A tracked class made at run time."""
     name, md5sum = message_class._type, message_class._md5sum
     provenance = genpy.message.get_message_class(PROVENANCE)
@@ -142,7 +143,7 @@ def _compiled(full_name: str, texts: Dict[str, str]) -> type:
     return namespace[specs[full_name].short_name]
 
 
-def wrap(message: Any, tracked_class: Any, provenance: Optional[bytes] = None) -> Any:
+def wrap(message: Message, tracked_class: MessageClass, provenance: Optional[bytes] = None) -> Any:
     """A tracked message that holds an ordinary one and the provenance of its tracked leaves.
 
     Args:
@@ -153,7 +154,7 @@ def wrap(message: Any, tracked_class: Any, provenance: Optional[bytes] = None) -
     Raises:
         TypeError: the message is of another type.
     """
-    tracked: Any = tracked_class()
+    tracked: Message = tracked_class()
     if message._md5sum != plain_type(tracked_class)._md5sum:
         raise TypeError('expected a %s for %s, found a %s' % (tracked._slot_types[1], tracked._type, message._type))
     tracked.provenance.data = provenance_to_send(message) if provenance is None else provenance
@@ -161,7 +162,7 @@ def wrap(message: Any, tracked_class: Any, provenance: Optional[bytes] = None) -
     return packed_arrays(tracked_class)(tracked)
 
 
-def unwrap(tracked_message: Any) -> Any:
+def unwrap(tracked_message: Message) -> Any:
     """The ordinary message of a tracked one, with the provenance on its leaves.
 
     Raises:

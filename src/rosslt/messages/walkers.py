@@ -10,7 +10,7 @@ import operator
 import struct
 from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
-from rosslt.messages.fields import BYTES, SCALARS, VARIABLE, Field, Layout, kind_of
+from rosslt.messages.fields import BYTES, SCALARS, VARIABLE, Field, Layout, MessageClass, kind_of
 from rosslt.values import TRACKED_CLASSES as TRACKED
 
 BYTES_LIMIT = 1 << 18
@@ -38,14 +38,14 @@ class Walkers(NamedTuple):
 
 
 @functools.lru_cache(maxsize=None)
-def walkers(message_class: Any) -> Walkers:
+def walkers(message_class: MessageClass) -> Walkers:
     """The walks of a message class, compiled when first asked for."""
     layout = Layout(message_class)
     return Walkers(layout, *_WalkerCompiler(layout).compiled())
 
 
 @functools.lru_cache(maxsize=None)
-def plain_check(message_class: Any) -> Optional[Callable[[Any], bool]]:
+def plain_check(message_class: MessageClass) -> Optional[Callable[[Any], bool]]:
     """A function that tells whether a message has no tracked leaf, so that nothing has to be appended.
 
     Returns:

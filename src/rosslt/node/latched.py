@@ -7,6 +7,7 @@ from typing import Any, List, Optional
 import rospy
 
 from rosslt import messages, values
+from rosslt.messages import Message
 from rosslt.node.refresh import READINGS, Refresher
 
 _latched: 'weakref.WeakKeyDictionary[Any, Latched]' = weakref.WeakKeyDictionary()
@@ -26,7 +27,7 @@ class Latched:
         outgoing: the object that rospy holds for it by now.
     """
 
-    def __init__(self, message: Any, sent: Any, outgoing: Any) -> None:
+    def __init__(self, message: Message, sent: Message, outgoing: Message) -> None:
         self.outgoing = outgoing
         self._message = message
         self._shown = _plain_leaves(sent)
@@ -41,7 +42,7 @@ class Latched:
         return message
 
 
-def latch(publisher: Any, message: Any, sent: Any, outgoing: Any) -> Optional[Latched]:
+def latch(publisher: Any, message: Message, sent: Message, outgoing: Message) -> Optional[Latched]:
     """Keep the message that a latched publisher has just published, if any of it is tracked.
 
     Args:
@@ -87,5 +88,5 @@ def _publish_again() -> None:
             rospy.logerr('cannot publish the latched message of %s again: %s', publisher.resolved_name, error)
 
 
-def _plain_leaves(message: Any) -> List[Any]:
+def _plain_leaves(message: Message) -> List[Any]:
     return [values.untracked(value) for _, value in messages.tracked_leaves(message)]

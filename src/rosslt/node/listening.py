@@ -3,13 +3,14 @@
 import contextlib
 import queue
 import time
-from typing import Any, List, NamedTuple, Optional
+from typing import List, NamedTuple, Optional
 
 import genpy.message
 import rosgraph
 import rospy
 
 from rosslt import messages, values
+from rosslt.messages import Message
 from rosslt.node.service_calls import SHUTDOWN_CHECK_PERIOD
 from rosslt.node.topics import Subscriber
 
@@ -24,7 +25,7 @@ class Heard(NamedTuple):
     """A message, and the node that has sent it."""
 
     publisher: str
-    message: Any
+    message: Message
     is_latched: bool
     """Whether its publisher is a latched one, which sends again only what has changed."""
 
@@ -51,7 +52,7 @@ class Listener:
             raise messages.UnknownType(f'{topic} has the type {types[topic]}, which is not installed here')
         self._subscriber = Subscriber(topic, message_class, self._take, keep_provenance=True)
 
-    def _take(self, message: Any) -> None:
+    def _take(self, message: Message) -> None:
         header = message._connection_header or {}
         publisher = header.get('callerid', '')
         heard = Heard(publisher, message, header.get('latching') == '1')

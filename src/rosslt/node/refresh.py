@@ -21,6 +21,7 @@ from typing import Any, Dict, FrozenSet, Hashable, List, NamedTuple, Optional, S
 import rospy
 
 from rosslt import messages, values
+from rosslt.messages import Message, MessageClass, Scalar
 from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
 
 #: Sources of which replaced readings are in use: {Source: ({their values}, the latest value)}.
@@ -64,7 +65,7 @@ class ReplacedReadings:
         self.count = 0
         self._latest: Dict[Source, Any] = {}
 
-    def replace(self, reading: Any, value: Any) -> None:
+    def replace(self, reading: MessageClass, value: Scalar) -> None:
         """Note that the location of a reading has another value now, a plain one of the location's type."""
         (source,) = values.sources(reading)
         with self.lock:
@@ -108,7 +109,7 @@ class Refresher:
         self._last: Dict[Hashable, Dict[int, _Leaf]] = {}  # those of the last message of each thing, by index
         self._outdated: _Outdated = {}
 
-    def fresh(self, message: Any, was_sent: bool = False) -> Any:
+    def fresh(self, message: Message, was_sent: bool = False) -> Any:
         """A message with the present values of its sources: itself where it has them, else a copy.
 
         Args:
@@ -173,7 +174,7 @@ class _Leaf(NamedTuple):
         fresh: its value with them, None where there are none.
     """
 
-    value: Any
+    value: Scalar
     readings: Dict[Source, Any]
     counts: Dict[Source, int]
     growing: FrozenSet[Source]
@@ -231,7 +232,7 @@ _SEVERAL = object()
 _MadeFrom = Dict[Source, Tuple[Any, int]]
 
 
-def _new_leaf(value: Any, made_from: _MadeFrom, before: Optional[_Leaf]) -> _Leaf:
+def _new_leaf(value: Scalar, made_from: _MadeFrom, before: Optional[_Leaf]) -> _Leaf:
     """A leaf that is sent for the first time.
 
     Args:
@@ -279,7 +280,7 @@ def _reapplied(leaves: Sequence[Any], changes: Dict[Source, Any]) -> Sequence[An
         return leaves
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: Scalar) -> bool:
     return isinstance(value, (int, float)) and not isinstance(values.untracked(value), bool)
 
 

@@ -6,6 +6,8 @@ from typing import Any, Dict, Tuple
 
 import rospy
 
+from rosslt.messages import Message, MessageClass
+
 #: The period in which a waiting call checks whether this node is shutting down, in seconds.
 SHUTDOWN_CHECK_PERIOD = 0.1
 
@@ -14,7 +16,7 @@ NO_ANSWER = 'no answer within the timeout'
 
 
 def ask_all(
-    service: str, service_class: Any, requests: Dict[str, Any], timeout: float
+    service: str, service_class: MessageClass, requests: Dict[str, Any], timeout: float
 ) -> Tuple[Dict[str, Any], Dict[str, str]]:
     """Call `<node>/rosslt/<service>` of several nodes.
 
@@ -43,7 +45,7 @@ def ask_all(
 class _Call(threading.Thread):
     """A service call that runs in its own thread."""
 
-    def __init__(self, node: str, service: str, service_class: Any, request: Any) -> None:
+    def __init__(self, node: str, service: str, service_class: MessageClass, request: Message) -> None:
         super().__init__(name='rosslt call of ' + node, daemon=True)
         self.node = node
         self._request = request

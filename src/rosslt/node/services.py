@@ -9,6 +9,7 @@ from typing import Any, Callable
 
 import rospy
 
+from rosslt.messages import Message, MessageClass, Scalar
 from rosslt.node.refresh import Refresher
 from rosslt.node.rospy_internals import args_kwds_to_message, convert_return_to_response
 from rosslt.node.serialization import received_class, serializer
@@ -21,16 +22,18 @@ class Service(rospy.Service):
         name, service_class, handler, and all others: as of `rospy.Service`.
     """
 
-    def __init__(self, name: str, service_class: Any, handler: Callable[[Any], Any], *args: Any, **kwargs: Any) -> None:
+    def __init__(
+        self, name: str, service_class: MessageClass, handler: Callable[[Any], Any], *args: Any, **kwargs: Any
+    ) -> None:
         with_provenance = serializer(service_class._response_class, Refresher())
 
         @functools.wraps(handler)
-        def answer(request: Any) -> Any:
+        def answer(request: Message) -> Any:
             return with_provenance(convert_return_to_response(handler(request), service_class._response_class))
 
         report = kwargs.pop('error_handler', None) or (args[1] if len(args) > 1 else None) or super().error_handler
 
-        def report_handler(error: Any, kind: Any, value: Any, traceback: Any) -> None:
+        def report_handler(error: Any, kind: Any, value: Scalar, traceback: Any) -> None:
             report(error, kind, value, _without(answer.__code__, traceback))  # type: ignore[attr-defined]
 
         reading = reading_service(service_class, rospy.resolve_name(name))
@@ -54,7 +57,7 @@ class ServiceProxy(rospy.ServiceProxy):
         name, service_class, and all others: as of `rospy.ServiceProxy`.
     """
 
-    def __init__(self, name: str, service_class: Any, *args: Any, **kwargs: Any) -> None:
+    def __init__(self, name: str, service_class: MessageClass, *args: Any, **kwargs: Any) -> None:
         super().__init__(name, reading_service(service_class, rospy.resolve_name(name)), *args, **kwargs)
         self._plain_request_class = service_class._request_class
         self._with_provenance = serializer(service_class._request_class, Refresher())
@@ -66,7 +69,7 @@ class ServiceProxy(rospy.ServiceProxy):
 
 
 @functools.lru_cache(maxsize=None)
-def reading_service(service_class: Any, channel: str) -> Any:
+def reading_service(service_class: MessageClass, channel: str) -> Any:
     """The service class with requests and responses that are read with their provenance.
 
     Args:

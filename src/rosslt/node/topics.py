@@ -14,6 +14,7 @@ import genpy
 import rospy
 
 from rosslt import messages, values
+from rosslt.messages import Message, MessageClass
 from rosslt.node.latched import Latched, latch
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.refresh import READINGS, Refresher
@@ -58,7 +59,7 @@ class Publisher(rospy.Publisher):
     def __init__(
         self,
         name: str,
-        data_class: Any,
+        data_class: MessageClass,
         subscriber_listener: Optional[rospy.SubscribeListener] = None,
         *args: Any,
         **kwargs: Any,
@@ -90,7 +91,7 @@ class Publisher(rospy.Publisher):
         self.impl.set_queue_size(present.get(self.impl))
         MASTER_WATCH.start()
 
-    def _provenance(self, message: Any) -> bytes:
+    def _provenance(self, message: Message) -> bytes:
         """The provenance of a message that is sent now: all of it, or none between those that are written at a rate."""
         impl = self.impl
         if self._is_always_whole or getattr(impl, 'is_latch', True):
@@ -151,11 +152,11 @@ class Publisher(rospy.Publisher):
                 latched.outgoing = self._outgoing(message)
                 impl.publish(latched.outgoing)
 
-    def _outgoing(self, message: Any) -> Any:
+    def _outgoing(self, message: Message) -> Any:
         """Return the object that rospy serializes for a message."""
         return message if _has_its_provenance(message) else self._serializable(message)
 
-    def _wrapped(self, message: Any, provenance: Optional[Provenance] = None) -> Any:
+    def _wrapped(self, message: Message, provenance: Optional[Provenance] = None) -> Any:
         if READINGS.replaced:
             message = self._refresher.fresh(message)
         return messages.wrap(message, self.data_class, (provenance or self._provenance)(message))
@@ -170,7 +171,7 @@ def _plain_options(args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> Tuple[Tuple
     return tuple(map(plain, args)), {name: plain(option) for name, option in kwargs.items()}
 
 
-def _has_its_provenance(message: Any) -> bool:
+def _has_its_provenance(message: Message) -> bool:
     """Return whether a message is sent unchanged.
 
     This holds for tracked types, for received bytes, and for a class instead of a message, which rospy reports.
@@ -213,7 +214,7 @@ class Subscriber(rospy.Subscriber):
     def __init__(
         self,
         name: str,
-        data_class: Any,
+        data_class: MessageClass,
         callback: Optional[Callable[..., Any]] = None,
         callback_args: Any = None,
         *args: Any,
@@ -236,7 +237,7 @@ class Subscriber(rospy.Subscriber):
         this_thread = ThisThread()
 
         @functools.wraps(callback)
-        def unwrapped(tracked_message: Any, *callback_args: Any) -> None:
+        def unwrapped(tracked_message: Message, *callback_args: Any) -> None:
             message, found = messages.read_tracked(tracked_message)
             header = tracked_message._connection_header
             this_thread.input.take(found)
@@ -248,14 +249,14 @@ class Subscriber(rospy.Subscriber):
 
 def _leaving_out_sampled(callback: Callable[..., Any]) -> Callable[..., None]:
     @functools.wraps(callback)
-    def without_sampled(message: Any, *callback_args: Any) -> None:
+    def without_sampled(message: Message, *callback_args: Any) -> None:
         if not is_sampled(message):
             callback(message, *callback_args)
 
     return without_sampled
 
 
-def wait_for_message(topic: str, topic_type: Any, timeout: Optional[float] = None) -> Any:
+def wait_for_message(topic: str, topic_type: MessageClass, timeout: Optional[float] = None) -> Any:
     """`rospy.wait_for_message`, with provenance: the next message on a topic.
 
     Args:
@@ -269,7 +270,7 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Optional[float] = Non
     arrived = threading.Event()
     box: List[Any] = []
 
-    def take(message: Any) -> None:
+    def take(message: Message) -> None:
         box.append(message)
         arrived.set()
 
@@ -286,7 +287,7 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Optional[float] = Non
     return box[0]
 
 
-def _read_in_band(impl: Any, data_class: Any, reading: Any) -> None:
+def _read_in_band(impl: Any, data_class: MessageClass, reading: MessageClass) -> None:
     """Have a topic that is already subscribed to in this process, by plain rospy perhaps, be read with
     provenance.
 

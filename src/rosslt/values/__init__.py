@@ -8,7 +8,7 @@ installed. Other rooms use the names below and nothing behind them.
 import importlib
 from typing import Any, Callable, Dict
 
-from . import operators  # noqa: F401, completes the tracked classes
+from . import operators
 from .affine import affine, linearized
 from .calls import operation
 from .closeness import is_same

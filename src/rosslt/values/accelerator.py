@@ -26,7 +26,7 @@ def _loaded() -> Any:
 CORE: Any = _loaded()
 """The compiled core, None where there is none, or where ROSSLT_PURE=1 asks for Python alone."""
 
-Function = TypeVar('Function', bound=Callable[..., Any])
+Decorated = TypeVar('Decorated', bound=Callable[..., Any])
 """A function that is decorated."""
 
 

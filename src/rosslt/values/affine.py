@@ -14,8 +14,9 @@ import math
 from typing import Any, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from .accelerator import CORE
+from .annotations import Value
 from .graph import slope_or_zero, slopes_or_zeros
-from .operations import AFFINE, SOURCE, Record, Value
+from .operations import AFFINE, SOURCE, Record
 from .sources import Source
 from .tracked import TRACKED, new, resolve
 
@@ -33,10 +34,10 @@ up their sizes would count it twice at every step, and so pass the limit in no t
 Node = Tuple[Value, Record]
 """A tracked value and the record that is used for it."""
 
-Leaves = List[Tuple[Value, Any]]
+Leaves = List[Tuple[Value, Value]]
 """Values of sources, each with a slope."""
 
-Terms = Tuple[Tuple[Source, Value, Any], ...]
+Terms = Tuple[Tuple[Source, Value, Value], ...]
 """`((Source, source's value, slope), ...)`, in order of first appearance."""
 
 
@@ -95,7 +96,7 @@ def _nodes_below(values: List[Value]) -> List[Node]:
 def _swept(nodes: List[Node], root: Value) -> Tuple[Leaves, bool]:
     """The slope of a node for each source's value below it, by one sweep backwards, and whether these say exactly what
     it is."""
-    weights: Dict[int, Any] = {id(root): 1}
+    weights: Dict[int, Value] = {id(root): 1}
     exact = True
     for node, record in reversed(nodes):
         form, first, second = record
@@ -108,7 +109,7 @@ def _swept(nodes: List[Node], root: Value) -> Tuple[Leaves, bool]:
         exact = exact and _is_exact(record)
         if form.single_operand:
             operands: Iterable[Value] = (first,)
-            slopes: Iterable[Any] = (slope_or_zero(form.slope, first._plain, second),)
+            slopes: Iterable[Value] = (slope_or_zero(form.slope, first._plain, second),)
         else:
             operands = form.operands(first, second)
             slopes = slopes_or_zeros(record, [operand._plain for operand in operands])
@@ -135,9 +136,9 @@ def _is_exact(record: Record) -> bool:
     return bool(form.affine)
 
 
-def _merged(leaves: Leaves, is_exact: bool) -> Tuple[Tuple[Tuple[Value, Any], ...], bool]:
+def _merged(leaves: Leaves, is_exact: bool) -> Tuple[Tuple[Tuple[Value, Value], ...], bool]:
     """Terms with each source once, and whether they are exact."""
-    terms: Dict[Source, Tuple[Value, Any]] = {}
+    terms: Dict[Source, Tuple[Value, Value]] = {}
     for leaf, slope in leaves:
         source = leaf._record[1]
         if source in terms:

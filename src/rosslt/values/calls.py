@@ -6,8 +6,9 @@ other call has one of its own, which solving, evaluating and explaining know as 
 """
 
 import functools
-from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import List, NamedTuple, Optional, Sequence, Tuple, Union
 
+from .annotations import Function, Value
 from .operations import Form, Operation
 from .operations.notation import FUNCTION, Text, literal
 from .operations.row import known_at
@@ -19,7 +20,7 @@ from .tree import SCALARS, copied, is_object_array, is_tracked, rebuilt, untrack
 STEP = 6e-6
 """The step of a central difference, relative to the number: the cube root of a float's precision."""
 
-Functions = Union[None, Callable[..., Any], Sequence[Optional[Callable[..., Any]]]]
+Functions = Union[None, Function, Sequence[Optional[Function]]]
 
 
 class Layout(NamedTuple):
@@ -32,20 +33,20 @@ class Layout(NamedTuple):
     """
 
     keywords: Sequence[str]
-    containers: Sequence[Optional[Tuple[Any, int]]]
+    containers: Sequence[Optional[Tuple[Value, int]]]
 
     def is_plain(self) -> bool:
         """Return True if all arguments are positional and are single numbers."""
         return not self.keywords and not any(self.containers)
 
-    def arguments(self, numbers: Sequence[Any]) -> List[Any]:
+    def arguments(self, numbers: Sequence[Value]) -> List[Value]:
         """The arguments that hold such numbers; an array of floats where it held tracked ones."""
         left = iter(numbers)
         return [
             next(left) if held is None else _array(rebuilt(held[0], lambda _: next(left))) for held in self.containers
         ]
 
-    def call(self, function: Callable[..., Any], numbers: Sequence[Any]) -> Any:
+    def call(self, function: Function, numbers: Sequence[Value]) -> Value:
         """A function's result for such numbers."""
         arguments = self.arguments(numbers)
         begin = len(arguments) - len(self.keywords)
@@ -75,23 +76,25 @@ class CallForm(Form):
         super().__init__()
         self.called = called
 
-    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+    def operands(self, first: Value, second: Value) -> Sequence[Value]:
         return [number for number in first[0] if type(number) in TRACKED]
 
-    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
+    def with_operands(self, first: Value, second: Value, operands: Sequence[Value]) -> Tuple[Form, Value, Value]:
         return self, (self._filled(first, operands), first[1]), second
 
-    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def evaluate(self, present: Value, first: Value, second: Value, values: Sequence[Value]) -> Value:
         numbers, layout = self._filled(first, values), first[1]
         return _number(_part(layout.call(self.called.forward, numbers), second))
 
-    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+    def slopes(self, first: Value, second: Value, values: Sequence[Value]) -> Sequence[Value]:
         numbers, layout = self._filled(first, values), first[1]
         return [
             self._slope(at, numbers, layout, second) for at, number in enumerate(first[0]) if type(number) in TRACKED
         ]
 
-    def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def undo(
+        self, place: int, wanted: Value, present: Value, first: Value, second: Value, values: Sequence[Value]
+    ) -> Value:
         layout: Layout = first[1]
         at = [at for at, number in enumerate(first[0]) if type(number) in TRACKED][place]
         argument, inside = layout.argument_of(at)
@@ -100,7 +103,7 @@ class CallForm(Form):
             return NotImplemented
         return inverse(wanted, *layout.arguments(self._filled(first, values)))
 
-    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+    def text(self, present: Value, first: Value, second: Value, texts: Sequence[Text]) -> Text:
         numbers, layout = first
         left = iter(texts)
         flat = iter([next(left)[0] if type(one) in TRACKED else literal(one)[0] for one in numbers])
@@ -115,11 +118,11 @@ class CallForm(Form):
         is_exact = all(known_at(self.called.slope, argument) for argument in tracked)
         return text if is_exact else 'numerically ' + text, FUNCTION
 
-    def _filled(self, first: Any, values: Sequence[Any]) -> List[Any]:
+    def _filled(self, first: Value, values: Sequence[Value]) -> List[Value]:
         left = iter(values)
         return [next(left) if type(number) in TRACKED else number for number in first[0]]
 
-    def _slope(self, at: int, numbers: List[Any], layout: Layout, place: Optional[int]) -> Any:
+    def _slope(self, at: int, numbers: List[Value], layout: Layout, place: Optional[int]) -> Value:
         argument, inside = layout.argument_of(at)
         derivative = known_at(self.called.slope, argument)
         if derivative is not None:
@@ -134,7 +137,7 @@ class CallForm(Form):
         return (ends[0] - ends[1]) / (2 * step)
 
 
-def _part(result: Any, place: Optional[int]) -> Any:
+def _part(result: Value, place: Optional[int]) -> Value:
     """Return the number at an index of a function's result; the result itself if the index is None."""
     if place is None:
         return result
@@ -143,11 +146,11 @@ def _part(result: Any, place: Optional[int]) -> Any:
     return result[place]
 
 
-def _is_array(value: Any) -> bool:
+def _is_array(value: Value) -> bool:
     return hasattr(value, 'dtype') and bool(getattr(value, 'shape', ()))
 
 
-def _array(argument: Any) -> Any:
+def _array(argument: Value) -> Value:
     """An array of objects as one of numbers, which other libraries expect."""
     if is_object_array(argument):
         import numpy
@@ -156,12 +159,12 @@ def _array(argument: Any) -> Any:
     return argument
 
 
-def _giving_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
+def _giving_numbers(function: Function) -> Function:
     """A function whose results have no provenance, and are Python's numbers."""
     return lambda *args, **kwargs: _number(function(*args, **kwargs))
 
 
-def _number(result: Any) -> Any:
+def _number(result: Value) -> Value:
     """A result without provenance, a NumPy scalar as its number; anything else unchanged."""
     if type(result) in CLASSES:
         return result
@@ -170,16 +173,14 @@ def _number(result: Any) -> Any:
     return plain(result)
 
 
-def _each(functions: Functions) -> Sequence[Optional[Callable[..., Any]]]:
+def _each(functions: Functions) -> Sequence[Optional[Function]]:
     """Inverses or slopes as a sequence; a single one is that of the first argument."""
     if isinstance(functions, (tuple, list)):
         return tuple(functions)
     return () if functions is None else (functions,)  # type: ignore[return-value]
 
 
-def operation(
-    function: Optional[Callable[..., Any]] = None, *, inverse: Functions = None, slope: Functions = None
-) -> Callable[..., Any]:
+def operation(function: Optional[Function] = None, *, inverse: Functions = None, slope: Functions = None) -> Function:
     """Make a function of numbers one that keeps provenance, as a decorator or by a call: `ik = rosslt.operation(ik)`.
 
     Args:
@@ -205,7 +206,7 @@ def operation(
     form = CallForm(made)
 
     @functools.wraps(function, updated=())
-    def called(*args: Any, **kwargs: Any) -> Any:
+    def called(*args: Value, **kwargs: Value) -> Value:
         numbers, layout = _flattened([*args, *kwargs.values()], tuple(kwargs))
         operands = [number for number in numbers if type(number) in TRACKED]
         if not operands or not spend(OF_PYTHON):
@@ -228,7 +229,7 @@ def operation(
     return called
 
 
-def _record_of_row(operation: Operation, numbers: Sequence[Any]) -> Optional[tuple]:
+def _record_of_row(operation: Operation, numbers: Sequence[Value]) -> Optional[tuple]:
     """The record of one or two numbers in the form that rows have; None where it has none for these."""
     forms = operation.forms.get(len(numbers))
     if forms is None or any(number is None for number in numbers):
@@ -245,12 +246,12 @@ def _record_of_row(operation: Operation, numbers: Sequence[Any]) -> Optional[tup
     return record if record[0] is not None else None
 
 
-def _flattened(arguments: List[Any], keywords: Sequence[str]) -> Tuple[List[Any], Layout]:
+def _flattened(arguments: List[Value], keywords: Sequence[str]) -> Tuple[List[Value], Layout]:
     """The numbers that arguments hold, and how to make the arguments of them."""
     if not keywords and SCALARS.issuperset(map(type, arguments)):
         return arguments, _of_numbers(len(arguments))
-    numbers: List[Any] = []
-    containers: List[Optional[Tuple[Any, int]]] = []
+    numbers: List[Value] = []
+    containers: List[Optional[Tuple[Value, int]]] = []
     for argument in arguments:
         if type(argument) in SCALARS or not is_tracked(argument):
             numbers.append(argument)
@@ -268,7 +269,7 @@ def _of_numbers(count: int) -> Layout:
     return Layout((), (None,) * count)
 
 
-def _tracked(result: Any, record: tuple, size: int) -> Any:
+def _tracked(result: Value, record: tuple, size: int) -> Value:
     """A result with its record; anything that is not a number unchanged."""
     number = _number(result) if type(result) not in TRACKED else result
     return make(number, record, size) if type(number) in CLASSES else result

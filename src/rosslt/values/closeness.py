@@ -4,7 +4,8 @@ Whole numbers, bools and texts are equal or they are not; only floats are compar
 """
 
 import math
-from typing import Any
+
+from .annotations import Value
 
 RELATIVE = 1e-9
 """The relative error that the law PutGet allows for a result."""
@@ -19,7 +20,7 @@ ULPS = 8 * 2.0**-52
 """The relative distance of a source from its bound that a few roundings make."""
 
 
-def meets(found: Any, wanted: Any) -> bool:
+def meets(found: Value, wanted: Value) -> bool:
     """Return True if a result is the wanted one: equal, or a float within a relative 1e-9 of it."""
     if found == wanted:
         return True
@@ -29,7 +30,7 @@ def meets(found: Any, wanted: Any) -> bool:
         return False
 
 
-def almost_meets(found: Any, wanted: Any, size: Any) -> bool:
+def almost_meets(found: Value, wanted: Value, size: Value) -> bool:
     """`meets`, or as near as rounding lets a result come that was of ordinary size.
 
     The difference of two numbers near 1 cannot be made 1e-17, and a marker is not dragged to within less than a
@@ -47,17 +48,17 @@ def almost_meets(found: Any, wanted: Any, size: Any) -> bool:
         return False
 
 
-def is_rounded(found: Any, wanted: Any) -> bool:
+def is_rounded(found: Value, wanted: Value) -> bool:
     """Return True if an operation's result equals the wanted one: floats up to rounding, whole numbers exactly."""
     return found == wanted or (isinstance(found, float) and math.isclose(found, wanted, rel_tol=ROUNDING))
 
 
-def is_near(found: Any, wanted: Any) -> bool:
+def is_near(found: Value, wanted: Value) -> bool:
     """Return True if a whole number equals the wanted one, or is near a wanted float, which may have been rounded."""
     return found == wanted or (isinstance(wanted, float) and math.isclose(found, wanted, rel_tol=RELATIVE))
 
 
-def is_same(present: Any, wanted: Any) -> bool:
+def is_same(present: Value, wanted: Value) -> bool:
     """Return True if two values are equal: numbers up to rounding, texts and lists exactly."""
     try:
         return bool(present == wanted) or math.isclose(present, wanted, rel_tol=RELATIVE, abs_tol=ABSOLUTE)

@@ -3,15 +3,17 @@
 Pivots are chosen by their present values, so an expression follows the same elimination when its sources change.
 """
 
-from typing import Any, List, Sequence
+from typing import List, Sequence
+
+from .annotations import Value
 
 
-def is_plain_zero(x: Any) -> bool:
+def is_plain_zero(x: Value) -> bool:
     """Return True for a plain 0, False for a tracked 0, which may change."""
     return type(x) in (float, int) and x == 0
 
 
-def eliminate(rows: List[List[Any]]) -> Any:
+def eliminate(rows: List[List[Value]]) -> Value:
     """Bring the square matrix at the left of some rows to a triangle of which the lower left is not used any more.
 
     Args:
@@ -20,7 +22,7 @@ def eliminate(rows: List[List[Any]]) -> Any:
     Returns:
         The determinant of the matrix. Where it is 0, the rows are left as they were met.
     """
-    determinant: Any = None
+    determinant: Value = None
     for column in range(len(rows)):
         pivot = max(range(column, len(rows)), key=lambda at: abs(float(rows[at][column])))
         head = rows[pivot]
@@ -38,7 +40,7 @@ def eliminate(rows: List[List[Any]]) -> Any:
     return 1.0 if determinant is None else determinant
 
 
-def solved(matrix: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]) -> List[List[Any]]:
+def solved(matrix: Sequence[Sequence[Value]], right: Sequence[Sequence[Value]]) -> List[List[Value]]:
     """The rows of `matrix^-1 right`.
 
     Args:
@@ -53,7 +55,7 @@ def solved(matrix: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]) -> L
     eliminate(rows)
     if any(row[at] == 0 for at, row in enumerate(rows)):
         raise ZeroDivisionError('Singular matrix')
-    results: List[List[Any]] = [[]] * size
+    results: List[List[Value]] = [[]] * size
     for at in range(size - 1, -1, -1):
         row = rows[at]
         result = row[size:]

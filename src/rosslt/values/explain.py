@@ -1,7 +1,8 @@
 """Expressions as one readable line, shortened in the middle where they are long."""
 
-from typing import Any, Dict
+from typing import Dict
 
+from .annotations import Value
 from .graph import Graph
 from .operations import AFFINE
 from .operations.notation import Text
@@ -11,7 +12,7 @@ LONGEST = 400
 """The most characters of an explanation, roughly."""
 
 
-def explain(x: Any) -> str:
+def explain(x: Value) -> str:
     """Describe a value on one line: its expression in infix, with the value, file and line of each source.
 
     Args:
@@ -25,12 +26,12 @@ def explain(x: Any) -> str:
     return _text(x, LONGEST)
 
 
-def brief(x: Any) -> str:
+def brief(x: Value) -> str:
     """`explain`, short enough for an error message."""
     return _text(x, LONGEST // 4)
 
 
-def _text(x: Any, longest: int) -> str:
+def _text(x: Value, longest: int) -> str:
     if type(x) not in TRACKED:
         return repr(x)
     graph = Graph([x])

@@ -5,8 +5,9 @@ Calibration, without a line of model: the expressions of the results are the mod
 """
 
 import math
-from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Collection, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
+from .annotations import Value
 from .errors import NotTracked
 from .graph import Graph
 from .operations import AFFINE
@@ -24,7 +25,7 @@ TOLERANCE = 1e-14
 SINGULAR = 1e-10
 """Directions in which the results move less than this, against the one in which they move most, are not determined."""
 
-Bounds = Mapping[Source, Tuple[Any, Any]]
+Bounds = Mapping[Source, Tuple[Value, Value]]
 
 
 class Fit(NamedTuple):
@@ -54,8 +55,8 @@ class Fit(NamedTuple):
 
 
 def fit(
-    values: Any,
-    targets: Any,
+    values: Value,
+    targets: Value,
     sources: Optional[Collection[Source]] = None,
     loss: str = 'linear',
     *,
@@ -133,13 +134,13 @@ class _Problem:
     """
 
     def __init__(
-        self, values: Any, targets: Any, sources: Optional[Collection[Source]], read_only: Collection[Source]
+        self, values: Value, targets: Value, sources: Optional[Collection[Source]], read_only: Collection[Source]
     ) -> None:
         import numpy
 
         self._numpy = numpy
         pairs = paired(values, targets)
-        self._results: List[Any] = []
+        self._results: List[Value] = []
         wanted: List[float] = []
         for path, value, target in pairs:
             if type(value) not in TRACKED:
@@ -165,7 +166,7 @@ class _Problem:
             self._steps = graph.steps(graph.depending(self.unknowns))
 
     def _chosen(
-        self, present: Dict[Source, Any], sources: Optional[Collection[Source]], read_only: Collection[Source]
+        self, present: Dict[Source, Value], sources: Optional[Collection[Source]], read_only: Collection[Source]
     ) -> List[Source]:
         if sources is None:
             found = [source for source, value in present.items() if type(value) is float and source not in read_only]
@@ -181,12 +182,12 @@ class _Problem:
                 raise ValueError('%s is read-only' % describe_source(source))
         return list(dict.fromkeys(sources))
 
-    def _at(self, point: Any) -> List[Any]:
+    def _at(self, point: Value) -> List[Value]:
         nodes = self._graph.plain()
         self._graph.run(self._steps, nodes, dict(zip(self.unknowns, map(float, point))))
         return nodes
 
-    def differences(self, point: Any) -> Any:
+    def differences(self, point: Value) -> Value:
         """Return each result minus its target; infinities if a result has no value."""
         numpy = self._numpy
         try:
@@ -196,7 +197,7 @@ class _Problem:
             return numpy.full(len(self._places), numpy.inf)
         return found - self._wanted
 
-    def slopes(self, point: Any) -> Any:
+    def slopes(self, point: Value) -> Value:
         """The derivative of each result for each unknown, exact."""
         partials = self._graph.partials(self._steps, self._at(point))
         found = self._numpy.zeros((len(self._places), len(self.unknowns)))
@@ -230,7 +231,7 @@ def _limits(unknowns: List[Source], bounds: Bounds) -> Tuple[List[float], List[f
     )
 
 
-def _standard_errors(slopes: Any, cost: float) -> List[float]:
+def _standard_errors(slopes: Value, cost: float) -> List[float]:
     """The standard error of each unknown, from the curvature of the cost at its minimum."""
     import numpy
 

@@ -7,7 +7,8 @@ import functools
 import math
 from typing import Any, Callable, Dict, Iterable, Tuple
 
-from .accelerator import CORE, Function, documented
+from .accelerator import CORE, Decorated, documented
+from .annotations import Function, Value
 from .numpy_ufuncs import is_array
 from .operations import BY_CODE, Operation
 from .operations import table as ops
@@ -15,15 +16,15 @@ from .recording import apply
 from .tracked import TRACKED, plain
 
 
-def function(operation: Operation) -> Callable[..., Any]:
+def function(operation: Operation) -> Function:
     """A row of the table as a function."""
     if operation.arity == 1:
 
-        def applied(x: Any) -> Any:
+        def applied(x: Value) -> Value:
             return apply(operation, x)
     else:
 
-        def applied(x: Any, y: Any) -> Any:  # type: ignore[misc]
+        def applied(x: Value, y: Value) -> Value:  # type: ignore[misc]
             result = apply(operation, x, y)
             return operation.forward(x, y) if result is NotImplemented else result
 
@@ -32,7 +33,7 @@ def function(operation: Operation) -> Callable[..., Any]:
     return recorder(operation)(applied)
 
 
-def recorder(operation: Operation) -> Callable[[Function], Function]:
+def recorder(operation: Operation) -> Callable[[Decorated], Decorated]:
     """A decorator for a function that keeps provenance: the compiled core, where there is one, does it for tracked
     numbers; the function itself is called with anything else.
 
@@ -40,20 +41,18 @@ def recorder(operation: Operation) -> Callable[[Function], Function]:
         operation: a row of the table, which is what the function does with as many numbers as that takes.
     """
 
-    def decorated(function: Function) -> Function:
+    def decorated(function: Decorated) -> Decorated:
         if CORE is None:
             return function
         forms = operation.left, operation.right, operation.both
         name, doc = function.__name__, documented(function)
-        made: Function = CORE.recorder(operation.forward, forms, operation.arity, function, name, doc)
+        made: Decorated = CORE.recorder(operation.forward, forms, operation.arity, function, name, doc)
         return made
 
     return decorated
 
 
-def keeping(
-    of_plain: Callable[..., Any], of_tracked: Callable[..., Any], of_others: Callable[..., Any]
-) -> Callable[..., Any]:
+def keeping(of_plain: Function, of_tracked: Function, of_others: Function) -> Function:
     """A function that calls one with numbers and texts, and another one where an argument may have provenance.
 
     Args:
@@ -63,10 +62,10 @@ def keeping(
     """
 
     if CORE is not None:
-        made: Callable[..., Any] = CORE.keeping(of_plain, of_tracked, of_others, of_plain.__name__, _signed(of_plain))
+        made: Function = CORE.keeping(of_plain, of_tracked, of_others, of_plain.__name__, _signed(of_plain))
         return made
 
-    def function(*arguments: Any, **options: Any) -> Any:
+    def function(*arguments: Value, **options: Value) -> Value:
         called = of_plain
         for argument in arguments:
             if isinstance(argument, str) or type(argument) in (float, int):
@@ -82,7 +81,7 @@ def keeping(
     return function
 
 
-def _signed(function: Callable[..., Any]) -> str:
+def _signed(function: Function) -> str:
     """The docstring of a compiled function behind its signature, which is how another one has both."""
     signature = getattr(function, '__text_signature__', None)
     return ('%s%s\n--\n\n' % (function.__name__, signature) if signature else '') + (function.__doc__ or '')
@@ -90,7 +89,7 @@ def _signed(function: Callable[..., Any]) -> str:
 
 def reflecting(
     plain: Callable[[Any, Any], Any], reflected: Callable[[Any, Any], Any], kinds: Dict[Any, Tuple[Any, ...]]
-) -> Callable[[Any, Any], Any]:
+) -> Callable[[Value, Value], Value]:
     """An operator that asks a tracked number on the right first where the left operand takes it for a plain one.
 
     Args:
@@ -99,10 +98,10 @@ def reflecting(
         kinds: {class of the left operand: the classes of tracked floats and ints that it takes for plain numbers}
     """
     if CORE is not None:
-        made: Callable[[Any, Any], Any] = CORE.reflecting(plain, reflected, kinds, plain.__name__, _signed(plain))
+        made: Callable[[Value, Value], Value] = CORE.reflecting(plain, reflected, kinds, plain.__name__, _signed(plain))
         return made
 
-    def function(left: Any, right: Any) -> Any:
+    def function(left: Value, right: Value) -> Value:
         if type(right) in TRACKED and type(right) in kinds.get(type(left), ()):
             result = reflected(left, right)
             if result is not NotImplemented:
@@ -112,23 +111,23 @@ def reflecting(
     return function
 
 
-def stripper(function: Function) -> Function:
+def stripper(function: Decorated) -> Decorated:
     """A decorator for a function that gives a value without provenance, and plain numbers and texts as they are: the
     compiled core, where there is one, does it for floats and ints."""
     if CORE is None:
         return function
-    made: Function = CORE.stripper(function, function.__name__, documented(function))
+    made: Decorated = CORE.stripper(function, function.__name__, documented(function))
     return made
 
 
 @recorder(ops.LOG)
-def log(x: Any, base: Any = None) -> Any:
+def log(x: Value, base: Value = None) -> Value:
     """math.log, keeping provenance: the natural logarithm, or the one to a base."""
     return apply(ops.LOG, x) if base is None else apply(ops.LOG_TO, x, base)
 
 
 @recorder(ops.HYPOT)
-def hypot(*coordinates: Any) -> Any:
+def hypot(*coordinates: Value) -> Value:
     """math.hypot, keeping provenance: the Euclidean length of any number of coordinates."""
     if not _any_tracked(coordinates):
         return math.hypot(*coordinates)
@@ -137,7 +136,7 @@ def hypot(*coordinates: Any) -> Any:
     return functools.reduce(functools.partial(apply, ops.HYPOT), coordinates)
 
 
-def dist(p: Iterable[Any], q: Iterable[Any]) -> Any:
+def dist(p: Iterable[Value], q: Iterable[Value]) -> Value:
     """math.dist, keeping provenance: the distance of two points of the same dimension."""
     p, q = list(p), list(q)
     if not _any_tracked(p + q):
@@ -147,13 +146,13 @@ def dist(p: Iterable[Any], q: Iterable[Any]) -> Any:
     return hypot(*[a - b for a, b in zip(p, q)])
 
 
-def fsum(numbers: Iterable[Any]) -> Any:
+def fsum(numbers: Iterable[Value]) -> Value:
     """math.fsum, keeping provenance; with a tracked number among them it adds from left to right, and rounds so."""
     numbers = list(numbers)
     return apply(ops.TO_FLOAT, sum(numbers)) if _any_tracked(numbers) else math.fsum(numbers)
 
 
-def prod(numbers: Iterable[Any], *, start: Any = 1) -> Any:
+def prod(numbers: Iterable[Value], *, start: Value = 1) -> Value:
     """math.prod, keeping provenance."""
     factors = [start, *numbers]
     if type(start) is int and start == 1 and len(factors) > 1 and not isinstance(plain(factors[1]), bool):
@@ -161,7 +160,7 @@ def prod(numbers: Iterable[Any], *, start: Any = 1) -> Any:
     return functools.reduce(lambda a, b: a * b, factors)
 
 
-def modf(x: Any) -> Tuple[Any, Any]:
+def modf(x: Value) -> Tuple[Value, Value]:
     """math.modf, keeping provenance: the fraction and the whole part, both floats with the sign of x; of an infinite x,
     both are plain."""
     if type(x) not in TRACKED or math.isinf(x):
@@ -172,27 +171,27 @@ def modf(x: Any) -> Tuple[Any, Any]:
 
 
 @recorder(ops.TRUNCATE)
-def to_int(x: Any) -> Any:
+def to_int(x: Value) -> Value:
     """int(x), keeping provenance: a number towards zero to a whole one."""
     return apply(ops.TRUNCATE, x) if type(x) in TRACKED or is_array(x) else int(x)
 
 
 @recorder(ops.TO_FLOAT)
-def to_float(x: Any) -> Any:
+def to_float(x: Value) -> Value:
     """float(x), keeping provenance."""
     return apply(ops.TO_FLOAT, x) if type(x) in TRACKED or is_array(x) else float(x)
 
 
-def to_bool(x: Any) -> Any:
+def to_bool(x: Value) -> Value:
     """bool(x), keeping provenance: whether a number is not 0, or a text not empty."""
     return apply(ops.TO_BOOL, x) if type(x) in TRACKED or is_array(x) else bool(x)
 
 
-def _any_tracked(numbers: Iterable[Any]) -> bool:
+def _any_tracked(numbers: Iterable[Value]) -> bool:
     return any(type(number) in TRACKED for number in numbers)
 
 
-def _namespace() -> Dict[str, Any]:
+def _namespace() -> Dict[str, Value]:
     names = {name: thing for name, thing in vars(math).items() if not name.startswith('_')}
     names.update(
         (row.name, function(row)) for row in BY_CODE.values() if row.name in names or row in (ops.CBRT, ops.EXP2)

@@ -3,6 +3,7 @@
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Set
 
 from .accelerator import CORE
+from .annotations import Value
 from .operations import SOURCE
 from .sources import Source
 from .tracked import TRACKED, resolve
@@ -25,8 +26,8 @@ class Graph:
 
     __slots__ = ('nodes', 'records', 'index', 'occurrences', 'begins', '_steps')
 
-    def __init__(self, roots: Iterable[Any]) -> None:
-        self.nodes: List[Any] = []
+    def __init__(self, roots: Iterable[Value]) -> None:
+        self.nodes: List[Value] = []
         self.records: List[tuple] = []
         self.index: Dict[int, int] = {}
         self.occurrences: Dict[Source, List[int]] = {}
@@ -41,7 +42,7 @@ class Graph:
             if begin < len(self.nodes):
                 self.begins[len(self.nodes) - 1] = begin
 
-    def _add(self, root: Any) -> None:
+    def _add(self, root: Value) -> None:
         index = self.index
         stack = [root]
         while stack:
@@ -81,7 +82,7 @@ class Graph:
             self.records.append(record)
             stack.pop()
 
-    def plain(self) -> List[Any]:
+    def plain(self) -> List[Value]:
         """The present plain value of each node."""
         return [node._plain for node in self.nodes]
 
@@ -129,7 +130,7 @@ class Graph:
                 steps.append((place, None, operands, None, self.nodes[place]._plain))
         return steps
 
-    def run(self, steps: List[tuple], values: List[Any], changes: Mapping[Source, Any], most_bits: int = 0) -> None:
+    def run(self, steps: List[tuple], values: List[Value], changes: Mapping[Source, Value], most_bits: int = 0) -> None:
         """Update the list of the nodes' values for changed source values.
 
         Args:
@@ -157,13 +158,13 @@ class Graph:
                 raise OverflowError('a number of %d digits' % (value.bit_length() * 0.30103))
             values[place] = value
 
-    def values(self, changes: Mapping[Source, Any]) -> List[Any]:
+    def values(self, changes: Mapping[Source, Value]) -> List[Value]:
         """The plain value of each node where some sources have other values."""
         values = self.plain()
         self.run(self.steps(self.depending(changes)), values, changes)
         return values
 
-    def partials(self, steps: List[tuple], values: List[Any]) -> Dict[int, tuple]:
+    def partials(self, steps: List[tuple], values: List[Value]) -> Dict[int, tuple]:
         """The slopes of each node for its operands, at given values of the nodes: `{index: ((operand, slope), ...)}`.
 
         It is 0 where there is none, or none that a float holds. Constants are left out.
@@ -211,7 +212,7 @@ class Graph:
                     stack.append(at)
         return found
 
-    def gradient(self, root: int, partials: Dict[int, tuple], below: List[int]) -> Dict[Source, Any]:
+    def gradient(self, root: int, partials: Dict[int, tuple], below: List[int]) -> Dict[Source, Value]:
         """The slope of one node for each source that may change, by one sweep backwards.
 
         Args:
@@ -220,8 +221,8 @@ class Graph:
             below: as `below` gives it for this root.
         """
         records = self.records
-        weights: Dict[int, Any] = {root: 1}
-        found: Dict[Source, Any] = {}
+        weights: Dict[int, Value] = {root: 1}
+        found: Dict[Source, Value] = {}
         for place in below:
             weight = weights.pop(place, 0)
             if not weight:
@@ -237,14 +238,14 @@ class Graph:
                     weights[operand] = weights.get(operand, 0) + weight * slope
         return found
 
-    def tangent(self, source: Source, partials: Dict[int, tuple]) -> Dict[int, Any]:
+    def tangent(self, source: Source, partials: Dict[int, tuple]) -> Dict[int, Value]:
         """The slope of each node for one source, by one sweep forwards: `{index: slope}`, without zeros.
 
         Args:
             source: it moves; where it was read several times, all its readings move together.
             partials: as `partials` gives them, in the order of the indices.
         """
-        rise: Dict[int, Any] = dict.fromkeys(self.occurrences[source], 1)
+        rise: Dict[int, Value] = dict.fromkeys(self.occurrences[source], 1)
         for place, slopes in partials.items():
             total = 0
             for operand, slope in slopes:
@@ -282,7 +283,7 @@ def slope_or_zero(slope: Any, a: Any, b: Any) -> Any:
         return 0
 
 
-def slopes_or_zeros(record: tuple, values: List[Any]) -> List[Any]:
+def slopes_or_zeros(record: tuple, values: List[Value]) -> List[Value]:
     """The slopes of any form of record at such values of its operands, 0 where there are none that a float holds."""
     form, first, second = record
     try:
@@ -292,17 +293,17 @@ def slopes_or_zeros(record: tuple, values: List[Any]) -> List[Any]:
         return [0] * len(values)
 
 
-def tracked_leaves(x: Any) -> List[Any]:
+def tracked_leaves(x: Value) -> List[Value]:
     """The tracked values in a value, message, list or dict."""
     return [x] if type(x) in TRACKED else [leaf for _, leaf in leaves(x) if type(leaf) in TRACKED]
 
 
-def sources(x: Any) -> List[Source]:
+def sources(x: Value) -> List[Source]:
     """The sources of a value, message, list or dict, each once, in order of first appearance."""
     return list(Graph(tracked_leaves(x)).occurrences)
 
 
-def check_changes(changes: Mapping[Source, Any]) -> None:
+def check_changes(changes: Mapping[Source, Value]) -> None:
     """Refuse changes whose keys are not Sources.
 
     Raises:
@@ -313,7 +314,7 @@ def check_changes(changes: Mapping[Source, Any]) -> None:
             raise TypeError('changes are {Source: value}, and %r is a %s' % (key, type(key).__name__))
 
 
-def evaluate(x: Any, changes: Mapping[Source, Any]) -> Any:
+def evaluate(x: Value, changes: Mapping[Source, Value]) -> Value:
     """The value that an expression has with other source values.
 
     Args:

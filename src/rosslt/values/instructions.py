@@ -9,6 +9,7 @@ import math
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 from .affine import folded
+from .annotations import Value
 from .graph import Graph
 from .operations import AFFINE as RECORD_AFFINE
 from .operations import AFFINE_INSTRUCTION as AFFINE
@@ -21,7 +22,7 @@ from .recording import apply_and_record, make
 from .tracked import TRACKED
 
 
-def disassemble(xs: Iterable[Any]) -> Tuple[List[tuple], List[int]]:
+def disassemble(xs: Iterable[Value]) -> Tuple[List[tuple], List[int]]:
     """The instructions that make several values, shared parts once, operands before their users.
 
     Args:
@@ -41,10 +42,10 @@ def disassemble(xs: Iterable[Any]) -> Tuple[List[tuple], List[int]]:
             instructions.append(instruction)
         return index[key]
 
-    def constant(value: Any) -> int:
+    def constant(value: Value) -> int:
         return added((type(value), repr(value)), (CONSTANT, value))
 
-    def source(node: Any) -> int:
+    def source(node: Value) -> int:
         named = node._record[1]
         return added((type(node._plain), repr(node._plain), named), (SOURCE, named, node._plain))
 
@@ -91,9 +92,9 @@ def _moved(instruction: tuple, moved: Dict[int, int]) -> tuple:
 
 def assemble(
     instructions: Iterable[tuple],
-    check: Optional[Callable[[Operation, List[Any]], None]] = None,
+    check: Optional[Callable[[Operation, List[Value]], None]] = None,
     faults: Optional[Dict[int, Exception]] = None,
-) -> List[Any]:
+) -> List[Value]:
     """The values that instructions make, in their order; constants come back plain.
 
     Args:
@@ -106,7 +107,7 @@ def assemble(
         TypeError, ValueError, ArithmeticError, IndexError: the instructions do not fit each other, or make a
             number or text that no message holds.
     """
-    made: List[Any] = []
+    made: List[Value] = []
     for at, instruction in enumerate(instructions):
         if faults is None:
             made.append(_made(instruction, made, check))
@@ -126,7 +127,7 @@ def assemble(
     return made
 
 
-def _made(instruction: tuple, made: List[Any], check: Optional[Callable[[Operation, List[Any]], None]]) -> Any:
+def _made(instruction: tuple, made: List[Value], check: Optional[Callable[[Operation, List[Value]], None]]) -> Value:
     """The value that an instruction makes of those before it."""
     kind = instruction[0]
     if isinstance(kind, Operation):
@@ -146,7 +147,7 @@ def _made(instruction: tuple, made: List[Any], check: Optional[Callable[[Operati
     return make(instruction[1], (RECORD_AFFINE, terms, instruction[3]), 1)
 
 
-def _check_size(value: Any) -> None:
+def _check_size(value: Value) -> None:
     """Refuse operations that only make numbers longer: a few squarings give an integer that fills the memory."""
     size = len(value) if isinstance(value, str) else value.bit_length() if isinstance(value, int) else 0
     if size > MOST_BITS:

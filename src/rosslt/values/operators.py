@@ -4,6 +4,7 @@ from typing import Any, Callable, Optional, Tuple
 
 from .accelerator import CORE
 from .affine import LIMIT, MAX_SHARED_SIZE, affine_of_python, joint_size
+from .annotations import Value
 from .graph import slopes_or_zeros
 from .instructions import assemble, disassemble
 from .numpy_ufuncs import array_ufunc, broadcast, computes_ufuncs, is_array
@@ -103,14 +104,14 @@ def give_fast_operator(name: str, operation: Operation) -> None:
         setattr(TrackedFloat, method, methods[method])
 
 
-def computing(name: str, operation: Operation) -> Callable[[Any, Any], Any]:
+def computing(name: str, operation: Operation) -> Callable[[Value, Value], Value]:
     """A function of two operands that computes and records an operator.
 
     It gives way to the right operand where Python asks that first: a subclass with a reflected operator of its own.
     """
     reflected = '__r%s__' % name
 
-    def compute(a: Any, b: Any) -> Any:
+    def compute(a: Value, b: Value) -> Value:
         kind, left = type(b), type(a).__base__ or object
         is_other = type(a) in NUMBERS and issubclass(kind, left) and kind not in TRACKED and not hasattr(kind, 'dtype')
         if is_other and getattr(kind, reflected) is not getattr(left, reflected):
@@ -124,10 +125,10 @@ def give_operator(cls: type, name: str, operation: Operation) -> None:
     """Give a class an operator and its reflection."""
     compute = computing(name, operation)
 
-    def method(self: Any, other: Any) -> Any:
+    def method(self: Value, other: Value) -> Value:
         return compute(self, other)
 
-    def reflected(self: Any, other: Any) -> Any:
+    def reflected(self: Value, other: Value) -> Value:
         return operate(operation, other, self)
 
     setattr(cls, '__%s__' % name, method)
@@ -137,10 +138,10 @@ def give_operator(cls: type, name: str, operation: Operation) -> None:
 def give_bitwise(cls: type, name: str, operation: Operation) -> None:
     """Give a class of whole numbers an operator of bits and its reflection."""
 
-    def method(self: Any, other: Any) -> Any:
+    def method(self: Value, other: Value) -> Value:
         return apply(operation, self, other) if isinstance(other, int) or is_array(other) else NotImplemented
 
-    def reflected(self: Any, other: Any) -> Any:
+    def reflected(self: Value, other: Value) -> Value:
         return apply(operation, other, self) if isinstance(other, int) or is_array(other) else NotImplemented
 
     setattr(cls, '__%s__' % name, method)
@@ -150,13 +151,13 @@ def give_bitwise(cls: type, name: str, operation: Operation) -> None:
 def give_method(cls: type, name: str, operation: Operation) -> None:
     """Give a class a method that applies an operation to it and what else it is called with."""
 
-    def method(self: Any, *others: Any) -> Any:
+    def method(self: Value, *others: Value) -> Value:
         return apply(operation, self, *others)
 
     setattr(cls, name, method)
 
 
-def operate(operation: Operation, first: Any, second: Any) -> Any:
+def operate(operation: Operation, first: Value, second: Value) -> Value:
     """The result of an operator: as of `apply`, and of NumPy's numbers what NumPy makes of them."""
     if computes_ufuncs() and (is_array(second) or is_array(first)):
         # A number of NumPy with provenance has operators of its own.
@@ -164,12 +165,12 @@ def operate(operation: Operation, first: Any, second: Any) -> Any:
     return apply(operation, first, second)
 
 
-def power(self: Any, other: Any, modulo: Optional[int] = None) -> Any:
+def power(self: Value, other: Value, modulo: Optional[int] = None) -> Value:
     """`self ** other`; with a modulus it is number theory, whose results are plain."""
     return operate(ops.POWER, self, other) if modulo is None else pow(self._plain, plain(other), plain(modulo))
 
 
-def floor_and_rest(self: Any, other: Any) -> Any:
+def floor_and_rest(self: Value, other: Value) -> Value:
     """divmod(self, other)."""
     if not is_array(other):
         divisor = plain_scalar(other)
@@ -179,7 +180,7 @@ def floor_and_rest(self: Any, other: Any) -> Any:
     return self // other, self % other
 
 
-def reflected_floor_and_rest(self: Any, other: Any) -> Any:
+def reflected_floor_and_rest(self: Value, other: Value) -> Value:
     """divmod(other, self)."""
     if not is_array(other):
         dividend = plain_scalar(other)
@@ -189,7 +190,7 @@ def reflected_floor_and_rest(self: Any, other: Any) -> Any:
     return other // self, other % self
 
 
-def rounded(self: Any, digits: Any = None) -> Any:
+def rounded(self: Value, digits: Value = None) -> Value:
     """round(self, digits)."""
     count = plain(digits)
     if count is None:
@@ -197,7 +198,7 @@ def rounded(self: Any, digits: Any = None) -> Any:
     return apply(ops.ROUND_TO, self, count) if type(count) is int else round(self._plain, count)
 
 
-def product(self: Any, other: Any) -> Any:
+def product(self: Value, other: Value) -> Value:
     """`self * other` of a whole number, which may repeat a text or a list."""
     if isinstance(other, (bytes, bytearray, list, tuple)):
         return self._plain * other
@@ -207,33 +208,33 @@ def product(self: Any, other: Any) -> Any:
 multiply = computing('mul', ops.MULTIPLY)
 
 
-def joined(self: Any, other: Any) -> Any:
+def joined(self: Value, other: Value) -> Value:
     """`self + other` of texts."""
     return apply(ops.CONCATENATE, self, other) if isinstance(other, str) else NotImplemented
 
 
-def joined_behind(self: Any, other: Any) -> Any:
+def joined_behind(self: Value, other: Value) -> Value:
     """`other + self` of texts."""
     return apply(ops.CONCATENATE, other, self) if isinstance(other, str) else NotImplemented
 
 
-def text_repeated(self: Any, count: Any) -> Any:
+def text_repeated(self: Value, count: Value) -> Value:
     """`self * count` of a text."""
     return apply(ops.REPEAT, self, count) if isinstance(count, int) else NotImplemented
 
 
-def itself(self: Any, *_: Any) -> Any:
+def itself(self: Value, *_: Value) -> Value:
     """An immutable value is its own copy."""
     return self
 
 
-def as_instructions(self: Any, protocol: int) -> Tuple[Any, Tuple[Any, int]]:
+def as_instructions(self: Value, protocol: int) -> Tuple[Value, Tuple[Value, int]]:
     """Reduce a value for pickle to a flat list of instructions, so that deep expressions do not recurse."""
     instructions, (index,) = disassemble([self])
     return from_instructions, (instructions, index)
 
 
-def from_instructions(instructions: Any, index: int) -> Any:
+def from_instructions(instructions: Value, index: int) -> Value:
     """The value that pickle kept."""
     return assemble(instructions)[index]
 
@@ -241,12 +242,12 @@ def from_instructions(instructions: Any, index: int) -> Any:
 def complete_core() -> None:
     """Tell the compiled core which forms its arithmetic records, and what does all that it does not do itself."""
 
-    def fallback(name: str) -> Any:
+    def fallback(name: str) -> Value:
         if name != 'mul':
             return computing(name, FAST[name])
         return lambda a, b: product(a, b) if type(a) is TrackedInt else times_whole(a, b)
 
-    def times_whole(a: Any, b: Any) -> Any:
+    def times_whole(a: Value, b: Value) -> Value:
         return product(b, a) if type(b) is TrackedInt and type(a) is not TrackedFloat else multiply(a, b)
 
     rows = [*FAST.values(), ops.POWER]

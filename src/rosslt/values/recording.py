@@ -6,13 +6,14 @@ unlimited unless `limit_recording` is called. What is decoded or evaluated anew 
 
 import sys
 import time
-from typing import Any, Callable, Dict, Mapping
+from typing import Callable, Dict, Mapping
 
 from .accelerator import CORE
 from .affine import LIMIT, joint_size, shorten, size_of
+from .annotations import Value
 from .graph import Graph, check_changes, tracked_leaves
 from .numpy_ufuncs import broadcast, is_array
-from .operations import Operation, Record, Value
+from .operations import Operation, Record
 from .operations.table import ADD, MOST_COMPUTED, TooLong
 from .sources import Source
 from .tracked import CLASSES, TRACKED, new, plain_scalar
@@ -89,7 +90,7 @@ def _make_if_allowed(value: Value, record: Record, size: int) -> Value:
     return make(value, record, size) if spend(OF_PYTHON) else value
 
 
-def apply(operation: Operation, first: Any, second: Any = None) -> Any:
+def apply(operation: Operation, first: Value, second: Value = None) -> Value:
     """Apply an operation: the result is tracked if an operand is, an array if one is, NotImplemented for other types.
 
     It is plain where its expression is too long to be solved and sent, and where the allowance is used up: the program
@@ -108,8 +109,8 @@ def apply(operation: Operation, first: Any, second: Any = None) -> Any:
 
 
 def apply_and_record(
-    operation: Operation, first: Any, second: Any = None, make: Callable[[Any, tuple, int], Any] = make
-) -> Any:
+    operation: Operation, first: Value, second: Value = None, make: Callable[[Value, tuple, int], Value] = make
+) -> Value:
     """Apply an operation and record it, to rebuild an expression recorded elsewhere; `TooLong` is raised."""
     if operation.arity == 1:
         if isinstance(first, str) and not operation.on_text:
@@ -132,7 +133,7 @@ def apply_and_record(
     return make(value, (operation.right, second, a), second._size + 1) if type(second) in TRACKED else value
 
 
-def reapply(x: Any, changes: Mapping[Source, Any]) -> Any:
+def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
     """Evaluate `x` for other source values (paper, IV.A); the result is tracked, unlike that of `evaluate`.
 
     Args:
@@ -148,7 +149,7 @@ def reapply(x: Any, changes: Mapping[Source, Any]) -> Any:
     """
     check_changes(changes)
     graph = Graph(tracked_leaves(x))
-    made: Dict[int, Any] = {}
+    made: Dict[int, Value] = {}
     for node, (form, first, second), value in zip(graph.nodes, graph.records, graph.values(changes)):
         operands = [made[id(operand)] for operand in form.operands(first, second)]
         if all(type(operand) in TRACKED for operand in operands):
@@ -159,6 +160,6 @@ def reapply(x: Any, changes: Mapping[Source, Any]) -> Any:
     return rebuilt(x, lambda leaf: made[id(leaf)] if type(leaf) in TRACKED else leaf)
 
 
-def widened(x: Any) -> Any:
+def widened(x: Value) -> Value:
     """`x + 0` of a tracked number, recorded in any case: a whole number that may become a fraction is read so."""
     return apply_and_record(ADD, x, 0)

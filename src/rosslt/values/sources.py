@@ -2,6 +2,8 @@
 
 from typing import Any, Callable, Iterator, NamedTuple, Optional
 
+from .annotations import Value
+
 
 class Source(NamedTuple):
     """Names one changeable location: a node of the ROS graph and a location in it (paper, IV.A).
@@ -38,10 +40,10 @@ class UnnamedSource(Source):
         """Set the name of the node, once."""
         self.__dict__['name'] = node
 
-    def __getitem__(self, index: Any) -> Any:
+    def __getitem__(self, index: Value) -> Value:
         return (self.node, self.location_id)[index]
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[Value]:
         return iter((self.node, self.location_id))
 
     def __eq__(self, other: object) -> bool:

@@ -8,6 +8,7 @@ means the same, so readers take it once and need no lock. Recording an operation
 from typing import Any, Callable, Dict, Iterable, List, Optional, Set, Tuple
 
 from .accelerator import CORE
+from .annotations import Value
 from .operations import AFFINE, LAZY, SOURCE
 from .operations import table as ops
 from .sources import Source
@@ -20,7 +21,7 @@ class TrackedType(type):
     This room makes tracked values by `CREATE`, which is as fast as a call of the class.
     """
 
-    def __call__(cls, *args: Any, **options: Any) -> Any:
+    def __call__(cls, *args: Value, **options: Value) -> Value:
         return next(kind for tracked, kind in PLAIN_CLASSES.items() if issubclass(cls, tracked))(*args, **options)
 
 
@@ -81,12 +82,12 @@ def add_class(tracked: type) -> None:
     SCALARS.add(tracked)
 
 
-def plain(value: Any) -> Any:
+def plain(value: Value) -> Value:
     """A tracked value's plain value; anything else as it is."""
     return value._plain if type(value) in TRACKED else value
 
 
-def plain_scalar(value: Any) -> Any:
+def plain_scalar(value: Value) -> Value:
     """The Python number, bool or str in `value` (a subclass of one, a NumPy scalar), None if it is no such thing."""
     kind = type(value)
     if kind in CLASSES:
@@ -102,7 +103,7 @@ def plain_scalar(value: Any) -> Any:
     return None
 
 
-def new(value: Any, record: tuple, size: int) -> Any:
+def new(value: Value, record: tuple, size: int) -> Value:
     """The tracked value with that record, however long its expression is (`recording.make` keeps a limit)."""
     result = CREATE[type(value)](value)
     result._plain = value
@@ -116,7 +117,7 @@ if CORE is not None:
     new = CORE.new
 
 
-def track(value: Any, source: Source) -> Any:
+def track(value: Value, source: Source) -> Value:
     """A tracked value whose provenance is that source itself.
 
     Args:
@@ -132,7 +133,7 @@ def track(value: Any, source: Source) -> Any:
     return new(number, (SOURCE, source, None), 1)
 
 
-def lazy(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[Any]:
+def lazy(values: Iterable[Value], loads: Iterable[Callable[[Value], Value]]) -> List[Value]:
     """Tracked values whose records are made when they are first needed.
 
     Args:
@@ -144,7 +145,7 @@ def lazy(values: Iterable[Any], loads: Iterable[Callable[[Any], Any]]) -> List[A
     return [new(value, (LAZY, load, None), 1) for value, load in zip(values, loads)]
 
 
-def lazy_of(values: Iterable[Any], load: Callable[[Any, int], Any]) -> List[Any]:
+def lazy_of(values: Iterable[Value], load: Callable[[Value, int], Value]) -> List[Value]:
     """Make tracked values whose provenance one function loads when it is first needed: `load(value, number)`, with the
     number of the value, from 0. This takes less memory than `lazy`, with a function for each value."""
     return [new(value, (LAZY, load, number), 1) for number, value in enumerate(values)]
@@ -154,7 +155,7 @@ if CORE is not None:
     lazy_of = CORE.lazy_of
 
 
-def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
+def origins(values: Iterable[Value]) -> Optional[Tuple[Source, ...]]:
     """The sources that tracked values are themselves, unchanged; None where one was computed."""
     found = []
     for value in values:
@@ -167,7 +168,7 @@ def origins(values: Iterable[Any]) -> Optional[Tuple[Source, ...]]:
     return tuple(found)
 
 
-def source_of_functions(value: Any) -> Optional[Source]:
+def source_of_functions(value: Value) -> Optional[Source]:
     """The source of a tracked value that is that source itself, or made of it by functions of one number alone, such as
     `radians`, or by adding 0; None of any other."""
     form, first, second = resolve(value)
@@ -176,7 +177,7 @@ def source_of_functions(value: Any) -> Optional[Source]:
     return first if form is SOURCE else None
 
 
-def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:
+def from_affine(value: Value, terms: Iterable[Tuple[Source, Value, Value]]) -> Value:
     """The tracked value that terms describe: `value` plus the sum of each slope times its source's change.
 
     Args:
@@ -186,12 +187,12 @@ def from_affine(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> Any:
     return new(value, _of_terms(value, terms), 1)
 
 
-def remake(value: Any, other: Any) -> None:
+def remake(value: Value, other: Value) -> None:
     """Have a tracked value be made from now on as an equal one was."""
     value._record, value._size = resolve(other), other._size
 
 
-def _of_terms(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> tuple:
+def _of_terms(value: Value, terms: Iterable[Tuple[Source, Value, Value]]) -> tuple:
     leaves = tuple([(new(at, (SOURCE, source, None), 1), slope) for source, at, slope in terms])
     if len(leaves) == 1 and leaves[0][1] == 1:
         leaf = leaves[0][0]
@@ -202,12 +203,12 @@ def _of_terms(value: Any, terms: Iterable[Tuple[Source, Any, Any]]) -> tuple:
     return AFFINE, leaves, True
 
 
-def _difference(one: Any, other: Any) -> Any:
+def _difference(one: Value, other: Value) -> Value:
     """By how much two plain values of one type differ: by 0 where they are the same, also infinite or NaN."""
     return 0 if one == other or isinstance(other, str) or (one != one and other != other) else one - other
 
 
-def resolve(value: Any) -> tuple:
+def resolve(value: Value) -> tuple:
     """The record of a tracked value, made first where it is lazy."""
     record = value._record
     if record[0] is not LAZY:

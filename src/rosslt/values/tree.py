@@ -5,28 +5,29 @@ A message is anything with `__slots__` and `_slot_types`, as genpy's messages ha
 
 import copy
 import operator
-from typing import Any, Callable, Iterator, List, Tuple
+from typing import Callable, Iterator, List, Tuple
 
+from .annotations import Value
 from .tracked import SCALARS, TRACKED
 
 
-def is_message(x: Any) -> bool:
+def is_message(x: Value) -> bool:
     """Return True for a ROS message: it has fields in `__slots__` and their types in `_slot_types`."""
     return hasattr(x, '_slot_types') and hasattr(x, '__slots__') and not is_instant(x)
 
 
-def is_instant(x: Any) -> bool:
+def is_instant(x: Value) -> bool:
     """Return True for a ROS time or duration: it has slots secs and nsecs and is no message."""
     # rospy's times inherit the `_slot_types` of genpy's; what is a message has a `_type`.
     return hasattr(x, 'secs') and hasattr(x, 'nsecs') and not hasattr(x, '_type')
 
 
-def is_object_array(x: Any) -> bool:
+def is_object_array(x: Value) -> bool:
     """Return True for a NumPy array of Python objects, which may hold tracked values."""
     return getattr(getattr(x, 'dtype', None), 'char', '') == 'O' and hasattr(x, 'tolist')
 
 
-def parts(x: Any) -> Iterator[Tuple[str, Any]]:
+def parts(x: Value) -> Iterator[Tuple[str, Value]]:
     """The parts of a message, list, tuple, dict or object array, each with its step of the path."""
     if is_message(x):
         return (('.' + name, getattr(x, name)) for name in x.__slots__)
@@ -39,7 +40,7 @@ def parts(x: Any) -> Iterator[Tuple[str, Any]]:
     return iter(())
 
 
-def leaves(x: Any) -> List[Tuple[str, Any]]:
+def leaves(x: Value) -> List[Tuple[str, Value]]:
     """The scalars in `x`, flattened, in order, with their paths.
 
     Args:
@@ -52,7 +53,7 @@ def leaves(x: Any) -> List[Tuple[str, Any]]:
     return [('', x)] if type(x) in SCALARS else list(each_leaf(x))
 
 
-def each_leaf(x: Any) -> Iterator[Tuple[str, Any]]:
+def each_leaf(x: Value) -> Iterator[Tuple[str, Value]]:
     """Iterate over the leaves of `x` as `(path, scalar)` without collecting all of them first, unlike `leaves`."""
     waiting = [('', iter([('', x)]))]
     while waiting:
@@ -71,7 +72,7 @@ def each_leaf(x: Any) -> Iterator[Tuple[str, Any]]:
             waiting.pop()
 
 
-def rebuilt(x: Any, change: Callable[[Any], Any]) -> Any:
+def rebuilt(x: Value, change: Callable[[Value], Value]) -> Value:
     """Copy `x` deeply, with `change(leaf)` instead of each scalar leaf.
 
     Args:
@@ -99,7 +100,7 @@ def rebuilt(x: Any, change: Callable[[Any], Any]) -> Any:
     return copy.deepcopy(x)
 
 
-def copied(x: Any) -> Any:
+def copied(x: Value) -> Value:
     """A copy of a list, tuple, dict, message or array, nested as they may be, in which all other objects are the same;
     any other object itself."""
     if type(x) in SCALARS:
@@ -109,7 +110,7 @@ def copied(x: Any) -> Any:
         if all(map(operator.is_, items, x)):
             return x
         return type(x)(*items) if hasattr(x, '_fields') else type(x)(items)
-    result: Any
+    result: Value
     if isinstance(x, list):
         result = copy.copy(x)
         result[:] = [copied(part) for part in x]
@@ -125,17 +126,17 @@ def copied(x: Any) -> Any:
     return result
 
 
-def is_tracked(x: Any) -> bool:
+def is_tracked(x: Value) -> bool:
     """Return True if `x` has provenance: it is a tracked value or holds one."""
     return type(x) in TRACKED or any(type(leaf) in TRACKED for _, leaf in leaves(x))
 
 
-def untracked(x: Any) -> Any:
+def untracked(x: Value) -> Value:
     """`x` without provenance: the plain value, or a deep copy of the message, list or dict with plain values."""
     return rebuilt(x, lambda leaf: leaf._plain if type(leaf) in TRACKED else leaf)
 
 
-def paired(x: Any, target: Any) -> List[Tuple[str, Any, Any]]:
+def paired(x: Value, target: Value) -> List[Tuple[str, Value, Value]]:
     """The leaves of `x` beside those of a target of the same shape: `[(path, leaf, target leaf), ...]`.
 
     Parts whose target is None are left out.

@@ -7,5 +7,3 @@ front (`table_writer`, `table_reader`), and the expressions that are not affine 
 from rosslt.messages.codec.decoder import NO_READINGS, Readings, attach
 from rosslt.messages.codec.encoder import encode, provenance_to_send
 from rosslt.messages.codec.wire_format import SAMPLED
-
-__all__ = ['NO_READINGS', 'SAMPLED', 'Readings', 'attach', 'encode', 'provenance_to_send']

@@ -8,8 +8,7 @@ import itertools
 import operator
 from typing import Any, Hashable, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
-from rosslt.messages.codec.expressions import read_instructions
-from rosslt.messages.codec.received_expressions import ReceivedExpressions
+from rosslt.messages.codec.expressions import ReceivedExpressions, read_instructions
 from rosslt.messages.codec.table_reader import ReceivedTables, read_tables
 from rosslt.messages.codec.varint import Reader
 from rosslt.messages.codec.wire_format import (
@@ -25,6 +24,7 @@ from rosslt.messages.codec.wire_format import (
     VERSION,
 )
 from rosslt.messages.errors import BadHeader
+from rosslt.messages.fields import Message, Scalar
 from rosslt.messages.leaves import Located, LocatedArray, locate, put_located
 from rosslt.messages.walkers import BYTES_LIMIT as ARRAY_BYTES_LIMIT
 from rosslt.messages.walkers import END, TRACKED
@@ -48,7 +48,7 @@ NO_READINGS = Readings()
 """Of a message that was sent plain between whole ones."""
 
 
-def attach(message: Any, data: bytes) -> Optional[Readings]:
+def attach(message: Message, data: bytes) -> Optional[Readings]:
     """Put the provenance in `data` onto the fields of a message.
 
     Everything is checked first, except that the result of an expression which is not affine is computed when it is
@@ -165,7 +165,7 @@ class ReceivedHeader:
             for number, each in zip(numbers, slopes)
         ]
 
-    def _load(self, value: Any, number: int) -> Any:
+    def _load(self, value: Scalar, number: int) -> Any:
         """The provenance of the field of that number, as `lazy_of` asks for it when it is first read."""
         origin, slope = self._fields.origins[number], self._fields.slopes[number]
         if origin >= self._expressions_from:
@@ -190,7 +190,7 @@ def read_header(data: bytes) -> ReceivedHeader:
     reader.at = 1
     flags = reader.number('the flags', HAS_VALUES | HAS_COEFFICIENTS | HAS_LISTS | HAS_INSTRUCTIONS)
     tables = read_tables(reader, flags)
-    instructions = read_instructions(reader, tables) if flags & HAS_INSTRUCTIONS else None
+    instructions = read_instructions(reader, tables) if flags & HAS_INSTRUCTIONS else []
     count = reader.number('the number of fields', FIELD_LIMIT)
     gaps = reader.column(count, 'leaves')
     # Each gap counts one more, so that no leaf comes twice.
@@ -199,7 +199,7 @@ def read_header(data: bytes) -> ReceivedHeader:
     slopes = reader.column(count, 'the coefficients of fields') if flags & HAS_COEFFICIENTS else bytes(count)
     if reader.at != len(data):
         raise reader.fail('found %d bytes more than expected', len(data) - reader.at)
-    _check_numbers(reader, tables, len(instructions.read) if instructions else 0, wanted, origins, slopes)
+    _check_numbers(reader, tables, len(instructions), wanted, origins, slopes)
     expressions = ReceivedExpressions(instructions, tables) if instructions else None
     return ReceivedHeader(ReceivedFields((*wanted, END), origins, slopes), tables, expressions)
 

@@ -4,8 +4,6 @@ The tables come first, then the instructions of what is not affine, then the fie
 of which sources, with which coefficients.
 """
 
-import functools
-import itertools
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.expressions import (
@@ -27,15 +25,14 @@ from rosslt.messages.codec.wire_format import (
     VERSION,
 )
 from rosslt.messages.fault_log import warn_once
-from rosslt.messages.fields import TYPE_OF_KIND
-from rosslt.messages.walkers import TRACKED, walkers
+from rosslt.messages.fields import TYPE_OF_KIND, Message, Scalar
+from rosslt.messages.walkers import walkers
 from rosslt.values import (
     AFFINE,
     SOURCE,
     Source,
     affine,
     disassemble,
-    each_leaf,
     linearized,
     untracked,
 )
@@ -47,7 +44,7 @@ Terms = Sequence[Tuple[Source, Any, Any]]
 """The sources of an affine value, each with its value and its slope."""
 
 
-def encode(message: Any, full_history: bool = False) -> bytes:
+def encode(message: Message, full_history: bool = False) -> bytes:
     """The provenance of a message's tracked leaves.
 
     Args:
@@ -70,15 +67,15 @@ def encode(message: Any, full_history: bool = False) -> bytes:
     if len(found) < count:
         warn_once(
             (message._type, BYTES_LIMIT),
-            'a %s has more than %d bytes of provenance: it is sent without that of %s and of all leaves after it',
+            'a %s has more than %d bytes of provenance: only its first %d tracked leaves are sent with theirs',
             message._type,
             BYTES_LIMIT,
-            _Path(message, len(found)),
+            len(found),
         )
     return data
 
 
-def sent_fields(message: Any) -> List[Leaf]:
+def sent_fields(message: Message) -> List[Leaf]:
     """The tracked leaves of a message whose provenance can be sent.
 
     A message may be larger with each time that it is sent: what is beyond the limit is not looked at.
@@ -88,32 +85,15 @@ def sent_fields(message: Any) -> List[Leaf]:
     if len(found) > FIELD_LIMIT:
         warn_once(
             (message._type, FIELD_LIMIT),
-            'a %s has more than %d tracked leaves: %s and all after it are sent without provenance',
+            'a %s has more than %d tracked leaves: those after these are sent without provenance',
             message._type,
             FIELD_LIMIT,
-            _Path(message, FIELD_LIMIT),
         )
         del found[FIELD_LIMIT:]
     return found
 
 
-class _Path:
-    """The path of a message's tracked leaf by its number among them, looked for where it is printed."""
-
-    def __init__(self, message: Any, number: int) -> None:
-        self._message = message
-        self._number = number
-
-    def __str__(self) -> str:
-        return self._path
-
-    @functools.cached_property
-    def _path(self) -> str:
-        tracked = (path for path, leaf in each_leaf(self._message) if type(leaf) in TRACKED)
-        return next(itertools.islice(tracked, self._number, None))
-
-
-def provenance_to_send(message: Any, full_history: bool = False) -> bytes:
+def provenance_to_send(message: Message, full_history: bool = False) -> bytes:
     """`encode`, for a message that must be sent in any case: b'' with a warning on rosout where encoding fails in a way
     that no check foresaw."""
     try:
@@ -131,7 +111,7 @@ def fits(kind: str, terms: Sequence[Tuple[Any, Any, Any]]) -> bool:
     return kind == 'i' and all(type(value) is int and type(slope) is int for _, value, slope in terms)
 
 
-def _is_same(value: Any, leaf: Any) -> bool:
+def _is_same(value: Scalar, leaf: Scalar) -> bool:
     return value == leaf or (value != value and leaf != leaf)
 
 
@@ -158,7 +138,7 @@ def _columns_of(fields: Sequence[Tuple[int, int, int]], has_coefficients: bool) 
     return columns + packed([slope for _, _, slope in fields]) if has_coefficients else columns
 
 
-def _affine(value: Any) -> Optional[Terms]:
+def _affine(value: Scalar) -> Optional[Terms]:
     """`values.affine`; None as well where the slopes are larger than any float."""
     try:
         return affine(value)

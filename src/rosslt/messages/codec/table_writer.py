@@ -24,6 +24,7 @@ from rosslt.messages.codec.wire_format import (
     TABLE_LIMIT,
     TRUE,
 )
+from rosslt.messages.fields import Scalar
 from rosslt.values import Error, Source
 
 
@@ -31,7 +32,7 @@ class Unencodable(Error):
     """The provenance of one value cannot be sent; the error says why."""
 
 
-def checked(value: Any) -> Any:
+def checked(value: Scalar) -> Any:
     """A value that can be sent, as it is.
 
     Raises:
@@ -54,7 +55,7 @@ def checked(value: Any) -> Any:
     return value
 
 
-def _key(value: Any) -> Any:
+def _key(value: Scalar) -> Any:
     """A key that is different for different values, also for 0.0 and -0.0, and for 1, 1.0 and True."""
     kind = type(value)
     return (kind, value) if value or kind is not float else (kind, str(value))
@@ -78,7 +79,7 @@ class TableWriter:
         self._slope_lists: Dict[Tuple[Any, ...], int] = {}
         self._listed = self._summed = 0
 
-    def _add(self, source: Source, value: Any) -> int:
+    def _add(self, source: Source, value: Scalar) -> int:
         if not isinstance(source.location_id, int):
             raise Unencodable('its location id %r is no integer' % (source.location_id,))
         if not 0 <= source.location_id < 1 << 48:
@@ -97,7 +98,7 @@ class TableWriter:
             number = self._first[source] = self._add(source, None)
         return number
 
-    def reading(self, source: Source, value: Any) -> int:
+    def reading(self, source: Source, value: Scalar) -> int:
         """The number of a source with a value, as a message may hold two readings of one source."""
         key = (source, _key(value))
         number = self._readings.get(key)
@@ -112,7 +113,7 @@ class TableWriter:
             self._readings[key] = number
         return number
 
-    def coefficient(self, slope: Any) -> Any:
+    def coefficient(self, slope: Scalar) -> Any:
         """The key of a coefficient."""
         key = _key(slope)
         if key not in self._coefficients:
@@ -216,7 +217,7 @@ def _packed_floats(numbers: List[float]) -> bytes:
     return struct.pack('<%dd' % len(numbers), *numbers)
 
 
-def _kind_of_value(value: Any) -> int:
+def _kind_of_value(value: Scalar) -> int:
     if type(value) is bool:
         return TRUE if value else FALSE
     return NO_VALUE if value is None else {float: FLOAT, int: INT, str: STRING}[type(value)]

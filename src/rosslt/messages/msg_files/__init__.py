@@ -2,5 +2,3 @@
 
 from rosslt.messages.msg_files.definitions import MessagePath
 from rosslt.messages.msg_files.generator import plan_files, select_types, tracked_names, write_files
-
-__all__ = ['MessagePath', 'plan_files', 'select_types', 'tracked_names', 'write_files']

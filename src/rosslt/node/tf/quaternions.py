@@ -8,6 +8,7 @@ import functools
 import operator
 from typing import Any, Sequence, Tuple
 
+from rosslt.messages import Scalar
 from rosslt.values import MATH, is_tracked
 
 Numbers = Tuple[Any, ...]
@@ -43,7 +44,7 @@ def quaternion_about_axis(angle: float, axis: Any) -> Numbers:
     return (*(products((sine, part / length)) for part in axis), _cos(angle / 2))
 
 
-def quaternion_multiply(second: Any, first: Any) -> Numbers:
+def quaternion_multiply(second: Any, first: Scalar) -> Numbers:
     """The rotation `first`, and then `second`."""
     (x2, y2, z2, w2), (x1, y1, z1, w1) = _xyzw(second), _xyzw(first)
     return (

@@ -11,6 +11,7 @@ from typing import Any
 import tf2_ros
 from geometry_msgs.msg import PointStamped, PoseStamped, Quaternion, Vector3, Vector3Stamped, WrenchStamped
 
+from rosslt.messages import Message
 from rosslt.node.tf.quaternions import quaternion_multiply, rotated, rotation_matrix
 from rosslt.values import untracked
 
@@ -55,11 +56,11 @@ def do_transform_wrench(wrench: Any, transform: Any) -> Any:
     return result
 
 
-def _turn(result: Any, vector: Any, transform: Any) -> None:
+def _turn(result: Message, vector: Any, transform: Any) -> None:
     result.x, result.y, result.z = rotated(vector, transform.rotation)
 
 
-def _place(result: Any, point: Any, transform: Any) -> None:
+def _place(result: Message, point: Any, transform: Any) -> None:
     turned, by = Vector3(), transform.translation
     _turn(turned, point, transform)
     result.x, result.y, result.z = turned.x + by.x, turned.y + by.y, turned.z + by.z

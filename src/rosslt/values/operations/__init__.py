@@ -14,7 +14,6 @@ from .form import (
     SOURCE_INSTRUCTION,
     Form,
     Record,
-    Value,
 )
 from .notation import FUNCTION
 from .row import BY_CODE, Operation
@@ -31,6 +30,5 @@ __all__ = [
     'Form',
     'Operation',
     'Record',
-    'Value',
     'table',
 ]

@@ -6,14 +6,12 @@ Evaluating, differentiating, solving, explaining and encoding ask the form of ea
 from fractions import Fraction
 from typing import Any, Callable, Optional, Sequence, Tuple
 
+from ..annotations import Value
 from ..sources import describe_source
 from .inverses import refuse
 from .notation import FUNCTION, LEAF, Text, applied, literal, sum_of_terms
 
-Value = Any
-"""A number or text, plain or tracked, or what stands for one."""
-
-Record = Tuple['Form', Any, Any]
+Record = Tuple['Form', Value, Value]
 """How a value was made: `(form, first, second)`."""
 
 SOURCE_INSTRUCTION, CONSTANT_INSTRUCTION, AFFINE_INSTRUCTION = 'source', 'constant', 'affine'
@@ -58,15 +56,15 @@ class Form:
     def __repr__(self) -> str:
         return '<form of %s at %s>' % (self.operation and self.operation.name, self.position)
 
-    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+    def operands(self, first: Value, second: Value) -> Sequence[Value]:
         """The tracked operands of a record, in their order."""
         raise NotImplementedError
 
-    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple['Form', Any, Any]:
+    def with_operands(self, first: Value, second: Value, operands: Sequence[Value]) -> Tuple['Form', Value, Value]:
         """Return a copy of the record with other tracked operands, in the same order."""
         raise NotImplementedError
 
-    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def evaluate(self, present: Value, first: Value, second: Value, values: Sequence[Value]) -> Value:
         """The value that a record gives.
 
         Args:
@@ -75,7 +73,7 @@ class Form:
         """
         raise NotImplementedError
 
-    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+    def slopes(self, first: Value, second: Value, values: Sequence[Value]) -> Sequence[Value]:
         """The derivative for each operand, at such values of the operands.
 
         Raises:
@@ -83,11 +81,13 @@ class Form:
         """
         raise NotImplementedError
 
-    def is_affine(self, first: Any, second: Any, depends: Sequence[bool]) -> bool:
+    def is_affine(self, first: Value, second: Value, depends: Sequence[bool]) -> bool:
         """Return True if the value is affine in the operands flagged by `depends`, taken together."""
         return self.affine
 
-    def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def undo(
+        self, place: int, wanted: Value, present: Value, first: Value, second: Value, values: Sequence[Value]
+    ) -> Value:
         """Return the value of one operand that gives a wanted value; NotImplemented if that needs a search.
 
         Args:
@@ -101,12 +101,12 @@ class Form:
         """
         return NotImplemented
 
-    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+    def text(self, present: Value, first: Value, second: Value, texts: Sequence[Text]) -> Text:
         """The record as a person reads it, made of the texts of its operands."""
         raise NotImplementedError
 
     def instruction(
-        self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
+        self, present: Value, first: Value, second: Value, places: Sequence[int], constant: Callable[[Value], int]
     ) -> Optional[tuple]:
         """The instruction that makes the value (see `instructions.py`), None where only its linearization travels.
 
@@ -122,29 +122,31 @@ class SingleOperand(Form):
 
     __slots__ = ()
 
-    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+    def operands(self, first: Value, second: Value) -> Sequence[Value]:
         return (first,)
 
-    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
+    def with_operands(self, first: Value, second: Value, operands: Sequence[Value]) -> Tuple[Form, Value, Value]:
         return self, operands[0], second
 
-    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def evaluate(self, present: Value, first: Value, second: Value, values: Sequence[Value]) -> Value:
         return self.forward(values[0], second)
 
-    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+    def slopes(self, first: Value, second: Value, values: Sequence[Value]) -> Sequence[Value]:
         return (self.slope(values[0], second),)
 
-    def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def undo(
+        self, place: int, wanted: Value, present: Value, first: Value, second: Value, values: Sequence[Value]
+    ) -> Value:
         return self.inverse(wanted, values[0], second)
 
-    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+    def text(self, present: Value, first: Value, second: Value, texts: Sequence[Text]) -> Text:
         operands = list(texts)
         if second is not None:
             operands.insert(1 - self.position, literal(second))  # type: ignore[operator]
         return applied(self.operation, operands)
 
     def instruction(
-        self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
+        self, present: Value, first: Value, second: Value, places: Sequence[int], constant: Callable[[Value], int]
     ) -> Optional[tuple]:
         if self.operation.code is None:
             return None
@@ -160,31 +162,33 @@ class BothOperands(Form):
 
     __slots__ = ()
 
-    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+    def operands(self, first: Value, second: Value) -> Sequence[Value]:
         return first, second
 
-    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
+    def with_operands(self, first: Value, second: Value, operands: Sequence[Value]) -> Tuple[Form, Value, Value]:
         return self, operands[0], operands[1]
 
-    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def evaluate(self, present: Value, first: Value, second: Value, values: Sequence[Value]) -> Value:
         return self.forward(*values)
 
-    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+    def slopes(self, first: Value, second: Value, values: Sequence[Value]) -> Sequence[Value]:
         return self.slope[0](*values), self.slope[1](*values)
 
-    def is_affine(self, first: Any, second: Any, depends: Sequence[bool]) -> bool:
+    def is_affine(self, first: Value, second: Value, depends: Sequence[bool]) -> bool:
         if all(depends):
             return self.affine
         return ('a' if depends[0] else 'b') in self.operation.affine
 
-    def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def undo(
+        self, place: int, wanted: Value, present: Value, first: Value, second: Value, values: Sequence[Value]
+    ) -> Value:
         return self.inverse[place](wanted, *values)
 
-    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+    def text(self, present: Value, first: Value, second: Value, texts: Sequence[Text]) -> Text:
         return applied(self.operation, texts)
 
     def instruction(
-        self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
+        self, present: Value, first: Value, second: Value, places: Sequence[int], constant: Callable[[Value], int]
     ) -> Optional[tuple]:
         return None if self.operation.code is None else (self.operation, *places)
 
@@ -194,23 +198,23 @@ class SourceForm(Form):
 
     __slots__ = ()
 
-    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+    def operands(self, first: Value, second: Value) -> Sequence[Value]:
         return ()
 
-    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
+    def with_operands(self, first: Value, second: Value, operands: Sequence[Value]) -> Tuple[Form, Value, Value]:
         return self, first, second
 
-    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def evaluate(self, present: Value, first: Value, second: Value, values: Sequence[Value]) -> Value:
         return present
 
-    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+    def slopes(self, first: Value, second: Value, values: Sequence[Value]) -> Sequence[Value]:
         return ()
 
-    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+    def text(self, present: Value, first: Value, second: Value, texts: Sequence[Text]) -> Text:
         return '%s [%s]' % (literal(present)[0], describe_source(first)), LEAF
 
     def instruction(
-        self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
+        self, present: Value, first: Value, second: Value, places: Sequence[int], constant: Callable[[Value], int]
     ) -> Optional[tuple]:
         return SOURCE_INSTRUCTION, first, present
 
@@ -220,35 +224,37 @@ class AffineForm(Form):
 
     __slots__ = ()
 
-    def operands(self, first: Any, second: Any) -> Sequence[Any]:
+    def operands(self, first: Value, second: Value) -> Sequence[Value]:
         return [leaf for leaf, _ in first]
 
-    def with_operands(self, first: Any, second: Any, operands: Sequence[Any]) -> Tuple[Form, Any, Any]:
+    def with_operands(self, first: Value, second: Value, operands: Sequence[Value]) -> Tuple[Form, Value, Value]:
         return self, tuple([(leaf, slope) for leaf, (_, slope) in zip(operands, first)]), second
 
-    def evaluate(self, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def evaluate(self, present: Value, first: Value, second: Value, values: Sequence[Value]) -> Value:
         for value, (leaf, slope) in zip(values, first):
             if value != leaf._plain:
                 present = present + slope * (value - leaf._plain)
         return present
 
-    def slopes(self, first: Any, second: Any, values: Sequence[Any]) -> Sequence[Any]:
+    def slopes(self, first: Value, second: Value, values: Sequence[Value]) -> Sequence[Value]:
         return [slope for _, slope in first]
 
-    def undo(self, place: int, wanted: Any, present: Any, first: Any, second: Any, values: Sequence[Any]) -> Any:
+    def undo(
+        self, place: int, wanted: Value, present: Value, first: Value, second: Value, values: Sequence[Value]
+    ) -> Value:
         slope = first[place][1]
         if not slope:
             refuse('its slope is 0')
         missing = Fraction(wanted) - present if isinstance(wanted, int) else wanted - present
         return values[place] + missing / slope
 
-    def text(self, present: Any, first: Any, second: Any, texts: Sequence[Text]) -> Text:
+    def text(self, present: Value, first: Value, second: Value, texts: Sequence[Text]) -> Text:
         terms = [(text, leaf._plain, slope) for (text, _), (leaf, slope) in zip(texts, first)]
         text = sum_of_terms(present, terms)
         return text if second else ('linearized(%s)' % text[0], FUNCTION)
 
     def instruction(
-        self, present: Any, first: Any, second: Any, places: Sequence[int], constant: Callable[[Any], int]
+        self, present: Value, first: Value, second: Value, places: Sequence[int], constant: Callable[[Value], int]
     ) -> Optional[tuple]:
         return AFFINE_INSTRUCTION, present, tuple([(at, slope) for at, (_, slope) in zip(places, first)]), second
 

@@ -5,8 +5,9 @@ The inverses of the table that are more than a formula. Each raises NoPreimage w
 
 import math
 from fractions import Fraction
-from typing import Any, Callable, Iterable
+from typing import Callable, Iterable
 
+from ..annotations import Value
 from ..closeness import is_rounded
 
 TURN = 2 * math.pi
@@ -16,19 +17,19 @@ class NoPreimage(ValueError):
     """No operand gives the wanted result; the message says why, as a part of a sentence."""
 
 
-def refuse(reason: str, *values: Any) -> Any:
+def refuse(reason: str, *values: Value) -> Value:
     """Raise NoPreimage with that reason."""
     raise NoPreimage(reason % values if values else reason)
 
 
-def ratio(a: Any, b: Any) -> Any:
+def ratio(a: Value, b: Value) -> Value:
     """`a / b`, exact for whole numbers, infinite for b = 0."""
     if b == 0:
         return math.inf
     return Fraction(a, b) if isinstance(a, int) and isinstance(b, int) else a / b
 
 
-def nearest(present: Any, candidates: Iterable[Any], holds: Callable[[Any], bool], reason: str) -> Any:
+def nearest(present: Value, candidates: Iterable[Value], holds: Callable[[Value], bool], reason: str) -> Value:
     """The candidate nearest the present operand among those that hold, the first of several equally near."""
     fitting = [candidate for candidate in candidates if holds(candidate)]
     return min(fitting, key=lambda candidate: abs(candidate - present)) if fitting else refuse(reason)
@@ -40,7 +41,7 @@ def in_period(present: float, period: float, *bases: float) -> float:
     return min(shifted, key=lambda value: abs(value - present))
 
 
-def within(present: Any, one_end: Any, other_end: Any, holds: Callable[[Any], bool], reason: str) -> Any:
+def within(present: Value, one_end: Value, other_end: Value, holds: Callable[[Value], bool], reason: str) -> Value:
     """The value nearest the present one for which `holds`, as it does between the ends.
 
     Whether it holds at an end itself is tried out: ends may be excluded, or rounded to the wrong side.
@@ -64,19 +65,19 @@ def within(present: Any, one_end: Any, other_end: Any, holds: Callable[[Any], bo
     return refuse(reason)
 
 
-def dividend(y: Any, a: Any, b: Any) -> Any:
+def dividend(y: Value, a: Value, b: Value) -> Value:
     """The `a` with `a // b == y`."""
     return within(a, y * b, (y + 1) * b, lambda v: v // b == y, '// takes whole values')
 
 
-def floor_divisor(y: Any, a: Any, b: Any) -> Any:
+def floor_divisor(y: Value, a: Value, b: Value) -> Value:
     """The `b` with `a // b == y`."""
     sign = 1 if (a >= 0) == (y >= 0) else -1
     least, most = ratio(abs(a), max(abs(y), abs(y + 1))), ratio(abs(a), min(abs(y), abs(y + 1)))
     return within(b, sign * least, sign * most, lambda v: v != 0 and a // v == y, 'no divisor gives that quotient')
 
 
-def divided(y: Any, a: Any, b: Any, rest: Callable[[Any, Any], Any]) -> Any:
+def divided(y: Value, a: Value, b: Value, rest: Callable[[Value, Value], Value]) -> Value:
     """The `a` with `rest(a, b) == y`, where `rest` is one of the remainders."""
     if is_rounded(rest(a, b), y):
         return a
@@ -89,12 +90,12 @@ def divided(y: Any, a: Any, b: Any, rest: Callable[[Any, Any], Any]) -> Any:
     )
 
 
-def _rounded(rest: Callable[[Any, Any], Any], v: Any, b: Any, y: Any) -> bool:
+def _rounded(rest: Callable[[Value, Value], Value], v: Value, b: Value, y: Value) -> bool:
     # Near a multiple of b the last bit of v decides on which side of the jump the remainder falls.
     return isinstance(v, float) and abs(rest(v, b) - y) <= 4e-16 * max(abs(v), abs(b))
 
 
-def modulus(y: Any, a: Any, b: Any, rest: Callable[[Any, Any], Any]) -> Any:
+def modulus(y: Value, a: Value, b: Value, rest: Callable[[Value, Value], Value]) -> Value:
     """The `b` with `rest(a, b) == y`."""
     if is_rounded(rest(a, b), y):
         return b
@@ -116,7 +117,7 @@ def modulus(y: Any, a: Any, b: Any, rest: Callable[[Any, Any], Any]) -> Any:
     )
 
 
-def whole_root(y: int, n: int) -> Any:
+def whole_root(y: int, n: int) -> Value:
     """The n-th root of a whole number y >= 0, exact where it is whole."""
     if n > y.bit_length():
         return y if y < 2 else y ** (1 / n)
@@ -127,7 +128,7 @@ def whole_root(y: int, n: int) -> Any:
     return low if low**n == y else y ** (1 / n)
 
 
-def base(y: Any, a: Any, b: Any) -> Any:
+def base(y: Value, a: Value, b: Value) -> Value:
     """The `a` with `a ** b == y`, of the two the one with the present sign."""
     if b == 0:
         return refuse('anything to the power 0 is 1')
@@ -140,7 +141,7 @@ def base(y: Any, a: Any, b: Any) -> Any:
     return -size if y < 0 or (even and a < 0) else size
 
 
-def exponent(y: Any, a: Any, b: Any) -> Any:
+def exponent(y: Value, a: Value, b: Value) -> Value:
     """The `b` with `a ** b == y`."""
     if a in (0, 1, -1) or y == 0:
         return nearest(b, (b, 0, 1, 2), lambda v: not (a == 0 > v) and a**v == y, 'powers of %r take few values' % a)

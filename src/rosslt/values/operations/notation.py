@@ -2,6 +2,8 @@
 
 from typing import Any, Sequence, Tuple
 
+from ..annotations import Value
+
 FUNCTION = 20
 """The precedence of texts without operators, which need no brackets: numbers, names, calls."""
 
@@ -15,7 +17,7 @@ Text = Tuple[str, int]
 """A text and the precedence of its outermost operation."""
 
 
-def literal(value: Any) -> Text:
+def literal(value: Value) -> Text:
     """A number or text as a person writes it."""
     text = repr(value)
     if isinstance(value, float) and len(text.lstrip('-')) > 9:
@@ -45,7 +47,7 @@ def infix(symbol: str, level: int, first: Text, second: Text) -> Text:
     return text, level
 
 
-def sum_of_terms(value: Any, terms: Sequence[Tuple[str, Any, Any]]) -> Text:
+def sum_of_terms(value: Value, terms: Sequence[Tuple[str, Value, Value]]) -> Text:
     """Write an affine expression of some leaves as a sum of products.
 
     Args:

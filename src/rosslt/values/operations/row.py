@@ -1,15 +1,16 @@
 """Descriptions of operations: the rows of the table and the operations that users register."""
 
 import dataclasses
-from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, NamedTuple, Optional, Sequence, Tuple
 
+from ..annotations import Function
 from .form import BothOperands, Form, SingleOperand
 from .notation import FUNCTION
 
 BY_NAME: Dict[str, 'Operation'] = {}
 BY_CODE: Dict[int, 'Operation'] = {}
 
-Functions = Sequence[Optional[Callable[..., Any]]]
+Functions = Sequence[Optional[Function]]
 """A function for each operand, None where there is none."""
 
 
@@ -56,7 +57,7 @@ class Operation:
 
     code: Optional[int]
     name: str
-    forward: Callable[..., Any]
+    forward: Function
     inverse: Functions
     slope: Functions
     arity: int
@@ -125,7 +126,7 @@ class Operation:
         return named, (self.name,)
 
 
-def known_at(functions: Functions, place: int) -> Optional[Callable[..., Any]]:
+def known_at(functions: Functions, place: int) -> Optional[Function]:
     """The inverse or slope for an operand, None where there is none."""
     return functions[place] if place < len(functions) else None
 
@@ -138,7 +139,7 @@ def named(name: str) -> Operation:
 def operation(
     code: Optional[int],
     name: str,
-    forward: Callable[..., Any],
+    forward: Function,
     *,
     inverse: Functions,
     slope: Functions,

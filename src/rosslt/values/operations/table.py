@@ -12,8 +12,9 @@ import math
 import operator
 from fractions import Fraction
 from math import inf
-from typing import Any, Callable, NoReturn
+from typing import Callable, NoReturn
 
+from ..annotations import Value
 from ..closeness import is_near
 from .inverses import (
     TURN,
@@ -40,7 +41,7 @@ from .inverses import (
 from .row import operation
 
 
-def _no_slope(*operands: Any) -> NoReturn:
+def _no_slope(*operands: Value) -> NoReturn:
     raise ValueError('there is no slope')
 
 
@@ -48,7 +49,7 @@ NO_SLOPE = (_no_slope, _no_slope)
 HALF = Fraction(1, 2)
 QUARTER = TURN / 4
 
-MOST_BITS = 2**20
+MOST_BITS = 2**16
 MOST_DIGITS = 10**4
 """Limits for exponents, counts and digits that a solver tries, so that it does not fill the memory."""
 
@@ -66,13 +67,13 @@ class TooLong(OverflowError):
         compute: gives it nevertheless, as plain Python does.
     """
 
-    def __init__(self, message: str, size: int, compute: Callable[[], Any]) -> None:
+    def __init__(self, message: str, size: int, compute: Callable[[], Value]) -> None:
         super().__init__(message)
         self.size = size
         self.compute = compute
 
 
-def power(a: Any, b: Any) -> Any:
+def power(a: Value, b: Value) -> Value:
     """`a ** b`, refused for whole numbers too long for a solver to try."""
     if isinstance(a, int) and isinstance(b, int) and a.bit_length() * b > MOST_BITS and a not in (1, -1):
         size = a.bit_length() * b
@@ -88,12 +89,12 @@ def repetition(a: str, b: int) -> str:
     return a * b
 
 
-def rounded_to(a: Any, digits: int) -> Any:
+def rounded_to(a: Value, digits: int) -> Value:
     """round(a, digits)."""
     return round(a, max(digits, -MOST_DIGITS))
 
 
-def half_unit(digits: int) -> Any:
+def half_unit(digits: int) -> Value:
     """Half of the last decimal digit that rounding to so many digits keeps."""
     return 10 ** min(-digits, MOST_DIGITS) // 2 if digits < 0 else 0.5 * 10.0**-digits
 

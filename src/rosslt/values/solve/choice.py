@@ -19,6 +19,7 @@ from typing import (
 )
 
 from ..accelerator import CORE
+from ..annotations import Value
 from ..closeness import RELATIVE, is_same, meets
 from ..errors import NotInvertible, NotTracked
 from ..explain import brief
@@ -31,25 +32,16 @@ from .budget import UNDEFINED, Budget
 from .components import connected
 from .equations import Goal, missed
 from .freedom import Bounds, Freedom, Rank, rank_of
-from .one import Attempt, beyond_bounds, written
+from .one import Attempt, written
 from .several import System
-
-MANY_SOURCES = 16
-"""With more sources than this, those that cannot give the result alone are sorted out first."""
 
 MOST_ROUNDINGS = 16
 """The most combinations of rounding whole numbers up or down."""
 
-MOST_OUT_OF_BOUNDS = 4
-"""The most sources out of their bounds that are each moved alone before all are moved together."""
-
-ALONE = 0.8
-"""The part of the work for finding a single source that gives the target; the rest is for several sources."""
-
 
 def solve(
-    value: Any,
-    target: Any,
+    value: Value,
+    target: Value,
     source: Optional[Source] = None,
     *,
     sources: Optional[Collection[Source]] = None,
@@ -57,7 +49,7 @@ def solve(
     read_only: Collection[Source] = (),
     rank: Optional[Rank] = None,
     weights: Optional[Mapping[Source, float]] = None,
-) -> Dict[Source, Any]:
+) -> Dict[Source, Value]:
     """Find the source values that make a tracked value become a target.
 
     Args:
@@ -103,7 +95,7 @@ def solve(
     return _solve_parts(value, target, freedom)
 
 
-def target_of(value: Any, target: Any) -> Any:
+def target_of(value: Value, target: Value) -> Value:
     """A target as a plain value of a type that fits the value's.
 
     Raises:
@@ -127,8 +119,8 @@ def target_of(value: Any, target: Any) -> Any:
 
 
 def solve_one(
-    value: Any, target: Any, freedom: Freedom, changes: Mapping[Source, Any], budget: Optional[Budget] = None
-) -> Dict[Source, Any]:
+    value: Value, target: Value, freedom: Freedom, changes: Mapping[Source, Value], budget: Optional[Budget] = None
+) -> Dict[Source, Value]:
     """Solve for one tracked value by one source, the first that can (left bias), else by several.
 
     Args:
@@ -161,16 +153,13 @@ def solve_one(
         for source in freedom.ranked(candidates)
         if source not in changes and (freedom.only is None or source in freedom.only)
     ]
-    beyond = beyond_bounds(value, wanted, freedom.limits) if len(free) > MANY_SOURCES and not changes else {}
-    alone = budget.share(ALONE if len(free) > 1 else 1.0)
+    alone = budget.share(0.8 if len(free) > 1 else 1.0)
     try:
         for source in free if base else ():
             share = alone.share(0.5)
             try:
                 if source in freedom.read_only:
                     refuse('{source} is read-only')
-                if source in beyond:
-                    refuse('%s', beyond[source])
                 attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
                 return {source: attempt.answer()}
             except UNDEFINED as reason:
@@ -178,6 +167,8 @@ def solve_one(
                 if text not in reasons:
                     reasons.append(text)
             alone.refund(share)
+            if alone.left < 1:
+                break
     finally:
         budget.refund(alone)
     if base and wanted == base[root]:
@@ -198,7 +189,7 @@ def solve_one(
     )
 
 
-def _unchanged(graph: Graph, root: int, base: List[Any], sources: List[Source]) -> Optional[Dict[Source, Any]]:
+def _unchanged(graph: Graph, root: int, base: List[Value], sources: List[Source]) -> Optional[Dict[Source, Value]]:
     """The answer that changes nothing: the first source with its present value, `{}` where that is not known."""
     for source in sources:
         first, *others = [graph.nodes[place]._plain for place in graph.occurrences[source]]
@@ -222,8 +213,8 @@ def _moved_together(
     sources: List[Source],
     freedom: Freedom,
     budget: Budget,
-    base: Optional[List[Any]] = None,
-) -> Optional[Dict[Source, Any]]:
+    base: Optional[List[Value]] = None,
+) -> Optional[Dict[Source, Value]]:
     """Values of several float sources that give all goals, those of low rank first; None where none were found."""
     floats = [source for source in sources if not _is_whole(graph, source)]
     for rank in sorted(set(map(freedom.rank, floats))):
@@ -237,7 +228,7 @@ def _moved_together(
     return None
 
 
-def _out_of_bounds(graph: Graph, sources: List[Source], freedom: Freedom, base: Optional[List[Any]]) -> List[Source]:
+def _out_of_bounds(graph: Graph, sources: List[Source], freedom: Freedom, base: Optional[List[Value]]) -> List[Source]:
     """The sources whose present values are out of their bounds: where they move, they have to move back at once."""
     found = []
     for source in sources if freedom.bounds else ():
@@ -249,13 +240,11 @@ def _out_of_bounds(graph: Graph, sources: List[Source], freedom: Freedom, base: 
 
 
 def _first_without(some: List[Source], sources: List[Source]) -> Iterator[List[Source]]:
-    """The sources without those, then with one of those, then with all."""
+    """The sources without those, then with all."""
     if some:
         rest = [source for source in sources if source not in some]
         if rest:
             yield rest
-        for one in some if 1 < len(some) <= MOST_OUT_OF_BOUNDS else ():
-            yield [*rest, one]
     yield sources
 
 
@@ -265,8 +254,8 @@ def _moved_with_whole(
     sources: List[Source],
     freedom: Freedom,
     budget: Budget,
-    base: Optional[List[Any]] = None,
-) -> Optional[Dict[Source, Any]]:
+    base: Optional[List[Value]] = None,
+) -> Optional[Dict[Source, Value]]:
     """Move several sources, some of them whole numbers: round these, then solve for the floats again."""
     whole = [source for source in sources if _is_whole(graph, source)]
     floats = [source for source in sources if source not in whole]
@@ -316,7 +305,7 @@ def _solution(
     unknowns: List[Source],
     freedom: Freedom,
     budget: Budget,
-    base: Optional[List[Any]],
+    base: Optional[List[Value]],
 ) -> Optional[List[float]]:
     """The unknowns' values that give all goals, None where none were found, or where no float holds what there is."""
     try:
@@ -325,7 +314,7 @@ def _solution(
         return None
 
 
-def _present(graph: Graph, source: Source) -> Any:
+def _present(graph: Graph, source: Source) -> Value:
     return graph.nodes[graph.occurrences[source][0]]._plain
 
 
@@ -333,7 +322,7 @@ def _is_whole(graph: Graph, source: Source) -> bool:
     return type(_present(graph, source)) in (int, bool)
 
 
-def _changes_of(graph: Graph, base: Optional[List[Any]]) -> Dict[Source, Any]:
+def _changes_of(graph: Graph, base: Optional[List[Value]]) -> Dict[Source, Value]:
     """The source values that differ from the present ones in the values of a graph's nodes."""
     if base is None:
         return {}
@@ -344,7 +333,7 @@ def _changes_of(graph: Graph, base: Optional[List[Any]]) -> Dict[Source, Any]:
     }
 
 
-def _solve_parts(value: Any, target: Any, freedom: Freedom) -> Dict[Source, Any]:
+def _solve_parts(value: Value, target: Value, freedom: Freedom) -> Dict[Source, Value]:
     """Solve for the leaves of a message, sequence, dict or array together."""
     tracked = tracked_parts(value, target)
     if not tracked:
@@ -352,7 +341,7 @@ def _solve_parts(value: Any, target: Any, freedom: Freedom) -> Dict[Source, Any]
     return _solve_tracked(tracked, freedom)
 
 
-def tracked_parts(value: Any, target: Any) -> List[Goal]:
+def tracked_parts(value: Value, target: Value) -> List[Goal]:
     """The tracked leaves of a message, sequence, dict or array, each with its path and its target as it was given.
 
     Raises:
@@ -368,10 +357,10 @@ def tracked_parts(value: Any, target: Any) -> List[Goal]:
     return tracked
 
 
-def _solve_tracked(tracked: List[Goal], freedom: Freedom) -> Dict[Source, Any]:
+def _solve_tracked(tracked: List[Goal], freedom: Freedom) -> Dict[Source, Value]:
     """Solve for several tracked leaves; those that share sources are solved together."""
     graph = Graph(leaf for _, leaf, _ in tracked)
-    answer: Dict[Source, Any] = {}
+    answer: Dict[Source, Value] = {}
     groups = connected(graph, tracked, freedom)
     for group in groups:
         if all(leaf._plain == wanted for _, leaf, wanted in group):
@@ -386,12 +375,12 @@ def _solve_tracked(tracked: List[Goal], freedom: Freedom) -> Dict[Source, Any]:
     return {source: new for source, new in answer.items() if not _is_present(graph, source, new)}
 
 
-def _is_present(graph: Graph, source: Source, value: Any) -> bool:
+def _is_present(graph: Graph, source: Source, value: Value) -> bool:
     # -0.0 is not 0.0: atan2 tells them apart
     return all(repr(graph.nodes[place]._plain) == repr(value) for place in graph.occurrences[source])
 
 
-def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[Source, Any]:
+def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[Source, Value]:
     """The source values that give all of several results that share sources.
 
     Float sources move together. Where they do not suffice (texts, whole numbers, bools), the results are solved one
@@ -401,7 +390,7 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
         NotInvertible: no values were found that give all; the result that stays away is named.
     """
     concerned = list(graph.occurrences)
-    budget = Budget.of(graph, len(goals))
+    budget = Budget.of(graph)
     movable = [source for source in concerned if freedom.allows(source) and _holds_number(graph, source)]
     if any(isinstance(wanted, str) for _, _, wanted in goals):
         movable = []
@@ -417,9 +406,9 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
         return found
 
 
-def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budget: Budget) -> Dict[Source, Any]:
+def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budget: Budget) -> Dict[Source, Value]:
     """Each goal by a source that none before it used."""
-    changes: Dict[Source, Any] = {}
+    changes: Dict[Source, Value] = {}
     for path, value, wanted in goals:
         if meets(_evaluated(value, changes), wanted):
             continue
@@ -445,14 +434,14 @@ def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budg
     return changes
 
 
-def _evaluated(value: Any, changes: Mapping[Source, Any]) -> Any:
+def _evaluated(value: Value, changes: Mapping[Source, Value]) -> Value:
     try:
         return evaluate(value, changes)
     except UNDEFINED:
         return math.nan
 
 
-def _values(graph: Graph, changes: Mapping[Source, Any]) -> Optional[List[Any]]:
+def _values(graph: Graph, changes: Mapping[Source, Value]) -> Optional[List[Value]]:
     """The values of a graph's nodes with other source values, None where they are not defined."""
     try:
         return graph.values(changes)

@@ -7,8 +7,9 @@ would be a jump, the one that the last answer leads to, drawn towards it.
 """
 
 import math
-from typing import Any, Collection, Dict, Iterator, List, Mapping, Optional, Sequence
+from typing import Collection, Dict, Iterator, List, Mapping, Optional, Sequence
 
+from ..annotations import Value
 from ..errors import NotInvertible
 from ..graph import Graph
 from ..sources import Source
@@ -88,7 +89,7 @@ class Path(System):
                     break
         return x
 
-    def _as_before(self, x: Point, before: List[Any]) -> bool:
+    def _as_before(self, x: Point, before: List[Value]) -> bool:
         """Return True if a point gives the same results as given values of the nodes."""
         values = self._tried(x)
         return values is not None and self._are_met(values, [before[root] for root in self._roots])
@@ -153,16 +154,16 @@ def _along(row: Mapping[int, float], way: Sequence[float]) -> float:
 
 
 def continued(
-    xs: Sequence[Any],
-    targets: Sequence[Any],
-    last: Mapping[Source, Any],
+    xs: Sequence[Value],
+    targets: Sequence[Value],
+    last: Mapping[Source, Value],
     *,
     sources: Optional[Collection[Source]] = None,
     bounds: Optional[Bounds] = None,
     read_only: Collection[Source] = (),
     rank: Optional[Rank] = None,
     weights: Optional[Mapping[Source, float]] = None,
-) -> Dict[Source, Any]:
+) -> Dict[Source, Value]:
     """The next answer on a path of targets, without a jump from the last one, and without drift.
 
     Args:
@@ -179,7 +180,7 @@ def continued(
         NotTracked, NotInvertible: as of `solve`; also where there are answers, but none that the last one leads to.
             The previous values should then stay, and `last` too.
     """
-    options: Dict[str, Any] = {
+    options: Dict[str, Value] = {
         'sources': sources,
         'bounds': bounds,
         'read_only': read_only,
@@ -191,21 +192,21 @@ def continued(
     freedom = Freedom(None if sources is None else list(sources), bounds or {}, read_only, rank_of(rank), weights or {})
     goals = [(path, x, target_of(x, wanted)) for path, x, wanted in tracked_parts(list(xs), list(targets))]
     graph = Graph(x for _, x, _ in goals)
-    answer: Dict[Source, Any] = {}
+    answer: Dict[Source, Value] = {}
     for group in connected(graph, goals, freedom):
         answer.update(_group_continued(group, freedom, last, options))
     return answer
 
 
 def _group_continued(
-    goals: List[Goal], freedom: Freedom, last: Mapping[Source, Any], options: Dict[str, Any]
-) -> Dict[Source, Any]:
+    goals: List[Goal], freedom: Freedom, last: Mapping[Source, Value], options: Dict[str, Value]
+) -> Dict[Source, Value]:
     """Continue the last answer without a jump, for a group of results that share sources."""
     graph = Graph(x for _, x, _ in goals)
     here = {source: last[source] for source in graph.occurrences if source in last}
     movable = [source for source in freedom.ranked(graph.occurrences) if freedom.allows(source)]
     floats = [source for source in movable if holds_floats(graph, source)]
-    anew: Dict[Source, Any] = {}
+    anew: Dict[Source, Value] = {}
     reason: Optional[NotInvertible] = None
     if len(goals) == 1 or len(floats) < len(movable):
         try:
@@ -242,8 +243,8 @@ def _group_continued(
 
 
 def _one_more(
-    graph: Graph, goal: Goal, floats: List[Source], freedom: Freedom, here: Mapping[Source, Any], path: Path
-) -> Dict[Source, Any]:
+    graph: Graph, goal: Goal, floats: List[Source], freedom: Freedom, here: Mapping[Source, Value], path: Path
+) -> Dict[Source, Value]:
     """Move a second source when the first is at its limit; on the way back, the second one moves first."""
     _, value, wanted = goal
     x = [float(here.get(source, start)) for source, start in zip(floats, path.start)]
@@ -263,12 +264,12 @@ def _one_more(
 
 def _path(graph: Graph, goals: List[Goal], unknowns: List[Source], freedom: Freedom) -> Optional[Path]:
     try:
-        return Path(graph, goals, unknowns, freedom, Budget.of(graph, len(goals)))
+        return Path(graph, goals, unknowns, freedom, Budget.of(graph))
     except UNDEFINED:
         return None
 
 
-def _changed(graph: Graph, new: Mapping[Source, Any]) -> Dict[Source, Any]:
+def _changed(graph: Graph, new: Mapping[Source, Value]) -> Dict[Source, Value]:
     """The values that differ from those in the graph."""
     return {
         source: value

@@ -4,8 +4,9 @@ Gauss-Newton in a trust region for what can be met, Levenberg-Marquardt for what
 """
 
 import math
-from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
+from ..annotations import Value
 from ..graph import Graph
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted
@@ -55,9 +56,9 @@ class Descents(Equations):
         graph: Graph,
         goals: List[Goal],
         unknowns: List[Source],
-        freedom: Any,
+        freedom: Value,
         budget: Budget,
-        base: Optional[List[Any]] = None,
+        base: Optional[List[Value]] = None,
     ) -> None:
         super().__init__(graph, goals, unknowns, budget, base)
         self._limits = [in_floats(freedom.limits(source)) for source in unknowns]
@@ -165,7 +166,7 @@ class Descents(Equations):
 
     def _ahead(
         self, x: Point, step: Point, part: float, equations: Sequence[Equation]
-    ) -> Tuple[Point, Optional[List[Any]], Optional[List[float]]]:
+    ) -> Tuple[Point, Optional[List[Value]], Optional[List[float]]]:
         """Take a part of a step: return the new point, the nodes' values and the remaining differences."""
         ahead = [self._clamped(place, value + part * way) for place, (value, way) in enumerate(zip(x, step))]
         there = self._tried(ahead)

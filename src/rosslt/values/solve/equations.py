@@ -2,8 +2,9 @@
 their outermost operations are undone, which has fewer poles and does not saturate."""
 
 import math
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+from ..annotations import Value
 from ..closeness import almost_meets
 from ..graph import Graph
 from ..sources import Source
@@ -12,7 +13,7 @@ from .least_squares import Rows
 from .one import undone
 from .periods import Periods
 
-Goal = Tuple[str, Any, Any]
+Goal = Tuple[str, Value, Value]
 """`(path, tracked value, wanted value)`."""
 
 Point = List[float]
@@ -29,7 +30,7 @@ class Equation(NamedTuple):
     """
 
     place: int
-    wanted: Any
+    wanted: Value
     unit: float
 
 
@@ -48,7 +49,7 @@ class Equations:
     """
 
     def __init__(
-        self, graph: Graph, goals: List[Goal], unknowns: List[Source], budget: Budget, base: Optional[List[Any]]
+        self, graph: Graph, goals: List[Goal], unknowns: List[Source], budget: Budget, base: Optional[List[Value]]
     ) -> None:
         self._graph = graph
         self._unknowns = unknowns
@@ -56,7 +57,7 @@ class Equations:
         self._wanted = [wanted for _, _, wanted in goals]
         self._budget = budget
         base = graph.plain() if base is None else base
-        self._trial = Trial(graph, unknowns, self._roots, base, budget, self._wanted)
+        self._trial = Trial(graph, unknowns, self._roots, base, budget)
         self._size = size_of(goals)
         self._present = [float(base[root]) for root in self._roots]
         self._equations = [
@@ -70,7 +71,7 @@ class Equations:
         is_one = all(
             base[at] == start for source, start in zip(unknowns, self.start) for at in graph.occurrences[source]
         )
-        self._tried_last: List[Tuple[Point, Optional[List[Any]]]] = [(list(self.start), base)] if is_one else []
+        self._tried_last: List[Tuple[Point, Optional[List[Value]]]] = [(list(self.start), base)] if is_one else []
 
     @property
     def _periods(self) -> Periods:
@@ -78,7 +79,7 @@ class Equations:
             self._periods_found = Periods(self._trial)
         return self._periods_found
 
-    def _tried(self, x: Point) -> Optional[List[Any]]:
+    def _tried(self, x: Point) -> Optional[List[Value]]:
         """The nodes' values at a point; None where one is not defined, or the point is not finite."""
         for known, values in self._tried_last:
             if x == known:
@@ -89,7 +90,7 @@ class Equations:
         self._tried_last = [(list(x), values), *self._tried_last[:1]]
         return values
 
-    def _missing(self, values: Optional[List[Any]], equations: Sequence[Equation]) -> Optional[List[float]]:
+    def _missing(self, values: Optional[List[Value]], equations: Sequence[Equation]) -> Optional[List[float]]:
         """By how much each node's value is too small, in its unit; None where one is not defined."""
         if values is None:
             return None
@@ -99,7 +100,7 @@ class Equations:
             return None
         return missing if all(math.isfinite(part) for part in missing) else None
 
-    def _jacobian(self, values: List[Any], equations: Sequence[Equation]) -> Rows:
+    def _jacobian(self, values: List[Value], equations: Sequence[Equation]) -> Rows:
         """The slopes of each node's value, in its unit, for each unknown; without zeros.
 
         Raises:
@@ -142,7 +143,7 @@ class Equations:
         equations = [self._undone_one(equation, values) for equation in self._equations]
         return None if equations == self._equations else equations
 
-    def _undone_one(self, equation: Equation, values: List[Any]) -> Equation:
+    def _undone_one(self, equation: Equation, values: List[Value]) -> Equation:
         records, index, depends = self._graph.records, self._graph.index, self._trial.depends
         place, wanted = equation.place, equation.wanted
         try:
@@ -166,7 +167,7 @@ class Equations:
         return equation if place == equation.place else Equation(place, wanted, _unit(wanted, values[place], 0.0))
 
 
-def _unit(wanted: Any, present: Any, least: float) -> float:
+def _unit(wanted: Value, present: Value, least: float) -> float:
     """Return the weight of a difference: one over the larger size of the wanted and the present value."""
     try:
         size = max(abs(float(wanted)), abs(float(present)), least)
@@ -184,7 +185,7 @@ def size_of(goals: List[Goal]) -> float:
     )
 
 
-def missed(graph: Graph, goals: List[Goal], values: Optional[List[Any]]) -> Optional[Tuple[Goal, Any]]:
+def missed(graph: Graph, goals: List[Goal], values: Optional[List[Value]]) -> Optional[Tuple[Goal, Value]]:
     """The first goal that is not met by such values of the nodes, with its result; None where all are met."""
     if values is None:
         return goals[0], math.nan

@@ -1,14 +1,15 @@
 """Constraints on an answer: the sources that may change, their bounds, ranks and weights."""
 
 import math
-from typing import Any, Callable, Collection, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Callable, Collection, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
 
+from ..annotations import Value
 from ..sources import Source
 
 ORDINARY = 2 * math.pi
 """Sources without bounds move alike up to this size, so that angles do, and in proportion to their size beyond it."""
 
-Bounds = Mapping[Source, Tuple[Any, Any]]
+Bounds = Mapping[Source, Tuple[Value, Value]]
 Rank = Union[Mapping[Source, int], Callable[[Source], int]]
 
 
@@ -56,13 +57,13 @@ class Freedom(NamedTuple):
         return high - low if 0 < high - low < math.inf else max(1.0, abs(value) / ORDINARY)
 
 
-def in_floats(limits: Tuple[Any, Any]) -> Tuple[float, float]:
+def in_floats(limits: Tuple[Value, Value]) -> Tuple[float, float]:
     """A minimum and a maximum as floats, infinite where no float holds them."""
     low, high = map(_in_float, limits)
     return low, high
 
 
-def _in_float(limit: Any) -> float:
+def _in_float(limit: Value) -> float:
     try:
         return float(limit)
     except OverflowError:

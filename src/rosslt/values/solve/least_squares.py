@@ -4,8 +4,9 @@ Small systems are solved in plain Python, larger ones with NumPy where there is 
 """
 
 import math
-from typing import Any, Dict, List, Sequence
+from typing import Dict, List, Sequence
 
+from ..annotations import Value
 from ..elimination import solved
 
 Rows = List[Dict[int, float]]
@@ -83,7 +84,7 @@ def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: flo
     return [part for (part,) in solved(_products(turned, damping), sums)]
 
 
-def _with_numpy(numpy: Any, rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
+def _with_numpy(numpy: Value, rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
     matrix = numpy.zeros((len(rows), len(columns)))
     for line, row in zip(matrix, rows):
         line[[columns[place] for place in row]] = list(row.values())

@@ -7,6 +7,7 @@ that was rounded to 32 bits.
 import math
 from typing import Any, Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
+from ..annotations import Value
 from ..graph import Graph, evaluate
 from ..sources import Source
 from ..tracked import TRACKED
@@ -15,7 +16,7 @@ from .freedom import Bounds, Freedom
 from .several import System
 
 
-def source_values(xs: Sequence[Any]) -> Dict[Source, Any]:
+def source_values(xs: Sequence[Value]) -> Dict[Source, Value]:
     """The sources of several values, each with its value as the first of them that has it knows it.
 
     Args:
@@ -25,7 +26,7 @@ def source_values(xs: Sequence[Any]) -> Dict[Source, Any]:
     return {source: graph.nodes[places[0]]._plain for source, places in graph.occurrences.items()}
 
 
-def slopes(xs: Sequence[Any]) -> Dict[Source, Tuple[float, ...]]:
+def slopes(xs: Sequence[Value]) -> Dict[Source, Tuple[float, ...]]:
     """The first derivatives of several values at the present ones.
 
     Args:
@@ -52,14 +53,14 @@ def slopes(xs: Sequence[Any]) -> Dict[Source, Tuple[float, ...]]:
 
 
 def nearest(
-    xs: Sequence[Any],
+    xs: Sequence[Value],
     targets: Sequence[float],
     *,
     bounds: Optional[Bounds] = None,
     read_only: Collection[Source] = (),
     sources: Optional[Collection[Source]] = None,
     weights: Optional[Mapping[Source, float]] = None,
-) -> Tuple[Dict[Source, Any], float]:
+) -> Tuple[Dict[Source, Value], float]:
     """The source values that bring several results as near to their targets as they come from the present values.
 
     Args:
@@ -84,11 +85,11 @@ def nearest(
     if not unknowns:
         return {}, present
     try:
-        found = System(graph, goals, unknowns, freedom, Budget.of(graph, len(goals))).closest()
+        found = System(graph, goals, unknowns, freedom, Budget.of(graph)).closest()
     except UNDEFINED:
         # There is a result that no float holds.
         return {}, present
-    changes: Dict[Source, Any] = {}
+    changes: Dict[Source, Value] = {}
     for source, value in zip(unknowns, found):
         old = graph.nodes[graph.occurrences[source][0]]._plain
         new = _whole(value, old, *freedom.limits(source)) if isinstance(old, int) else value
@@ -98,7 +99,7 @@ def nearest(
     return (changes, distance) if distance < present else ({}, present)
 
 
-def _whole(value: float, old: int, low: Any, high: Any) -> int:
+def _whole(value: float, old: int, low: Value, high: Value) -> int:
     """The whole number nearest a value within bounds; the old one where there is none between them."""
     least = math.ceil(low) if low > -math.inf else low
     most = math.floor(high) if high < math.inf else high
@@ -116,7 +117,7 @@ def _as_float(slope: Any) -> float:
         return 0.0
 
 
-def _distance(xs: Sequence[Any], targets: Sequence[float], changes: Dict[Source, Any]) -> float:
+def _distance(xs: Sequence[Value], targets: Sequence[float], changes: Dict[Source, Value]) -> float:
     try:
         missing = [float(target - evaluate(x, changes)) for x, target in zip(xs, targets)]
     except UNDEFINED:

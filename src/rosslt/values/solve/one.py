@@ -8,14 +8,14 @@ out of bounds, other start values are tried, and at last the whole result is sea
 
 import math
 from fractions import Fraction
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, List, Optional, Tuple
 
-from ..affine import affine
-from ..closeness import RELATIVE, almost_meets, is_at, is_near, meets
+from ..annotations import Value
+from ..closeness import almost_meets, is_at, is_near, meets
 from ..graph import Graph
 from ..operations import SOURCE, Form
 from ..operations.inverses import NoPreimage, refuse
-from ..operations.table import DIVIDE
+from ..operations.table import MOST_BITS
 from ..sources import Source
 from .budget import UNDEFINED, Budget, Exhausted, Trial
 from .freedom import in_floats
@@ -25,13 +25,7 @@ from .root_finding import Search
 MARK = '\ue000'
 """A character of Unicode's private use area."""
 
-LONGEST_NUMBER = 2**16
-"""Whole numbers with more bits are not solved for: exact fractions of them take too long."""
-
-FIRST_SEARCH = 0.4
-"""The part of the budget that a search from the present value may take."""
-
-Limits = Tuple[Any, Any]
+Limits = Tuple[Value, Value]
 
 
 class OutOfBounds(NoPreimage):
@@ -56,23 +50,23 @@ class Attempt:
         graph: Graph,
         root: int,
         source: Source,
-        base: List[Any],
+        base: List[Value],
         limits: Limits,
         budget: Budget,
-        wanted: Any,
+        wanted: Value,
     ) -> None:
         self._graph = graph
         self._root = root
         self._source = source
         self._base = base
-        self._trial = Trial(graph, [source], [root], base, budget, [wanted])
+        self._trial = Trial(graph, [source], [root], base, budget)
         self._wanted = wanted
         self._depends = self._trial.depends
         leaf = graph.occurrences[source][0]
         self.present = base[leaf]
         self._kind = type(graph.nodes[leaf]._plain)
-        self._low: Any
-        self._high: Any
+        self._low: Value
+        self._high: Value
         self._low, self._high = in_floats(limits) if self._kind is float else limits
         if self._kind is int:
             self._low = math.ceil(self._low) if math.isfinite(self._low) else self._low
@@ -81,7 +75,7 @@ class Attempt:
         if not self._depends[root]:
             refuse('it does not depend on that')
 
-    def answer(self) -> Any:
+    def answer(self) -> Value:
         """The value of the source that makes the result the wanted one, the nearest to the present one of those found.
 
         Raises:
@@ -109,7 +103,7 @@ class Attempt:
                 raise
             return found
 
-    def _gives_it_now(self, wanted: Any) -> bool:
+    def _gives_it_now(self, wanted: Value) -> bool:
         """Return True if the present value gives the wanted result. It is then kept even if it is out of bounds."""
         return bool(wanted == self._base[self._root] and self._result(self.present) == wanted)
 
@@ -117,7 +111,7 @@ class Attempt:
         """Return True if an answer beyond a bound is the only answer, so that a search is useless."""
         return isinstance(reason, OutOfBounds) and self._graph.is_affine(self._depends, self._root)
 
-    def _elsewhere(self, wanted: Any) -> Optional[Any]:
+    def _elsewhere(self, wanted: Value) -> Optional[Value]:
         """An answer found from other source values, or by a search over all of them; None where there is none."""
         fitting = []
         for start in self._starts():
@@ -138,7 +132,7 @@ class Attempt:
         except NoPreimage:
             return None
 
-    def _starts(self) -> List[Any]:
+    def _starts(self) -> List[Value]:
         """List more values to undo the operations from: at and between the bounds, near 0, with the other sign."""
         low, high, present = self._low, self._high, self.present
         ends = [end for end in (low, high) if math.isfinite(end)]
@@ -147,7 +141,7 @@ class Attempt:
         ends += [0, -present, 1, -1]
         if self._kind is float:
             ends += [0.5, -0.5, present + 1, present - 1, present + math.pi, present - math.pi]
-        starts: List[Any] = []
+        starts: List[Value] = []
         for end in ends:
             try:
                 start = self._kind(end)
@@ -157,10 +151,10 @@ class Attempt:
                 starts.append(start)
         return starts
 
-    def _way(self, value: Any) -> Any:
+    def _way(self, value: Value) -> Value:
         return abs(value - self.present)
 
-    def _from(self, start: Any, wanted: Any) -> Any:
+    def _from(self, start: Value, wanted: Value) -> Value:
         """The answer to which undoing the operations leads, where those with several inverses take the one
         nearest to what the start gives."""
         try:
@@ -184,12 +178,12 @@ class Attempt:
             return refuse('%s would have to be %s, and is a whole number', '{source}', shown(found))
         return refuse('%r gives %r', candidates[0], self._result(candidates[0]))
 
-    def _accepts(self, result: Any, wanted: Any) -> bool:
+    def _accepts(self, result: Value, wanted: Value) -> bool:
         if self._kind is float:
             return almost_meets(result, wanted, self._base[self._root])
         return meets(result, wanted)
 
-    def _bounded(self, value: Any, wanted: Any) -> Any:
+    def _bounded(self, value: Value, wanted: Value) -> Value:
         """An answer within the bounds: a bound itself where the answer misses it, or lies before it, by roundings.
 
         Raises:
@@ -209,11 +203,11 @@ class Attempt:
                     raise OutOfBounds(beyond_bound(value, bound, word))
         return value
 
-    def _result(self, value: Any) -> Any:
+    def _result(self, value: Value) -> Value:
         values = self._trial.tried({self._source: value})
         return math.nan if values is None else values[self._root]
 
-    def _undone(self, wanted: Any, values: List[Any]) -> Any:
+    def _undone(self, wanted: Value, values: List[Value]) -> Value:
         graph, index, depends = self._graph, self._graph.index, self._depends
         place = self._root
         while True:
@@ -244,7 +238,7 @@ class Attempt:
             wanted = undone(form, form.inverse[side], wanted, values[a], values[b])
             place = b if side else a
 
-    def _through_form(self, place: int, operand: int, wanted: Any, values: List[Any], present: Any) -> Any:
+    def _through_form(self, place: int, operand: int, wanted: Value, values: List[Value], present: Value) -> Value:
         """Return the operand's value for a wanted value of a record that is not in the table of operations.
 
         NotImplemented if that needs a search.
@@ -260,7 +254,7 @@ class Attempt:
             refuse('{source} would be beyond what a float holds')
         return found
 
-    def _several(self, place: int, wanted: Any, values: List[Any]) -> Any:
+    def _several(self, place: int, wanted: Value, values: List[Value]) -> Value:
         """The source's value where it appears more than once below a node."""
         if isinstance(wanted, str):
             return self._text_within(place, wanted)
@@ -277,32 +271,9 @@ class Attempt:
         if self._searches > 1:
             # Further starts are only descended from: the whole search has been done once.
             return search.descend_whole(start) if self._kind is int else search.descend(start)
-        if self._kind is float:
-            found = self._of_quotient(place, wanted, start)
-            if found is not None and search.is_met(found):
-                return search.nearer(start, found)
         # The rest is for other branches of the operations undone so far.
-        with self._trial.budget.part_of(self._trial, FIRST_SEARCH):
+        with self._trial.budget.part_of(self._trial, 0.5):
             return self._searched(place, wanted, start, lambda result: meets(result, wanted), self._low, self._high)
-
-    def _of_quotient(self, place: int, wanted: Any, start: float) -> Optional[float]:
-        """Find a candidate answer for a quotient of two expressions without its poles, as a root of `a - wanted * b`.
-        None for any other operation."""
-        form, first, second = self._graph.records[place]
-        if form.operation is not DIVIDE:
-            return None
-        a, b = self._graph.index[id(first)], self._graph.index[id(second)]
-
-        def excess(value: Any) -> Any:
-            values = self._trial.values({self._source: value})
-            return values[a] - wanted * values[b]
-
-        def slope(value: Any) -> Any:
-            values = self._trial.values({self._source: value})
-            rise = self._graph.tangent(self._source, self._trial.partials(values))
-            return rise.get(a, 0) - wanted * rise.get(b, 0)
-
-        return Search(excess, slope, 0.0, lambda result: result == 0, self._low, self._high).descend(start)
 
     def _text_within(self, place: int, wanted: str) -> str:
         """The text that a source must hold which appears in a longer one more than once.
@@ -321,20 +292,25 @@ class Attempt:
         return self._trial.values({self._source: value})[place]
 
     def _search(
-        self, place: int, wanted: Any, accepts: Callable[[Any], bool], low: float = -math.inf, high: float = math.inf
+        self,
+        place: int,
+        wanted: Value,
+        accepts: Callable[[Value], bool],
+        low: float = -math.inf,
+        high: float = math.inf,
     ) -> Search:
-        def slope(value: Any) -> Any:
+        def slope(value: Value) -> Value:
             values = self._trial.values({self._source: value})
             return self._graph.tangent(self._source, self._trial.partials(values)).get(place, 0)
 
-        def result(value: Any) -> Any:
+        def result(value: Value) -> Value:
             return self._trial.values({self._source: value})[place]
 
         return Search(result, slope, wanted, accepts, low, high)
 
     def _searched(
-        self, place: int, wanted: Any, start: Any, accepts: Callable[[Any], bool], low: float, high: float
-    ) -> Any:
+        self, place: int, wanted: Value, start: Value, accepts: Callable[[Value], bool], low: float, high: float
+    ) -> Value:
         """The source's value that gives a node's wanted one, searched for, within half a period of the present one."""
         search = self._search(place, wanted, accepts, low, high)
         found = search.near(start)
@@ -348,7 +324,7 @@ class Attempt:
                     found = turned
         return found
 
-    def _of_kind(self, found: Any) -> List[Any]:
+    def _of_kind(self, found: Value) -> List[Value]:
         """Convert an answer to values of the source's type: a float, the whole numbers around it, or a text."""
         if self._kind is str:
             return [found] if isinstance(found, str) else refuse('%r is not a text', found)
@@ -364,34 +340,6 @@ class Attempt:
         return [nearest, nearest + 1, nearest - 1]
 
 
-def beyond_bounds(value: Any, wanted: Any, limits_of: Callable[[Source], Limits]) -> Dict[Source, str]:
-    """Why sources cannot give a value alone, where it is affine in them and the answer is clearly beyond their bounds.
-
-    Trying each of many sources takes time in proportion to their square.
-
-    Args:
-        value: the tracked value.
-        wanted: the wanted value.
-        limits_of: gives a source's minimum and maximum.
-
-    Returns:
-        `{Source: reason}` of those sources.
-    """
-    found: Dict[Source, str] = {}
-    try:
-        for source, at, slope in affine(value) or ():
-            low, high = limits_of(source)
-            needed = at + (wanted - value._plain) / slope if slope else at
-            margin = RELATIVE * max(abs(at), abs(needed))
-            if slope and needed < low - margin:
-                found[source] = beyond_bound(needed, low, 'below its minimum')
-            elif slope and needed > high + margin:
-                found[source] = beyond_bound(needed, high, 'above its maximum')
-    except UNDEFINED:
-        return {}
-    return found
-
-
 def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> Any:
     """The operand that gives a wanted result.
 
@@ -402,7 +350,7 @@ def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> An
     """
     row = form.operation
     if isinstance(wanted, (int, Fraction)):
-        if wanted.numerator.bit_length() > LONGEST_NUMBER:
+        if wanted.numerator.bit_length() > MOST_BITS:
             refuse('%s would have to give a number of too many digits', row.shown_as)
         if 'a' in row.affine and not isinstance(wanted, bool):
             wanted = Fraction(wanted)
@@ -425,7 +373,7 @@ def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> An
     return operand.numerator if isinstance(operand, Fraction) and operand.denominator == 1 else operand
 
 
-def difference(wanted: Any, present: Any) -> Any:
+def difference(wanted: Value, present: Value) -> Value:
     """`wanted - present`, as a fraction for whole numbers."""
     try:
         return Fraction(wanted) - present if isinstance(wanted, int) else wanted - present
@@ -442,17 +390,17 @@ def quotient(missing: Any, slope: Any) -> Any:
         return refuse('{source} would be beyond what a float holds')
 
 
-def shown(number: Any) -> str:
+def shown(number: Value) -> str:
     """A number found on the way, for a message."""
     return '%.6g' % number if isinstance(number, float) else written(number)
 
 
-def beyond_bound(value: Any, bound: Any, word: str) -> str:
+def beyond_bound(value: Value, bound: Value, word: str) -> str:
     """Why a source does not take a value."""
     return '{source} would have to be %s, %s %r' % (written(value), word, bound)
 
 
-def written(number: Any) -> str:
+def written(number: Value) -> str:
     """A number in full, unless it is a whole number or a fraction too long to read."""
     if isinstance(number, (int, Fraction)) and number.numerator.bit_length() > 1000:
         return 'a number of %d digits' % (number.numerator.bit_length() * 0.30103)

@@ -3,6 +3,7 @@
 import math
 from typing import Any, Dict, Iterator, List, Set
 
+from ..annotations import Value
 from ..operations.table import COS, FMOD, IEEE_REMAINDER, REMAINDER, SIN, TAN
 from ..sources import Source
 from .budget import WORK_OF_A_SLOPE, Trial
@@ -34,7 +35,7 @@ class Periods:
         """Return True if the expressions contain any periodic operations."""
         return bool(self._places)
 
-    def of(self, sources: List[Source], values: List[Any]) -> Iterator[List[float]]:
+    def of(self, sources: List[Source], values: List[Value]) -> Iterator[List[float]]:
         """The periods that each source may have, the longest first; whether all results have them is not checked.
 
         Args:
@@ -51,7 +52,7 @@ class Periods:
             budget.spend(len(partials))
             yield self._longest_first(values, graph.tangent(source, partials))
 
-    def _longest_first(self, values: List[Any], rise: Dict[int, Any]) -> List[float]:
+    def _longest_first(self, values: List[Value], rise: Dict[int, Value]) -> List[float]:
         graph = self._trial.graph
         found: Set[float] = set()
         for place in self._places:

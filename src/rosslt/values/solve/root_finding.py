@@ -7,8 +7,9 @@ the start is taken.
 """
 
 import math
-from typing import Any, Callable, Iterator, List, Optional, Tuple
+from typing import Callable, Iterator, List, Optional, Tuple
 
+from ..annotations import Value
 from ..operations.inverses import refuse
 from .budget import UNDEFINED, Exhausted
 
@@ -17,8 +18,8 @@ HALVINGS = 20
 LONG_STEPS = 8
 """Newton's steps may grow to so many times the size of where they start before they count as lost."""
 
-Real = Callable[[Any], Any]
-Sample = Tuple[Any, Optional[Any]]
+Real = Callable[[Value], Value]
+Sample = Tuple[Value, Optional[Value]]
 
 
 class Search:
@@ -36,8 +37,8 @@ class Search:
         self,
         f: Real,
         slope: Real,
-        wanted: Any,
-        meets: Callable[[Any], bool],
+        wanted: Value,
+        meets: Callable[[Value], bool],
         low: float = -math.inf,
         high: float = math.inf,
     ) -> None:
@@ -47,9 +48,9 @@ class Search:
         self._meets = meets
         self._low = low
         self._high = high
-        self._closest: Tuple[Any, Any] = (math.inf, None)
+        self._closest: Tuple[Value, Value] = (math.inf, None)
 
-    def near(self, start: Any) -> Any:
+    def near(self, start: Value) -> Value:
         """The x found from a start, of the start's type.
 
         Raises:
@@ -69,7 +70,7 @@ class Search:
             return self._refused(str(error))
         return self._refused('')
 
-    def _refused(self, reason: str) -> Any:
+    def _refused(self, reason: str) -> Value:
         """Say how near the function came to the wanted value."""
         missing, x = self._closest
         if x is None:
@@ -77,7 +78,7 @@ class Search:
         nearest = 'it was found to come no nearer than %.7g' % (self._wanted + missing)
         return refuse('%s', '%s; %s' % (nearest, reason) if reason else nearest)
 
-    def missing(self, x: Any) -> Optional[Any]:
+    def missing(self, x: Value) -> Optional[Value]:
         """By how much f(x) is too large; None where f is not defined."""
         try:
             missing = self._f(x) - self._wanted
@@ -91,7 +92,7 @@ class Search:
         except UNDEFINED:
             return None
 
-    def is_met(self, x: Any) -> bool:
+    def is_met(self, x: Value) -> bool:
         """Return True if f(x) counts as the wanted value, and x is finite and within the limits."""
         if x is None or x - x != 0 or not self._low <= x <= self._high:
             return False
@@ -195,35 +196,8 @@ class Search:
                         yield self.between(before, x) if was < missing else self.between(x, before)
                     elif len(line) > 2 and line[-3][1] is not None and abs(was) <= min(abs(missing), abs(line[-3][1])):
                         turns.append((abs(was), before))
-                elif (missing is None) != (was is None):
-                    inside = x if was is None else before
-                    edge = self._edge(inside, before if was is None else x)
-                    yield from self._at_edge(inside, edge)
         for _, x in sorted(turns)[:6]:
             yield self.descend(x, STEPS // 2)
-
-    def _edge(self, inside: float, outside: float) -> float:
-        """Find the last point where f is defined, between a point where it is defined and one where it is not."""
-        for _ in range(60):
-            middle = inside + (outside - inside) / 2
-            if middle in (inside, outside):
-                break
-            if self.missing(middle) is None:
-                outside = middle
-            else:
-                inside = middle
-        return inside
-
-    def _at_edge(self, inside: float, edge: float) -> Iterator[float]:
-        """Yield candidate answers between a point of f's domain and the domain's edge, where f may be steep."""
-        before, was = inside, self.missing(inside)
-        for part in (0.1, 1e-2, 1e-4, 1e-8, 0.0):
-            x = edge + (inside - edge) * part
-            missing = self.missing(x)
-            if missing is not None and was is not None and (missing > 0) != (was > 0):
-                yield self.between(before, x) if was < missing else self.between(x, before)
-            before, was = x, missing
-        yield edge
 
     def between(self, low: float, high: float) -> float:
         """Bisect between an x where f is below the wanted value and one where it is above."""
@@ -305,7 +279,7 @@ class Search:
         return low if self.is_met(low) else high
 
 
-def _rounded_quotient(a: Any, b: Any) -> int:
+def _rounded_quotient(a: Value, b: Value) -> int:
     """`a / b` to the nearest whole number, exactly for whole numbers."""
     if isinstance(a, int) and isinstance(b, int):
         return (2 * a + b) // (2 * b)

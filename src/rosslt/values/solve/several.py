@@ -8,8 +8,9 @@ it can.
 import itertools
 import math
 import random
-from typing import Any, Callable, Iterator, List, Optional, Sequence
+from typing import Callable, Iterator, List, Optional, Sequence
 
+from ..annotations import Value
 from ..closeness import ROUNDING, ULPS, almost_meets, is_at
 from .budget import UNDEFINED, Exhausted
 from .descent import CONVERGED, ROUNDS, Descent, Descents
@@ -145,7 +146,7 @@ class System(Descents):
         values = self._tried(x)
         return values is not None and self._are_met(values, self._wanted)
 
-    def _are_met(self, values: List[Any], wanted: Sequence[Any]) -> bool:
+    def _are_met(self, values: List[Value], wanted: Sequence[Value]) -> bool:
         return all(almost_meets(values[root], goal, self._size) for root, goal in zip(self._roots, wanted))
 
     def _starts(self) -> Iterator[Point]:
