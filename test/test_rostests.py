@@ -24,7 +24,7 @@ HERE = Path(__file__).parent
 SUITES = sorted(HERE.rglob('*.test'))
 #: Suites that take long and whose promises others touch as well, or that show a whole demo.
 SLOW = {
-    *('instrument/flying', 'markers/arm', 'markers/demo', 'markers/robot', 'markers/watching'),
+    *('instrument/flying', 'markers/arm', 'markers/robot', 'markers/watching'),
     *('markers/talker_listener', 'markers/visualization_talker_listener', 'node/closed_loop', 'script/mouse_drags'),
 }
 DEFAULT_TIME_LIMIT = 60  # rostest's own, in seconds, for a <test> that says none

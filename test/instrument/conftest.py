@@ -6,8 +6,6 @@ import pytest
 import rospy
 
 import rosslt
-from rosslt import values
-from rosslt.instrument import array_functions
 from support.masters import reached_master
 from support.saving import Hearing
 
@@ -33,11 +31,3 @@ def hearing(master):
     yield hear
     for one in made:
         one.stop()
-
-
-@pytest.fixture(autouse=True)
-def numpy_as_in_rosslt_run():
-    """Let tracked numbers compute as under `rosslt run` in these tests, and in no others of this process."""
-    array_functions.keep_provenance_in_numpy()
-    yield
-    values.compute_ufuncs_with(None)

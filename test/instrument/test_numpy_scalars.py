@@ -7,6 +7,7 @@ from rosslt import node, values
 from support.unmodified import Listener, Unmodified
 
 NUMBERS = """
+import pickle
 import numpy as np
 class Robot:
     def __init__(self):
@@ -24,6 +25,7 @@ for made in (
     print(repr(float(made)), made == made.__class__(made))
 with np.errstate(divide='ignore'):
     print(two / robot.none, -two / robot.none, 0 * two / robot.x)
+print([pickle.dumps(one) for one in (np.sqrt(robot.x), np.array([robot.x]))])
 """
 
 SCALED = """

@@ -178,6 +178,16 @@ def test_a_marker_goes_when_its_lifetime_ends_or_has_not_begun_as_the_clock_was_
         assert bool(seen.handles) == remains, later
 
 
+def test_a_lifetime_begins_again_with_each_message_that_shows_the_same_marker(scene, seen, clock):
+    mortal = marker(tracked(1.0))
+    mortal.lifetime = rospy.Duration(5.0)
+    for later, remains in ((4.0, True), (4.0, True), (5.1, False)):
+        take(scene, '/markers', MarkerArray([mortal]))
+        clock.seconds += later
+        scene.expire()
+        assert bool(seen.handles) == remains, later
+
+
 def test_a_mirrored_mesh_has_handles_of_its_size_and_stays_mirrored(scene, seen):
     mesh = marker(tracked(1.0), Marker.MESH_RESOURCE)
     mesh.scale.x, mesh.scale.y, mesh.scale.z = tracked(-2.0, 2), -2.0, -2.0
@@ -402,9 +412,7 @@ def test_rviz_which_draws_paths_by_itself_gets_balls_alone(scene, seen):
 
 @pytest.fixture
 def crane(monkeypatch):
-    robot = joints.Robot()
-    robot._joints = joints.read_joints(URDF)
-    monkeypatch.setattr(joints, 'ROBOT', robot)
+    monkeypatch.setattr(joints.rospy, 'get_param_cached', lambda name, default: URDF)
 
 
 def joint_handles(scene, seen, tower=0.3, trolley=0.2):
@@ -443,9 +451,7 @@ def test_a_joint_that_slides_has_a_ball_that_moves_along_its_axis(scene, seen, c
 
 
 def test_joints_without_a_description_have_no_handle(scene, seen, monkeypatch):
-    robot = joints.Robot()
-    robot._looked_at = float('inf')
-    monkeypatch.setattr(joints, 'ROBOT', robot)
+    monkeypatch.setattr(joints.rospy, 'get_param_cached', lambda name, default: {})  # as rospy says it the second time
     take(scene, '/joint_states', JointState(name=['tower'], position=[tracked(0.3)]))
     assert not seen.handles
 
@@ -457,8 +463,7 @@ def test_nobody_is_asked_or_told_while_the_scene_is_locked(scene, monkeypatch):
         locked.append(scene._lock._is_owned())
         return ''
 
-    monkeypatch.setattr(joints, 'ROBOT', joints.Robot())
-    monkeypatch.setattr(joints.rospy, 'get_param', noting)  # asks the master
+    monkeypatch.setattr(joints.rospy, 'get_param_cached', noting)  # asks the master
     monkeypatch.setattr(scene, '_warn_with', noting)
     take(scene, '/joint_states', JointState(name=['tower'], position=[tracked(0.3)]))
     take(scene, '/markers', marker(plain_math.inf * tracked(1.0)))

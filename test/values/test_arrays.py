@@ -126,7 +126,17 @@ def test_functions_give_what_numpy_gives_and_keep_provenance(name):
     assert np.array_equal(np.asarray(call(tracked_np, *plain), dtype=float), np.asarray(expected, dtype=float))
 
 
-WITHOUT_ARRAYS = {'full', 'linspace', 'linspace open', 'arange', 'hypot', 'array', 'interp scalar', 'interp at a point'}
+WITHOUT_ARRAYS = {
+    'asarray',
+    'full',
+    'linspace',
+    'linspace open',
+    'arange',
+    'hypot',
+    'array',
+    'interp scalar',
+    'interp at a point',
+}
 WITHOUT_ARRAYS |= {'max of a list', 'min of a list', 'abs of a list'}
 """These take scalars and lists, for which NumPy asks nobody."""
 
@@ -193,10 +203,11 @@ def test_what_is_no_finite_number_and_all_norms_are_as_in_numpy(name):
     np.testing.assert_allclose(np.array(untracked(result), dtype=float), expected, rtol=1e-9, atol=1e-12)
 
 
-def test_norms_that_are_sums_keep_provenance_and_the_norms_of_singular_values_are_plain():
+def test_norms_keep_provenance():
     norm = tracked_np.linalg.norm(tracked_array(VECTOR), 3)
     assert evaluate(norm, dict.fromkeys(sources(norm), 1.0)) == pytest.approx(3 ** (1 / 3))
-    assert not is_tracked(tracked_np.linalg.norm(tracked_array(MATRIX), 2))
+    norm = tracked_np.linalg.norm(tracked_array(MATRIX), 2)
+    assert evaluate(norm, dict.fromkeys(sources(norm), 1.0)) == pytest.approx(3.0)
 
 
 def test_a_singular_matrix_is_refused_as_by_numpy():
@@ -207,15 +218,13 @@ def test_a_singular_matrix_is_refused_as_by_numpy():
     assert tracked_np.linalg.det([[track(1.0, A), 2.0], [2.0, 4.0]]) == 0
 
 
-def test_what_computes_in_floats_only_gets_the_plain_numbers():
-    array, matrix = tracked_array(VECTOR), tracked_array(MATRIX)
+def test_what_gives_no_numbers_that_can_be_tracked_is_plain():
+    array = tracked_array(VECTOR)
     for result, expected in (
         (np.isfinite(array), np.isfinite(VECTOR)),
         (np.isnan(array), np.isnan(VECTOR)),
         (tracked_np.isnan([track(float('nan'), A), 1.0]), [True, False]),
         (np.isclose(array, VECTOR), [True] * 3),
-        (np.linalg.eigvals(matrix), np.linalg.eigvals(MATRIX)),
-        (np.linalg.svd(matrix)[1], np.linalg.svd(MATRIX)[1]),
         (np.fft.fft(array), np.fft.fft(VECTOR)),
         (np.argsort(array), np.argsort(VECTOR)),
         (array > 0, VECTOR > 0),
@@ -233,11 +242,11 @@ def test_new_arrays_take_tracked_values(made):
     made += 1
     made[...] *= 2
     assert sources(made) == [A]
-    assert made.astype(float).dtype == float
-    assert type(made.astype(float)) is np.ndarray
+    assert sources(made.astype(np.float32)) == [A]
+    assert type(tracked_np.zeros(3) + 1) is np.ndarray
 
 
-def test_large_and_typed_arrays_are_numpys():
+def test_what_holds_nothing_tracked_is_numpys():
     assert tracked_np.zeros((480, 640)).dtype == float
     assert tracked_np.zeros(3, dtype=int).dtype == int
     assert tracked_np.array([track(1.0, A)], dtype='float32').dtype == np.float32

@@ -118,17 +118,6 @@ def default_timeout(timeout: float) -> Iterator[None]:
         socket.setdefaulttimeout(before)
 
 
-def why_unreachable(master: rosgraph.Master, node: str, reason: str) -> str:
-    """Why a node did not answer, and what to do.
-
-    Args:
-        master: knows the node's addresses.
-        node: its full name.
-        reason: the answer if the node can be reached all the same.
-    """
-    return problem_of(master, node) or reason
-
-
 def has_ended(master: rosgraph.Master, node: str) -> bool:
     """Return True if a node has ended, although the master may still list it."""
     return all(problem is ConnectionRefusedError for _, problem, _ in _problems(master, node))

@@ -3,7 +3,7 @@
 import functools
 import math
 import operator
-from typing import Any, Callable, Dict, Tuple
+from typing import Any, Callable, Dict, Optional, Tuple
 
 from rosslt import values
 
@@ -119,27 +119,30 @@ _TRACKED_FLOAT = type(values.track(0.0, values.Source('/', 0)))
 _TRACKED_INT = type(values.track(0, values.Source('/', 0)))
 
 
-def show_as_plain(tracked: type, plain: Any) -> None:
+class _Pickling:
+    is_plain = False
+
+
+def show_as_plain(tracked: type, plain: Any, reduce: Optional[Callable[[Any, Any], Any]] = None) -> None:
     """Have a class call itself as the plain one does, in texts and error messages, and be known as that one.
 
     Args:
         tracked: the class of what has provenance.
         plain: what it is without.
+        reduce: gives an object of that to pickle, instead of `__reduce_ex__`.
     """
     tracked.__name__, tracked.__qualname__, tracked.__module__ = plain.__name__, plain.__qualname__, plain.__module__
     _PLAIN_CLASSES[tracked] = plain
+    if _Pickling.is_plain:
+        tracked.__reduce_ex__ = reduce or (lambda value, _: (plain, (value._plain,)))  # type: ignore
 
 
 def show_numbers_as_plain() -> None:
     """`show_as_plain` for all classes of tracked values. What is pickled is read by programs that know of plain ones
     only, and must be the plain number that it was."""
+    _Pickling.is_plain = True
     for tracked, kind in list(_PLAIN_CLASSES.items()):
         show_as_plain(tracked, kind)
-        tracked.__reduce_ex__ = _pickled_as(kind)  # type: ignore[method-assign, assignment]
-
-
-def _pickled_as(kind: type) -> Callable[[Any, Any], Any]:
-    return lambda value, _: (kind, (value._plain,))
 
 
 #: The classes on whose right a tracked number would be taken for a plain one, and the classes of such numbers.

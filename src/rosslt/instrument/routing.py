@@ -253,11 +253,10 @@ replace(math, _math())
 
 @replace_module('numpy')
 def _numpy(original: types.ModuleType) -> Any:
-    from rosslt.instrument import array_functions
+    from rosslt.instrument import numpy_routing
 
-    array_functions.keep_provenance_in_numpy()
-    linalg = array_functions.linalg_functions()
-    functions = array_functions.numpy_functions()
+    numpy_routing.look_like_numpy()
+    linalg, functions = numpy_routing.linalg_functions(), numpy_routing.numpy_functions()
     for module, others in ((original.linalg, linalg), (original, functions)):
         for name, function in others.items():
             replace(getattr(module, name), function)
@@ -309,13 +308,13 @@ def _with_numbers_of(original: Any, tracked: Any) -> Any:
         result = original(*arguments)
         if not any(map(values.is_tracked, arguments)):
             return result
-        from rosslt.instrument.array_numbers import python_number, same_number
-
+        arrays = values.numpy_arrays()
         known = dict(values.leaves(tracked(*arguments)))
         for path, number in values.leaves(result):
             if isinstance(number, float):
                 *inner, last = path.split('.')
-                setattr(functools.reduce(getattr, inner, result), last, same_number(number, python_number(known[path])))
+                same = arrays.same_number(number, arrays.python_number(known[path]))
+                setattr(functools.reduce(getattr, inner, result), last, same)
         return result
 
     return function

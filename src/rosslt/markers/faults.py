@@ -22,6 +22,6 @@ def contained(what: str) -> Iterator[None]:
         raise
     except Exception as fault:
         key = what, traceback.format_exception_only(type(fault), fault)[-1]
-        if key not in _logged:
+        if key not in _logged and not rospy.is_shutdown():  # what is being closed fails everywhere
             _logged.add(key)
             rospy.logerr('%s\n%s', what, traceback.format_exc())

@@ -18,7 +18,6 @@ from .fit import Fit, fit
 from .functions import MATH, keeping, recorder, reflecting, stripper, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
-from .numpy_ufuncs import compute_ufuncs_with
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .recording import OPERATION, allow, limit_recording, reapply, spend, widened
@@ -26,7 +25,6 @@ from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_sources_with
 from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import (
-    add_class,
     from_affine,
     lazy,
     lazy_of,
@@ -53,11 +51,9 @@ __all__ = [
     'Operation',
     'Source',
     'UnnamedSource',
-    'add_class',
     'affine',
     'allow',
     'assemble',
-    'compute_ufuncs_with',
     'continued',
     'describe_sources_with',
     'disassemble',
@@ -75,6 +71,7 @@ __all__ = [
     'limit_recording',
     'linearized',
     'nearest',
+    'numpy_arrays',
     'numpy_functions',
     'operation',
     'origins',
@@ -99,7 +96,12 @@ __all__ = [
 ]
 
 
+def numpy_arrays() -> Any:
+    """The folder `arrays`: NumPy's arrays and numbers with provenance. NumPy is imported for it."""
+    return importlib.import_module('.arrays', __name__)
+
+
 def numpy_functions() -> Dict[str, Callable[..., Any]]:
     """NumPy's public functions by name (`dot`, `linalg.inv`), each keeping provenance; NumPy is imported for it."""
-    functions: Dict[str, Callable[..., Any]] = importlib.import_module('.arrays', __name__).FUNCTIONS
+    functions: Dict[str, Callable[..., Any]] = numpy_arrays().FUNCTIONS
     return functions

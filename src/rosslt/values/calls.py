@@ -63,11 +63,12 @@ class Layout(NamedTuple):
 
 
 class CallForm(Form):
-    """`(form, (numbers, layout), place)`: a call of a user's function, or one of its results.
+    """`(form, (numbers, layout, results), place)`: a call of a user's function, or one of its results.
 
     `numbers` are what the arguments are made of, by position, then by keyword, tracked or not; `layout` makes the
-    arguments of them; `place` is the index of the result in the tuple, list or array that the function returns, None
-    if it returns a number.
+    arguments of them; `results` is a list with the last numbers that the function was called with, and what it gave
+    (all results of a call share it); `place` is the index of the result in the tuple, list or array that the function
+    returns, None if it returns a number.
     """
 
     __slots__ = ('called',)
@@ -80,16 +81,15 @@ class CallForm(Form):
         return [number for number in first[0] if type(number) in TRACKED]
 
     def with_operands(self, first: Value, second: Value, operands: Sequence[Value]) -> Tuple[Form, Value, Value]:
-        return self, (self._filled(first, operands), first[1]), second
+        return self, (self._filled(first, operands), first[1], []), second
 
     def evaluate(self, present: Value, first: Value, second: Value, values: Sequence[Value]) -> Value:
-        numbers, layout = self._filled(first, values), first[1]
-        return _number(_part(layout.call(self.called.forward, numbers), second))
+        return _number(_part(self._result(first, self._filled(first, values)), second))
 
     def slopes(self, first: Value, second: Value, values: Sequence[Value]) -> Sequence[Value]:
-        numbers, layout = self._filled(first, values), first[1]
+        numbers = self._filled(first, values)
         return [
-            self._slope(at, numbers, layout, second) for at, number in enumerate(first[0]) if type(number) in TRACKED
+            self._slope(at, numbers, first, second) for at, number in enumerate(first[0]) if type(number) in TRACKED
         ]
 
     def undo(
@@ -104,7 +104,7 @@ class CallForm(Form):
         return inverse(wanted, *layout.arguments(self._filled(first, values)))
 
     def text(self, present: Value, first: Value, second: Value, texts: Sequence[Text]) -> Text:
-        numbers, layout = first
+        numbers, layout, _ = first
         left = iter(texts)
         flat = iter([next(left)[0] if type(one) in TRACKED else literal(one)[0] for one in numbers])
         shown = [
@@ -122,18 +122,29 @@ class CallForm(Form):
         left = iter(values)
         return [next(left) if type(number) in TRACKED else number for number in first[0]]
 
-    def _slope(self, at: int, numbers: List[Value], layout: Layout, place: Optional[int]) -> Value:
+    def _result(self, first: Value, numbers: List[Value], moved: Optional[Tuple[int, Value]] = None) -> Value:
+        """What the function gives for such numbers; with one of them moved, `(index, number)`. It is remembered for all
+        results of the call."""
+        _, layout, results = first
+        if not results or results[0][0] != numbers:
+            results[:] = [(numbers, {})]
+        known = results[0][1]
+        if moved not in known:
+            if moved is not None:
+                numbers = list(numbers)
+                numbers[moved[0]] = moved[1]
+            known[moved] = layout.call(self.called.forward, numbers)
+        return known[moved]
+
+    def _slope(self, at: int, numbers: List[Value], first: Value, place: Optional[int]) -> Value:
+        layout: Layout = first[1]
         argument, inside = layout.argument_of(at)
         derivative = known_at(self.called.slope, argument)
         if derivative is not None:
             slope = _part(derivative(*layout.arguments(numbers)), place)
             return slope if inside is None else slope[inside]
         step = STEP * max(1.0, abs(numbers[at]))
-        ends = []
-        for side in (step, -step):
-            moved = list(numbers)
-            moved[at] = numbers[at] + side
-            ends.append(_number(_part(layout.call(self.called.forward, moved), place)))
+        ends = [_number(_part(self._result(first, numbers, (at, numbers[at] + by)), place)) for by in (step, -step)]
         return (ends[0] - ends[1]) / (2 * step)
 
 
@@ -141,9 +152,7 @@ def _part(result: Value, place: Optional[int]) -> Value:
     """Return the number at an index of a function's result; the result itself if the index is None."""
     if place is None:
         return result
-    if _is_array(result):
-        return result.flat[place].item() if hasattr(result.flat[place], 'item') else result.flat[place]
-    return result[place]
+    return result.item(place) if _is_array(result) else result[place]
 
 
 def _is_array(value: Value) -> bool:
@@ -214,7 +223,8 @@ def operation(function: Optional[Function] = None, *, inverse: Functions = None,
         # The program may change the arguments at any time; the record keeps copies.
         kept = numbers if SCALARS.issuperset(map(type, numbers)) else [copied(number) for number in numbers]
         result = layout.call(function, [plain(number) for number in numbers])
-        first, size = (tuple(kept), layout), size_of(operands)
+        results: List[Value] = []
+        first, size = (tuple(kept), layout, results), size_of(operands)
         if not isinstance(result, (tuple, list)) and not _is_array(result):
             record = _record_of_row(made, kept) if layout.is_plain() else None
             return _tracked(result, record or (form, first, None), size)

@@ -3,10 +3,14 @@
 The tracked numbers define `__array_ufunc__` (NEP 13), so NumPy hands them its operators and functions: `np.sin(x)`,
 `array * x`, `np.float32(2) * x`. One case it does not hand on: since NumPy 1.23 the operators of `np.float64` compute
 at once with a subclass of float, so `np.float64(2) * x` is plain (docs/values.md says what to do).
+
+Arrays of objects hold tracked numbers themselves, and NumPy computes with them element by element. All others are
+computed by `arrays`.
 """
 
+import importlib
 import sys
-from typing import Any, Callable, Optional
+from typing import Any, Callable
 
 from .operations import BY_CODE, Operation
 from .tracked import plain
@@ -19,28 +23,15 @@ ON_OBJECTS = frozenset(
     ('conjugate', 'fmax', 'fmin', 'matmul', 'maximum', 'minimum', 'positive', 'reciprocal', 'square')
 )
 
-_compute: Optional[Callable[..., Any]] = None
-
-
-def compute_ufuncs_with(function: Optional[Callable[..., Any]]) -> None:
-    """Set the function that computes with arrays and tracked scalars; the default makes arrays of objects.
-
-    Args:
-        function: called with the ufunc, its method's name, its operands and its options, where none of the operands
-            is an array of objects; None restores the default.
-    """
-    global _compute
-    _compute = function
-
-
-def computes_ufuncs() -> bool:
-    """Return True if `compute_ufuncs_with` has set a function."""
-    return _compute is not None
-
 
 def is_array(x: Any) -> bool:
-    """Return True if `x` is a NumPy array; does not import NumPy."""
+    """Return True if `x` is a NumPy array or number; does not import NumPy."""
     return hasattr(x, '__array_ufunc__') and hasattr(x, 'dtype') and hasattr(x, 'astype')
+
+
+def compute(ufunc: Any, method: str, operands: Any, options: Any) -> Any:
+    """Call a ufunc with tracked numbers among its operands: see `arrays.calling.compute`."""
+    return importlib.import_module('.arrays.calling', __package__).compute(ufunc, method, operands, options)
 
 
 def _has_objects(operands: Any) -> bool:
@@ -48,10 +39,10 @@ def _has_objects(operands: Any) -> bool:
 
 
 def broadcast(apply: Callable[..., Any], operation: Operation, *operands: Any) -> Any:
-    """An operation on each element of arrays, broadcast as in NumPy: an object array, or a scalar."""
+    """An operation on each element of arrays, broadcast as in NumPy: an array, or a number."""
     numpy = sys.modules['numpy']
-    if operation.numpy and _compute is not None and not _has_objects(operands):
-        return _compute(getattr(numpy, operation.numpy[0]), '__call__', operands, {})
+    if operation.numpy and not _has_objects(operands):
+        return compute(getattr(numpy, operation.numpy[0]), '__call__', operands, {})
     if operation.numpy and any(numpy.iscomplexobj(operand) for operand in operands):
         return getattr(numpy, operation.numpy[0])(*[plain(operand) for operand in operands])
 
@@ -66,13 +57,13 @@ def broadcast(apply: Callable[..., Any], operation: Operation, *operands: Any) -
 
 def boxed(numpy: Any, operand: Any) -> Any:
     """An operand as an object array, in which a tracked scalar stays itself."""
-    if is_array(operand):
-        return operand.astype(object)
+    if is_array(operand) and operand.shape:
+        return numpy.array(operand.tolist(), dtype=object).reshape(operand.shape)
     if isinstance(operand, (list, tuple)):
         return numpy.array(operand, dtype=object)
     box = numpy.empty((), dtype=object)
     # A scalar of NumPy would hand its operators back to the ufunc that is computed here, without end.
-    box[()] = operand.item() if isinstance(operand, numpy.generic) else operand
+    box[()] = operand.item() if is_array(operand) else operand
     return box
 
 
@@ -80,9 +71,9 @@ def array_ufunc(apply: Callable[..., Any]) -> Callable[..., Any]:
     """The method that NumPy calls for a ufunc with a tracked scalar among its operands."""
 
     def called(self: Any, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        if not _has_objects(inputs):
+            return compute(ufunc, method, inputs, options)
         numpy = sys.modules['numpy']
-        if _compute is not None and not _has_objects(inputs):
-            return _compute(ufunc, method, inputs, options)
         row = BY_UFUNC.get(ufunc.__name__)
         if row is not None or ufunc.__name__ in ON_OBJECTS:
             try:

@@ -7,7 +7,7 @@ from .affine import LIMIT, MAX_SHARED_SIZE, affine_of_python, joint_size
 from .annotations import Value
 from .graph import slopes_or_zeros
 from .instructions import assemble, disassemble
-from .numpy_ufuncs import array_ufunc, broadcast, computes_ufuncs, is_array
+from .numpy_ufuncs import array_ufunc, broadcast, is_array
 from .operations import AFFINE, BY_CODE, FUNCTION, LAZY, SOURCE, Operation
 from .operations import table as ops
 from .recording import ALLOWANCE, apply, shorten_and_count, spend
@@ -159,7 +159,7 @@ def give_method(cls: type, name: str, operation: Operation) -> None:
 
 def operate(operation: Operation, first: Value, second: Value) -> Value:
     """The result of an operator: as of `apply`, and of NumPy's numbers what NumPy makes of them."""
-    if computes_ufuncs() and (is_array(second) or is_array(first)):
+    if is_array(second) or is_array(first):
         # A number of NumPy with provenance has operators of its own.
         return NotImplemented if type(second) in TRACKED else broadcast(apply, operation, first, second)
     return apply(operation, first, second)

@@ -38,9 +38,10 @@ class Allowance:
         self.left = sys.maxsize
         self.refill: Callable[[], int] = lambda: sys.maxsize
 
-    def allow(self, count: int) -> None:
-        """Give another allowance."""
-        self.left = count
+    def allow(self, count: int) -> int:
+        """Give another allowance; returns what was left."""
+        left, self.left = self.left, count
+        return left
 
     def spend(self, count: int) -> bool:
         """Use up so many operations; False where no more may be recorded."""

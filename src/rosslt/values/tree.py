@@ -27,6 +27,11 @@ def is_object_array(x: Value) -> bool:
     return getattr(getattr(x, 'dtype', None), 'char', '') == 'O' and hasattr(x, 'tolist')
 
 
+def is_tracked_array(x: Value) -> bool:
+    """Return True for an array of numbers that know their provenance (`arrays.TrackedArray`)."""
+    return getattr(x, 'has_provenance', None) is True
+
+
 def parts(x: Value) -> Iterator[Tuple[str, Value]]:
     """The parts of a message, list, tuple, dict or object array, each with its step of the path."""
     if is_message(x):
@@ -37,6 +42,8 @@ def parts(x: Value) -> Iterator[Tuple[str, Value]]:
         return (('[%r]' % (key,), part) for key, part in x.items())
     if isinstance(x, (list, tuple)) or is_object_array(x):
         return (('[%d]' % index, part) for index, part in enumerate(x))
+    if is_tracked_array(x):
+        return (('[%d]' % index, part) for index, part in enumerate(x.tolist())) if x.shape else iter([('', x.item())])
     return iter(())
 
 
@@ -64,7 +71,7 @@ def each_leaf(x: Value) -> Iterator[Tuple[str, Value]]:
                 yield where, part
                 continue
             is_whole = isinstance(part, (list, tuple, dict)) or is_message(part) or is_instant(part)
-            if is_whole or (is_object_array(part) and part.size):
+            if is_whole or ((is_object_array(part) or is_tracked_array(part)) and part.size):
                 waiting.append((where, parts(part)))
                 break
             yield where, part
@@ -97,6 +104,8 @@ def rebuilt(x: Value, change: Callable[[Value], Value]) -> Value:
         for index, part in enumerate(x.flat):
             result.flat[index] = rebuilt(part, change)
         return result
+    if is_tracked_array(x):
+        return x.of(rebuilt(x.tolist(), change))
     return copy.deepcopy(x)
 
 

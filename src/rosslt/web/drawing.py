@@ -7,6 +7,8 @@ import numpy
 import rospkg
 import rospy
 import trimesh
+import viser
+from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
 #: More things than so many are too much for a browser, or for eyes, at once.
@@ -18,10 +20,11 @@ THINNEST = 0.002
 #: The proportions of shaft and head of an arrow without points, as in RViz.
 SHAFT_LENGTH, SHAFT_WIDTH = 0.77, 0.5
 
-Draw = Callable[[Any, str, Any], Any]
+#: Draws a marker on a branch of viser's scene.
+Draw = Callable[[viser.SceneApi, str, Marker], viser.SceneNodeHandle]
 
 
-def draw(scene: Any, name: str, marker: Any) -> List[Any]:
+def draw(scene: viser.SceneApi, name: str, marker: Marker) -> List[viser.SceneNodeHandle]:
     """Draw a marker; gives what of it a mouse can take hold of.
 
     Args:
@@ -35,43 +38,43 @@ def draw(scene: Any, name: str, marker: Any) -> List[Any]:
     return [made] if hasattr(made, 'on_drag') else []
 
 
-def _color(color: Any) -> Tuple[int, int, int]:
+def _color(color: ColorRGBA) -> Tuple[int, int, int]:
     red, green, blue = (max(0, min(255, round(255 * float(part)))) for part in (color.r, color.g, color.b))
     return red, green, blue
 
 
-def _paint(marker: Any) -> Dict[str, Any]:
+def _paint(marker: Marker) -> Dict[str, Any]:
     alpha = float(marker.color.a)
     return {'color': _color(marker.color), 'opacity': None if alpha >= 1.0 else max(alpha, 0.0)}
 
 
-def _scale(marker: Any) -> Tuple[float, float, float]:
+def _scale(marker: Marker) -> Tuple[float, float, float]:
     return float(marker.scale.x), float(marker.scale.y), float(marker.scale.z)
 
 
-def _points(marker: Any) -> Any:
+def _points(marker: Marker) -> numpy.ndarray:
     return numpy.array([[point.x, point.y, point.z] for point in marker.points], dtype=numpy.float32)
 
 
-def _colors(marker: Any) -> Any:
+def _colors(marker: Marker) -> numpy.ndarray:
     """The color of each point: its own where each has one."""
     of_points = marker.colors if len(marker.colors) == len(marker.points) else [marker.color] * len(marker.points)
     return numpy.array([_color(one) for one in of_points], dtype=numpy.uint8)
 
 
-def _cube(scene: Any, name: str, marker: Any) -> Any:
+def _cube(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     return scene.add_box(name, dimensions=_scale(marker), **_paint(marker))
 
 
-def _sphere(scene: Any, name: str, marker: Any) -> Any:
+def _sphere(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     return scene.add_icosphere(name, radius=0.5, scale=_scale(marker), subdivisions=2, **_paint(marker))
 
 
-def _cylinder(scene: Any, name: str, marker: Any) -> Any:
+def _cylinder(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     return scene.add_cylinder(name, radius=0.5, height=1.0, scale=_scale(marker), **_paint(marker))
 
 
-def _arrow(scene: Any, name: str, marker: Any) -> Any:
+def _arrow(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     x, y, z = _scale(marker)
     if len(marker.points) < 2:
         # along x, so long as scale.x, with a head of the width scale.y and the height scale.z
@@ -87,7 +90,7 @@ def _arrow(scene: Any, name: str, marker: Any) -> Any:
     return scene.add_mesh_simple(name, mesh.vertices.astype(numpy.float32), mesh.faces, **_paint(marker))
 
 
-def _arrow_shape(shaft: float, width: float, head_width: float, length: float) -> Any:
+def _arrow_shape(shaft: float, width: float, head_width: float, length: float) -> trimesh.Trimesh:
     """An arrow along x, from the origin."""
     body = trimesh.creation.cylinder(radius=width / 2, height=shaft, sections=16)
     body.apply_translation([0.0, 0.0, shaft / 2])
@@ -97,30 +100,32 @@ def _arrow_shape(shaft: float, width: float, head_width: float, length: float) -
     return both.apply_transform(trimesh.transformations.rotation_matrix(numpy.pi / 2, [0.0, 1.0, 0.0]))
 
 
-def _line_strip(scene: Any, name: str, marker: Any) -> Any:
+def _line_strip(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     points, colors = _points(marker), _colors(marker)
     return _lines(scene, name, marker, numpy.stack([points[:-1], points[1:]], 1), numpy.stack([colors[:-1]] * 2, 1))
 
 
-def _line_list(scene: Any, name: str, marker: Any) -> Any:
+def _line_list(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     count = len(marker.points) // 2 * 2
     points, colors = _points(marker)[:count], _colors(marker)[:count]
     return _lines(scene, name, marker, points.reshape(-1, 2, 3), colors.reshape(-1, 2, 3))
 
 
-def _lines(scene: Any, name: str, marker: Any, points: Any, colors: Any) -> Any:
+def _lines(
+    scene: viser.SceneApi, name: str, marker: Marker, points: numpy.ndarray, colors: numpy.ndarray
+) -> viser.SceneNodeHandle:
     return scene.add_line_segments(name, points, colors, thickness=max(float(marker.scale.x), THINNEST))
 
 
-def _cubes(scene: Any, name: str, marker: Any) -> Any:
+def _cubes(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     return _at_points(scene, name, marker, trimesh.creation.box((1.0, 1.0, 1.0)))
 
 
-def _spheres(scene: Any, name: str, marker: Any) -> Any:
+def _spheres(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     return _at_points(scene, name, marker, trimesh.creation.icosphere(subdivisions=2, radius=0.5))
 
 
-def _at_points(scene: Any, name: str, marker: Any, shape: Any) -> Any:
+def _at_points(scene: viser.SceneApi, name: str, marker: Marker, shape: trimesh.Trimesh) -> viser.SceneNodeHandle:
     return scene.add_batched_meshes_simple(
         name,
         (shape.vertices * _scale(marker)).astype(numpy.float32),
@@ -132,12 +137,12 @@ def _at_points(scene: Any, name: str, marker: Any, shape: Any) -> Any:
     )
 
 
-def _dots(scene: Any, name: str, marker: Any) -> Any:
+def _dots(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     size = max(float(marker.scale.x), float(marker.scale.y), THINNEST)
     return scene.add_point_cloud(name, _points(marker), _colors(marker), point_size=size, precision='float32')
 
 
-def _triangles(scene: Any, name: str, marker: Any) -> Any:
+def _triangles(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     count = len(marker.points) // 3 * 3
     points = _points(marker)[:count] * _scale(marker)
     faces = numpy.arange(count).reshape(-1, 3)
@@ -148,13 +153,13 @@ def _triangles(scene: Any, name: str, marker: Any) -> Any:
     return scene.add_mesh_simple(name, points.astype(numpy.float32), faces, side='double', flat_shading=True, **paint)
 
 
-def _text(scene: Any, name: str, marker: Any) -> Any:
+def _text(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     return scene.add_label(
         name, str(marker.text), font_size_mode='scene', font_scene_height=float(marker.scale.z), anchor='center-center'
     )
 
 
-def _mesh(scene: Any, name: str, marker: Any) -> Any:
+def _mesh(scene: viser.SceneApi, name: str, marker: Marker) -> viser.SceneNodeHandle:
     try:
         mesh = _loaded(str(marker.mesh_resource))
     except Exception as error:  # whatever a reader of some format raises
@@ -168,7 +173,7 @@ def _mesh(scene: Any, name: str, marker: Any) -> Any:
 
 
 @functools.lru_cache(maxsize=64)
-def _loaded(resource: str) -> Any:
+def _loaded(resource: str) -> trimesh.Trimesh:
     """A mesh of a file:// or package:// address."""
     kind, _, path = resource.partition('://')
     if kind == 'package':

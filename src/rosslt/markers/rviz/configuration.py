@@ -17,11 +17,8 @@ from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
 
-#: RViz opens, and gets displays, once no new topic has come for so many seconds.
-QUIET = 1.5
-
-#: The period in which new topics are looked for, in seconds.
-PERIOD = 0.5
+#: The period in which new topics are looked for, in seconds. RViz gets those that came once none has come for so long.
+PERIOD = 1.0
 
 SERVER = '/slt_visualization'
 WORLD = 'world'
@@ -143,13 +140,12 @@ class Shown:
         self._types: Dict[str, str] = {}  # of the topics that RViz shows
         self._has_robot = False
         self._found: Dict[str, str] = {}  # {topic: frame} of all that can be dragged
-        self._found_at = time.monotonic()
 
     def open_with(self, path: str, wait: float) -> None:
         """Write what RViz opens with: all that is found until nothing new comes, or for so many seconds."""
         end = time.monotonic() + wait
-        while time.monotonic() < end and not rospy.is_shutdown() and not (self._look() and self._found):
-            rospy.rostime.wallsleep(0.1)
+        while not self._has_news() and time.monotonic() < end and not rospy.is_shutdown():
+            rospy.rostime.wallsleep(min(PERIOD, wait))
         displays = self._take_new()
         if self._types:
             rospy.loginfo('RViz shows %s', ', '.join(sorted(self._types)))
@@ -161,7 +157,7 @@ class Shown:
 
     def add_to(self, rviz: str, path: str) -> None:
         """Add the displays of what has come to RViz, which keeps what a person has changed in it."""
-        if not self._look() or not self._has_news():
+        if not self._has_news():
             return
         try:
             _ask_rviz(rviz, 'save_config', path)
@@ -178,17 +174,13 @@ class Shown:
         _ask_rviz(rviz, 'load_config_discarding_changes', path)
         rospy.loginfo('RViz shows %s', ', '.join(sorted(self._types)))
 
-    def _look(self) -> bool:
-        """Look what can be dragged; whether nothing new has come for a while."""
-        found = self._scene.topics()
-        if not found.keys() <= self._found.keys():
-            self._found_at = time.monotonic()
-        self._found.update(found)
-        return time.monotonic() - self._found_at > QUIET
-
     def _has_news(self) -> bool:
+        """Look what can be dragged; True where RViz lacks some of it, and nothing more has come since the last look."""
+        found = self._scene.topics()
+        is_quiet = found.keys() <= self._found.keys()
+        self._found.update(found)
         has_new_robot = not self._has_robot and rospy.has_param('robot_description')
-        return has_new_robot or not self._found.keys() <= self._types.keys()
+        return is_quiet and (has_new_robot or not self._found.keys() <= self._types.keys())
 
     def _take_new(self) -> List[Dict[str, Any]]:
         """The displays of what RViz does not show yet; the fixed frame is the one that most topics use."""
@@ -196,7 +188,8 @@ class Shown:
         new = {topic: types.get(topic, '') for topic in self._found if topic not in self._types}
         self._types.update(new)
         had_robot, self._has_robot = self._has_robot, self._has_robot or rospy.has_param('robot_description')
-        self._frame = self._chosen_frame or _most_common(list(self._found.values()))
+        frames = collections.Counter(frame.lstrip('/') for frame in self._found.values())
+        self._frame = self._chosen_frame or max(frames, key=lambda frame: frames[frame], default=WORLD)
         return displays_of(new, self._has_robot and not had_robot)
 
 
@@ -220,11 +213,6 @@ def _ask_rviz(rviz: str, service: str, path: str) -> None:
 def _write(path: str, made: Dict[str, Any]) -> None:
     with open(path, 'w', encoding='utf-8') as file:
         yaml.safe_dump(made, file, sort_keys=False)
-
-
-def _most_common(frames: List[str]) -> str:
-    counted = collections.Counter(frame.lstrip('/') for frame in frames)
-    return counted.most_common(1)[0][0] if counted else WORLD
 
 
 def _display(kind: str, name: str, properties: Dict[str, Any]) -> Dict[str, Any]:

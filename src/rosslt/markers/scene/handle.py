@@ -1,6 +1,6 @@
 """Handles, as views and drags know them."""
 
-from typing import Any, Callable, Hashable, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Hashable, Iterable, List, NamedTuple, Optional, Tuple
 
 from visualization_msgs.msg import Marker
 
@@ -84,21 +84,32 @@ class Handle:
         pose: where it stands.
         size: how large it is, in metres.
         draw_key: all that its drawing depends on, but for its pose and its motions.
+        numbers: those that a drag can change, as far as they are tracked.
+        shapes: makes the Markers to grab, posed relative to the handle.
         rank: of several handles that would stand on one thing, those of the lowest rank stay.
+
+    Attributes:
+        tracked: the tracked values that a drag can change.
     """
 
-    __slots__ = ('draw_key', 'frame', 'name', 'pose', 'rank', 'size')
+    __slots__ = ('draw_key', 'frame', 'name', 'pose', 'rank', 'shapes', 'size', 'tracked')
 
     #: The tracked or plain x, y and z where it stands, in its frame; None where it is no position.
     position: Optional[Tuple[Any, ...]] = None
 
-    def __init__(self, name: str, frame: str, pose: PoseTuple, size: float, draw_key: Hashable, rank: int = 0) -> None:
+    def __init__(
+        self,
+        name: str,
+        frame: str,
+        pose: PoseTuple,
+        size: float,
+        draw_key: Hashable,
+        numbers: Iterable[Any],
+        shapes: Callable[[], List[Marker]],
+        rank: int = 0,
+    ) -> None:
         self.name, self.frame, self.pose, self.size, self.draw_key, self.rank = name, frame, pose, size, draw_key, rank
-
-    @property
-    def tracked(self) -> List[Any]:
-        """The tracked values that a drag can change."""
-        raise NotImplementedError
+        self.tracked, self.shapes = [value for value in numbers if has_source(value)], shapes
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The targets of a drag to a pose.
@@ -114,10 +125,6 @@ class Handle:
 
     def motions(self, can_change: CanChange) -> Motions:
         """The ways in which it can be moved, given which sources take changes."""
-        raise NotImplementedError
-
-    def shapes(self) -> List[Marker]:
-        """The Markers to grab, posed relative to the handle."""
         raise NotImplementedError
 
 

@@ -48,13 +48,13 @@ class PoseHandle(Handle):
         pose: a geometry_msgs/Pose.
         size: how large the thing is, in metres.
         shape_key: what its shapes depend on.
-        make_shapes: makes the Markers to grab, posed relative to the thing.
+        shapes: as those of a Handle.
         has_arrows: False where the shapes alone are to be grabbed, as there are many of their kind.
         is_planar: whether it moves in x and y and turns around z only.
         rank: as that of a Handle.
     """
 
-    __slots__ = ('_has_arrows', '_is_planar', '_make_shapes', '_orientation', 'position')
+    __slots__ = ('_has_arrows', '_is_planar', '_orientation', 'position')
     position: Tuple[Any, ...]
 
     def __init__(
@@ -64,7 +64,7 @@ class PoseHandle(Handle):
         pose: Pose,
         size: float,
         shape_key: Hashable,
-        make_shapes: Callable[[], List[Marker]],
+        shapes: Callable[[], List[Marker]],
         has_arrows: bool = True,
         is_planar: bool = False,
         rank: int = 0,
@@ -83,13 +83,8 @@ class PoseHandle(Handle):
             size,
             shape_key,
         )
-        super().__init__(name, frame, (x, y, z, *rotation), size, draw_key, rank)
-        self._make_shapes, self._has_arrows, self._is_planar = make_shapes, has_arrows, is_planar
-
-    @property
-    def tracked(self) -> List[Any]:
-        """The tracked values that a drag can change."""
-        return [value for value in (*self.position, *self._orientation) if has_source(value)]
+        super().__init__(name, frame, (x, y, z, *rotation), size, draw_key, numbers, shapes, rank)
+        self._has_arrows, self._is_planar = has_arrows, is_planar
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The targets of a drag to a pose."""
@@ -113,10 +108,6 @@ class PoseHandle(Handle):
         arrows = movable if self._has_arrows or sum(movable) == 1 else (False, False, False)
         return Motions(movable, True, arrows, rings)
 
-    def shapes(self) -> List[Marker]:
-        """The Markers to grab."""
-        return self._make_shapes()
-
 
 class PointHandle(Handle):
     """A point in the coordinates of a thing, such as a corner of a line strip; drawn as a sphere.
@@ -131,7 +122,7 @@ class PointHandle(Handle):
         factors: by which RViz multiplies x, y and z of the point; what is multiplied by 0 does not follow a hand.
     """
 
-    __slots__ = ('_base', '_color', '_factors', '_is_planar', '_point')
+    __slots__ = ('_base', '_factors', '_is_planar', '_point')
 
     def __init__(
         self,
@@ -145,7 +136,7 @@ class PointHandle(Handle):
         rank: int = 1,
         factors: Vector = UNSCALED,
     ) -> None:
-        self._base, self._color, self._is_planar, self._factors = pose, color, is_planar, factors
+        self._base, self._is_planar, self._factors = pose, is_planar, factors
         self._point: Tuple[Any, ...] = (point.x, point.y, point.z)
         local = tuple(map(float, self._point))
         if factors != UNSCALED:
@@ -154,12 +145,8 @@ class PointHandle(Handle):
             self._point = tuple([value if factor else 0.0 for factor, value in zip(factors, self._point)])
         x, y, z = rotate_vector(pose[3:], local)
         draw_key = tuple(map(has_source, self._point)), frame, size, color
-        super().__init__(name, frame, (pose[0] + x, pose[1] + y, pose[2] + z, *pose[3:]), size, draw_key, rank)
-
-    @property
-    def tracked(self) -> List[Any]:
-        """The tracked values that a drag can change."""
-        return [value for value in self._point if has_source(value)]
+        there = pose[0] + x, pose[1] + y, pose[2] + z, *pose[3:]
+        super().__init__(name, frame, there, size, draw_key, self._point, lambda: [sphere(size, color)], rank)
 
     @property
     def position(self) -> Optional[Tuple[Any, ...]]:  # type: ignore[override]
@@ -179,10 +166,6 @@ class PointHandle(Handle):
         """The ways in which it can be moved: along the axes of the thing."""
         x, y, z = movable_axes(self._point, can_change)
         return Motions((x, y, z and not self._is_planar))
-
-    def shapes(self) -> List[Marker]:
-        """The sphere to grab."""
-        return [sphere(self.size, self._color)]
 
 
 class ScaleHandle(Handle):
@@ -217,12 +200,8 @@ class ScaleHandle(Handle):
         self._axis, self._reach, self._scale = axis, reach, scale
         out = reach * float(scale)
         x, y, z = (a + out * b for a, b in zip(self._start, self._direction))
-        super().__init__(name, frame, (x, y, z, *rotation), size, (axis, frame, size))
-
-    @property
-    def tracked(self) -> List[Any]:
-        """The tracked value that a drag can change."""
-        return [self._scale]
+        draw_key, color = (axis, frame, size), AXIS_COLORS[axis]
+        super().__init__(name, frame, (x, y, z, *rotation), size, draw_key, [scale], lambda: [cube(size, color)])
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The target of a drag to a pose; a size moves along its axis, and no other way."""
@@ -236,10 +215,6 @@ class ScaleHandle(Handle):
         """The ways in which it can be moved: along its axis of the thing."""
         is_free = can_change(self._scale)
         return Motions((is_free and self._axis == 0, is_free and self._axis == 1, is_free and self._axis == 2))
-
-    def shapes(self) -> List[Marker]:
-        """The cube to grab."""
-        return [cube(self.size, AXIS_COLORS[self._axis])]
 
 
 def _body_direction(movable: Axes, rotation: Rotation) -> Optional[Vector]:

@@ -3,14 +3,13 @@
 A JointState says how far each joint has turned; where the joints are, `robot_description` says (URDF).
 """
 
+import functools
 import math
-import time
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 from xml.etree import ElementTree
 
 import rospy
 from sensor_msgs.msg import JointState
-from visualization_msgs.msg import Marker
 
 from rosslt.markers.geometry import (
     IDENTITY,
@@ -29,9 +28,6 @@ from rosslt.markers.scene.shapes import sphere
 
 TURNING = ('revolute', 'continuous')
 SLIDING = ('prismatic',)
-
-#: The period in which a robot_description is looked for that is not there yet, in seconds.
-RETRY_AFTER = 2.0
 
 
 class Joint(NamedTuple):
@@ -60,10 +56,10 @@ class JointHandle(Handle):
         size: the diameter of its ball, in metres.
     """
 
-    __slots__ = ('_axis', '_ball', '_joint', '_start', '_value')
+    __slots__ = ('_axis', '_joint', '_start', '_value')
 
     def __init__(self, name: str, joint: Joint, value: Any, size: float) -> None:
-        self._joint, self._value, self._ball = joint, value, size
+        self._joint, self._value = joint, value
         x, y, z = joint.origin[:3]
         self._start = joint.origin[3:]
         self._axis = rotate_vector(self._start, joint.axis)
@@ -74,12 +70,9 @@ class JointHandle(Handle):
             rotation = product(self._start, onto(joint.axis))
             x, y, z = (a + float(value) * b for a, b in zip((x, y, z), self._axis))
         pose = x, y, z, *normalized(*rotation)
-        super().__init__(name, joint.parent, pose, 2.5 * size, (joint, size), rank=2)
-
-    @property
-    def tracked(self) -> List[Any]:
-        """The tracked position of the joint."""
-        return [self._value]
+        super().__init__(
+            name, joint.parent, pose, 2.5 * size, (joint, size), [value], lambda: [sphere(size, COLOR)], rank=2
+        )
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The target of a drag to a pose."""
@@ -101,31 +94,18 @@ class JointHandle(Handle):
             return Motions((False, False, False), rings=(Ring('joint', self._axis),) if is_free else ())
         return Motions((is_free, False, False))
 
-    def shapes(self) -> List[Marker]:
-        """The ball to grab."""
-        return [sphere(self._ball, COLOR)]
+
+def robot_joints() -> Dict[str, Joint]:
+    """{name: Joint} of `robot_description`, empty where there is none."""
+    text = rospy.get_param_cached('robot_description', '')
+    try:
+        return read_joints(text) if text else {}
+    except (ElementTree.ParseError, ValueError) as error:
+        rospy.logerr_throttle(60, 'robot_description cannot be read: %s', error)
+        return {}
 
 
-class Robot:
-    """The joints that `robot_description` speaks of, read when they are first needed."""
-
-    def __init__(self) -> None:
-        self._joints: Dict[str, Joint] = {}
-        self._looked_at = -math.inf
-
-    def joints(self) -> Dict[str, Joint]:
-        """{name: Joint}, empty where there is no robot_description."""
-        now = time.monotonic()
-        if not self._joints and now - self._looked_at > RETRY_AFTER:
-            self._looked_at = now
-            text = rospy.get_param('robot_description', '')
-            try:
-                self._joints = read_joints(text) if text else {}
-            except (ElementTree.ParseError, ValueError) as error:
-                rospy.logerr_throttle(60, 'robot_description cannot be read: %s', error)
-        return self._joints
-
-
+@functools.lru_cache(maxsize=1)
 def read_joints(urdf: str) -> Dict[str, Joint]:
     """The joints of a URDF that turn or slide, by name.
 
@@ -149,13 +129,10 @@ def read_joints(urdf: str) -> Dict[str, Joint]:
     return found
 
 
-ROBOT = Robot()
-
-
 def joint_state(topic: str, message: JointState, settings: Settings) -> Iterator[Tuple[str, Optional[Handle]]]:
     """A JointState: a handle for each joint whose position is tracked."""
     tracked = [(name, value) for name, value in zip(message.name, message.position) if has_source(value)]
-    joints = ROBOT.joints() if tracked else {}
+    joints = robot_joints() if tracked else {}
     for name, value in tracked:
         key = '{}:{}'.format(topic, name)
         is_there = name in joints and math.isfinite(value)

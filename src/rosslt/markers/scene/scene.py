@@ -10,7 +10,6 @@ new with `news`.
 import copy
 import math
 import threading
-import time
 from typing import Any, Callable, Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
 import genpy
@@ -24,9 +23,6 @@ from rosslt.markers.scene.by_type import kind_of
 from rosslt.markers.scene.duplicates import Duplicates
 from rosslt.markers.scene.handle import Handle, Settings
 from rosslt.markers.scene.hold import Hold
-
-#: The time before a warning is given again, in seconds.
-WARN_PERIOD = 30.0
 
 #: The types whose messages add and delete things one by one.
 MARKER_TYPES = (Marker._type, MarkerArray._type)
@@ -87,7 +83,7 @@ class Scene:
             Tuple[str, Key], Tuple[rospy.Time, rospy.Time]
         ] = {}  # (topic, key) -> from when, until when it is shown
         self._faults: List[str] = []  # of the messages that are being taken
-        self._warned: Dict[str, float] = {}  # what has been warned of -> when
+        self._warned: Set[str] = set()
 
     # For views and drags.
 
@@ -293,13 +289,11 @@ class Scene:
             self._mortal.pop((topic, key), None)
 
     def _warn(self) -> None:
-        """Warn of faults in messages, once in a while for messages with the same fault."""
-        now = time.monotonic()
+        """Warn of faults in messages, once of each."""
         with self._lock:
-            faults, self._faults = self._faults, []
-            self._warned = {known: when for known, when in self._warned.items() if now - when < WARN_PERIOD}
-            new = [text for text in dict.fromkeys(faults) if text not in self._warned]
-            self._warned.update(dict.fromkeys(new, now))
+            new = [text for text in dict.fromkeys(self._faults) if text not in self._warned]
+            self._faults = []
+            self._warned.update(new)
         for text in new:
             self._warn_with(text)
 
@@ -337,10 +331,12 @@ class Scene:
         if name in self._holds:
             self._holds[name].see(handle)
         self._changed.update(self._duplicates.put(handle))
+        self._changed.add(name)
 
     def _drop_handle(self, name: str) -> None:
         if self._handles.pop(name, None) is not None:
             self._changed.update(self._duplicates.drop(name))
+            self._changed.add(name)
 
 
 def _fault(marker: Marker) -> Optional[str]:

@@ -1,10 +1,27 @@
-"""NumPy for tracked values: arrays that hold them, and NumPy's functions on such arrays.
+"""NumPy for tracked values: arrays that know where their elements come from, and NumPy's functions that make them.
 
-This folder imports NumPy, so the room loads it only when it is asked for (`rosslt.numpy`). `tracked_array.py` is the
-class, `functions.py` the functions, `linear_algebra.py` those that NumPy itself computes in floats only.
+This folder imports NumPy, so the room loads it only when it is asked for. `numbers.py` has the classes of numbers,
+`graph.py` how arrays were computed, `memory.py` where their elements come from, `tracked_array.py` the class of arrays,
+`calling.py` what calls NumPy with them, `functions.py` NumPy's functions by name.
 """
 
-from .functions import FUNCTIONS
-from .tracked_array import TrackedArray, array
+from .calling import LOST
+from .functions import FUNCTIONS, builtin_like, replacements
+from .numbers import CLASSES, PYTHON_NUMBERS, conversion, python_number, same_number
+from .tracked_array import TrackedArray, holds_tracked, of_list, plain
 
-__all__ = ['FUNCTIONS', 'TrackedArray', 'array']
+__all__ = [
+    'CLASSES',
+    'FUNCTIONS',
+    'LOST',
+    'PYTHON_NUMBERS',
+    'TrackedArray',
+    'builtin_like',
+    'conversion',
+    'holds_tracked',
+    'of_list',
+    'plain',
+    'python_number',
+    'replacements',
+    'same_number',
+]

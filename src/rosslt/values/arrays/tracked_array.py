@@ -1,131 +1,306 @@
-"""An array that may hold tracked values and that NumPy's own functions work on.
+"""Arrays of NumPy's own floats and ints that know where their elements come from.
 
-A plain object array holds tracked values too, but NumPy refuses to invert it or to ask whether it is finite.
-`TrackedArray` is an object array that takes part in NumPy's two documented protocols: `__array_ufunc__` (NEP 13) for
-ufuncs and operators, `__array_function__` (NEP 18) for all other functions. Where a function knows no objects and has
-no version here that keeps provenance, it gets the plain numbers, and the result is plain.
+Whatever computes with a `TrackedArray` gets the numbers that it would get without provenance, to the last bit: NumPy
+computes them. An operation is one node of the graph (`graph.Node`). An
+element is looked up when it is read; a number that was written past this class is another one than its expression
+gives, and so is plain.
 """
 
-from typing import Any, Callable, Dict, Iterable, Mapping
+from typing import Any, Callable, List, Optional
 
-import numpy as np
+import numpy
 
-from ..numpy_ufuncs import BY_UFUNC, broadcast
-from ..recording import apply
-from ..tracked import TRACKED, plain
+from ..affine import LIMIT
+from ..recording import OF_PYTHON, spend
+from .graph import Call, Node, of_elements, shortened
+from .memory import Memory
+from .numbers import CLASSES, WITH_PROVENANCE, plain_number, python_number
 
-REPLACEMENTS: Dict[Any, Callable[..., Any]] = {}
-"""`{NumPy's function: the function that keeps provenance}`; see `replaces`."""
+Argument = Any
+"""What NumPy's functions take, or give."""
 
-
-def replaces(*functions: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Decorate a function that stands for NumPy's functions where one of their arguments is a `TrackedArray`."""
-
-    def register(replacement: Callable[..., Any]) -> Callable[..., Any]:
-        REPLACEMENTS.update(dict.fromkeys(functions, replacement))
-        return replacement
-
-    return register
+_ARRAY: Any = numpy.ndarray
 
 
-class TrackedArray(np.ndarray):
-    """An object array whose elements may be tracked values; made by `array`, and by slicing and arithmetic."""
+class TrackedArray(numpy.ndarray):
+    """An array of floats or ints with the provenance of its elements. Made by `array`, and by NumPy of others."""
 
-    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        row = BY_UFUNC.get(ufunc.__name__)
-        if row is not None and row.arity == len(inputs) and method == '__call__' and not options:
-            return wrapped(broadcast(apply, row, *[unwrapped(operand) for operand in inputs]))
-        function = getattr(ufunc, method)
-        return with_objects_or_plain(function, inputs, options)
+    __class__: Any = property(lambda self: numpy.ndarray)
+    _memory: Optional[Memory] = None
+    _codes: Any = None
+    _is_whole = False
 
-    def __array_function__(
-        self, func: Any, types: Iterable[Any], args: Iterable[Any], kwargs: Mapping[str, Any]
-    ) -> Any:
-        replacement = REPLACEMENTS.get(func)
-        if replacement is not None:
-            return wrapped(replacement(*args, **kwargs))
-        return with_objects_or_plain(func, args, kwargs)
+    def __array_finalize__(self, original: Any) -> None:
+        memory = getattr(original, '_memory', None)
+        if memory is not None:
+            base = self.base
+            is_view = base is not None and (base is original or base is original.base)
+            if is_view and self.dtype == memory.root.dtype:
+                self._memory = memory
 
-    def astype(self, dtype: Any, *args: Any, **kwargs: Any) -> Any:
-        """The array with another type of elements; of any but objects a plain one."""
-        return wrapped(unwrapped(self).astype(dtype, *args, **kwargs))
+    @property
+    def has_provenance(self) -> bool:
+        """True if any element may have provenance."""
+        return self._memory is not None and bool(self._memory.entries)
 
-    def __reduce__(self) -> Any:
-        return array, (self.tolist(),)
+    @property
+    def codes(self) -> Any:
+        """The codes of the elements in their memory."""
+        assert self._memory is not None
+        if self._codes is None or self._codes.shape != self.shape:
+            self._codes = self._memory.codes_of(self)
+        return self._codes
+
+    def of(self, numbers: Any) -> Any:
+        """The array of other numbers, in lists, of the same type."""
+        return of_list(numbers, self.dtype)
+
+    def forget(self) -> None:
+        """Cut the elements off from where they come from, in all views of them."""
+        if self.has_provenance:
+            self.write_provenance(..., None)
+
+    def write_provenance(self, key: Any, made: Any) -> None:
+        """Set the provenance of what was written to some elements: see `Memory.write`."""
+        if self._memory is not None and (made is not None or self._memory.entries):
+            self._memory.write(self.codes, key, made)
+
+    def __getitem__(self, key: Any) -> Any:
+        found = _ARRAY.__getitem__(self, key)
+        memory = self._memory
+        if type(found) is TrackedArray:
+            return found if found._memory is not None else self._moved(found, lambda codes: codes[plain(key)])
+        if memory is None or not memory.entries or type(found) not in CLASSES or not spend(OF_PYTHON):
+            return found
+        return memory.read(found, int(self.codes[key if type(key) is int else plain(key)]))
+
+    def _moved(self, found: Any, move: Callable[[Any], Any]) -> Any:
+        """A copy of some elements with their provenance.
+
+        Args:
+            found: the copy.
+            move: does to the codes of this array what made the copy.
+        """
+        memory = self._memory
+        if memory is None or not memory.entries:
+            return found.view(numpy.ndarray)
+        return with_node(found.view(numpy.ndarray), memory.gathered(move(self.codes), found.view(numpy.ndarray)))
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        if self._memory is None:
+            super().__setitem__(key, plain(value))
+            return
+        made = provenance_of(value)
+        super().__setitem__(key, plain(value))
+        self.write_provenance(plain(key), made)
+
+    def __copy__(self) -> 'TrackedArray':
+        return self.copy('K')
+
+    def __deepcopy__(self, _: Any) -> 'TrackedArray':
+        return self.copy('K')
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        return (of_list, (self.tolist(), self.dtype)) if self.has_provenance else plain(self).__reduce_ex__(protocol)
+
+    def __repr__(self) -> str:
+        return repr(plain(self))
+
+    def tolist(self) -> Any:
+        """Override the method of `numpy.ndarray`: tracked elements become tracked numbers of Python."""
+        return self._listed(super().tolist(), self.codes) if self.has_provenance else super().tolist()
+
+    def _listed(self, numbers: Any, codes: Any) -> Any:
+        if type(numbers) is list:
+            return [self._listed(*pair) for pair in zip(numbers, codes)]
+        assert self._memory is not None
+        return self._memory.read(numbers, int(codes))
+
+    def item(self, *index: Any) -> Any:
+        """Override the method of `numpy.ndarray` to keep provenance."""
+        found = super().item(*plain(index))
+        return self._listed(found, self.codes.item(*plain(index))) if self.has_provenance else found
+
+    def astype(self, dtype: Any, *arguments: Any, **options: Any) -> Any:
+        """Override the method of `numpy.ndarray` to keep provenance."""
+        made = plain(self).astype(dtype, *arguments, **options)
+        if made.dtype == object and self.has_provenance:
+            made[...] = numpy.array([*self.reshape(-1).tolist(), None], object)[:-1].reshape(self.shape)
+            return made
+        node = provenance_of(self)
+        # Numbers of 32 bits would be too coarse to be differentiated.
+        target = numpy.dtype(float) if made.dtype.kind == 'f' else made.dtype
+        return made if node is None else with_node(made, Node(Call(converted, (node, target), {}), [node], made))
+
+    def copy(self, order: Any = 'C') -> Any:
+        """Override the method of `numpy.ndarray` to keep provenance, or the readiness to have some."""
+        if self.has_provenance:
+            return self._moved(super().copy(order), lambda codes: codes)
+        return receptive(plain(self).copy(order))
+
+    def fill(self, value: Any) -> None:
+        """Override the method of `numpy.ndarray` to keep provenance."""
+        self[...] = value
+
+    def clip(self, *bounds: Any, **options: Any) -> Any:
+        """Override the method of `numpy.ndarray`, which takes one bound alone, too."""
+        low = options.pop('min', bounds[0] if bounds else None)
+        high = options.pop('max', bounds[1] if len(bounds) > 1 else None)
+        return numpy.clip(self, low, high, *bounds[2:], **options)
+
+    @property
+    def flat(self) -> Any:
+        """Override the attribute of `numpy.ndarray`: a view in one dimension where there is one. Elsewhere what is
+        written would not be seen, so the elements are cut off."""
+        if self.flags.c_contiguous:
+            return self.reshape(-1)
+        self.forget()
+        return plain(self).flat
+
+    @flat.setter
+    def flat(self, values: Any) -> None:
+        self.forget()
+        plain(self).flat = plain(values)
+
+    def resize(self, *shape: Any, refcheck: bool = True) -> None:
+        """Override the method of `numpy.ndarray`, which resizes no view, as this is one: the elements are cut off."""
+        if self._memory is None or self.size != self._memory.root.size:
+            numpy.ndarray.resize(self, *shape, refcheck=refcheck)  # which says that it is a view
+        made = plain(self).copy()
+        made.resize(*shape, refcheck=False)
+        self._memory = self._codes = None
+        self.__setstate__((1, made.shape, made.dtype, False, made.tobytes()))
 
 
-def with_objects_or_plain(function: Callable[..., Any], args: Iterable[Any], kwargs: Mapping[str, Any]) -> Any:
-    """Call NumPy's function with object arrays; with plain numbers where it takes no objects."""
-    try:
-        result = function(*each(unwrapped, list(args)), **each(unwrapped, dict(kwargs)))
-    except TypeError:
-        # A predicate (isfinite), a computation in floats (fft), or an array of floats to write to.
-        result = function(*each(plain_array, list(args)), **each(plain_array, dict(kwargs)))
-    return wrapped(result)
+def converted(x: Any, dtype: Any) -> Any:
+    return x if x.dtype == object else x.astype(dtype)
 
 
-def each(change: Callable[[Any], Any], x: Any) -> Any:
-    """Arguments with `change` applied to the arrays and scalars among them, lists and tuples included."""
-    if type(x) in (list, tuple):
-        return type(x)(each(change, part) for part in x)
-    if type(x) is dict:
-        return {key: each(change, part) for key, part in x.items()}
-    return change(x)
+def _moving(name: str) -> Callable[..., Any]:
+    """A method that gives a view or a copy of some elements."""
+    original = getattr(numpy.ndarray, name)
+
+    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
+        found = original(self, *plain(arguments), **plain(options))
+        if type(found) is not TrackedArray or found._memory is not None:
+            return found
+        return self._moved(found, lambda codes: getattr(codes, name)(*plain(arguments), **plain(options)))
+
+    method.__name__ = name
+    return method
 
 
-def unwrapped(x: Any) -> Any:
-    """A `TrackedArray` as an ordinary object array that shares its elements; anything else as it is."""
-    return x.view(np.ndarray) if isinstance(x, TrackedArray) else x
+def _computing(name: str) -> Callable[..., Any]:
+    """A method that does what the function of that name does."""
+
+    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
+        return getattr(numpy, name)(self, *arguments, **options)
+
+    method.__name__ = name
+    return method
 
 
-def wrapped(x: Any) -> Any:
-    """An object array as a `TrackedArray` that shares its elements, also within a tuple or list."""
-    if isinstance(x, (tuple, list)) and any(isinstance(part, np.ndarray) for part in x):
-        return type(x)(*map(wrapped, x)) if hasattr(x, '_fields') else type(x)(map(wrapped, x))
-    if not isinstance(x, np.ndarray):
-        return x
-    if x.dtype == object:
-        return x.view(TrackedArray)
-    return unwrapped(x)
+def _writing(name: str) -> Callable[..., Any]:
+    """A method that writes numbers without provenance."""
+    original = getattr(numpy.ndarray, name)
+
+    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
+        self.forget()
+        return original(self, *plain(arguments), **plain(options))
+
+    method.__name__ = name
+    return method
 
 
-def plain_array(x: Any) -> Any:
-    """Tracked scalars and arrays of them as plain ones; an object array of numbers as an array of floats or ints."""
-    if isinstance(x, np.ndarray) and x.dtype == object:
-        return np.array([plain(element) for element in x.flat]).reshape(x.shape)
-    return plain(x)
+for _make, _names in (
+    (_moving, 'reshape ravel flatten take repeat compress'),
+    (_computing, 'cumsum cumprod dot trace mean round std var ptp'),
+    (_writing, 'put sort partition itemset byteswap setfield'),
+):
+    for _name in _names.split():
+        if hasattr(numpy.ndarray, _name):  # not every NumPy has all of them
+            setattr(TrackedArray, _name, _make(_name))
 
 
-def holds_tracked(x: Any) -> bool:
-    """Return True for a tracked value, and for a list, tuple or object array that holds one."""
-    if type(x) in TRACKED:
+def plain(x: Argument) -> Any:
+    """An argument without provenance, at any depth of lists and dicts."""
+    kind = type(x)
+    if kind is TrackedArray:
+        return _ARRAY.view(x, numpy.ndarray)
+    if kind in (list, tuple):
+        return kind([plain(part) for part in x])
+    if kind is dict:
+        return {name: plain(part) for name, part in x.items()}
+    return plain_number(x)
+
+
+def holds_tracked(x: Argument) -> bool:
+    """Return True for a tracked number or array, and for a list or tuple that holds one at any depth."""
+    kind = type(x)
+    if kind in WITH_PROVENANCE:
         return True
-    if isinstance(x, (list, tuple)):
-        return any(map(holds_tracked, x))
-    return isinstance(x, np.ndarray) and x.dtype == object and any(type(element) in TRACKED for element in x.flat)
+    if kind is TrackedArray:
+        return bool(x.has_provenance)
+    return kind in (list, tuple) and any(map(holds_tracked, x))
 
 
-def array(x: Any, dtype: Any = None, **options: Any) -> Any:
-    """numpy.array, keeping provenance: a `TrackedArray` where `x` holds tracked values, else NumPy's array.
-
-    Args:
-        x: a scalar, list, tuple or array, nested as they may be.
-        dtype: a type other than float and object gives a plain array.
-        options: as numpy.array takes them.
-    """
-    if not holds_tracked(x) or dtype not in (None, float, np.float64, object):
-        return np.array(each(unwrapped, x), dtype=dtype, **options)
-    if isinstance(x, np.ndarray):
-        return np.array(unwrapped(x), dtype=object, **options).view(TrackedArray)
-    # The shape is that of the plain numbers; NumPy would look into what it takes for a sequence.
-    shape = np.array(each(plain, x), dtype=object).shape
-    result = np.empty(shape, object)
-    result[...] = as_objects(x)
-    return result.view(TrackedArray)
+def provenance_of(value: Argument) -> Any:
+    """The node of an array or of a list of numbers, or the tracked number of Python; None for anything plain."""
+    kind = type(value)
+    if kind in WITH_PROVENANCE:
+        return python_number(value)
+    if kind is TrackedArray:
+        return value._memory and value._memory.node_of(value)
+    if kind in (list, tuple) and holds_tracked(value):
+        return node_of_list(value, numpy.asarray(plain(value)))
+    return None
 
 
-def as_objects(x: Any) -> Any:
-    """Nested lists and arrays as nested lists of Python scalars, tracked ones as they are."""
-    if isinstance(x, (list, tuple)):
-        return [as_objects(part) for part in x]
-    return x.tolist() if isinstance(x, (np.ndarray, np.generic)) else x
+def node_of_list(numbers: Argument, result: Any) -> Optional[Node]:
+    """The node of the array that NumPy makes of a list with tracked numbers or arrays."""
+    elements: List[Any] = []
+    _flatten(numbers, elements)
+    is_known = len(elements) == result.size and result.dtype.kind in 'iuf' and holds_tracked(elements)
+    return of_elements(elements, result) if is_known else None
+
+
+def of_list(numbers: Argument, dtype: Any) -> Any:
+    """The array of a list of numbers, at any depth."""
+    made = numpy.array(plain(numbers), dtype)
+    return with_node(made, node_of_list([numbers], made))
+
+
+def _flatten(numbers: Argument, elements: List[Any]) -> None:
+    for part in numbers:
+        if type(part) is TrackedArray or isinstance(part, numpy.ndarray):
+            part = part.tolist()
+        if type(part) in (list, tuple):
+            _flatten(part, elements)
+        else:
+            elements.append(python_number(part))
+
+
+def with_node(made: Any, node: Optional[Node]) -> Any:
+    """A plain array with the provenance that a node says; itself where there is none, or no class for it."""
+    if node is None or type(made) is not numpy.ndarray or made.dtype.kind not in 'iuf':
+        return made
+    if node.size > LIMIT:
+        node = shortened(node, made)
+    if not made.flags.forc:
+        made = made.copy('K')
+        made = made if made.flags.forc else made.copy()
+    return of_memory(made, Memory(made, node))
+
+
+def receptive(made: Any) -> Any:
+    """A plain array as one that tracked numbers can be written to."""
+    if type(made) is not numpy.ndarray or made.dtype.kind not in 'iuf' or made.base is not None:
+        return made
+    return of_memory(made, Memory(made))
+
+
+def of_memory(made: Any, memory: Memory) -> TrackedArray:
+    array: TrackedArray = made.view(TrackedArray)
+    array._memory = memory
+    array._is_whole = made is memory.root
+    return array

@@ -8,8 +8,9 @@ PyObject *allow(PyObject *module, PyObject *count)
 {
     long long number = PyLong_AsLongLong(count);
     if (number == -1 && PyErr_Occurred()) return NULL;
+    long long left = allowance;
     allowance = number;
-    Py_RETURN_NONE;
+    return PyLong_FromLongLong(left);
 }
 
 int refilled(void)

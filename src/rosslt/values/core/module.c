@@ -2,7 +2,7 @@
 
 #include "core.h"
 
-#define INTERFACE 16 /* what `accelerator.py` asks for */
+#define INTERFACE 17 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python,
@@ -46,7 +46,7 @@ static PyMethodDef functions[] = {
     {"complete", complete, METH_VARARGS, "Tell the core what it records and what it hands over; once, before all."},
     {"new", (PyCFunction)(void (*)(void))new_value, METH_FASTCALL, "new(value, record, size): a tracked float or int."},
     {"lazy_of", (PyCFunction)(void (*)(void))lazy_of, METH_FASTCALL, "lazy_of(values, load): as in tracked.py."},
-    {"allow", allow, METH_O, "allow(count): so many operations may be recorded from now on."},
+    {"allow", allow, METH_O, "allow(count): so many operations may be recorded from now on; returns what was left."},
     {"spend", spend, METH_O, "spend(count): as in recording.py."},
     {"along_chain", (PyCFunction)(void (*)(void))along_chain, METH_FASTCALL,
      "along_chain(value, {Source: value}): the value of a chain on one source, or NotImplemented."},

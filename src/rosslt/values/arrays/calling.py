@@ -1,0 +1,315 @@
+"""Calls of NumPy's functions with arrays and numbers that have provenance: NumPy computes, and the call is recorded."""
+
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Sequence, Tuple
+
+import numpy
+
+from ..affine import LIMIT
+from ..recording import OF_PYTHON, spend
+from .graph import ELEMENTWISE, MAX_COPIED, Call, Node, shortened
+from .memory import lazy_number
+from .numbers import CLASSES, WITH_PROVENANCE, complete, plain_number, python_number, recorded
+from .tracked_array import (
+    Argument,
+    TrackedArray,
+    converted,
+    holds_tracked,
+    of_memory,
+    plain,
+    provenance_of,
+    receptive,
+    with_node,
+)
+
+_ARRAY: Any = numpy.ndarray
+_NO_VALUE = getattr(numpy, '_NoValue', None)
+_NUMBERS = (float, int, numpy.generic)
+
+#: What a function may take beside arrays and lists and be called again with.
+_CONSTANTS = (type(None), bool, int, float, str, type, numpy.dtype, numpy.generic, slice, type(Ellipsis))
+
+ARRAYS = frozenset({numpy.ndarray, TrackedArray, list, tuple})
+"""The classes of operands that are computed element by element."""
+
+
+def wrapped(result: Any, call: Call, operands: Sequence[Any], copied: int) -> Any:
+    """A result of NumPy with its provenance: an array, a number, or a tuple or list of these.
+
+    Args:
+        result: what NumPy gives.
+        call, operands, copied: as of `graph.Node`.
+    """
+    if type(result) in (list, tuple) or (isinstance(result, tuple) and hasattr(result, '_fields')):
+        parts = [
+            wrapped(part, Call(call.function, call.args, call.options, at), operands, copied)
+            for at, part in enumerate(result)
+        ]
+        return type(result)(*parts) if hasattr(result, '_fields') else type(result)(parts)
+    kind = type(result)
+    if kind is not numpy.ndarray and kind not in CLASSES:
+        return result
+    if result.dtype.kind != 'f' and not _is_of_ints(call, operands):
+        return result
+    node = Node(call, operands, result, copied)
+    if kind is numpy.ndarray:
+        return with_node(result, node)
+    if node.size > LIMIT:
+        node = shortened(node, result)
+    return lazy_number(result, node, 0, kind)
+
+
+def _is_of_ints(call: Call, operands: Sequence[Any]) -> bool:
+    """Return True if a function that gives whole numbers computes with such: they are no indices."""
+    kinds = [operand.kind if type(operand) is Node else type(operand._plain) for operand in operands]
+    name = getattr(call.function, '__name__', '')
+    is_index = name.startswith('arg') or name in ('searchsorted', 'digitize', 'count_nonzero', 'bincount')
+    is_of_ints = all(issubclass(kind, (int, numpy.integer)) for kind in kinds)
+    return call.function is converted or (is_of_ints and not is_index)
+
+
+class _Captured:
+    """The arguments of a call, as a node keeps them.
+
+    Attributes:
+        arrays: those of this class among them.
+        operands: the nodes and tracked numbers in them.
+        copied: how many elements were copied.
+        is_whole: whether it may be called with them again.
+    """
+
+    def __init__(self) -> None:
+        self.arrays: List[TrackedArray] = []
+        self.operands: List[Any] = []
+        self.copied = 0
+        self.is_whole = True
+
+    def __call__(self, x: Argument) -> Any:
+        """An argument with nodes for arrays with provenance, and plain arrays copied: the program may change them."""
+        kind = type(x)
+        if kind in WITH_PROVENANCE or kind is TrackedArray:
+            if kind is TrackedArray:
+                self.arrays.append(x)
+            made = provenance_of(x)
+            if made is None:
+                return self(plain(x))
+            self.operands.append(made)
+            return made
+        if isinstance(x, numpy.ndarray):
+            self.copied += x.size
+            self.is_whole = self.is_whole and x.dtype.kind in 'biuf' and self.copied < MAX_COPIED
+            return x.copy() if self.is_whole else x
+        if kind in (list, tuple):
+            if _is_of_numbers(x):
+                made = provenance_of(x)
+                if made is not None:
+                    self.operands.append(made)
+                    return made
+            return kind([self(part) for part in x])
+        self.is_whole = self.is_whole and (isinstance(x, _CONSTANTS) or x is _NO_VALUE)
+        return x
+
+
+def _is_of_numbers(x: Argument) -> bool:
+    """Return True for a list that has tracked numbers, at any depth, and no arrays."""
+    for part in x:
+        kind = type(part)
+        if kind in (list, tuple):
+            if not _is_of_numbers(part):
+                return False
+        elif isinstance(part, numpy.ndarray):
+            return False
+    return holds_tracked(x)
+
+
+def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[str, Argument]) -> Any:
+    """Call a ufunc: the result has NumPy's own numbers, with the provenance of the operands."""
+    if method != '__call__' or options or ufunc.nout != 1:
+        return _compute(ufunc, method, inputs, options)
+    numbers, args, operands = [], [], []
+    copied = 0
+    has_array = False
+    for operand in inputs:
+        kind = type(operand)
+        number = operand
+        if kind is TrackedArray:
+            has_array = True
+            number = _ARRAY.view(operand, numpy.ndarray)
+            operand = operand._memory and operand._memory.node_of(operand)
+            if operand is None:
+                copied += number.size
+                operand = number
+            else:
+                operands.append(operand)
+        elif kind is numpy.ndarray:
+            has_array = True
+            copied += number.size
+        elif kind in WITH_PROVENANCE:
+            number = plain_number(operand)
+            operand = python_number(operand)
+            operands.append(operand)
+        elif not isinstance(operand, _NUMBERS):
+            return _compute(ufunc, method, inputs, options)
+        numbers.append(number)
+        args.append(operand)
+    result = ufunc(*numbers)
+    if not has_array:
+        return recorded(result, _function_of(ufunc), *inputs)
+    if not operands or copied >= MAX_COPIED or not spend(OF_PYTHON):
+        return result
+    # The program may change plain arrays.
+    args = [arg.copy() if type(arg) is numpy.ndarray else arg for arg in args]
+    return wrapped(result, Call(ufunc, args, {}), operands, copied)
+
+
+def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[str, Argument]) -> Any:
+    """`compute` with methods, options and lists."""
+    numbers = [plain(one) for one in inputs]
+    out = options.pop('out', None)
+    plain_options = plain(options)
+    captured = _Captured()
+    args: Sequence[Any] = ()
+    # The provenance is taken first: an operation with `out` may overwrite its operands.
+    if method != 'at' and not (out is not None and 'where' in options) and spend(OF_PYTHON):
+        args = [captured(one) for one in inputs]
+    function = ufunc if method == '__call__' else getattr(ufunc, method)
+    if out is None:
+        result = function(*numbers, **plain_options)
+    else:
+        result = function(*numbers, out=tuple(map(plain, out)), **plain_options)
+    if method == 'at' and type(inputs[0]) is TrackedArray:
+        inputs[0].forget()
+    made = result
+    if captured.operands and captured.is_whole:
+        made = wrapped(result, Call(function, args, plain_options), captured.operands, captured.copied)
+    if out is None:
+        return made
+    return _written(out, made) if type(made) is tuple else _written(out, (made,))[0]
+
+
+def _function_of(ufunc: Any) -> Callable[..., Any]:
+    return ELEMENTWISE.get(ufunc.__name__) or _OPERATORS.get(ufunc.__name__) or _no_function
+
+
+def _no_function(*_: Any) -> None:
+    return None
+
+
+_OPERATORS: Dict[str, Callable[..., Any]] = {
+    'add': lambda a, b: a + b,
+    'subtract': lambda a, b: a - b,
+    'divide': lambda a, b: a / b,
+    'floor_divide': lambda a, b: a // b,
+    'remainder': lambda a, b: a % b,
+    'power': lambda a, b: a**b,
+    'float_power': lambda a, b: a**b,
+    'negative': lambda a: -a,
+    'positive': lambda a: a,
+    'absolute': abs,
+    'square': lambda a: a * a,
+    'reciprocal': lambda a: 1 / a,
+    'maximum': lambda a, b: a if a >= b else b,
+    'minimum': lambda a, b: a if a <= b else b,
+    'fmax': lambda a, b: a if a >= b else b,
+    'fmin': lambda a, b: a if a <= b else b,
+    'conjugate': lambda a: a,
+}
+
+
+def _written(out: Sequence[Any], made: Sequence[Any]) -> Tuple[Any, ...]:
+    """The arrays that results were written to, with the provenance of these."""
+    for target, part in zip(out, made):
+        if type(target) is TrackedArray:
+            target.write_provenance(..., provenance_of(part) if target is not part else None)
+    return tuple(out)
+
+
+#: The functions that write to their first argument, and how that is called. What they write has no provenance.
+_WRITING = {
+    numpy.copyto: 'dst',
+    numpy.put: 'a',
+    numpy.place: 'arr',
+    numpy.putmask: 'a',
+    numpy.fill_diagonal: 'a',
+    numpy.put_along_axis: 'arr',
+}
+
+_RECEPTIVE = {numpy.zeros_like, numpy.ones_like, numpy.empty_like}
+
+
+LOST: List[Callable[[Any, Any], None]] = []
+"""Are called with a plain result, and with the arguments that had provenance."""
+
+
+def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argument]) -> Any:
+    """Call a function of NumPy: the result has NumPy's own numbers, with their provenance where it is known."""
+    captured = _Captured()
+    args, named = [captured(one) for one in arguments], {name: captured(one) for name, one in options.items()}
+    captured.is_whole = captured.is_whole and spend(OF_PYTHON)
+    given, plain_named = [plain(one) for one in arguments], plain(options)
+    result = function(*given, **plain_named)
+    if function in _WRITING:
+        target = arguments[0] if arguments else options[_WRITING[function]]
+        if type(target) is TrackedArray:
+            target.forget()
+        return result
+    if function in _RECEPTIVE:
+        return receptive(result)
+    target = None
+    if isinstance(result, numpy.ndarray):
+        if given and result is given[0]:
+            return arguments[0]
+        # It was written to an array that was given for that: nothing is computed of what was there.
+        for at, one in enumerate(given):
+            if one is result:
+                target, args[at] = arguments[at], None
+        if plain_named.get('out') is result:
+            target, named['out'] = options['out'], None
+    if target is None:
+        result, is_view = _views(result, captured.arrays, given)
+        if is_view:
+            return result
+    made = result
+    if captured.operands and captured.is_whole:
+        if getattr(getattr(result, 'dtype', None), 'kind', '') == 'f':
+            named.pop('dtype', None)  # numbers of 32 bits would be too coarse to be differentiated
+        made = wrapped(result, Call(function, args, named), captured.operands, captured.copied)
+    if made is result and captured.operands:
+        for tell in LOST:
+            tell(result, (arguments, options))
+    return made if target is None else _written([target], [made])[0]
+
+
+def _views(result: Any, arrays: Sequence[TrackedArray], given: Sequence[Any]) -> Tuple[Any, bool]:
+    """A result, or the results in a list, with the provenance of the arrays that it shows, and whether it shows some.
+
+    Args:
+        arrays: those with provenance that NumPy's function was given.
+        given: its plain arguments.
+    """
+    if type(result) in (list, tuple):
+        parts = [_views(part, arrays, given) for part in result]
+        is_view = bool(parts) and all(is_view for _, is_view in parts)
+        return (type(result)([part for part, _ in parts]), True) if is_view else (result, False)
+    if not isinstance(result, numpy.ndarray) or result.base is None:
+        return result, False
+    for array in arrays:
+        memory = array._memory
+        if memory is not None and memory.root.dtype == result.dtype and numpy.may_share_memory(memory.root, result):
+            return of_memory(result, memory), True
+    return result, any(isinstance(one, numpy.ndarray) and numpy.may_share_memory(one, result) for one in given)
+
+
+def _array_ufunc(_: Any, ufunc: Any, method: str, *inputs: Argument, **options: Argument) -> Any:
+    return compute(ufunc, method, inputs, options)
+
+
+def _array_function(
+    _: Any, function: Any, types: Iterable[Any], arguments: Iterable[Argument], options: Mapping[str, Argument]
+) -> Any:
+    return call(function, tuple(arguments), dict(options))
+
+
+# They complete the class, as NEP 13 and NEP 18 have it.
+TrackedArray.__array_ufunc__ = _array_ufunc  # type: ignore[method-assign, assignment]
+TrackedArray.__array_function__ = _array_function  # type: ignore[method-assign, assignment]
+complete(compute, ARRAYS, _array_ufunc)
