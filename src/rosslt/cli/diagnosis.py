@@ -144,6 +144,16 @@ class Losses:
         more = len(answer.files) - len(places)
         return '; '.join(places) + (f'; and {more} more' if more else '')
 
+    def recording_of(self, publisher: str) -> str:
+        """What recording provenance costs a node, as a sentence; '' if it is not known, or nothing."""
+        self._asking.join()
+        answer = self._answers.get(publisher)
+        if answer is None or not answer.recording or not answer.cpu:
+            return ''
+        share = 100 * answer.recording / answer.cpu
+        at = f', most of it at {"; ".join(answer.costly)}' if answer.costly else ''
+        return f'recording takes {share:.0f} % of the CPU time of {publisher}{at}'
+
 
 def _few(names: List[str]) -> str:
     """The first few of several names."""
@@ -211,6 +221,9 @@ class Examination:
             lines = self._losses.of(publisher) if not all(sent.fields.values()) else ''
             if lines:
                 yield Finding(NOTE, f'{publisher} makes plain numbers of tracked ones at {lines}')
+            recording = self._losses.recording_of(publisher)
+            if recording:
+                yield Finding(FINE, recording)
 
     def _of_fields(self, fields: Dict[str, List[values.Source]], publisher: str) -> Iterator[Finding]:
         """The fields that cannot be forced, although others can."""

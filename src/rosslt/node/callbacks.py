@@ -8,9 +8,14 @@ import rospy
 
 
 class Callbacks:
-    """Calls functions soon, one after the other. One that is asked for again before its turn is called once."""
+    """Calls functions soon, one after the other. One that is asked for again before its turn is called once.
 
-    def __init__(self) -> None:
+    Args:
+        name: of the thread.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
         self._waiting: Dict[Callable[[], None], None] = {}  # an ordered set
         self._wake = threading.Condition()
         self._is_started = False
@@ -22,7 +27,7 @@ class Callbacks:
             self._wake.notify_all()
             if not self._is_started:
                 self._is_started = True
-                threading.Thread(target=self._work, name='rosslt on_change', daemon=True).start()
+                threading.Thread(target=self._work, name=self._name, daemon=True).start()
 
     def _work(self) -> None:
         while not rospy.is_shutdown():

@@ -71,7 +71,7 @@ class Owner:
         self.read_parameters = ReadParameters(self, self.parameters)
         self.directory = Directory(self._described, lambda: self.name)
         self.history = History()
-        self._callbacks = Callbacks()
+        self._callbacks = Callbacks('rosslt on_change')
         self._topic: Optional[LocationTopic] = None
         self._participant = CommitParticipant(self)
         self.change_sources = self._participant.change_sources
