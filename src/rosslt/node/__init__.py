@@ -42,6 +42,7 @@ from rosslt.node.no_master import NO_MASTER
 from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, observe
 from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
+from rosslt.node.refresh import READINGS
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.saving import Unsaved, changes_to_save
 from rosslt.node.service_calls import NO_ANSWER, ask_all

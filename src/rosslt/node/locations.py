@@ -199,7 +199,7 @@ class HeldLocation(Location):
         self._value = value
         self.tracked = self.reading_of(value)
         for reading in readings:
-            READINGS.replace(reading, value)
+            READINGS.replace(reading, value, self.tracked)
 
 
 class LiteralLocation(HeldLocation):
