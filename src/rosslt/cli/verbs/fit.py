@@ -11,10 +11,10 @@ import rospy
 
 from rosslt import files, node, values
 from rosslt.cli import bags
-from rosslt.cli.directory import TIMEOUT, cannot_reach, sources_called
+from rosslt.cli.directory import cannot_reach, sources_called
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import Part, field_of
-from rosslt.cli.master import find_master
+from rosslt.cli.master import TIMEOUT, find_master
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.reading import Decoder, start_node
 from rosslt.cli.verb import CHANGE, Argument

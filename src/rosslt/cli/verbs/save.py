@@ -8,9 +8,9 @@ import rosgraph
 import yaml
 
 from rosslt import files, node
-from rosslt.cli.directory import TIMEOUT, cannot_reach, locations_of, tracked_node
+from rosslt.cli.directory import cannot_reach, locations_of, tracked_node
 from rosslt.cli.failure import Failure, Misused
-from rosslt.cli.master import find_master
+from rosslt.cli.master import TIMEOUT, find_master
 from rosslt.cli.output import is_terminal, write_row, write_text
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
