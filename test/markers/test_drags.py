@@ -471,7 +471,7 @@ def test_what_is_shown_where_it_was_dropped_is_done():
 
 
 def test_what_stays_elsewhere_is_solved_again_and_then_said_to_be(monkeypatch):
-    monkeypatch.setattr(node, 'STILL', 0.0)
+    monkeypatch.setattr('rosslt.markers.drags.drop.STILL', 0.0)
     scene, asked = Scene(Settings()), []
     drop = dropped_at_two(scene, lambda: asked.append(True) or {})
 
