@@ -7,11 +7,8 @@ import rosgraph
 
 from rosslt import node, values
 from rosslt.cli.failure import Failure, did_you_mean
-from rosslt.cli.master import full_name, problem_of, system_state, tracked_nodes
+from rosslt.cli.master import TIMEOUT, full_name, problem_of, system_state, tracked_nodes
 from rosslt.node import Directory, Place
-
-#: Timeout for answers of owners, in seconds.
-TIMEOUT = 2.0
 
 
 def locations_of(master: rosgraph.Master, directory: Directory, name: str) -> List[Place]:

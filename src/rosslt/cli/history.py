@@ -3,7 +3,7 @@
 from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
 
 from rosslt import node, values
-from rosslt.cli.directory import TIMEOUT
+from rosslt.cli.master import TIMEOUT
 from rosslt.node import Directory
 
 

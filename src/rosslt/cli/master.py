@@ -11,11 +11,8 @@ import rosgraph
 
 from rosslt.cli.failure import Failure, did_you_mean
 
-#: Timeout for answers of a master, in seconds; a person is waiting.
+#: Timeout for answers of a master or a node, and for connections to them, in seconds; a person is waiting.
 TIMEOUT = 2.0
-
-#: Timeout for a connection to a node, in seconds.
-CONNECTING = 1.0
 
 #: At which service a tracked node lists its locations.
 LIST_SERVICE = '/rosslt/list_locations'
@@ -151,7 +148,7 @@ def _problems(master: rosgraph.Master, node: str) -> List[Tuple[Tuple[str, int],
 def _address(look_up: Callable[[str], str], name: str) -> Optional[Tuple[str, int]]:
     """(host, port) of what the master says of a name; None where it does not know it."""
     try:
-        with default_timeout(CONNECTING):
+        with default_timeout(TIMEOUT):
             address = urllib.parse.urlparse(look_up(name))
         return (address.hostname, address.port) if address.hostname and address.port else None
     except (OSError, rosgraph.MasterException, ValueError):
@@ -161,7 +158,7 @@ def _address(look_up: Callable[[str], str], name: str) -> Optional[Tuple[str, in
 def _problem(address: Tuple[str, int]) -> Tuple[Optional[type], str]:
     """(the type of what a connection raises or None, its text)."""
     try:
-        socket.create_connection(address, CONNECTING).close()
+        socket.create_connection(address, TIMEOUT).close()
     except OSError as error:
         return type(error), error.strerror or str(error)
     return None, ''

@@ -21,7 +21,7 @@ from typing import Any, Callable, Dict, FrozenSet, Hashable, List, NamedTuple, O
 import rospy
 
 from rosslt import messages, values
-from rosslt.messages import Message, MessageClass, Scalar
+from rosslt.messages import Message, Scalar
 from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
 
 #: Sources of which replaced readings are in use: {Source: ({their values}, the latest value)}.
@@ -56,6 +56,7 @@ class ReplacedReadings:
             Reentrant, as a signal's handler may publish in the middle of a publish.
         on_change: what is called soon after each change.
         count: how many changes there were.
+        rebind: is called with a reading and the one that follows it.
     """
 
     def __init__(self) -> None:
@@ -63,10 +64,19 @@ class ReplacedReadings:
         self.lock = threading.RLock()
         self.on_change: Callable[[], None] = lambda: None
         self.count = 0
+        self.rebind: Callable[[Any, Any], None] = lambda before, following: None
         self._latest: Dict[Source, Any] = {}
 
-    def replace(self, reading: MessageClass, value: Scalar) -> None:
-        """Note that the location of a reading has another value now, a plain one of the location's type."""
+    def replace(self, reading: Any, value: Scalar, following: Any = None) -> None:
+        """Note that the location of a reading has another value now.
+
+        Args:
+            reading: the one before.
+            value: the plain one, of the location's type.
+            following: the reading that is given from now on, where there is one.
+        """
+        if following is not None:
+            self.rebind(reading, following)
         (source,) = values.sources(reading)
         with self.lock:
             self._latest[source] = value

@@ -11,10 +11,10 @@ import rospy
 
 from rosslt import files, node, values
 from rosslt.cli import bags
-from rosslt.cli.directory import TIMEOUT, cannot_reach, sources_called
+from rosslt.cli.directory import cannot_reach, sources_called
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import Part, field_of
-from rosslt.cli.master import find_master
+from rosslt.cli.master import TIMEOUT, find_master
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.reading import Decoder, start_node
 from rosslt.cli.verb import CHANGE, Argument
@@ -156,6 +156,8 @@ def _save(master: rosgraph.Master, nodes: Sequence[str]) -> None:
         files.write(edits)
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
+    for name in nodes:
+        node.tell_saved(name, TIMEOUT)
     if left:
         raise Failure('not written: ' + '; '.join(f'{name}: {reason}' for name, reason in left.items()))
 

@@ -7,10 +7,10 @@ from typing import Any, Dict, Optional, Sequence, Tuple
 import rospy
 
 from rosslt import node, values
-from rosslt.cli.directory import TIMEOUT, sources_called
+from rosslt.cli.directory import sources_called
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import conditions, field_of, path_where, source_values, target
-from rosslt.cli.master import find_master, split_topic
+from rosslt.cli.master import TIMEOUT, find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change
 from rosslt.cli.reading import Inbox, Received, heard_publishers
 from rosslt.cli.verb import CHANGE, Argument

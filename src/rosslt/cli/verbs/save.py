@@ -8,9 +8,9 @@ import rosgraph
 import yaml
 
 from rosslt import files, node
-from rosslt.cli.directory import TIMEOUT, cannot_reach, locations_of, tracked_node
+from rosslt.cli.directory import cannot_reach, locations_of, tracked_node
 from rosslt.cli.failure import Failure, Misused
-from rosslt.cli.master import find_master
+from rosslt.cli.master import TIMEOUT, find_master
 from rosslt.cli.output import is_terminal, write_row, write_text
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
@@ -71,6 +71,7 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
             sys.stdout.buffer.flush()
         else:
             files.write(edits)
+            node.tell_saved(name, TIMEOUT)
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
     if not is_diff:

@@ -7,9 +7,9 @@ from typing import Any, Dict, List, Optional
 import rosgraph
 
 from rosslt import node
-from rosslt.cli.directory import TIMEOUT, cannot_reach, tracked_node
+from rosslt.cli.directory import cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
-from rosslt.cli.master import find_master, has_ended, problem_of, tracked_nodes
+from rosslt.cli.master import TIMEOUT, find_master, has_ended, problem_of, tracked_nodes
 from rosslt.cli.output import write_applied
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
