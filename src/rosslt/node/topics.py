@@ -98,10 +98,11 @@ class Publisher(rospy.Publisher):
 
     def _provenance(self, message: Message) -> bytes:
         """The provenance of a message that is sent now: all of it, or none between those that are written at a rate."""
+        impl = self.impl  # None as soon as another thread unregisters this
         if self._is_always_whole or self._keeps_last:
             return whole_provenance(message)
         # rospy makes another list of connections when somebody subscribes
-        state = READINGS.count, id(self.impl.connections)
+        state = READINGS.count, id(impl.connections)
         return self._sampled.to_send(message, Sending.full_history, state, is_between())
 
     def publish(self, *args: Any, **kwds: Any) -> None:
