@@ -151,7 +151,7 @@ def round_trip():
             arrived.notify_all()
 
     with subprocess.Popen([sys.executable, '-c', TALKER]) as talker:
-        rosslt.Subscriber('bench_value', Float64, receive)
+        rosslt.Subscriber('bench_value', Float64, receive, keep_provenance=True)
         with arrived:
             arrived.wait_for(lambda: 'value' in shown)
         times, acknowledged = [], []

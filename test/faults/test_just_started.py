@@ -19,7 +19,6 @@ KEEPING_TIMES = [
         'messages/test_sampling.py',
         'node/test_closed_loop.py',
         'script/test_live.py',
-        'web/test_frames.py',
     )
 ]
 

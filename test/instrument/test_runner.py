@@ -213,14 +213,16 @@ def test_what_is_generated_is_loaded_as_it_is(folder, generated, monkeypatch):
 
 
 def test_bytecode_is_that_of_all_files_that_rewrite():
-    room = Path(loader.__file__).parent
-    needed, found = {'rewriting'}, set()
+    package = Path(loader.__file__).parents[1]
+    needed, found = {'instrument/rewriting'}, set()
     while needed - found:
         name = (needed - found).pop()
         found.add(name)
-        text = (room / f'{name}.py').read_text()
-        needed.update(re.findall(r'^from rosslt\.instrument\.(\w+) import', text, re.MULTILINE))
-    assert set(loader._REWRITING) == found
+        text = (package / f'{name}.py').read_text()
+        needed.update(
+            f'instrument/{file}' for file in re.findall(r'^from rosslt\.instrument\.(\w+) import', text, re.M)
+        )
+    assert set(loader._REWRITING) == {*found, 'node/identities'}
 
 
 def test_a_relay_of_a_catkin_workspace_is_followed(folder):

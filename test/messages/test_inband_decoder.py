@@ -52,45 +52,9 @@ def test_provenance_of_a_byte_of_a_long_array_goes_to_no_other_field():
         assert not is_tracked(message.x)
 
 
-def with_frame(text):
-    return PoseArray(header=Header(frame_id=text))
-
-
-@pytest.mark.parametrize(
-    ('first', 'second'),
-    [
-        (Marker(text=track('abc', ONE)), Marker(text=track('abc', TWO))),
-        (with_frame(track('odom', ONE)), with_frame(track('odom', TWO))),
-        (with_frame(track('1odom', ONE)), with_frame(track('2odom', ONE))),
-        (Marker(frame_locked=track(True, ONE)), Marker(frame_locked=track(True, TWO))),
-        (JointState(name=[track('a', ONE)]), JointState(name=[track('a', TWO)])),
-        (
-            Marker(text=track('abc', ONE), pose=Pose(position=Point(X, 0.0, 0.0))),
-            Marker(text=track('abc', TWO), pose=Pose(position=Point(X, 0.0, 0.0))),
-        ),
-        (
-            Marker(text=track('abc', ONE), pose=Pose(position=Point(2 * X, 0.0, 0.0))),
-            Marker(text=track('xyz', ONE), pose=Pose(position=Point(3 * X, 0.0, 0.0))),
-        ),
-        (Marker(id=track(5, ONE)), Marker(id=track(5, TWO))),
-        (Marker(id=track(5, ONE) * 3), Marker(id=track(7, ONE) * 3)),
-        (Marker(id=track(5, ONE) * 3), Marker(id=track(5, TWO) * 3)),
-    ],
-    ids=['text', 'frame', 'frames', 'bool', 'names', 'text and number', 'text and sum', 'int', 'ints', 'product'],
-)
-@pytest.mark.parametrize('transport', [lambda cls: cls, tracked_type], ids=['in-band', 'tracked type'])
-def test_messages_that_differ_in_anything_arrive_one_after_the_other(first, second, transport):
-    cls = transport(type(first))
-    for sent in (first, second, first, second):
-        data = in_band(sent) if cls is type(sent) else serialized(wrap(sent, cls))
-        received = decode(data, cls)
-        assert received.error is None
-        assert_arrived(sent, received.message)
-
-
 @pytest.mark.parametrize('cls', [Pose, Marker, JointState, PoseArray, String], ids=lambda cls: cls._type)
 def test_messages_of_all_sorts_arrive_among_each_other(cls):
-    sent = [Filling(seed % 7).message(cls) for seed in range(40)]
+    sent = [Filling(seed % 7).message(cls) for seed in range(7)]
     for message in sent:
         received = decode(in_band(message), cls)
         assert received.error is None

@@ -69,11 +69,6 @@ def test_bytes_arrive_by_value():
     assert list(arrived(numpy_msg(Image)(data=pixels), Image).data) == [1, 2, 255]
 
 
-def test_an_array_of_plain_objects_arrives_by_value():
-    sent = numpy_msg(Float64MultiArray)(data=numpy.array([1.0, 2], dtype=object))
-    assert arrived(sent, Float64MultiArray).data == (1.0, 2.0)
-
-
 def test_a_tracked_type_of_numpy_arrives_by_value():
     buff = io.BytesIO()
     cls = tracked_type(Float64MultiArray)

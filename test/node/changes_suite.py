@@ -114,14 +114,6 @@ class Changes(unittest.TestCase):
         answer = change(self.owner, (tracked(self.owner, 'count'), '4.0'))
         self.assertEqual((answer.state, [one.new_value for one in answer.changes]), ('applied', ['4']))
 
-    def test_of_several_changes_of_a_node_all_or_none_are_applied(self):
-        gain, offset, fixed = tracked(self.owner, 'gain', 'offset', 'fixed')
-        before = self.current('gain', 'offset')
-        answer = change(self.owner, (gain, '4.0'), (offset, '5.0'), (fixed, '6.0'))
-        self.assertEqual(answer.state, 'refused')
-        self.assertEqual([bool(reason) for reason in answer.reasons], [False, False, True])
-        self.assertEqual(self.current('gain', 'offset'), before)
-
     def test_an_unknown_location_has_no_value_and_says_so(self):
         gain = tracked(self.owner, 'gain')
         service = rospy.ServiceProxy('/owner/rosslt/get_values', GetValues)
@@ -176,16 +168,6 @@ class Changes(unittest.TestCase):
         finally:
             rospy.set_param('/owner/rosslt/accept_changes', True)
         wait_until(lambda: not refused(), 'the node is unlocked')
-
-    def test_the_last_change_is_taken_back_as_a_whole(self):
-        undo = rospy.ServiceProxy('/owner/rosslt/change_sources', ChangeSources)
-        pair = tracked(self.owner, 'gain', 'offset')
-        rosslt.force_value(pair, [6.0, 60.0])
-        rosslt.force_value(pair, [7.0, 70.0])
-        self.assertEqual(undo(undo=True, requester='a test').state, 'applied')
-        self.assertEqual(self.current('gain', 'offset'), [6.0, 60.0])
-        self.assertEqual(undo(undo=True, requester='a test').state, 'applied')
-        self.assertEqual(self.current('gain', 'offset'), rosslt.untracked(pair))
 
     def test_sources_of_several_nodes_change_in_one_call(self):
         with Node('second', OWNER) as second:
@@ -252,42 +234,6 @@ class Failures(unittest.TestCase):
                 rosslt.force_value(gain, 1.0, timeout=0.5)
             node.process.send_signal(signal.SIGCONT)
             self.assertEqual(rosslt.force_value(gain, 2.5, timeout=5.0)[rosslt.sources(gain)[0]].new, 2.5)
-
-    def test_where_one_of_two_nodes_is_gone_it_is_named_and_nothing_changes(self):
-        with Node('fine', OWNER) as fine:
-            x, y = tracked(fine, 'offset'), rosslt.track(1.0, rosslt.Source('/nobody', 1))
-            with self.assertRaises(rosslt.SourceUnreachable) as caught:
-                rosslt.force_value([x, y], [5.0, 6.0])
-            self.assertEqual(caught.exception.nodes, ['/nobody'])
-            self.assertEqual(caught.exception.changed, {})
-            self.assertEqual(rosslt.reevaluate(x), 1.0)
-            with self.assertRaisesRegex(rosslt.SourceUnreachable, '/nobody'):
-                rosslt.reevaluate([x, y])
-
-    def test_an_owner_killed_in_the_middle_of_a_change_is_unreachable(self):
-        code = """
-            def never_ends(value):
-                print('changing', flush=True)
-                time.sleep(60)
-            rosslt.location(getter=lambda: 1.0, setter=never_ends, name='slow')
-            rospy.spin()
-            """
-        with Node('killed', code) as node:
-            slow = tracked(node, 'slow')
-            caught = []
-
-            def force():
-                try:
-                    rosslt.force_value(slow, 2.0, timeout=20.0)
-                except rosslt.SourceUnreachable as error:
-                    caught.append(error)
-
-            thread = threading.Thread(target=force)
-            thread.start()
-            self.assertEqual(node.read_line(), 'changing')
-            node.stop(signal.SIGKILL)
-            thread.join(5)
-            self.assertEqual([error.nodes for error in caught], [['/killed']])
 
     def test_a_restarted_owner_is_reached_again(self):
         with Node('again', OWNER) as node:

@@ -275,15 +275,6 @@ class Commits(unittest.TestCase):
         self.assertEqual(request.decide('/left', 'abort').state, 'aborted')
         self.assertEqual(request.decide('/right', 'commit').state, '')
 
-    def test_a_second_decision_changes_nothing_more(self):
-        request = Both('twice', ('/left', 'offset', 3.0))
-        self.assertEqual(request.decide('/left', 'commit').state, 'applied')
-        rosslt.force_value(tracked('/left', 'offset', 3.0), 5.0)
-        self.assertEqual(request.decide('/left', 'commit').state, 'applied')
-        self.assertEqual(present('/left', 'offset'), 5.0)
-        with self.assertRaises(rospy.ServiceException):
-            request.prepare('/left', 'offset', 6.0)
-
     def test_another_change_waits_for_a_reserved_location_or_is_told_why_not(self):
         request = Both('held', ('/left', 'offset', 3.0), ('/right', 'offset', 3.0))
         with self.assertRaisesRegex(

@@ -173,16 +173,6 @@ class External(unittest.TestCase):
             rosslt.force_value(read(), 11.0)
         self.assertEqual(self.held['value'], 4.0)
 
-    def test_where_one_setter_refuses_the_other_is_put_back(self):
-        other = {'value': 1.0}
-        first = rosslt.location(
-            getter=lambda: other['value'], name='other', setter=lambda value: other.update(value=value)
-        )
-        second = rosslt.location(getter=lambda: self.held['value'], setter=self.set, name='external2')
-        with self.assertRaisesRegex(rosslt.ChangeRejected, 'the file is full'):
-            rosslt.force_value([first, second], [5.0, 20.0])
-        self.assertEqual((other['value'], self.held['value']), (1.0, 2.0))
-
     def test_a_setter_and_a_getter_may_wait_for_who_makes_a_location(self):
         mine, is_called, made = threading.Lock(), threading.Event(), threading.Event()
 
@@ -306,15 +296,6 @@ class External(unittest.TestCase):
 class Parameters(unittest.TestCase):
     def read(self):
         return rosslt.location(1.0, name='parameter', minimum=0.0)
-
-    def test_the_parameter_follows_a_change(self):
-        rosslt.force_value(self.read(), 3.0)
-        self.assertEqual(rospy.get_param('~rosslt/parameter'), 3.0)
-
-    def test_a_plain_rosparam_set_is_seen(self):
-        self.read()
-        rosparam('set', '/locations/rosslt/parameter', '4.5')
-        wait_until(lambda: self.read() == 4.5, 'rosparam set is seen')
 
     def test_a_rosparam_set_of_the_whole_namespace_is_seen(self):
         def read():

@@ -253,7 +253,7 @@ def shown(*locations):
     return made, left_out
 
 
-def test_files_of_one_name_are_told_apart_and_reserved_names_are_left_to_dynamic_reconfigure():
+def test_files_of_one_name_are_one_group_and_reserved_names_are_left_to_dynamic_reconfigure():
     made, _ = shown(
         held('a', 1.0, '/x/one/node.py'),
         held('b', 1.0, '/x/two/node.py'),
@@ -262,7 +262,7 @@ def test_files_of_one_name_are_told_apart_and_reserved_names_are_left_to_dynamic
         held('groups_', 2.0, '/x/other.py'),
     )
     described = made.descriptions()
-    assert [group.name for group in described.groups] == ['Default', 'one/node.py', 'other.py', 'state_', 'two/node.py']
+    assert [group.name for group in described.groups] == ['Default', 'node.py', 'other.py', 'state_']
     assert {one.name: one.value for one in made.values().doubles} == {
         'a': 1.0,
         'b': 1.0,

@@ -24,32 +24,44 @@ TOUR = '# tour\ngoto(2.0, 1.0, 1.5)\nwait(0.1)\ngoto(-1, 2, 0.5)\n'
 
 
 class ScriptNode(unittest.TestCase):
+    """One node plays all scripts, but for the tests that stop it."""
+
+    node = None
+
     @classmethod
     def setUpClass(cls):
         cls.log, cls.waypoints = [], []
         rospy.Subscriber('/rosout', Log, cls.log.append)
         rosslt.Subscriber('waypoint', PoseStampedTracked, cls.waypoints.append)
         cls.tf = tf2_ros.TransformBroadcaster()
+        directory = tempfile.TemporaryDirectory(prefix='rosslt_script_')
+        cls.addClassCleanup(directory.cleanup)
+        cls.addClassCleanup(cls.stop)
+        cls.script = Path(directory.name, 'tour.script')
 
     def setUp(self):
-        directory = tempfile.TemporaryDirectory(prefix='rosslt_script_')
-        self.addCleanup(directory.cleanup)
-        self.script = Path(directory.name, 'tour.script')
+        if self.node is not None:
+            self.script.write_text('goto(0, 0, 0)\n')
+            self.wait_for_position(0.0, 0.0, 0.0)
         self.script.write_text(TOUR)
-        self.start()
+        if self.node is None:
+            self.start()
+        self.wait_for_position(2.0, 1.0, 1.5)
 
-    def start(self, *options):
+    @classmethod
+    def start(cls, *options):
         """Start the node, and wait for its first waypoint."""
-        del self.waypoints[:]
-        command = ['rosrun', 'rosslt', 'interactive_script', '_file:={}'.format(self.script), *options]
-        self.node = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.addCleanup(self.stop, self.node)
-        wait_until(lambda: self.waypoints, 'a waypoint', 60.0)
+        del cls.waypoints[:]
+        command = ['rosrun', 'rosslt', 'interactive_script', '_file:={}'.format(cls.script), *options]
+        cls.node = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        wait_until(lambda: cls.waypoints, 'a waypoint', 60.0)
 
-    def stop(self, node):
-        if node.poll() is None:
-            node.terminate()
-            node.wait(60)
+    @classmethod
+    def stop(cls):
+        if cls.node is not None:
+            cls.node.terminate()
+            cls.node.wait(60)
+            cls.node = None
 
     def locations(self):
         rospy.wait_for_service(NODE + '/rosslt/list_locations', 5)
@@ -125,8 +137,9 @@ class ScriptNode(unittest.TestCase):
         )
 
     def test_it_is_warned_where_nobody_says_where_the_robot_is(self):
-        self.stop(self.node)
+        self.stop()
         self.addCleanup(rospy.delete_param, NODE + '/robot_frame')
+        self.addCleanup(self.stop)
         self.start('_robot_frame:=nowhere')
         text = 'no tf from world to nowhere: it is not known whether the robot has reached a waypoint'
         wait_until(
@@ -174,7 +187,9 @@ class ScriptNode(unittest.TestCase):
         self.assertEqual({(location.id, location.line, location.column) for location in self.locations()}, before)
 
     def test_the_precision_is_a_parameter(self):
-        self.stop(self.node)
+        self.stop()
+        self.addCleanup(rospy.delete_param, NODE + '/precision')
+        self.addCleanup(self.stop)
         self.start('_precision:=0.5')
         rosslt.force_value(self.position.x, 3.3)
         self.assertIn('goto(3.5, 1.0, 1.5)', self.script.read_text())

@@ -247,7 +247,7 @@ def test_an_id_never_comes_to_mean_another_number(tmp_path):
     lines = ['goto(0, 0, 0)  # {}'.format(number) for number in range(4)]
     path.write_text('\n'.join(lines))
     stage, meant = Stage(path), {}
-    for number in range(4, 120):
+    for number in range(4, 60):
         if lines and dice.random() < 0.5:
             lines.pop(dice.randrange(len(lines)))
         lines.insert(dice.randrange(len(lines) + 1), 'goto(0, 0, 0)  # {}'.format(number))

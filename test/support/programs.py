@@ -20,11 +20,11 @@ def verdict_of(text):
     return literals_of(text)[0]
 
 
-def run_rewritten(text, path='/nowhere/program.py'):
+def run_rewritten(text, path='/nowhere/program.py', module='program'):
     """The names of a program after it has run rewritten, in this process."""
     assert routing.ROSPY is not None
     made = rewrite(text.encode('utf-8'), path, path)
-    names = {'__name__': 'program', '__file__': path}
+    names = {'__name__': module, '__file__': path}
     loader.prepare(names, made, path)
     exec(made.code, names)
     return names

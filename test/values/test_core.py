@@ -15,11 +15,9 @@ from pathlib import Path
 
 import pytest
 
-from rosslt import Source, evaluate, explain, math, operation, solve, track, untracked
+from rosslt import Source, evaluate, explain, math, solve, track, untracked
 from rosslt.values import (
-    UnnamedSource,
     affine,
-    from_affine,
     keeping,
     lazy,
     lazy_of,
@@ -128,23 +126,6 @@ def test_the_core_finds_the_terms_that_python_finds():
                 assert [type(part) for part in term[1:]] == [type(at), type(slope)]
         are_affine += found[0][0] is not None
     assert are_affine > 100
-
-
-def _rows(chance):
-    """Values that are made alike, and others that hardly are: sums, functions, folds, bools, calls and what is lazy."""
-    sources = A, B, UnnamedSource(1), UnnamedSource(1)
-    leaves = [track(chance.choice([1.5, 2.5, 3, True]), chance.choice(sources)) for _ in range(3)]
-    received = chance.choice(sources)
-    leaves += lazy([0.5], [lambda value: track(value, received)])
-    leaves.append(from_affine(2.0, ((A, 1.0, 2.0), (chance.choice(sources), 1.0, 3.0))))
-    values = list(leaves)
-    for _ in range(6):
-        a, b = chance.choice(values[-4:]), chance.choice(values[-4:])
-        values.append(chance.choice([a + b, a * 2.0, math.sin(a), a - b, a * b, half(a, b)]))
-    return values
-
-
-half = operation(lambda a, b: (a + b) / 2)
 
 
 def test_functions_of_plain_numbers_are_called_with_them_and_others_with_what_may_be_tracked():

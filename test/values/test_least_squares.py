@@ -79,18 +79,6 @@ def test_steps_are_right_at_any_size(size):
     assert shortest_step([{0: 2.0 * size}], [4.0 * size], [1.0]) == pytest.approx([2.0])
 
 
-@pytest.mark.parametrize('is_there', [True, False], ids=['with SciPy', 'without SciPy'])
-def test_a_large_sparse_system_has_the_same_step_with_and_without_scipy(is_there, monkeypatch):
-    if not is_there:
-        for name in ('scipy', 'scipy.sparse', 'scipy.sparse.linalg'):
-            monkeypatch.setitem(sys.modules, name, None)
-    size = 220
-    matrix = random_matrix(size, size, 3, 0.01) + 2 * numpy.eye(size)
-    missing = [math.cos(place) for place in range(size)]
-    step = shortest_step(as_rows(matrix), missing, [1.0] * size)
-    assert (matrix @ step).tolist() == pytest.approx(missing, abs=1e-6)
-
-
 def test_without_numpy_steps_are_made_in_plain_python(monkeypatch):
     monkeypatch.setitem(sys.modules, 'numpy', None)
     size = 2 * LARGE

@@ -3,19 +3,25 @@
 import contextlib
 import os
 import struct
-from typing import Any, Dict, Iterator, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, Mapping, Optional, Sequence, Tuple
 
 import genpy
 import rosbag
 
-from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import is_below
 from rosslt.cli.reading import Decoder, Received
 from rosslt.messages import LastProvenance
+from rosslt.node import Directory
 
 #: The message type of <node>/rosslt/locations.
 _LOCATIONS_TYPE = 'rosslt/LocationList'
+
+#: A serialized message as rosbag has it: type, data, md5sum, position, class.
+Raw = Tuple[Any, ...]
+
+#: The header of a connection in a bag.
+Header = Mapping[str, Any]
 
 #: Exceptions of rosbag for a damaged bag: its own, and those of unpacking, decompressing and decoding names.
 _UNREADABLE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, OSError, EOFError, UnicodeDecodeError)
@@ -61,12 +67,14 @@ def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterato
         yield received._replace(type=type_, message=completed)
 
 
-def serialized(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Tuple[str, Any, genpy.Time, Any]]:
+def serialized(
+    bag: rosbag.Bag, topics: Optional[Sequence[str]] = None
+) -> Iterator[Tuple[str, Raw, genpy.Time, Header]]:
     """Read the serialized messages of a bag, each with its topic, time and connection header."""
     return _read(bag, topics, raw=True, return_connection_header=True)
 
 
-def _read(bag: rosbag.Bag, topics: Optional[Sequence[str]], **options: Any) -> Iterator[Any]:
+def _read(bag: rosbag.Bag, topics: Optional[Sequence[str]], **options: bool) -> Iterator[Any]:
     """Read the messages of a bag; a damaged bag raises ROSBagException instead of a LookupError."""
     try:
         yield from bag.read_messages(topics, **options)
@@ -87,9 +95,9 @@ class ConnectionWriter:
 
     def __init__(self, bag: rosbag.Bag) -> None:
         self._bag = bag
-        self._written: Dict[int, Tuple[Any, Any]] = {}  # by the ids of headers: the header, and the connection
+        self._written: Dict[int, Tuple[Header, Any]] = {}  # by the ids of headers: the header, and the connection
 
-    def write(self, topic: str, raw: Sequence[Any], stamp: genpy.Time, header: Any) -> None:
+    def write(self, topic: str, raw: Raw, stamp: genpy.Time, header: Header) -> None:
         """Write a message.
 
         Args:

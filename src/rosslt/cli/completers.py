@@ -10,8 +10,8 @@ from typing import Iterable, List, Sequence, Tuple
 import genpy.message
 
 from rosslt import messages
-from rosslt.cli.directory import Directory
 from rosslt.cli.master import find_master, full_name, tracked_nodes
+from rosslt.node import Directory
 
 #: Timeout of completion for a master or a node, in seconds.
 _TIMEOUT = 0.7

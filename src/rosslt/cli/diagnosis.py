@@ -11,19 +11,15 @@ from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 import rosgraph
 
 from rosslt import srv, values
-from rosslt.cli.directory import Directory
-from rosslt.cli.master import SystemState, default_timeout, problem_of
+from rosslt.cli.master import TIMEOUT, SystemState, default_timeout, problem_of
 from rosslt.cli.reading import Received
-from rosslt.node import ask_all
+from rosslt.node import Directory, ask_all
 
 #: The kinds of findings: nothing is wrong; it may hinder a change; it prevents a change.
 FINE, NOTE, FAULT = 'ok', 'note', 'fault'
 
 #: The message type that a node with interactive markers publishes.
 _UPDATE_TYPE = 'visualization_msgs/InteractiveMarkerUpdate'
-
-#: Timeout for answers of the master or of a node, in seconds.
-_TIMEOUT = 2.0
 
 #: At which service a node that `rosslt run` runs says where it makes plain numbers of tracked ones.
 _FIND_LOSSES = '/rosslt/find_losses'
@@ -44,7 +40,7 @@ class Finding(NamedTuple):
 
 
 class Stream:
-    """What a node sent on a topic while the command listened.
+    """The messages that a node sent on a topic, counted.
 
     Attributes:
         count: the number of messages.
@@ -92,7 +88,7 @@ class Traffic:
             self._streams.setdefault((message.topic, message.publisher), Stream()).add(message, field)
 
     def of(self, topic: str, publisher: str) -> Stream:
-        """What a node sent on a topic."""
+        """The messages that a node sent on a topic."""
         return self._streams.get((topic, publisher)) or Stream()
 
     def all_sources(self) -> Set[values.Source]:
@@ -127,7 +123,7 @@ class Losses:
         self._requests = {
             one: srv.FindLossesRequest(seconds) for one in publishers if one + _FIND_LOSSES in state.services
         }
-        self._timeout = seconds + _TIMEOUT
+        self._timeout = seconds + TIMEOUT
         self._answers: Dict[str, Any] = {}
         self._asking = threading.Thread(target=self._ask, name='rosslt losses', daemon=True)
         self._asking.start()
@@ -147,6 +143,16 @@ class Losses:
         ]
         more = len(answer.files) - len(places)
         return '; '.join(places) + (f'; and {more} more' if more else '')
+
+    def recording_of(self, publisher: str) -> str:
+        """Say what recording provenance costs a node, as a sentence; '' if it is not known, or nothing."""
+        self._asking.join()
+        answer = self._answers.get(publisher)
+        if answer is None or not answer.recording or not answer.cpu:
+            return ''
+        share = 100 * answer.recording / answer.cpu
+        at = f', most of it at {"; ".join(answer.costly)}' if answer.costly else ''
+        return f'recording takes {share:.0f} % of the CPU time of {publisher}{at}'
 
 
 def _few(names: List[str]) -> str:
@@ -215,6 +221,9 @@ class Examination:
             lines = self._losses.of(publisher) if not all(sent.fields.values()) else ''
             if lines:
                 yield Finding(NOTE, f'{publisher} makes plain numbers of tracked ones at {lines}')
+            recording = self._losses.recording_of(publisher)
+            if recording:
+                yield Finding(FINE, recording)
 
     def _of_fields(self, fields: Dict[str, List[values.Source]], publisher: str) -> Iterator[Finding]:
         """The fields that cannot be forced, although others can."""
@@ -277,7 +286,7 @@ class Examination:
     def _why_locked(self, node: str) -> str:
         name = f'{node}/rosslt/accept_changes'
         try:
-            with default_timeout(_TIMEOUT):
+            with default_timeout(TIMEOUT):
                 accepts = self._master.getParam(name)
         except (OSError, rosgraph.MasterException):
             return ''

@@ -1,29 +1,14 @@
 """Nodes and locations by their names, NODE and NODE/LOCATION, and what their owners report about them."""
 
-from typing import Any, Dict, List, Mapping, Tuple
+import sys
+from typing import Any, Dict, Iterable, List, Mapping, Tuple
 
 import rosgraph
 
 from rosslt import node, values
 from rosslt.cli.failure import Failure, did_you_mean
-from rosslt.cli.master import full_name, system_state, tracked_nodes, why_unreachable
+from rosslt.cli.master import TIMEOUT, full_name, problem_of, system_state, tracked_nodes
 from rosslt.node import Directory, Place
-
-__all__ = [
-    'TIMEOUT',
-    'Directory',
-    'Place',
-    'call',
-    'change',
-    'cannot_reach',
-    'find',
-    'locations_of',
-    'split_location',
-    'tracked_node',
-]
-
-#: Timeout for answers of owners, in seconds.
-TIMEOUT = 2.0
 
 
 def locations_of(master: rosgraph.Master, directory: Directory, name: str) -> List[Place]:
@@ -69,7 +54,25 @@ def change(
 
 def cannot_reach(master: rosgraph.Master, name: str, reason: str) -> Failure:
     """The Failure that says why a node does not answer."""
-    return Failure(f'cannot reach {name}: {why_unreachable(master, name, reason)}')
+    return Failure(f'cannot reach {name}: {problem_of(master, name) or reason}')
+
+
+def report_silent(verb: str, master: rosgraph.Master, silent: Mapping[str, str]) -> int:
+    """Print which nodes do not answer, and why; returns the exit code."""
+    for name, reason in sorted(silent.items()):
+        print(f'rosslt {verb}: {cannot_reach(master, name, reason)}', file=sys.stderr)
+    return 1 if silent else 0
+
+
+def sources_called(directory: Directory, sources: Iterable[values.Source], text: str) -> List[values.Source]:
+    """Find sources by what people call them: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as `rosslt echo` says."""
+    found = []
+    for source in sources:
+        place = directory.of(source)
+        names = {str(source), directory.name(source)} | ({place.file, place.short_file} if place else set())
+        if {text, '/' + text} & names:
+            found.append(source)
+    return found
 
 
 def tracked_node(master: rosgraph.Master, text: str) -> str:

@@ -8,8 +8,14 @@ import yaml
 from rosslt import messages, values
 from rosslt.cli.failure import Failure, did_you_mean
 
+#: A message of any type, a part of it, or values of the same shape. ROS 1 has no type annotations.
+Part = Any
 
-def field_of(message: Any, path: str) -> Any:
+#: A value of a location.
+Scalar = Union[float, int, str, bool]
+
+
+def field_of(message: Part, path: str) -> Part:
     """The part of a message at a path, the message itself at ''.
 
     Raises:
@@ -48,7 +54,7 @@ def conditions(text: str) -> Dict[str, str]:
     return {name: value for name, _, value in found}
 
 
-def path_where(message: Any, path: str, wanted: Dict[str, str]) -> Optional[str]:
+def path_where(message: Part, path: str, wanted: Dict[str, str]) -> Optional[str]:
     """The path of a field in that thing of a message that meets conditions; None where the message is about others.
 
     A thing is the message itself; or an element of the first array on the path that has no index there; or, where the
@@ -86,7 +92,7 @@ def _path(walked: List[Union[str, int]]) -> str:
     return ''.join(f'[{step}]' if isinstance(step, int) else f'.{step}' for step in walked).lstrip('.')
 
 
-def _meets(part: Any, wanted: Dict[str, str]) -> bool:
+def _meets(part: Part, wanted: Dict[str, str]) -> bool:
     return all(str(values.untracked(field_of(part, name))) == text for name, text in wanted.items())
 
 
@@ -95,7 +101,7 @@ def joined(path: str, leaf: str) -> str:
     return (_path(steps(path)) + (leaf if leaf.startswith('[') or not leaf else '.' + leaf)).lstrip('.')
 
 
-def target(message: Any, path: str, text: str) -> Any:
+def target(message: Part, path: str, text: str) -> Part:
     """The target for a part of a message, as `values.solve` takes it.
 
     Args:
@@ -111,7 +117,7 @@ def target(message: Any, path: str, text: str) -> Any:
     plain = values.untracked(part)
     try:
         if isinstance(plain, (bool, int, float, str)):
-            wanted: Any = parse_scalar(text, type(plain).__name__)
+            wanted: Part = parse_scalar(text, type(plain).__name__)
         else:
             wanted = _shaped(part, yaml.safe_load(text), 'the value')
         messages.check_range(part, type_, wanted)
@@ -122,7 +128,7 @@ def target(message: Any, path: str, text: str) -> Any:
     return wanted
 
 
-def parse_scalar(text: str, kind: str) -> Union[float, int, str, bool]:
+def parse_scalar(text: str, kind: str) -> Scalar:
     """A text as a value of a type.
 
     Args:
@@ -152,12 +158,12 @@ def parse_scalar(text: str, kind: str) -> Union[float, int, str, bool]:
     return value
 
 
-def source_values(part: Any) -> Dict[values.Source, Any]:
+def source_values(part: Part) -> Dict[values.Source, Scalar]:
     """The sources of a part of a message, in order of appearance, each with the value that the message has of it."""
     return values.source_values([leaf for _, leaf in values.leaves(part)])
 
 
-def _shaped(part: Any, wanted: Any, where: str) -> Any:
+def _shaped(part: Part, wanted: Part, where: str) -> Part:
     if wanted is None:
         return None
     if hasattr(part, '_slot_types'):
@@ -185,7 +191,7 @@ def _shaped(part: Any, wanted: Any, where: str) -> Any:
         raise Failure(f'{where}: {error}') from None
 
 
-def _missing(part: Any, step: Union[str, int], where: str) -> str:
+def _missing(part: Part, step: Union[str, int], where: str) -> str:
     if hasattr(part, '_slot_types'):
         meant, type_ = did_you_mean(str(step), part.__slots__), getattr(part, '_type', type(part).__name__)
         return f'{type_} has no field {step!r}{meant}, its fields are ' + ', '.join(part.__slots__)

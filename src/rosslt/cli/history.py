@@ -3,7 +3,8 @@
 from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
 
 from rosslt import node, values
-from rosslt.cli.directory import TIMEOUT, Directory
+from rosslt.cli.master import TIMEOUT
+from rosslt.node import Directory
 
 
 class Recorded(NamedTuple):

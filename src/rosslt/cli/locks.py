@@ -8,8 +8,9 @@ from typing import Dict, Iterable, List, Tuple
 import rosgraph
 
 from rosslt import node, srv
-from rosslt.cli.directory import TIMEOUT, Directory, call, find
-from rosslt.cli.master import find_master, full_name, tracked_nodes
+from rosslt.cli.directory import call, find
+from rosslt.cli.master import TIMEOUT, find_master, full_name, tracked_nodes
+from rosslt.node import Directory
 
 
 def locks_of(nodes: Iterable[str]) -> Dict[str, srv.LockLocationsResponse]:

@@ -11,11 +11,8 @@ import rosgraph
 
 from rosslt.cli.failure import Failure, did_you_mean
 
-#: Timeout for answers of a master, in seconds; a person is waiting.
+#: Timeout for answers of a master or a node, and for connections to them, in seconds; a person is waiting.
 TIMEOUT = 2.0
-
-#: Timeout for a connection to a node, in seconds.
-CONNECTING = 1.0
 
 #: At which service a tracked node lists its locations.
 LIST_SERVICE = '/rosslt/list_locations'
@@ -118,17 +115,6 @@ def default_timeout(timeout: float) -> Iterator[None]:
         socket.setdefaulttimeout(before)
 
 
-def why_unreachable(master: rosgraph.Master, node: str, reason: str) -> str:
-    """Why a node did not answer, and what to do.
-
-    Args:
-        master: knows the node's addresses.
-        node: its full name.
-        reason: the answer if the node can be reached all the same.
-    """
-    return problem_of(master, node) or reason
-
-
 def has_ended(master: rosgraph.Master, node: str) -> bool:
     """Return True if a node has ended, although the master may still list it."""
     return all(problem is ConnectionRefusedError for _, problem, _ in _problems(master, node))
@@ -162,7 +148,7 @@ def _problems(master: rosgraph.Master, node: str) -> List[Tuple[Tuple[str, int],
 def _address(look_up: Callable[[str], str], name: str) -> Optional[Tuple[str, int]]:
     """(host, port) of what the master says of a name; None where it does not know it."""
     try:
-        with default_timeout(CONNECTING):
+        with default_timeout(TIMEOUT):
             address = urllib.parse.urlparse(look_up(name))
         return (address.hostname, address.port) if address.hostname and address.port else None
     except (OSError, rosgraph.MasterException, ValueError):
@@ -172,7 +158,7 @@ def _address(look_up: Callable[[str], str], name: str) -> Optional[Tuple[str, in
 def _problem(address: Tuple[str, int]) -> Tuple[Optional[type], str]:
     """(the type of what a connection raises or None, its text)."""
     try:
-        socket.create_connection(address, CONNECTING).close()
+        socket.create_connection(address, TIMEOUT).close()
     except OSError as error:
         return type(error), error.strerror or str(error)
     return None, ''

@@ -5,8 +5,8 @@ import sys
 from typing import List, Optional, Sequence
 
 from rosslt import files, msg, values
-from rosslt.cli.directory import Directory, Place
 from rosslt.cli.failure import Failure
+from rosslt.node import Directory, Place
 
 
 def is_terminal() -> bool:

@@ -124,21 +124,6 @@ class Inbox:
         message = self._last.completed(received.message, received.is_sampled, (topic, received.publisher))
         self._queue.put(received._replace(message=message, is_latched=header.get('latching') == '1'))
 
-    def next(self, timeout: Optional[float] = None) -> Received:
-        """The next Received.
-
-        Args:
-            timeout: seconds, or None to wait for as long as it takes.
-
-        Raises:
-            Failure: none came in time.
-            KeyboardInterrupt: this process has to end.
-        """
-        received = self.next_before(None if timeout is None else time.monotonic() + timeout)
-        if received is None:
-            raise Failure(f'no message within {timeout:g} s')
-        return received
-
     def during(self, seconds: float) -> Iterator[Received]:
         """The Received of that time, as they come."""
         end = time.monotonic() + seconds
@@ -149,7 +134,11 @@ class Inbox:
             yield received
 
     def next_before(self, end: Optional[float]) -> Optional[Received]:
-        """The next Received, or None where there is none until a time of `time.monotonic`."""
+        """The next Received; None where there is none until a time of `time.monotonic`, if one is given.
+
+        Raises:
+            KeyboardInterrupt: this process has to end.
+        """
         while end is None or time.monotonic() < end:
             left = _SHUTDOWN_CHECK_PERIOD if end is None else max(0.0, end - time.monotonic())
             with contextlib.suppress(queue.Empty):

@@ -3,21 +3,21 @@
 import base64
 import json
 import math
-from typing import Any, Dict, Iterator, List, Sequence, Tuple
+from typing import Dict, Iterator, List, Sequence, Tuple
 
 import genpy
 
 from rosslt import values
-from rosslt.cli.directory import Directory
-from rosslt.cli.fields import joined
+from rosslt.cli.fields import Part, joined
 from rosslt.cli.output import shortened, table, write_row
 from rosslt.cli.reading import Received
+from rosslt.node import Directory
 
 #: The longest array without provenance that is shown to people in full; programs get all of it.
 LONGEST_ARRAY = 120
 
 
-def yaml_lines(part: Any) -> List[str]:
+def yaml_lines(part: Part) -> List[str]:
     """A message or a part of one as YAML, with the provenance in comments."""
     rows = []
     for indent, text, leaf in _yaml_rows(part, 0):
@@ -28,7 +28,7 @@ def yaml_lines(part: Any) -> List[str]:
     return [next(aligned) if comment else text for text, comment in rows]
 
 
-def _yaml_rows(part: Any, depth: int, label: str = '') -> Iterator[Tuple[int, str, Any]]:
+def _yaml_rows(part: Part, depth: int, label: str = '') -> Iterator[Tuple[int, str, Part]]:
     """(depth, text, tracked leaf or None) for each line."""
     prefix = label + ' ' if label else ''
     if _is_structure(part):
@@ -54,13 +54,13 @@ def _yaml_rows(part: Any, depth: int, label: str = '') -> Iterator[Tuple[int, st
         )
 
 
-def write_lines(part: Any, path: str = '') -> None:
+def write_lines(part: Part, path: str = '') -> None:
     """Print a line for each scalar: its path, its value, its provenance (empty where it has none)."""
     for leaf_path, leaf in values.leaves(part):
         write_row(joined(path, leaf_path), text_of(leaf), values.explain(leaf) if _has_provenance(leaf) else '')
 
 
-def json_line(received: Received, part: Any, path: str, directory: Directory) -> str:
+def json_line(received: Received, part: Part, path: str, directory: Directory) -> str:
     """A message or a part of one as a line of JSON, with the provenance of its leaves beside it."""
     provenance = {
         joined(path, leaf_path): {
@@ -83,8 +83,8 @@ def json_line(received: Received, part: Any, path: str, directory: Directory) ->
     )
 
 
-def _source(source: values.Source, directory: Directory) -> Dict[str, Any]:
-    described: Dict[str, Any] = {'node': source.node, 'location_id': source.location_id}
+def _source(source: values.Source, directory: Directory) -> Dict[str, object]:
+    described: Dict[str, object] = {'node': source.node, 'location_id': source.location_id}
     place = directory.of(source)
     if place:
         described.update(
@@ -93,31 +93,31 @@ def _source(source: values.Source, directory: Directory) -> Dict[str, Any]:
     return described
 
 
-def _has_provenance(leaf: Any) -> bool:
+def _has_provenance(leaf: Part) -> bool:
     return (
         leaf is not None and not isinstance(leaf, (list, tuple)) and not _is_structure(leaf) and values.is_tracked(leaf)
     )
 
 
-def _is_structure(part: Any) -> bool:
+def _is_structure(part: Part) -> bool:
     """Return True for a message, a time or a duration."""
     return isinstance(part, (genpy.TVal, genpy.Message))
 
 
-def _names(part: Any) -> Sequence[str]:
+def _names(part: Part) -> Sequence[str]:
     """The names of a structure's fields."""
     if isinstance(part, genpy.TVal):
         return ('secs', 'nsecs')
     return tuple(part.__slots__)
 
 
-def text_of(leaf: Any) -> str:
+def text_of(leaf: Part) -> str:
     """A scalar as JSON, a text as it is."""
     plain = _jsonable(leaf)
     return plain if isinstance(plain, str) else json.dumps(plain)
 
 
-def _jsonable(part: Any) -> Any:
+def _jsonable(part: Part) -> Part:
     """Convert a part of a message to JSON types: bytes to base64, as rosbridge does, and infinity and NaN to text."""
     plain = values.untracked(part)
     if _is_structure(plain):

@@ -56,6 +56,20 @@ class Argument:
         return self.options.get('nargs') == argparse.REMAINDER
 
 
+#: A location that a verb is about.
+LOCATION = Argument('location', completer='locations', metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID')
+
+
+def node_or_location(meaning: str) -> Argument:
+    """The argument of a verb that is about a location or a whole node; `meaning` is what a node stands for."""
+    return Argument(
+        'location',
+        completer='nodes_and_locations',
+        metavar='NODE[/LOCATION]',
+        help=f'as rosslt list says, or NODE#ID; a NODE for {meaning}',
+    )
+
+
 class Verb(Protocol):
     """The names that a module in `verbs` has."""
 

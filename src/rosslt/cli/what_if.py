@@ -1,13 +1,14 @@
 """Rewrites the messages of a bag for other source values: evaluates the provenance that the messages carry."""
 
 import io
-from typing import Any, Dict, Mapping, Optional, Tuple
+from typing import Dict, Mapping, Optional
 
 import genpy
 import rosbag
 
 from rosslt import messages, values
 from rosslt.cli import bags
+from rosslt.cli.fields import Part, Scalar
 from rosslt.cli.reading import Decoder
 from rosslt.values import AFFINE, Source
 
@@ -32,7 +33,7 @@ class Topic:
         self.reason = ''
 
 
-def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Any]) -> Dict[str, Topic]:
+def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Scalar]) -> Dict[str, Topic]:
     """Write what the messages of a bag would have been.
 
     A message keeps its time, its connection and its provenance, which says the new source values. What was computed
@@ -58,12 +59,12 @@ def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Any]) 
 
 
 class _Rewriter:
-    def __init__(self, changes: Mapping[Source, Any]) -> None:
+    def __init__(self, changes: Mapping[Source, Scalar]) -> None:
         self._changes = dict(changes)
         self._decoder = Decoder()
         self._last = messages.LastProvenance()
 
-    def rewritten(self, name: str, topic: Topic, raw: Tuple[Any, ...], header: Mapping[str, Any]) -> Optional[bytes]:
+    def rewritten(self, name: str, topic: Topic, raw: bags.Raw, header: bags.Header) -> Optional[bytes]:
         """The data of a message with the other source values; None where it has no value."""
         data, message_class = raw[1], raw[-1]
         received = self._decoder.decode(data, message_class, name)
@@ -91,7 +92,7 @@ class _Rewriter:
         return written
 
 
-def _fitting(made: Any, leaf: Any, kind: str) -> Any:
+def _fitting(made: Part, leaf: Part, kind: str) -> Part:
     """A new value as a field takes it.
 
     Raises:
@@ -108,14 +109,14 @@ def _fitting(made: Any, leaf: Any, kind: str) -> Any:
     return made
 
 
-def _is_linearized(leaf: Any) -> bool:
+def _is_linearized(leaf: Part) -> bool:
     if values.affine(leaf) is not None:
         return False
     instructions, _ = values.disassemble([leaf])
     return any(instruction[0] == AFFINE and not instruction[-1] for instruction in instructions)
 
 
-def _serialized(message: Any, message_class: Any, provenance: Optional[bytes]) -> bytes:
+def _serialized(message: Part, message_class: type, provenance: Optional[bytes]) -> bytes:
     buff = io.BytesIO()
     if messages.is_tracked_type(message_class):
         messages.wrap(message, message_class, provenance).serialize(buff)

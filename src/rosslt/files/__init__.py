@@ -6,9 +6,8 @@ the manner of the one before. `replacing` reads and replaces files as a whole, `
 `watching` notices what others write.
 """
 
-from typing import TYPE_CHECKING, Any
-
 from rosslt.files.errors import FileError
+from rosslt.files.inline_yaml import inline_edits
 from rosslt.files.launch_text import ORIGINS, ParamChange, param_edits
 from rosslt.files.notation import alike, equal, in_manner_of, is_scalar
 from rosslt.files.python_literals import LITERALS, Literal
@@ -16,10 +15,7 @@ from rosslt.files.replacing import Unsettled, holds, overwrite, read_bytes, read
 from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest_of, followed, replaced
 from rosslt.files.transaction import unified_diff, write
 from rosslt.files.watching import FileWatch
-
-if TYPE_CHECKING:
-    from rosslt.files.inline_yaml import inline_edits
-    from rosslt.files.yaml_text import YamlChange, yaml_edits
+from rosslt.files.yaml_text import YamlChange, yaml_edits
 
 __all__ = [
     'LITERALS',
@@ -51,16 +47,3 @@ __all__ = [
     'write',
     'yaml_edits',
 ]
-
-
-def __getattr__(name: str) -> Any:
-    # Only those who use it wait for YAML.
-    if name == 'inline_edits':
-        from rosslt.files.inline_yaml import inline_edits
-
-        return inline_edits
-    if name in ('YamlChange', 'yaml_edits'):
-        from rosslt.files import yaml_text
-
-        return getattr(yaml_text, name)
-    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

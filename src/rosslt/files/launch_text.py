@@ -1,12 +1,12 @@
 """Launch files as text: other values in their <param> tags, and every other byte as it is."""
 
 import re
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
 from rosslt.files.errors import FileError
-from rosslt.files.notation import alike, equal, truths_in_manner_of, written_as
+from rosslt.files.notation import Scalar, alike, equal, truths_in_manner_of, written_as
 from rosslt.files.source_text import Edit, digest_of
 
 #: The ROS parameter in which `rosslt launch` notes which file says a parameter, as JSON: {full name: {'file': ...}}.
@@ -17,6 +17,10 @@ _ATTRIBUTE = re.compile(rb'([\w:.-]+)\s*=\s*("[^"]*"|\'[^\']*\')')
 
 #: The characters that XML reads as a blank within an attribute.
 _ESCAPES = {'\n': '&#10;', '\r': '&#13;', '\t': '&#9;'}
+
+
+#: What an XML text says: (tag, attributes), an end, text, or a comment.
+_Event = Tuple[str, Any]
 
 
 class ParamTag(NamedTuple):
@@ -52,9 +56,9 @@ class ParamChange(NamedTuple):
     total: int
     name: str
     text: str
-    said: Sequence[Any]
-    value: Any
-    read: Callable[[str], Any]
+    said: Sequence[Scalar]
+    value: Scalar
+    read: Callable[[str], object]
     what: str
 
 
@@ -107,7 +111,7 @@ def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tu
             if not alike(present, change.value):
                 raise ValueError(f'{change.value!r} is of another kind than {present!r}, which {file}:{tag.line} says')
             start, end = _range_of_value(content, tag)
-            if type(change.value) in (str, bool):
+            if isinstance(change.value, (str, bool)):
                 new = _word(content, tag, (start, end), change, file)
             elif content[start:end].decode('ascii', 'replace') != tag.value:
                 raise ValueError(f'{file}:{tag.line} has it in a notation of XML that is not rewritten')
@@ -173,8 +177,8 @@ def _word(content: bytes, tag: ParamTag, place: Tuple[int, int], change: ParamCh
     raise ValueError(f'{change.value!r} cannot be written in {file}:{tag.line} so that roslaunch reads just that')
 
 
-def _words(old: str, value: Union[str, bool]) -> Iterator[str]:
-    if type(value) is bool:
+def _words(old: str, value: Scalar) -> Iterator[str]:
+    if isinstance(value, bool):
         yield from truths_in_manner_of(old.strip(), value)
     else:
         yield str(value)
@@ -182,11 +186,11 @@ def _words(old: str, value: Union[str, bool]) -> Iterator[str]:
         yield "'" + str(value).replace("'", "''") + "'"
 
 
-def _said_by(content: bytes) -> List[Any]:
+def _said_by(content: bytes) -> List[_Event]:
     """List the content of XML, in its order: (tag, attributes), an end, text, or a comment."""
     parser = expat.ParserCreate()
     parser.buffer_text = True
-    found: List[Any] = []
+    found: List[_Event] = []
     parser.StartElementHandler = lambda name, attributes: found.append((name, attributes))
     parser.EndElementHandler = lambda name: found.append(('/', name))
     parser.CharacterDataHandler = lambda text: found.append(('text', text))
@@ -195,7 +199,7 @@ def _said_by(content: bytes) -> List[Any]:
     return found
 
 
-def _with_value(said: List[Any], nth: int, value: str) -> List[Any]:
+def _with_value(said: List[_Event], nth: int, value: str) -> List[_Event]:
     """Return the list of `_said_by` with another value of the nth <param>."""
     places = [place for place, one in enumerate(said) if one[0] == 'param' and isinstance(one[1], dict)]
     changed = list(said)

@@ -19,6 +19,9 @@ _TRUTHS = (('true', 'false'), ('yes', 'no'), ('on', 'off'), ('1', '0'))
 
 _Value = Union[int, float]
 
+#: A number, a text or a truth value.
+Scalar = Union[int, float, str, bool]
+
 
 def is_scalar(value: object) -> bool:
     """Return whether a value is a number, a text or a truth value."""

@@ -8,6 +8,8 @@ import math
 import re
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
+from rosslt.files.notation import Scalar
+
 
 class Literal(NamedTuple):
     """A literal in a text: text[start:end] at a line and a column, from 1.
@@ -19,7 +21,7 @@ class Literal(NamedTuple):
     end: int
     line: int
     column: int
-    value: Union[int, float, str, bool]
+    value: Scalar
 
 
 #: The name of the list from which a tree without literals reads them.
@@ -88,7 +90,7 @@ class Positions:
             return None
         return [0, *itertools.accumulate(len(character.encode('utf-8')) for character in text)]
 
-    def literal(self, node: Any, value: Union[int, float, str, bool]) -> Literal:
+    def literal(self, node: Any, value: Scalar) -> Literal:
         """The Literal that a node is."""
         start, end = self.of(node.lineno, node.col_offset), self.of(node.end_lineno, node.end_col_offset)
         return Literal(start, end, node.lineno, start - self._starts[node.lineno - 1] + 1, value)

@@ -5,10 +5,10 @@ import hashlib
 import io
 import tokenize
 from collections import Counter
-from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt.files.errors import FileError
-from rosslt.files.notation import alike, in_manner_of, text_in_manner_of
+from rosslt.files.notation import Scalar, alike, in_manner_of, text_in_manner_of
 from rosslt.files.python_literals import NEWLINE, Literal, Positions, literals_in, without_literals
 
 #: The placeholders of a number, and of a text or truth value, in a line. Python allows no null characters in a file.
@@ -148,7 +148,7 @@ class SourceText:
                     return index
         return None
 
-    def edits(self, values: Dict[int, Any]) -> List[Edit]:
+    def edits(self, values: Mapping[int, Scalar]) -> List[Edit]:
         """Make the edits that give literals other values, and leave every other byte as it is.
 
         Args:
@@ -180,13 +180,13 @@ class SourceText:
         start, end = (self._offset(position) for position in self.literals[index][:2])
         return Edit(self.path, self.digest, start, end, self.content[start:end], spelling.encode())
 
-    def _spelled(self, index: int, value: Any) -> str:
+    def _spelled(self, index: int, value: Scalar) -> str:
         old = self.text[self.literals[index].start : self.literals[index].end]
-        if type(value) is str:
+        if isinstance(value, str):
             return text_in_manner_of(old, value, self._is_utf8)
-        return repr(value) if type(value) is bool else in_manner_of(old, value)
+        return repr(value) if isinstance(value, bool) else in_manner_of(old, value)
 
-    def _reads(self, spelled: Dict[int, str], values: Dict[int, Any]) -> bool:
+    def _reads(self, spelled: Dict[int, str], values: Mapping[int, Scalar]) -> bool:
         """Return whether the text with other spellings has these values, and is the same program otherwise."""
         edits = [self._edit(index, spelling) for index, spelling in spelled.items()]
         try:
@@ -206,10 +206,10 @@ class SourceText:
         return len(self.text[:place].encode(self._encoding))
 
 
-def _part_at(node: Optional[ast.AST], path: Sequence[str]) -> Any:
+def _part_at(node: Optional[ast.expr], path: Sequence[str]) -> Optional[ast.expr]:
     """The expression at a path of indices and keys in the list or dict that an expression writes out."""
     for step in path:
-        parts: Dict[str, ast.AST] = {}
+        parts: Dict[str, ast.expr] = {}
         if isinstance(node, ast.List):
             parts = {str(index): part for index, part in enumerate(node.elts)}
         elif isinstance(node, ast.Dict):
@@ -218,7 +218,7 @@ def _part_at(node: Optional[ast.AST], path: Sequence[str]) -> Any:
     return node
 
 
-def _is_same(one: Any, other: Any) -> bool:
+def _is_same(one: Scalar, other: Scalar) -> bool:
     if type(one) in (str, bool) or not alike(one, other):
         return type(one) is type(other) and bool(one == other)
     return bool(one == other) and repr(float(one)) == repr(float(other))

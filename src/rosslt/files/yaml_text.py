@@ -3,12 +3,12 @@
 import math
 import re
 from collections import Counter
-from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import yaml
 
 from rosslt.files.errors import FileError
-from rosslt.files.notation import alike, equal, in_manner_of, truths_in_manner_of, written_as
+from rosslt.files.notation import Scalar, alike, equal, in_manner_of, truths_in_manner_of, written_as
 from rosslt.files.source_text import Edit, digest_of
 
 #: An anchor or a tag, which stands in front of a scalar and stays there.
@@ -30,8 +30,8 @@ class YamlChange(NamedTuple):
     """
 
     path: Sequence[Union[str, int]]
-    said: Sequence[Any]
-    value: Any
+    said: Sequence[Scalar]
+    value: Scalar
     what: str
 
 
@@ -66,7 +66,7 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
                 raise ValueError(f'it was edited since it was loaded: {file} says {old} instead of {change.said[0]!r}')
             if not alike(present, change.value):
                 raise ValueError(f'{change.value!r} is of another kind than {present!r}, which {file} says')
-            if type(change.value) in (str, bool):
+            if isinstance(change.value, (str, bool)):
                 new = _word(text, node, (start, end), change)
             else:
                 start, new = _number(text, node, (start, end), change.value)
@@ -78,7 +78,7 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
     return edits, left
 
 
-def _count_uses(node: Any, uses: Counter) -> None:
+def _count_uses(node: yaml.Node, uses: Counter) -> None:
     """Count how often each scalar is used, by an alias say."""
     waiting, seen = [node], set()
     while waiting:
@@ -93,10 +93,10 @@ def _count_uses(node: Any, uses: Counter) -> None:
             waiting += node.value
 
 
-def _node_at(node: Any, path: Sequence[Union[str, int]], uses: Optional[Counter] = None) -> Any:
+def _node_at(node: yaml.Node, path: Sequence[Union[str, int]], uses: Optional[Counter] = None) -> yaml.Node:
     """The scalar at a path; ValueError where there is none, or, with `uses`, where it is used more than once."""
     for step in path:
-        found: List[Any] = []
+        found: List[yaml.Node] = []
         if isinstance(node, yaml.MappingNode):
             found = [part for key, part in node.value if key.value == str(step)]
         elif isinstance(node, yaml.SequenceNode) and isinstance(step, int) and step < len(node.value):
@@ -127,7 +127,7 @@ def ranges_at(text: str, paths: Sequence[Sequence[Union[str, int]]]) -> List[Tup
     return sorted(found)
 
 
-def _constructed(node: Any) -> Any:
+def _constructed(node: yaml.Node) -> object:
     """Read a scalar by its tag; None where it is no YAML that is read safely."""
     try:
         return yaml.SafeLoader('').construct_object(node, deep=True)
@@ -135,7 +135,7 @@ def _constructed(node: Any) -> Any:
         return None
 
 
-def _number(text: str, node: Any, place: Tuple[int, int], value: Union[int, float]) -> Tuple[int, str]:
+def _number(text: str, node: yaml.Node, place: Tuple[int, int], value: Union[int, float]) -> Tuple[int, str]:
     """Write a number in the notation of the number that it replaces.
 
     Args:
@@ -156,7 +156,7 @@ def _number(text: str, node: Any, place: Tuple[int, int], value: Union[int, floa
     if not any(one.startswith('!') for one in properties.split()):
         return start, _angle(old, value, yaml.safe_load) or written_as(old, value, yaml.safe_load)
 
-    def read(written: str) -> Any:
+    def read(written: str) -> object:
         return _constructed(yaml.ScalarNode(node.tag, written))
 
     unit = _ANGLES.get(node.tag)
@@ -168,7 +168,7 @@ def _number(text: str, node: Any, place: Tuple[int, int], value: Union[int, floa
     return start, angle if old.startswith(unit) else angle[4:-1]
 
 
-def _word(text: str, node: Any, place: Tuple[int, int], change: YamlChange) -> str:
+def _word(text: str, node: yaml.Node, place: Tuple[int, int], change: YamlChange) -> str:
     """Write a text or a truth value in the notation of the scalar that it replaces.
 
     Args:
@@ -188,17 +188,17 @@ def _word(text: str, node: Any, place: Tuple[int, int], change: YamlChange) -> s
     raise ValueError(f'{change.value!r} cannot be written in the place of {text[start:end]}')
 
 
-def _words(old: str, style: Optional[str], value: Union[str, bool]) -> Iterator[str]:
-    if type(value) is bool:
+def _words(old: str, style: Optional[str], value: Scalar) -> Iterator[str]:
+    if isinstance(value, bool):
         yield from truths_in_manner_of(old, value)
         return
     if style is None and value:
-        yield value
+        yield str(value)
     for quotes in ("'", '"')[style == '"' :]:
         yield yaml.safe_dump(value, default_style=quotes, allow_unicode=True, width=float('inf')).rstrip('\n')
 
 
-def _says_instead(before: str, after: str, node: Any, change: YamlChange) -> bool:
+def _says_instead(before: str, after: str, node: yaml.Node, change: YamlChange) -> bool:
     """Return whether a YAML text differs from the one before in that value alone."""
     try:
         old, new = list(yaml.parse(before, yaml.SafeLoader)), list(yaml.parse(after, yaml.SafeLoader))
@@ -224,24 +224,15 @@ def _says_instead(before: str, after: str, node: Any, change: YamlChange) -> boo
     return is_same and now.end_mark.line == now.start_mark.line and equal(_constructed(now), change.value)
 
 
-def _angle(old: str, value: float, read: Callable[[str], Any]) -> Optional[str]:
-    """A number as the angle of rosparam that it was, `deg(45)` or `rad(pi/4)`; None where it cannot be."""
+def _angle(old: str, value: float, read: Callable[[str], object]) -> Optional[str]:
+    """A number as the angle of rosparam that it was, `deg(45)` or `rad(0.5)`; None where it cannot be."""
     match = re.fullmatch(r'(deg|rad)\(\s*(.*?)\s*\)', old)
     if not match:
         return None
     unit, inner = match.groups()
-    if unit == 'deg':
-        candidates = [in_manner_of(inner, round(math.degrees(value), digits)) for digits in (0, 3, 9, 15)]
-    elif 'pi' in inner:
-        candidates = [
-            f'{"" if turns == 1 else "-" if turns == -1 else f"{turns}*"}pi{"" if parts == 1 else f"/{parts}"}'
-            for parts in (1, 2, 3, 4, 5, 6, 8, 9, 10, 12, 16, 18, 24, 36, 180)
-            for turns in [round(value * parts / math.pi)]
-        ]
-    else:
-        candidates = [in_manner_of(inner, value)]
+    candidates = [value] if unit == 'rad' else [round(math.degrees(value), digits) for digits in range(16)]
     for candidate in candidates:
-        text = f'{unit}({candidate})'
+        text = f'{unit}({in_manner_of(inner, candidate)})'
         if repr(read(text)) == repr(value):
             return text
     return None

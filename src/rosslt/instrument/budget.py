@@ -2,19 +2,23 @@
 
 A debt grows by what recording takes and shrinks by what the node takes itself. Where it passes `MOST`, recording stops:
 what is computed is plain. It begins again with the next round, a message that is sent or a callback, once the debt is
-paid. A publisher whose round was not recorded as a whole sends plain messages.
+paid. A publisher whose round was not recorded as a whole sends plain messages. While the node holds a number that has
+been changed since, other than by a name that was rebound, all is recorded: messages follow the change by that.
 """
 
+import sys
 import time
-from typing import Callable
+from collections import Counter
+from typing import Any, Callable
 
-from rosslt import values
+from rosslt import node, values
+from rosslt.instrument.rewriting import CELLS
 
 MOST = 0.25
 """The CPU time in seconds by which recording may be ahead of the node: half of that of half a second."""
 
-_GRANT = round(MOST / values.OPERATION / 100)
-"""The operations between two looks at the clock."""
+_GRANT = 24989
+"""The number of operations between two looks at the clock: a prime, so that in a loop each line is met in its turn."""
 
 
 class Budget:
@@ -27,11 +31,13 @@ class Budget:
         stops: how often recording was stopped or begun again. What was computed while it was even, and the same, was
             recorded as a whole.
         spent: the CPU time that recording has taken, in seconds.
+        lines: {(file, line) of the node's own code: how often it was met there}.
     """
 
     def __init__(self, clock: Callable[[], float] = time.process_time) -> None:
         self.stops = 0
         self.spent = 0.0
+        self.lines: Counter = Counter()
         self._debt = 0.0
         self._clock = clock
         self._since = clock()
@@ -45,16 +51,26 @@ class Budget:
         """Record again, where it was stopped and the debt is paid."""
         if self.stops % 2:
             self._account(0.0)
-            if not self._debt:
+            if not self._debt or self._is_needed():
                 self.stops += 1
                 values.allow(_GRANT)
 
-    def _refill(self) -> int:
-        self._account(_GRANT * values.OPERATION)
-        if self._debt < MOST:
+    def _refill(self, overdrawn: int) -> int:
+        self._account((_GRANT + overdrawn) * values.OPERATION)
+        frame: Any = sys._getframe(1)
+        while frame is not None and CELLS not in frame.f_globals:
+            frame = frame.f_back
+        if frame is not None:
+            self.lines[frame.f_globals[CELLS].path, frame.f_lineno] += 1
+        if self._debt < MOST or self._is_needed():
             return _GRANT
         self.stops += 1
         return 0
+
+    @staticmethod
+    def _is_needed() -> bool:
+        """Return whether values in use are out of date, so that messages follow their sources by what was recorded."""
+        return bool(node.READINGS.replaced and node.READINGS.outdated())
 
     def _account(self, recording: float) -> None:
         now = self._clock()

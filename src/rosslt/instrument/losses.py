@@ -1,4 +1,5 @@
-"""Finds the lines of a node where numbers lose their provenance, while the node starts and while somebody asks.
+"""Finds the lines of a node where numbers lose their provenance, while it starts and while somebody asks, and where
+recording costs most.
 
 Code that needs a plain float calls `__float__`: NumPy does so when a number is written into an array without
 provenance, and so do other libraries. Tracked numbers define that method only while losses are counted, so that it
@@ -9,6 +10,7 @@ are wrapped in the modules that the node has imported.
 import functools
 import linecache
 import math
+import os
 import sys
 import threading
 import time
@@ -18,6 +20,7 @@ from typing import Any, Callable, Dict, Iterator, List, Tuple
 import rospy
 
 from rosslt import srv, values
+from rosslt.instrument.budget import BUDGET
 from rosslt.instrument.rewriting import CELLS
 
 #: Duration of the search after a node's first message, in seconds.
@@ -26,8 +29,9 @@ START = 5.0
 #: The longest time that may be asked for, in seconds.
 LONGEST = 60.0
 
-#: The maximal number of lines that are remembered.
+#: The maximal number of lines that are remembered, and of those that are called costly.
 MOST_PLACES = 100
+MOST_COSTLY = 3
 
 #: Packages that make no results of what they are given: they send it, wait for it or write it down.
 _SINKS = ('genpy', 'json', 'logging', 'rosgraph', 'rospy', 'rosslt', 'xmlrpc', 'yaml')
@@ -90,7 +94,7 @@ class Losses:
                 if place in self._counts or len(self._counts) < MOST_PLACES:
                     self._counts[place] = self._counts.get(place, 0) + 1
                 return
-            if frame.f_globals.get('__name__', '').partition('.')[0] in _SINKS:
+            if _package(frame) in _SINKS:
                 return
             frame = frame.f_back
 
@@ -102,13 +106,15 @@ class Losses:
         """A function that is not known to keep provenance has given a result."""
         if self.is_watched and _is_plain(result) and _has_provenance(arguments):
             frame: Any = sys._getframe(1)
-            while frame is not None and frame.f_globals.get('__name__', '').partition('.')[0] in ('rosslt', 'numpy'):
+            while frame is not None and _package(frame) in ('rosslt', 'numpy'):
                 frame = frame.f_back
             self.note(frame)
 
     def find(self, request: srv.FindLossesRequest) -> srv.FindLossesResponse:
         """Look for so long; serves `~rosslt/find_losses`."""
         end = time.monotonic() + min(max(request.seconds, 0.0), LONGEST)
+        cpu, recording = time.process_time(), BUDGET.spent
+        lines = BUDGET.lines.copy()
         self.begin()
         try:
             with _Modules():
@@ -122,7 +128,17 @@ class Losses:
             [line for (_, line), _ in found],
             [linecache.getline(path, line).strip() for (path, line), _ in found],
             [count for _, count in found],
+            time.process_time() - cpu,
+            BUDGET.spent - recording,
+            [
+                f'{os.path.basename(path)}:{line}: {linecache.getline(path, line).strip()}'
+                for (path, line), _ in (BUDGET.lines - lines).most_common(MOST_COSTLY)
+            ],
         )
+
+
+def _package(frame: types.FrameType) -> str:
+    return str(frame.f_globals.get('__name__', '')).partition('.')[0]
 
 
 #: The losses of this process.

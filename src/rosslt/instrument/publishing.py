@@ -2,9 +2,8 @@
 the rounds begin in which it is recorded."""
 
 import contextlib
-import functools
 import time
-from typing import Any, Callable, List
+from typing import Any, List
 
 import rospy
 
@@ -49,7 +48,8 @@ class Publisher(node.Publisher):
         self._stops = BUDGET.stops
 
     def _provenance(self, message: Any) -> bytes:
-        return super()._provenance(message) if self._is_recorded else b''
+        is_whole = self._is_recorded or self._keeps_last
+        return super()._provenance(message) if is_whole else messages.SAMPLED
 
 
 class Service(node.Service):
@@ -59,13 +59,8 @@ class Service(node.Service):
         as of `rospy.Service`.
     """
 
-    def __init__(self, name: str, service_class: Any, handler: Callable[[Any], Any], *args: Any, **kwargs: Any) -> None:
-        @functools.wraps(handler)
-        def handle(request: Any) -> Any:
-            BUDGET.begin_round()
-            return handler(request)
-
-        super().__init__(name, service_class, handle, *args, **kwargs)
+    def _begin_request(self) -> None:
+        BUDGET.begin_round()
 
 
 def reach(message: Any) -> None:

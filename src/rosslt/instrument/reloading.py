@@ -4,6 +4,7 @@ Literals that were edited take effect at once: each is followed to where it stan
 that stands there. Everything else that is another than when the node was started is named, and needs a restart.
 """
 
+import contextlib
 import os
 import threading
 from typing import Any, Callable, Dict, List, Optional, Set, Tuple
@@ -30,6 +31,7 @@ def start() -> None:
 
 
 def _begin() -> None:
+    node.look_at_files_with(_look)
     for cells in loaded_files():
         watch(cells.path)
 
@@ -50,7 +52,8 @@ def watch(path: str) -> None:
 def _look() -> None:
     """Take in what the files say now."""
     for cells in loaded_files():
-        _Reader.of(cells).look()
+        with _lock:  # the watch looks, and so does who saves
+            _Reader.of(cells).look()
 
 
 class _Reader:
@@ -74,6 +77,8 @@ class _Reader:
     def look(self) -> None:
         """Take in what the file says, if it is something else than before."""
         try:
+            if self._is_seen():
+                return
             content = files.read_settled_bytes(self._cells.path)
             digest = files.digest_of(content)
             if digest == self._digest:
@@ -87,6 +92,12 @@ class _Reader:
             rospy.logwarn('%s: the node goes on with what was read before', error)
             return
         self._take(original, new, node.is_saved_here(digest))
+
+    def _is_seen(self) -> bool:
+        """Return whether the file says at this moment what it said before."""
+        with contextlib.suppress(files.FileError):
+            return files.digest_of(files.read_bytes(self._cells.path)) == self._digest
+        return False
 
     def _take(self, original: files.SourceText, new: files.SourceText, is_saved_here: bool) -> None:
         locations = self._locations(original)

@@ -6,7 +6,7 @@ import operator
 from typing import Any, Dict, Iterable, List, Sequence, Tuple
 
 from rosslt.messages.fields import Message
-from rosslt.messages.walkers import END, TRACKED, walkers
+from rosslt.messages.walkers import END, TRACKED, plain_check, walkers
 
 #: The classes of what nobody can change.
 _UNCHANGED = TRACKED | {float, int, bool, str, bytes}
@@ -30,6 +30,9 @@ def tracked_fields(message: Message) -> List[Tuple[int, Any, str]]:
 
 def has_tracked_leaf(message: Message) -> bool:
     """Return whether a leaf of a message is tracked; the first one that is found ends the search."""
+    is_plain = plain_check(message.__class__)
+    if is_plain is not None:
+        return not is_plain(message)
     found: List[Tuple[int, Any, str]] = []
     walkers(message.__class__).collect(message, 0, found, 0)
     return bool(found)

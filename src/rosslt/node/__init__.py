@@ -18,6 +18,7 @@ from rosslt.node.api import (
     limits,
     location,
     locations_lock,
+    look_at_files_with,
     on_new_master,
     original_source,
     read_at,
@@ -30,7 +31,7 @@ from rosslt.node.call_sites import CallSite, call_site
 from rosslt.node.changing import force_field, force_value, reevaluate, request_values, undo
 from rosslt.node.client import Change, ChangeRejected, Requester, SourceUnreachable, Undone, undo_request
 from rosslt.node.client import request_values as request_values_as
-from rosslt.node.closed_loop import STILL, ClosedLoop
+from rosslt.node.closed_loop import ClosedLoop
 from rosslt.node.directory import Directory, Place
 from rosslt.node.forcing import NotReached, Outcome, close_loop
 from rosslt.node.history import new_request_id
@@ -42,8 +43,9 @@ from rosslt.node.no_master import NO_MASTER
 from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, observe
 from rosslt.node.parameters_of_node import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
+from rosslt.node.refresh import READINGS
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
-from rosslt.node.saving import Unsaved, changes_to_save
+from rosslt.node.saving import Unsaved, changes_to_save, tell_saved
 from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.services import Service, ServiceProxy
 from rosslt.node.tf import counterparts as tf_counterparts

@@ -25,7 +25,7 @@ from rosslt import msg, srv, values
 from rosslt.node.commit_coordinator import Part, commit
 from rosslt.node.directory import Directory
 from rosslt.node.history import new_request_id
-from rosslt.node.json_scalars import Refused, from_json, to_json
+from rosslt.node.json_scalars import Refused, Value, from_json, to_json
 from rosslt.node.service_calls import ask_all
 
 _Solved = TypeVar('_Solved')
@@ -34,8 +34,8 @@ _Solved = TypeVar('_Solved')
 class Change(NamedTuple):
     """A change of a source: its value before and after."""
 
-    old: Any
-    new: Any
+    old: Value
+    new: Value
 
 
 class Asker(Protocol):
@@ -61,11 +61,10 @@ class Requester(NamedTuple):
     directory: Directory
 
 
-class SourceUnreachable(values.Error):
-    """A node that owns a source does not answer.
+class _RequestFailed(values.Error):
+    """A change of sources has failed.
 
     Attributes:
-        silent: {name of a node: why it does not answer}.
         changed: what the same request has changed in other nodes and could not be taken back, {Source: Change}.
         taken_back: what it had changed there, and has the former value again, {Source: Change}.
     """
@@ -73,14 +72,26 @@ class SourceUnreachable(values.Error):
     def __init__(
         self,
         message: str,
-        silent: Dict[str, str],
         changed: Optional[Dict[values.Source, Change]] = None,
         taken_back: Optional[Dict[values.Source, Change]] = None,
     ) -> None:
         super().__init__(message)
-        self.silent = silent
         self.changed = changed or {}
         self.taken_back = taken_back or {}
+
+
+class SourceUnreachable(_RequestFailed):
+    """A node that owns a source does not answer.
+
+    Attributes:
+        silent: {name of a node: why it does not answer}.
+        changed, taken_back: what the same request has changed in other nodes and could not be taken back, and what it
+            could, {Source: Change}.
+    """
+
+    def __init__(self, message: str, silent: Dict[str, str], *done: Dict[values.Source, Change]) -> None:
+        super().__init__(message, *done)
+        self.silent = silent
 
     @property
     def nodes(self) -> List[str]:
@@ -88,26 +99,18 @@ class SourceUnreachable(values.Error):
         return sorted(self.silent)
 
 
-class ChangeRejected(values.Error):
+class ChangeRejected(_RequestFailed):
     """A node refuses a change of its sources.
 
     Attributes:
         reasons: {Source: the owner's reason}.
-        changed: what the same request has changed in other nodes and could not be taken back, {Source: Change}.
-        taken_back: what it had changed there, and has the former value again, {Source: Change}.
+        changed, taken_back: what the same request has changed in other nodes and could not be taken back, and what it
+            could, {Source: Change}.
     """
 
-    def __init__(
-        self,
-        message: str,
-        reasons: Dict[values.Source, str],
-        changed: Optional[Dict[values.Source, Change]] = None,
-        taken_back: Optional[Dict[values.Source, Change]] = None,
-    ) -> None:
-        super().__init__(message)
+    def __init__(self, message: str, reasons: Dict[values.Source, str], *done: Dict[values.Source, Change]) -> None:
+        super().__init__(message, *done)
         self.reasons = reasons
-        self.changed = changed or {}
-        self.taken_back = taken_back or {}
 
 
 def request_values(
@@ -260,7 +263,7 @@ def reevaluate(asker: Any, x: Any, timeout: float = 1.0) -> Any:
     answers, silent = ask_all('get_values', srv.GetValues, others, timeout)
     if asker.name in requests:
         answers[asker.name] = asker.get_values(requests[asker.name])
-    current: Dict[values.Source, Any] = {}
+    current: Dict[values.Source, Value] = {}
     for node, answer in answers.items():
         if len(answer.values) != len(by_node[node]):
             silent[node] = f'it gives {len(answer.values)} values of {len(by_node[node])} locations'

@@ -7,19 +7,14 @@ the thing that was dropped.
 """
 
 import time
-from typing import Callable, Dict, List, Optional
+from typing import Callable, Dict, Optional
 
 from rosslt.node.client import Change
-from rosslt.node.expression_diff import Difference
 from rosslt.node.observation import ChangeObserver, Observation
 from rosslt.values import Source
 
-#: The number of successive solutions for a field that moves by itself.
+#: The number of successive solutions for a field that moves by itself: one that settles is settled by the second one.
 MOMENTS = 2
-
-#: The time after which an unchanged field counts as standing still, in seconds: some fields are sent more often than
-#: they move.
-STILL = 1.0
 
 
 class ClosedLoop:
@@ -40,7 +35,7 @@ class ClosedLoop:
         rounds: how many times sources were changed.
         observer: what the messages after the last change show.
         last: the observation that is the result; None where no message shows the change.
-        branches: how the field was computed in other ways than when it was solved.
+        has_branched: whether the field was computed in another way than when it was solved.
     """
 
     def __init__(
@@ -55,9 +50,8 @@ class ClosedLoop:
         self.rounds = self._moments = 0
         self.observer = ChangeObserver({}, timeout)
         self.last: Optional[Observation] = None
-        self.branches: List[Difference] = []
+        self.has_branched = False
         self._still_until: Optional[float] = None
-        self._has_more = True
 
     def begin(self, observation: Observation) -> None:
         """Have the sources changed for the first time; raises what `change` raises."""
@@ -95,7 +89,7 @@ class ClosedLoop:
     def _is_other(self, observer: ChangeObserver) -> bool:
         """Return whether the field is not as wanted, and computed in another way than when it was solved."""
         seen = observer.new or observer.other
-        return not observer.reached and self._solved.expression.difference(seen[-1].expression).is_branch()
+        return not observer.reached and self._solved.expression.is_other_branch(seen[-1].expression)
 
     def _conclude(self) -> None:
         """Judge what was seen of a change, and solve that where it is not what was wanted."""
@@ -108,25 +102,21 @@ class ClosedLoop:
             self.is_over = self.is_reached = True
             return
         self.last, self.moves = (seen[-1] if seen else None), observer.moves
-        if not seen or not self._has_more:
+        if not seen:
             self.stop()
             return
-        self._moments = self._moments + 1 if observer.is_solved_for_its_moment(self._solved) else 0
+        is_branch = self._solved.expression.is_other_branch(seen[0].expression, observer.moving)
+        self._moments = self._moments + 1 if self.moves and not is_branch else 0
         if self.moves and (self._settle or self._moments >= min(MOMENTS, self._most)):
             self.last = seen[0]
             self.is_over = self.is_reached = True
             return
-        difference = self._solved.expression.difference(seen[-1].expression)
-        if difference.is_branch(observer.moving):
-            self.branches.append(difference)
+        self.has_branched = self.has_branched or is_branch
         self._solve(seen[-1])
 
     def _solve(self, observation: Observation) -> None:
         changed = self._change(observation) if self.rounds < self._most else {}
         if changed:
             self.follow(observation, changed)
-        elif self.branches and not self.moves and not self._settle:
-            # whether it stands still tells another branch from a field that is sent oftener than it moves
-            self._has_more, self._still_until = False, time.monotonic() + STILL
         else:
             self.stop()

@@ -7,20 +7,22 @@ waits. `commit_coordinator` is the side of the requester.
 """
 
 import contextlib
+import functools
 import math
 import threading
 import time
 from collections import OrderedDict
-from typing import Any, Dict, Iterable, Iterator, List, Optional, Tuple
+from typing import Dict, Iterable, Iterator, List, Optional, Tuple
 
 import rosgraph
 import rospy
 
 from rosslt import srv
+from rosslt.node.callbacks import Callbacks
 from rosslt.node.history import NOTHING_TO_UNDO, Request, applied_change
-from rosslt.node.json_scalars import Refused, from_json
-from rosslt.node.locations import Location
-from rosslt.node.owner import Change, Owner
+from rosslt.node.json_scalars import Refused, Value, from_json
+from rosslt.node.locations import Change, Location
+from rosslt.node.owner import Owner
 from rosslt.node.service_calls import ask_all
 
 #: States of a change, as ChangeSources says them.
@@ -65,12 +67,11 @@ class _Transaction:
         self.is_undo: bool = request.undo
         self.state = PREPARED
         self.reasons: List[str] = []
-        self.wanted: List[Tuple[Location, Any]] = []
+        self.wanted: List[Tuple[Location, Value]] = []
         self.undoes: List[Request] = []
         self.changes: List[Change] = []
         self.made: Optional[Request] = None  # in the history, once it is applied
         self.turns: Dict[Location, int] = {}
-        self.timer: Optional[threading.Timer] = None
 
     def refuse(self, reason: str) -> None:
         """Refuse all of it for one reason."""
@@ -83,10 +84,11 @@ class CommitParticipant:
 
     Args:
         owner: this node as the owner of locations.
+        background: asks other nodes in a thread of its own.
     """
 
-    def __init__(self, owner: Owner) -> None:
-        self._owner = owner
+    def __init__(self, owner: Owner, background: Callbacks) -> None:
+        self._owner, self._background = owner, background
         self._by_id: OrderedDict[str, _Transaction] = OrderedDict()
         self._holders: Dict[Location, str] = {}  # location -> who is changing it
         self._free = threading.Condition(owner.lock)  # type: ignore[arg-type]
@@ -159,11 +161,11 @@ class CommitParticipant:
             self._by_id[change.id] = change
             together = f'{change.requester or "somebody"}, together with {" and ".join(change.nodes) or "others"}'
             self._holders.update((location, together) for location, _ in change.wanted)
-            self._forget_oldest()
+            while len(self._by_id) > REMEMBERED:
+                self._by_id.popitem(last=False)
             # its requester may not be heard of again
-            change.timer = threading.Timer(change.end + GRACE - time.monotonic(), self._settle, [change])
-            change.timer.daemon = True
-            change.timer.start()
+            settle = functools.partial(self._settle, change)
+            self._background.call_soon(settle, change.end + GRACE - time.monotonic())
         return change
 
     def _plan(self, change: _Transaction) -> None:
@@ -262,8 +264,7 @@ class CommitParticipant:
         self._end(change)
 
     def _end(self, change: _Transaction) -> None:
-        if change.timer is not None:
-            change.timer.cancel()
+        if change.id:
             self._release(location for location, _ in change.wanted)
 
     def _release(self, locations: Iterable[Location]) -> None:
@@ -271,25 +272,19 @@ class CommitParticipant:
             self._holders.pop(location, None)
         self._free.notify_all()
 
-    def _forget_oldest(self) -> None:
-        while len(self._by_id) > REMEMBERED:
-            oldest = next((one for one, it in self._by_id.items() if it.state not in (PREPARED, APPLYING)), None)
-            if oldest is None:
-                return
-            del self._by_id[oldest]
-
     def _settle(self, change: _Transaction) -> None:
         """Do what the other nodes have done: the requester has not come back."""
+        if change.state != PREPARED:
+            return
         others = [node for node in change.nodes if node != self._owner.name]
         question = srv.ChangeSourcesRequest(transaction_id=change.id, phase=ASK)
-        while True:
-            try:
-                answers, _ = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(others, question), ASK_TIMEOUT)
-            except rospy.ROSInterruptException:
-                return
-            if change.state != PREPARED or all(answer.state != APPLYING for answer in answers.values()):
-                break
-            rospy.rostime.wallsleep(ASK_TIMEOUT)
+        try:
+            answers, _ = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(others, question), ASK_TIMEOUT)
+        except rospy.ROSInterruptException:
+            return
+        if any(answer.state == APPLYING for answer in answers.values()):
+            self._background.call_soon(functools.partial(self._settle, change), ASK_TIMEOUT)
+            return
         appliers = sorted(node for node, answer in answers.items() if answer.state == APPLIED)
         with self._owner.lock:
             if change.state != PREPARED:

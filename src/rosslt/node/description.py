@@ -1,17 +1,17 @@
 """Locations as messages."""
 
 import os
-from typing import Any, Tuple
+from typing import Tuple
 
 from rosslt import msg
-from rosslt.node.json_scalars import Refused, to_json
+from rosslt.node.json_scalars import Refused, Value, to_json
 from rosslt.node.locations import Location
 
 
 def described(location: Location, is_locked: bool = False) -> msg.Location:
     """A location as a message; one that is locked counts as read-only, so that other sources are changed instead."""
 
-    def text(value: Any) -> str:
+    def text(value: Value) -> str:
         return '' if value is None else to_json(value)
 
     value, fault = _value_or_fault(location)

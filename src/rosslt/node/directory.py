@@ -16,7 +16,8 @@ from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Opt
 import rospy
 
 from rosslt import msg, srv, values
-from rosslt.node.json_scalars import from_json
+from rosslt.node.callbacks import Callbacks
+from rosslt.node.json_scalars import Value, from_json
 from rosslt.node.service_calls import ask_all
 
 #: The time for which an owner's answer is used for changes, in seconds. Bounds rarely change, but a node can be
@@ -64,17 +65,17 @@ class Place(NamedTuple):
         return f'{os.path.basename(self.location.file)}:{self.location.line}:{self.location.column}'
 
     @property
-    def value(self) -> Any:
+    def value(self) -> Value:
         """Its plain value when its owner was asked; None where it had none, as `location.fault` says."""
         return from_json(self.location.value) if self.location.value else None
 
     @property
-    def minimum(self) -> Any:
+    def minimum(self) -> Value:
         """Its lower bound, or None."""
         return from_json(self.location.minimum) if self.location.minimum else None
 
     @property
-    def maximum(self) -> Any:
+    def maximum(self) -> Value:
         """Its upper bound, or None."""
         return from_json(self.location.maximum) if self.location.maximum else None
 
@@ -110,7 +111,8 @@ class Directory:
         self._known: Dict[values.Source, Place] = {}
         self._asked: Dict[values.Source, float] = {}  # when
         self._listed: Set[str] = set()  # nodes that have told all of their locations once
-        self._being_asked: Set[str] = set()
+        self._wanted: Dict[str, List[values.Source]] = {}  # those to be looked up, by node
+        self._background = Callbacks('rosslt locations')
         self._lock = threading.Lock()
 
     def of(self, source: values.Source) -> Optional[Place]:
@@ -191,14 +193,12 @@ class Directory:
 
     def look_up(self, sources: Iterable[values.Source], age: float = float('inf')) -> None:
         """Ask as `learn` does, in the background; `version` grows when something new is known."""
-        for node, asked in self._stale(sources, age).items():
+        stale = self._stale(sources, age)
+        if stale:
             with self._lock:
-                if node in self._being_asked:
-                    continue
-                self._being_asked.add(node)
-            threading.Thread(
-                target=self._ask_in_background, args=({node: asked},), name='rosslt locations', daemon=True
-            ).start()
+                for node, asked in stale.items():
+                    self._wanted.setdefault(node, []).extend(asked)
+            self._background.call_soon(self._ask_wanted)
 
     def ask(self, nodes: Iterable[str], timeout: float = TIMEOUT) -> Tuple[Dict[str, List[Place]], Dict[str, str]]:
         """All locations of nodes, asked now.
@@ -270,12 +270,12 @@ class Directory:
                 self._known.update(told)
                 self._asked.update(dict.fromkeys(told, now))
 
-    def _ask_in_background(self, stale: Dict[str, List[values.Source]]) -> None:
-        with contextlib.suppress(rospy.ROSInterruptException):
-            self._ask(stale, TIMEOUT)
-        self._note_asked(stale)
+    def _ask_wanted(self) -> None:
         with self._lock:
-            self._being_asked -= stale.keys()
+            wanted, self._wanted = self._wanted, {}
+        with contextlib.suppress(rospy.ROSInterruptException):
+            self._ask(wanted, TIMEOUT)
+        self._note_asked(wanted)
 
 
 def _is_news(known: Optional[Place], told: Place) -> bool:

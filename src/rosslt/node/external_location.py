@@ -5,7 +5,7 @@ from typing import Any, Callable, Optional, Tuple
 from rosslt import values
 from rosslt.node.call_sites import CallSite
 from rosslt.node.change_lock import change_lock_released
-from rosslt.node.json_scalars import Refused, to_json
+from rosslt.node.json_scalars import Refused, Value, to_json
 from rosslt.node.locations import Location
 from rosslt.node.refresh import READINGS
 
@@ -26,7 +26,7 @@ class ExternalLocation(Location):
         identity: str,
         name: str,
         site: CallSite,
-        value: Any,
+        value: Value,
         getter: Callable[[], Any],
         setter: Optional[Callable[[Any], None]],
         read_only: bool = False,
@@ -38,7 +38,7 @@ class ExternalLocation(Location):
         super().__init__(identity, name, site, _scalar(value), read_only=read_only or setter is None, **limits)
 
     @property
-    def value(self) -> Any:
+    def value(self) -> Value:
         try:
             with change_lock_released():
                 value = self._getter()
@@ -53,7 +53,7 @@ class ExternalLocation(Location):
     def tracked(self) -> Any:
         return self._reading_of(_scalar(self._getter()))
 
-    def _reading_of(self, value: Any) -> Any:
+    def _reading_of(self, value: Value) -> Any:
         reading = self._reading
         if reading is None or values.untracked(reading) != value or type(values.untracked(reading)) is not type(value):
             reading = self._reading = values.track(value, self.source)
@@ -63,7 +63,7 @@ class ExternalLocation(Location):
         super().name_node(node)
         self._reading = None
 
-    def set_outside(self, value: Any) -> Tuple[Any, Any]:
+    def set_outside(self, value: Value) -> Tuple[Value, Value]:
         old = self.value
         self._before_change = self._reading  # others may read it while it is set
         self._set(value)
@@ -73,7 +73,7 @@ class ExternalLocation(Location):
             self._set(old)
             raise
 
-    def _set(self, value: Any) -> None:
+    def _set(self, value: Value) -> None:
         if self._setter is None:
             raise Refused(f'{self.name} has no setter')
         try:
@@ -84,14 +84,14 @@ class ExternalLocation(Location):
         except Exception as error:  # the user's function: any exception is a refusal
             raise Refused(f'{type(error).__name__}: {error}') from error
 
-    def put(self, value: Any) -> None:
+    def put(self, value: Value) -> None:
         # A value that changed by itself is a record of a moment; one that was set here replaces the older ones.
         before, latest = self._before_change, self._reading_of(value)
         if before is not None and latest is not before:
             READINGS.replace(before, value)
 
 
-def _scalar(value: Any) -> Any:
+def _scalar(value: Value) -> Value:
     """A value that a getter gives, without provenance.
 
     Raises:

@@ -16,6 +16,7 @@ from rosslt.node.client import (
 )
 from rosslt.node.closed_loop import ClosedLoop
 from rosslt.node.history import new_request_id
+from rosslt.node.json_scalars import Value
 from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, is_equal, observe
 from rosslt.values import Source
@@ -31,9 +32,6 @@ NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 
 #: The end of the path of a goal's id in a message of an action: each goal has its own, also when sent again.
 OF_GOALS = 'goal_id.id'
-
-#: The maximal number of other branches that are described, and of numbers that are suggested.
-MOST_BRANCHES, MOST_NUMBERS = 3, 3
 
 #: The longest value or expression in an error, in characters.
 LONGEST = 160
@@ -197,8 +195,7 @@ class _Force:
         self._changes: Dict[Source, Change] = {}
         self._began = self._requested = 0.0
         self._messages = self._other_goals = 0
-        # source values -> what the field was then, and its slopes
-        self._tried: Dict[FrozenSet[Tuple[Source, Any]], Tuple[Any, Any]] = {}
+        self._tried: Set[FrozenSet[Tuple[Source, Value]]] = set()  # values of the sources
         self._notes: List[str] = []  # what else explains that it was not reached
 
     def run(self, message: Any, keep_anyway: bool) -> Outcome:
@@ -235,14 +232,14 @@ class _Force:
 
     def _change(self, observation: Observation) -> Dict[Source, Change]:
         """Have the sources become what an observation needs; {} where that has been tried already."""
-        if self._changes:
-            self._note_tried(observation)
+        state = {source: change.new for source, change in self._changes.items()}
+        self._tried.add(frozenset(state.items()))
         try:
             new = solved(
                 self._asker,
                 values.sources(observation.part),
                 OWNER_TIMEOUT,
-                lambda limits: self._untried(observation, limits),
+                lambda limits: self._untried(observation, state, limits),
             )
             if not new:
                 return {}
@@ -262,14 +259,10 @@ class _Force:
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return changed
 
-    def _note_tried(self, observation: Observation) -> None:
-        """Keep what the field is with the present values of its sources."""
-        tracked = [leaf for _, leaf in values.leaves(observation.part) if values.is_tracked(leaf)]
-        self._tried[self._state()] = values.untracked(observation.part), values.slopes(tracked)
-
-    def _untried(self, observation: Observation, limits: Dict[str, Any]) -> Dict[Source, Any]:
+    def _untried(
+        self, observation: Observation, state: Dict[Source, Value], limits: Dict[str, Any]
+    ) -> Dict[Source, Value]:
         """Solve an observation; for other sources than before where going on with these would go in circles."""
-        state = {source: change.new for source, change in self._changes.items()}
         chosen = self._sources
         left: Dict[str, Any] = {'source': next(iter(chosen))} if chosen and len(chosen) == 1 else {'sources': chosen}
         held: Set[Source] = set()
@@ -331,9 +324,6 @@ class _Force:
         nodes = {self._field.publisher, *(source.node for source in self._changes)}
         return self._errors.raised_since(nodes, self._requested)
 
-    def _state(self) -> FrozenSet[Tuple[Source, Any]]:
-        return frozenset((source, change.new) for source, change in self._changes.items())
-
     def _name(self, source: Source) -> str:
         return self._asker.directory.name(source)
 
@@ -374,39 +364,15 @@ class _Force:
                 f'{self._field.publisher} now sends {_differing(last.part, self._wanted)} instead of '
                 f'{_differing(self._wanted, last.part)}'
             )
-            parts += self._why_it_moves(last) if self._loop.moves else self._why_it_stays(last)
+            if self._loop.moves:
+                parts.append('it changes by itself')
+            elif self._loop.has_branched:
+                parts.append('it is computed in another way than before: the node takes another branch')
             for source, change in self._changes.items():
                 readings = last.expression.readings.get(source)
                 if readings and not any(messages.is_sent_as(change.new, reading) for reading in readings):
                     parts.append(f'{self._name(source)} is {readings[-1]!r} by now, it was made {change.new!r}')
         return '; '.join(dict.fromkeys([*parts, *self._notes]))
-
-    def _why_it_moves(self, last: Observation) -> List[str]:
-        """Say that the field changes by itself, and which numbers move it most."""
-        tracked = [leaf for _, leaf in values.leaves(last.part) if values.is_tracked(leaf)]
-        slopes = {source: max(map(abs, found)) for source, found in values.slopes(tracked).items()}
-        most = sorted((source for source in slopes if slopes[source]), key=lambda source: -slopes[source])
-        tried = [
-            f'{self._name(source)} = {last.expression.readings[source][-1]!r} (1 more moves it by {slopes[source]:.3g})'
-            for source in most[:MOST_NUMBERS]
-        ]
-        return ['it changes by itself', *(['numbers to try: ' + ', '.join(tried)] if tried else [])]
-
-    def _why_it_stays(self, last: Observation) -> List[str]:
-        """The branches that were taken, and the source values that make no difference."""
-        self._note_tried(last)
-        branches = dict.fromkeys(difference.describe(self._name) for difference in self._loop.branches)
-        whys = [f'it takes another branch: {text}' for text in list(branches)[:MOST_BRANCHES]]
-        alike: Dict[str, FrozenSet[Tuple[Source, Any]]] = {}
-        for state, seen in self._tried.items():
-            other = alike.setdefault(repr(seen), state)
-            if other != state:
-                told = [
-                    ' and '.join(f'{self._name(one)} = {value!r}' for one, value in each) for each in (other, state)
-                ]
-                whys.append('it is {} for {} and for {}: the node rounds or limits it'.format(_short(seen[0]), *told))
-                break
-        return whys
 
     def _why_silent(self) -> str:
         """Why no message shows a change."""
@@ -436,6 +402,6 @@ def _differing(part: Any, other: Any) -> str:
     return _short(', '.join(found) or str(values.untracked(part)))
 
 
-def _short(value: Any) -> str:
+def _short(value: Value) -> str:
     text = ' '.join(str(value).split())
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + '...'

@@ -6,8 +6,8 @@ from collections import deque
 from typing import Any, Deque, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 from rosslt import msg
-from rosslt.node.json_scalars import Refused, to_json
-from rosslt.node.locations import Location
+from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.node.locations import Change, Location
 
 #: The maximal number of remembered requests.
 LENGTH = 1000
@@ -40,7 +40,7 @@ class Request:
         self.requester = requester
         self.stamp: Any = None
         self.at = 0.0
-        self.changes: Dict[Location, Tuple[Any, Any]] = {}
+        self.changes: Dict[Location, Tuple[Value, Value]] = {}
         self.undone = False
 
 
@@ -50,7 +50,7 @@ class History:
     def __init__(self) -> None:
         self._requests: Deque[Request] = deque(maxlen=LENGTH)
 
-    def record(self, request_id: str, requester: str, stamp: Any, changes: Iterable[Tuple[Location, Any, Any]]) -> None:
+    def record(self, request_id: str, requester: str, stamp: Any, changes: Iterable[Change]) -> None:
         """Remember changes that have been applied.
 
         Args:
@@ -75,7 +75,7 @@ class History:
         """The latest part of a request that has not been taken back; None where there is none."""
         return next((one for one in self._left() if one.id == request_id), None)
 
-    def withdraw(self, request_id: str, values: Dict[Location, Any]) -> None:
+    def withdraw(self, request_id: str, values: Dict[Location, Value]) -> None:
         """Note that the last part of a request was taken back, because other nodes have not done theirs.
 
         Args:
@@ -89,7 +89,7 @@ class History:
                 request.changes[location] = first, value
             request.undone = all(old == new for old, new in request.changes.values())
 
-    def to_undo(self, request_id: str, present: Dict[int, Location]) -> Tuple[List[Request], Dict[Location, Any]]:
+    def to_undo(self, request_id: str, present: Dict[int, Location]) -> Tuple[List[Request], Dict[Location, Value]]:
         """Find what has to be done to take a request back.
 
         Args:
@@ -106,7 +106,7 @@ class History:
             request_id = next((one.id for one in self._left() if self._values(one, present)), '')
         taken: List[Request] = []
         others: Dict[Location, Request] = {}
-        back: Dict[Location, Any] = {}
+        back: Dict[Location, Value] = {}
         for request in self._left():  # from the latest one
             if request.id != request_id:
                 for location in request.changes:
@@ -140,16 +140,16 @@ class History:
         """The requests that have not been taken back, from the latest one."""
         return (request for request in reversed(self._requests) if not request.undone)
 
-    def _values(self, request: Request, present: Dict[int, Location]) -> Dict[Location, Any]:
+    def _values(self, request: Request, present: Dict[int, Location]) -> Dict[Location, Value]:
         """The values before a request, of the locations that are still there."""
         return {location: old for location, (old, _) in request.changes.items() if present.get(location.id) is location}
 
 
-def applied_change(stamp: Any, location: Location, old: Any, new: Any, requester: str) -> msg.AppliedChange:
+def applied_change(stamp: Any, location: Location, old: Value, new: Value, requester: str) -> msg.AppliedChange:
     """A change as a message."""
     return msg.AppliedChange(stamp, location.id, location.name, to_json(old), to_json(new), requester)
 
 
-def differing(changes: Sequence[Tuple[Location, Any, Any]]) -> List[Tuple[Location, Any, Any]]:
+def differing(changes: Sequence[Change]) -> List[Change]:
     """Return the (location, value before, value after) whose value or type has changed."""
     return [(location, old, new) for location, old, new in changes if type(old) is not type(new) or old != new]

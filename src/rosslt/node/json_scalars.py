@@ -3,6 +3,9 @@
 import json
 from typing import Any
 
+#: A value of a location: a float, int, str or bool, plain.
+Value = Any
+
 
 class Refused(Exception):
     """A value that a location refuses; the text is the reason, as a message can hold it."""
@@ -11,7 +14,7 @@ class Refused(Exception):
         super().__init__(reason.encode('utf-8', 'replace').decode('utf-8'))
 
 
-def to_json(value: Any) -> str:
+def to_json(value: Value) -> str:
     """A plain scalar as it travels; JSON writes a float with all its digits.
 
     Raises:
@@ -29,7 +32,7 @@ def to_json(value: Any) -> str:
     return text
 
 
-def from_json(text: str) -> Any:
+def from_json(text: str) -> Value:
     """A plain scalar from the wire.
 
     Raises:

@@ -8,11 +8,12 @@ import rospy
 
 from rosslt import messages, values
 from rosslt.messages import Message
+from rosslt.node.callbacks import Callbacks
 from rosslt.node.refresh import READINGS, Refresher
 
 _latched: 'weakref.WeakKeyDictionary[Any, Latched]' = weakref.WeakKeyDictionary()
 _lock = threading.RLock()  # reentrant, as a signal's handler may publish in the middle of a publish
-_thread: Optional[threading.Thread] = None
+_soon = Callbacks('rosslt latched messages')
 
 
 class Latched:
@@ -54,7 +55,6 @@ def latch(publisher: Any, message: Message, sent: Message, outgoing: Message) ->
     Returns:
         The Latched, None where nothing is tracked.
     """
-    global _thread
     kept = None
     if messages.tracked_leaves(message):
         kept = Latched(messages.with_leaves(message, {}), sent, outgoing)
@@ -63,19 +63,10 @@ def latch(publisher: Any, message: Message, sent: Message, outgoing: Message) ->
             _latched.pop(publisher, None)
         else:
             _latched[publisher] = kept
-            if _thread is None:
-                _thread = threading.Thread(target=_publish_after_changes, name='rosslt latched messages', daemon=True)
-                _thread.start()
+            READINGS.on_change = lambda: _soon.call_soon(_publish_again)
     if READINGS.replaced:
-        READINGS.changed.set()  # it may be outdated already
+        READINGS.on_change()  # it may be outdated already
     return kept
-
-
-def _publish_after_changes() -> None:
-    while not rospy.is_shutdown():
-        READINGS.changed.wait()
-        READINGS.changed.clear()
-        _publish_again()
 
 
 def _publish_again() -> None:

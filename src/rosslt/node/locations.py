@@ -12,7 +12,7 @@ from typing import Any, Callable, Dict, List, Optional, Protocol, Tuple, Type, U
 from rosslt import files, values
 from rosslt.node.call_sites import CallSite
 from rosslt.node.change_lock import CHANGE_LOCK
-from rosslt.node.json_scalars import Refused, to_json
+from rosslt.node.json_scalars import Refused, Value, to_json
 from rosslt.node.parameter_server import as_sent
 from rosslt.node.refresh import READINGS
 
@@ -65,9 +65,9 @@ class Location:
         identity: str,
         name: str,
         site: CallSite,
-        value: Any,
-        minimum: Any = None,
-        maximum: Any = None,
+        value: Value,
+        minimum: Value = None,
+        maximum: Value = None,
         read_only: bool = False,
         weight: Optional[float] = None,
         changed: Tuple[Callable[[], None], ...] = (),
@@ -92,11 +92,11 @@ class Location:
         return self.site.place
 
     @property
-    def literal(self) -> Any:
+    def literal(self) -> Value:
         return None
 
     @property
-    def value_in_code(self) -> Any:
+    def value_in_code(self) -> Value:
         """The value that the code gives where it was read; None where it was not read there."""
         return self.literal
 
@@ -106,7 +106,7 @@ class Location:
         return None
 
     @property
-    def value(self) -> Any:
+    def value(self) -> Value:
         """The plain value in force.
 
         Raises:
@@ -125,7 +125,7 @@ class Location:
             self.source.name_node(node)
         self.source = values.Source(node, self.id)
 
-    def checked(self, value: Any) -> Any:
+    def checked(self, value: Value) -> Value:
         """`value` as this location takes it.
 
         Raises:
@@ -149,10 +149,10 @@ class Location:
             raise Refused(f'{value!r} is above its maximum {self.maximum!r}')
         return value
 
-    def reread(self, value_in_code: Any) -> None:
+    def reread(self, value_in_code: Value) -> None:
         """Take in the value in the code after an edit; the value in force stays."""
 
-    def set_outside(self, value: Any) -> Tuple[Any, Any]:
+    def set_outside(self, value: Value) -> Tuple[Value, Value]:
         """Hand a checked value to whatever keeps it outside of this process, before `put` makes it the one in force.
 
         Returns:
@@ -163,9 +163,13 @@ class Location:
         """
         return self.value, value
 
-    def put(self, value: Any) -> None:
+    def put(self, value: Value) -> None:
         """Make a value that `set_outside` has returned the one in force."""
         raise NotImplementedError
+
+
+#: A location, its value before and after.
+Change = Tuple[Location, Value, Value]
 
 
 class HeldLocation(Location):
@@ -175,13 +179,13 @@ class HeldLocation(Location):
 
     tracked: Any
 
-    def __init__(self, identity: str, name: str, site: CallSite, value: Any, **limits: Any) -> None:
+    def __init__(self, identity: str, name: str, site: CallSite, value: Value, **limits: Any) -> None:
         super().__init__(identity, name, site, value, **limits)
         self.tracked = self._early = None
         self.put(value)
 
     @property
-    def value(self) -> Any:
+    def value(self) -> Value:
         return self._value
 
     def name_node(self, node: str) -> None:
@@ -189,17 +193,17 @@ class HeldLocation(Location):
         # Whoever has read it before the node had a name holds that reading, which stays as good as the next one.
         self._early, self.tracked = self.tracked, self.reading_of(self._value)
 
-    def reading_of(self, value: Any) -> Any:
+    def reading_of(self, value: Value) -> Any:
         """A tracked value that says of a plain one that this location is its source."""
         return values.track(value, self.source)
 
-    def put(self, value: Any) -> None:
+    def put(self, value: Value) -> None:
         readings = [reading for reading in (self._early, self.tracked) if reading is not None]
         self._early = None
         self._value = value
         self.tracked = self.reading_of(value)
         for reading in readings:
-            READINGS.replace(reading, value)
+            READINGS.replace(reading, value, self.tracked)
 
 
 class LiteralLocation(HeldLocation):
@@ -207,18 +211,18 @@ class LiteralLocation(HeldLocation):
 
     __slots__ = ('_literal',)
 
-    def __init__(self, identity: str, name: str, site: CallSite, literal: Any, **limits: Any) -> None:
+    def __init__(self, identity: str, name: str, site: CallSite, literal: Value, **limits: Any) -> None:
         self._literal = literal
         super().__init__(identity, name, site, literal, **limits)
 
     @property
-    def literal(self) -> Any:
+    def literal(self) -> Value:
         return self._literal
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
         return source.argument_of_call(self.site.line, self.site.column, 0, 'value')
 
-    def reread(self, value_in_code: Any) -> None:
+    def reread(self, value_in_code: Value) -> None:
         self._literal = value_in_code
 
 
@@ -227,7 +231,7 @@ class Defaults(Protocol):
 
     def default_of(self, name: str) -> Tuple[Any, List[str]]: ...
 
-    def reread(self, name: str, said: Any) -> None: ...
+    def reread(self, name: str, said: Value) -> None: ...
 
 
 class ParameterLocation(HeldLocation):
@@ -242,26 +246,26 @@ class ParameterLocation(HeldLocation):
 
     __slots__ = ('unsaved', '_defaults')
 
-    def __init__(self, name: str, site: CallSite, value: Any, defaults: Defaults) -> None:
+    def __init__(self, name: str, site: CallSite, value: Value, defaults: Defaults) -> None:
         super().__init__(name, name, site, value)
         self.unsaved = ''
         self._defaults = defaults
 
     @property
-    def value_in_code(self) -> Any:
+    def value_in_code(self) -> Value:
         return self._defaults.default_of(self.name)[0]
 
-    def checked(self, value: Any) -> Any:
+    def checked(self, value: Value) -> Value:
         return as_sent(super().checked(value))
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
         value, path = self._defaults.default_of(self.name)
         return None if value is None else source.argument_of_call(self.site.line, self.site.column, 1, 'default', path)
 
-    def reread(self, value_in_code: Any) -> None:
+    def reread(self, value_in_code: Value) -> None:
         self._defaults.reread(self.name, value_in_code)
 
-    def retype(self, value: Any) -> None:
+    def retype(self, value: Value) -> None:
         """Make `value` the one in force, and its type the location's."""
         self.type = type(value)
         if value == self._value and self.type is float:
@@ -417,7 +421,7 @@ def namespaces_of(name: str) -> List[str]:
     return ['/'.join(parts[:count]) for count in range(len(parts) - 1, 0, -1)]
 
 
-def checked_limits(minimum: Any, maximum: Any, weight: Any) -> Dict[str, Union[int, float, None]]:
+def checked_limits(minimum: Value, maximum: Value, weight: Any) -> Dict[str, Union[int, float, None]]:
     """Bounds and weight of a location as plain numbers.
 
     Raises:

@@ -34,17 +34,15 @@ class MasterWatch:
 
     def __init__(self) -> None:
         self.renewals: List[Callable[[], None]] = []
-        self._starting = threading.Lock()
         self._is_started = False
         self._master: Optional[rosgraph.Master] = None
         self._known: Optional[int] = None
 
     def start(self) -> None:
         """Begin, if it has not begun: the master of now knows this node."""
-        with self._starting:
-            if self._is_started:
-                return
-            self._is_started = True
+        if self._is_started:
+            return
+        self._is_started = True
         with contextlib.suppress(*NO_MASTER):
             self._known = self._identity()
         threading.Thread(target=self._watch, name='rosslt master', daemon=True).start()

@@ -1,12 +1,15 @@
-"""Observations of a field after a change of its sources: whether it has the wanted value, and stays so."""
+"""Observations of a field after a change of its sources: whether it has the wanted value, stays so, and is computed in
+another way than before."""
 
 import time
-from typing import Any, Dict, FrozenSet, List, NamedTuple, Optional
+from typing import AbstractSet, Any, Dict, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt import messages, values
 from rosslt.node.client import Change
-from rosslt.node.expression_diff import Expression
-from rosslt.values import Source
+from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
+
+#: Numbers that differ by less than this, relative to the size of what they are computed from, count as equal.
+TOLERANCE = 1e-9
 
 #: The maximal wait for a second message, which shows whether a field stays the same, in seconds.
 SECOND_MESSAGE = 1.0
@@ -14,11 +17,69 @@ SECOND_MESSAGE = 1.0
 #: The time in which messages without the changed sources are taken to be about another thing, in seconds.
 OTHER_THINGS = 0.5
 
-#: The maximal distance of a moving field from the target, as a multiple of its own movement.
-LEEWAY = 3.0
 
-#: The fewest messages that have come between the one that was solved and the first one that shows the change.
-FEWEST_STEPS = 2
+class Expression:
+    """The expression that computed a part of a message, without the values of its sources.
+
+    It shows which locations a node has used, what it has done to them, and the numbers in its code that are none.
+    Where a node takes another branch (`a if x < 5 else b`), some of them come and others go.
+
+    Args:
+        part: a scalar, a message or an array, with tracked leaves.
+    """
+
+    def __init__(self, part: Any) -> None:
+        tracked = [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
+        instructions, roots = values.disassemble(tracked)
+        self.sources: List[Source] = values.sources(tracked)
+        #: {source: its values that were used}; of a counter or an integral several.
+        self.readings: Dict[Source, List[Any]] = {}
+        self._numbers: List[Tuple[Any, float]] = []  # (number, size of what it belongs to)
+        form: List[Any] = [tuple(roots)]
+        at: List[Any] = []  # the value of each source, by index
+        for kind, *rest in instructions:
+            at.append(rest[1] if kind == SOURCE else None)
+            if kind == SOURCE:
+                self.readings.setdefault(rest[0], []).append(rest[1])
+                form.append((SOURCE, rest[0]))
+            elif kind == CONSTANT:
+                self._numbers.append((rest[0], 0.0))
+                form.append(CONSTANT)
+            elif kind == AFFINE:
+                value, terms, is_exact = rest
+                form.append((AFFINE, tuple(index for index, _ in terms), is_exact))
+                if is_exact:
+                    size = abs(value) + sum(abs(slope * at[index]) for index, slope in terms)
+                    self._numbers += [(slope, 0.0) for _, slope in terms]
+                    self._numbers.append((value - sum(slope * at[index] for index, slope in terms), size))
+            else:
+                form.append((kind.name, *rest))
+        self._form = tuple(form)
+
+    def other_numbers(self, other: 'Expression') -> Set[int]:
+        """The indices of the numbers, which are no sources, that differ in an expression of the same form."""
+        if self._form != other._form:
+            return set()
+        pairs = enumerate(zip(self._numbers, other._numbers))
+        return {index for index, pair in pairs if not _are_equal(*pair)}
+
+    def is_other_branch(self, other: 'Expression', moving: AbstractSet[int] = frozenset()) -> bool:
+        """Return whether another expression shows another branch.
+
+        Args:
+            moving: the indices of numbers that change by themselves from message to message.
+        """
+        return self._form != other._form or bool(self.other_numbers(other) - moving)
+
+
+def _are_equal(old: Tuple[Any, float], new: Tuple[Any, float]) -> bool:
+    (one, size), (other, other_size) = old, new
+    if one == other:
+        return True
+    try:
+        return bool(abs(one - other) <= TOLERANCE * max(abs(one), abs(other), size, other_size))
+    except TypeError:
+        return False
 
 
 class Observation(NamedTuple):
@@ -82,7 +143,7 @@ class ChangeObserver:
         self.other: List[Observation] = []
         self.old = self.missing = 0
         self.moves = False
-        self.moving: FrozenSet[int] = frozenset()
+        self.moving: Set[int] = set()
 
     @property
     def reached(self) -> Optional[Observation]:
@@ -119,7 +180,7 @@ class ChangeObserver:
             self.end = min(self._last_end, observation.at + SECOND_MESSAGE)
             return False
         before = self.new[-2]
-        self.moving |= before.expression.difference(observation.expression).numbers.keys()
+        self.moving |= before.expression.other_numbers(observation.expression)
         self.moves = self.moves or not messages.is_reached(observation.part, values.untracked(before.part))
         if observation.is_reached and before.is_reached:
             return True
@@ -140,22 +201,6 @@ class ChangeObserver:
             ):
                 return True
         return False
-
-    def is_solved_for_its_moment(self, solved: Observation) -> bool:
-        """Return whether the field moves by itself, and is no further from the target than it has moved since.
-
-        Args:
-            solved: the observation that was solved.
-        """
-        if not self.moves or solved.expression.difference(self.new[0].expression).is_branch(self.moving):
-            return False
-        reach = 0.0
-        for one, other in zip(self.new, self.new[1:]):
-            step = messages.distance(other.part, values.untracked(one.part))
-            steps = (self.new[0].at - solved.at) / max(other.at - one.at, 1e-6)
-            # messages may have been read later than they came, which says little of the time between them
-            reach = max(reach, LEEWAY * step * max(steps, FEWEST_STEPS))
-        return self.new[0].distance <= reach
 
 
 def is_equal(one: Any, other: Any) -> bool:

@@ -1,14 +1,12 @@
 """This node as the owner of its locations, as the modules below `server` see it."""
 
-from typing import Any, ContextManager, FrozenSet, Iterable, List, Protocol, Sequence, Tuple
+from typing import ContextManager, FrozenSet, Iterable, List, Protocol, Sequence, Tuple
 
 from rosslt import srv
 from rosslt.node.access import Access
 from rosslt.node.history import History, Request
-from rosslt.node.locations import Location, Locations
-
-#: A location, its value before and after.
-Change = Tuple[Location, Any, Any]
+from rosslt.node.json_scalars import Value
+from rosslt.node.locations import Change, Location, Locations
 
 
 class Owner(Protocol):
@@ -27,19 +25,19 @@ class Owner(Protocol):
 
     def changeable(self, location: Location, requester: str) -> Location: ...
 
-    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]: ...
+    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Value]]]: ...
 
     def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse: ...
 
     def apply(
-        self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
+        self, wanted: Sequence[Tuple[Location, Value]], requester: str, request_id: str = '', record: bool = True
     ) -> Tuple[List[str], List[Change]]: ...
 
     def applied(self, changes: Sequence[Change], requester: str) -> None: ...
 
-    def set_value(self, location: Location, value: Any, requester: str) -> None: ...
+    def set_value(self, location: Location, value: Value, requester: str) -> None: ...
 
-    def set_setting(self, name: str, value: Any) -> None: ...
+    def set_setting(self, name: str, value: Value) -> None: ...
 
     def follow(self, changed: Iterable[Location]) -> int: ...
 

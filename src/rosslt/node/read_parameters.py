@@ -16,9 +16,9 @@ import rospy
 
 from rosslt import files, values
 from rosslt.node.call_sites import CallSite, call_site
-from rosslt.node.json_scalars import Refused
-from rosslt.node.locations import ParameterLocation
-from rosslt.node.owner import Change, Owner
+from rosslt.node.json_scalars import Refused, Value
+from rosslt.node.locations import Change, ParameterLocation
+from rosslt.node.owner import Owner
 from rosslt.node.parameter_server import (
     Tree,
     as_sent,
@@ -95,7 +95,7 @@ class ReadParameters:
                 if not as_float:
                     _warn_of_int(key, site, value, default[0])
 
-    def _take_default(self, key: str, where: Union[FrameType, CallSite], value: Any) -> bool:
+    def _take_default(self, key: str, where: Union[FrameType, CallSite], value: Value) -> bool:
         """Note what the code says for a parameter, which is its value while it is not set; False where parameters that
         were read before stand in the way, or where no parameter can hold it."""
         with self._owner.lock:
@@ -140,7 +140,7 @@ class ReadParameters:
                 return values.plain_scalar(element_of(default, name[len(key) :])), name[len(key) :].split('/')[1:]
         return None, []
 
-    def reread(self, name: str, said: Any) -> None:
+    def reread(self, name: str, said: Value) -> None:
         """Take in what the code says of a location since it was edited."""
         for key, default in self._defaults.items():
             self._defaults[key] = _leafwise(key, default, lambda one, part: said if one == name else part)
@@ -165,7 +165,7 @@ class ReadParameters:
                     self._parameters.server.set(list(_lacking(key.rstrip('/'), self._in_force(key), stands)))
                 self.learn(key)
 
-    def _take_in(self, key: str, value: Any) -> None:
+    def _take_in(self, key: str, value: Value) -> None:
         """Put in force what the master says of a parameter, None where it is not set. The lock is held."""
         known = with_part(self._known, key, value)
         said = self._scalars(known)
@@ -206,7 +206,7 @@ class ReadParameters:
             if has_other_types:
                 self._owner.publish_locations()
 
-    def _add(self, name: str, value: Any) -> None:
+    def _add(self, name: str, value: Value) -> None:
         """Have a location for a scalar, a new one or that which was there before."""
         location = self._made.get(name)
         if location is None:
@@ -230,15 +230,15 @@ class ReadParameters:
         plain = ((name, self._as_read(name, values.plain_scalar(value))) for name, value in found.items())
         return {name: value for name, value in plain if '//' not in name and _can_be_sent(value)}
 
-    def _as_read(self, name: str, value: Any) -> Any:
+    def _as_read(self, name: str, value: Value) -> Any:
         """A scalar; an int is converted to a float where a float was asked for."""
         is_float = type(value) is int and any(is_within(name, key) for key in self._floats)
         return float(value) if is_float else value
 
-    def _mapped(self, key: str, value: Any, read: Callable[[ParameterLocation], Any]) -> Any:
+    def _mapped(self, key: str, value: Value, read: Callable[[ParameterLocation], Any]) -> Any:
         """A parameter's value, each leaf of which is replaced by the value read from its location."""
 
-        def part(name: str, leaf: Any) -> Any:
+        def part(name: str, leaf: Value) -> Any:
             location = self._present.get(name)
             return leaf if location is None else read(location)
 
@@ -292,7 +292,7 @@ class ReadParameters:
                 expected = wanted
 
 
-def _warn_of_int(key: str, site: CallSite, value: Any, default: Any) -> None:
+def _warn_of_int(key: str, site: CallSite, value: Value, default: Any) -> None:
     """Warn of a parameter that is an int where the call has a float as its default."""
     if type(value) is int and type(values.untracked(default)) is float:
         rospy.logwarn(
@@ -311,7 +311,7 @@ def _unit(tree: Any, name: str) -> str:
     return key
 
 
-def _lacking(key: str, value: Any, stands: Any) -> Iterator[Tuple[str, Any]]:
+def _lacking(key: str, value: Value, stands: Any) -> Iterator[Tuple[str, Any]]:
     """The parameters of a tree that another one has not: (full name, value)."""
     if stands is None:
         yield key, value
@@ -320,7 +320,7 @@ def _lacking(key: str, value: Any, stands: Any) -> Iterator[Tuple[str, Any]]:
             yield from _lacking(f'{key}/{name}', part, stands.get(name))
 
 
-def _leafwise(name: str, value: Any, function: Callable[[str, Any], Any]) -> Any:
+def _leafwise(name: str, value: Value, function: Callable[[str, Any], Any]) -> Any:
     """Replace each leaf of a list or dict by a function of its name and value.
 
     Names with `//` in them are of keys that no parameter can have.
@@ -336,7 +336,7 @@ def _leafwise(name: str, value: Any, function: Callable[[str, Any], Any]) -> Any
     return found
 
 
-def _can_be_sent(value: Any) -> bool:
+def _can_be_sent(value: Value) -> bool:
     """Return whether a value is a scalar that JSON can carry."""
     if type(value) is str:
         return value.isascii() or value == value.encode('utf-8', 'ignore').decode('utf-8')

@@ -16,12 +16,12 @@ Not evaluated anew are records of several moments, which are no functions of the
 
 import sys
 import threading
-from typing import Any, Dict, FrozenSet, Hashable, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, FrozenSet, Hashable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 
 from rosslt import messages, values
-from rosslt.messages import Message, MessageClass, Scalar
+from rosslt.messages import Message, Scalar
 from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
 
 #: Sources of which replaced readings are in use: {Source: ({their values}, the latest value)}.
@@ -54,19 +54,29 @@ class ReplacedReadings:
         replaced: {Source: [reading, ...]}; empty where all that this process holds is up to date.
         lock: held while readings are replaced, for a moment: those of a change of several locations together.
             Reentrant, as a signal's handler may publish in the middle of a publish.
-        changed: set by each change.
+        on_change: what is called soon after each change.
         count: how many changes there were.
+        rebind: is called with a reading and the one that follows it.
     """
 
     def __init__(self) -> None:
         self.replaced: Dict[Source, List[Any]] = {}
         self.lock = threading.RLock()
-        self.changed = threading.Event()
+        self.on_change: Callable[[], None] = lambda: None
         self.count = 0
+        self.rebind: Callable[[Any, Any], None] = lambda before, following: None
         self._latest: Dict[Source, Any] = {}
 
-    def replace(self, reading: MessageClass, value: Scalar) -> None:
-        """Note that the location of a reading has another value now, a plain one of the location's type."""
+    def replace(self, reading: Any, value: Scalar, following: Any = None) -> None:
+        """Note that the location of a reading has another value now.
+
+        Args:
+            reading: the one before.
+            value: the plain one, of the location's type.
+            following: the reading that is given from now on, where there is one.
+        """
+        if following is not None:
+            self.rebind(reading, following)
         (source,) = values.sources(reading)
         with self.lock:
             self._latest[source] = value
@@ -74,7 +84,7 @@ class ReplacedReadings:
             readings[:] = _in_use(readings, _UNUSED)
             readings.append(reading)
         self.count += 1
-        self.changed.set()
+        self.on_change()
 
     def outdated(self) -> _Outdated:
         """The sources of which replaced readings are in use."""

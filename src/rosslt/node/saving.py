@@ -13,6 +13,7 @@ from rosslt import files, srv
 from rosslt.node.client import SourceUnreachable
 from rosslt.node.directory import Directory, Place
 from rosslt.node.json_scalars import from_json
+from rosslt.node.parameter_server import element_of
 from rosslt.node.service_calls import ask_all
 
 #: The maximal number of remembered values of a parameter that a save offered to write.
@@ -45,6 +46,11 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
     history: Any = _call(node, 'get_history', srv.GetHistory, srv.GetHistoryRequest(), timeout)
     in_files, others = _in_parameter_files(history, places, answer.read_ids)
     return edits + in_files, unsaved + others
+
+
+def tell_saved(node: str, timeout: float) -> None:
+    """Have a node look at what was just written into its files, so that whatever is written from now on is an edit."""
+    ask_all('list_edits', srv.ListEdits, {node: srv.ListEditsRequest()}, timeout)
 
 
 def _call(node: str, service: str, service_class: Any, request: Any, timeout: float) -> Any:
@@ -166,7 +172,7 @@ def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> st
         return ''
     parameters = master.getParam('/')
     for name in others:
-        value = _at(parameters, name)
+        value = element_of(parameters, name)
         if value is not None and not files.equal(value, place.value):
             return f'{own["file"]} says it for {name} as well, which is {value!r}'
     return ''
@@ -175,16 +181,6 @@ def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> st
 def _where(origin: Dict[str, Any]) -> Dict[str, Any]:
     """Return the position of a parameter in its file; equal for parameters that were read from the same text."""
     return {key: origin.get(key) for key in ('file', 'tag', 'name', 'text', 'rosparam', 'path', 'said')}
-
-
-def _at(parameters: Any, name: str) -> Any:
-    """Look up a parameter, or an element of a list, in the tree of all parameters; None if missing."""
-    try:
-        for step in name.strip('/').split('/'):
-            parameters = parameters[int(step) if isinstance(parameters, list) else step]
-    except (KeyError, IndexError, TypeError, ValueError):
-        return None
-    return parameters
 
 
 def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:

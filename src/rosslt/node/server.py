@@ -6,7 +6,7 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 """
 
 import time
-from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import rospy
 
@@ -18,13 +18,11 @@ from rosslt.node.commit_participant import APPLIED, CommitParticipant
 from rosslt.node.description import described
 from rosslt.node.directory import Directory
 from rosslt.node.history import History, Request, applied_change, differing
-from rosslt.node.json_scalars import Refused, to_json
-from rosslt.node.location_topic import LocationTopic
-from rosslt.node.locations import HeldLocation, LiteralLocation, Location, Locations, ParameterLocation
+from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.node.locations import Change, HeldLocation, LiteralLocation, Location, Locations, ParameterLocation
 from rosslt.node.locking import Locking
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.node_errors import ENDS
-from rosslt.node.owner import Change
 from rosslt.node.parameters import Parameters
 from rosslt.node.read_parameters import ReadParameters
 from rosslt.node.refresh import READINGS
@@ -36,6 +34,9 @@ FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
 SETTINGS = Sending.NAMES | access.SETTINGS
+
+#: Many locations are created together: they are published so long after the first one, in seconds.
+SETTLING = 0.2
 
 #: Changes of the last seconds are taken back where the main program raises an exception.
 SUSPECT = 5.0
@@ -52,6 +53,7 @@ class Owner:
         locations: its Locations.
         parameters: the parameters behind them.
         read_parameters: those that this node reads as sources.
+        look_at_files: called before edits are listed: takes in what the source files say now.
         settings: the names of parameters in the namespace of the locations that are settings of the node.
         directory: what is known of sources, its own and others'.
         lock: that of the locations.
@@ -71,9 +73,11 @@ class Owner:
         self.read_parameters = ReadParameters(self, self.parameters)
         self.directory = Directory(self._described, lambda: self.name)
         self.history = History()
-        self._callbacks = Callbacks()
-        self._topic: Optional[LocationTopic] = None
-        self._participant = CommitParticipant(self)
+        self.look_at_files: Callable[[], None] = lambda: None
+        self._on_change = Callbacks('rosslt on_change')
+        self._background = Callbacks('rosslt background')
+        self._locations: Optional[rospy.Publisher] = None
+        self._participant = CommitParticipant(self, self._background)
         self.change_sources = self._participant.change_sources
         self.locking = Locking(self, self.parameters, self._participant.wait_for)
         self._show_to_reconfigure: Callable[[], None] = lambda: None
@@ -95,10 +99,10 @@ class Owner:
                 if isinstance(location, LiteralLocation):
                     self.parameters.take_over(location)
                     self.parameters.follow(location, is_written=True)
-            self._topic = LocationTopic(self.name, lambda: self._list_locations(srv.ListLocationsRequest()).locations)
+            self._locations = rospy.Publisher('~rosslt/locations', msg.LocationList, queue_size=1, latch=True)
             self.locations.on_locations_changed(self.publish_locations)
-            self._topic.update()
-        self._show_to_reconfigure = reconfigure.serve(self)
+        self._show_to_reconfigure = reconfigure.serve(self, self._background)
+        self.publish_locations()
         rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
         rospy.Service('~rosslt/list_locations', srv.ListLocations, self._list_locations)
         rospy.Service('~rosslt/list_edits', srv.ListEdits, self._list_edits)
@@ -111,9 +115,14 @@ class Owner:
 
     def publish_locations(self) -> None:
         """Publish the locations soon: there are others than before, or others may change them."""
-        if self._topic is not None:
-            self._topic.update()
-        self._show_to_reconfigure()
+        if self._locations is not None:
+            self._background.call_soon(self._publish_locations, SETTLING)
+            self._show_to_reconfigure()
+
+    def _publish_locations(self) -> None:
+        listed = self._list_locations(srv.ListLocationsRequest()).locations
+        if self._locations is not None and not rospy.is_shutdown():
+            self._locations.publish(self.name, listed)
 
     def _renew(self) -> None:
         """The master was restarted, and knows no parameters of this node."""
@@ -154,7 +163,7 @@ class Owner:
             reasons.append(reason)
         return texts, reasons
 
-    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Any]]]:
+    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Value]]]:
         """Find what takes a request back: the requests of that id, and [(location, value that it gets again)].
 
         Raises:
@@ -172,7 +181,7 @@ class Owner:
             location.turn += 1
             self._changes.publish(applied_change(stamp, location, old, new, requester))
             for function in location.changed:
-                self._callbacks.call_soon(function)
+                self._on_change.call_soon(function)
         if changes:
             self._show_to_reconfigure()
         if record and changes:
@@ -203,7 +212,7 @@ class Owner:
         return location
 
     def apply(
-        self, wanted: Sequence[Tuple[Location, Any]], requester: str, request_id: str = '', record: bool = True
+        self, wanted: Sequence[Tuple[Location, Value]], requester: str, request_id: str = '', record: bool = True
     ) -> Tuple[List[str], List[Change]]:
         """Put checked values in force, all or none; the lock is held, and given up while setters are called.
 
@@ -256,6 +265,7 @@ class Owner:
         return location and described(location, location.name in self.access.locks)
 
     def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
+        self.look_at_files()
         with self.lock:
             edits, left = SOURCE_FILES.edits(self.locations.by_id.values())
             read = [location.id for location in self.locations.by_id.values() if location.value_in_code is not None]
@@ -271,7 +281,7 @@ class Owner:
             read,
         )
 
-    def reread(self, location: Location, value_in_code: Any, is_saved_here: bool) -> bool:
+    def reread(self, location: Location, value_in_code: Value, is_saved_here: bool) -> bool:
         """Take in what the code says of a location since it was edited, and have it in force.
 
         Args:
@@ -307,7 +317,7 @@ class Owner:
         if response.state != APPLIED:
             rospy.logerr('/rosslt/source_change from %s is refused: %s', requester, response.reasons[0])
 
-    def set_value(self, location: Location, value: Any, requester: str) -> None:
+    def set_value(self, location: Location, value: Value, requester: str) -> None:
         """Change one location, where it has another value.
 
         Raises:
@@ -321,7 +331,7 @@ class Owner:
                 if any(reasons):
                     raise Refused(reasons[0])
 
-    def set_setting(self, name: str, value: Any) -> None:
+    def set_setting(self, name: str, value: Value) -> None:
         """One of the node's settings was set; None where it was deleted."""
         value = {} if value is None else value
         if name in access.SETTINGS:

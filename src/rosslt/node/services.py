@@ -29,6 +29,7 @@ class Service(rospy.Service):
 
         @functools.wraps(handler)
         def answer(request: Message) -> Any:
+            self._begin_request()
             return with_provenance(convert_return_to_response(handler(request), service_class._response_class))
 
         report = kwargs.pop('error_handler', None) or (args[1] if len(args) > 1 else None) or super().error_handler
@@ -38,6 +39,9 @@ class Service(rospy.Service):
 
         reading = reading_service(service_class, rospy.resolve_name(name))
         super().__init__(name, reading, answer, *args[:1], error_handler=report_handler, **kwargs)
+
+    def _begin_request(self) -> None:
+        """Called before the handler; a subclass may do something then."""
 
 
 def _without(code: Any, traceback: Any) -> Any:

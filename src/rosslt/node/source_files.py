@@ -4,6 +4,7 @@ import os
 from typing import Any, Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt import files
+from rosslt.node.json_scalars import Value
 from rosslt.node.locations import Location
 
 
@@ -19,7 +20,7 @@ class Written(NamedTuple):
     literal: int
 
     @property
-    def value(self) -> Any:
+    def value(self) -> Value:
         """The value in the file."""
         return self.source.literals[self.literal].value
 

@@ -116,15 +116,16 @@ def run(
             raise ValueError('{!r} is longer than the {} steps of a script'.format(turns, step_limit))
         return turns
 
-    def goto(x: Any, y: Any, z: Any) -> None:
+    def goto(x: object, y: object, z: object) -> None:
         tick()
         steps.append(Goto(*[_number(value, 'goto') for value in (x, y, z)]))
 
-    def wait(seconds: Any) -> None:
+    def wait(seconds: object) -> None:
         tick()
-        if _number(seconds, 'wait') < 0.0:
+        duration = _number(seconds, 'wait')
+        if duration < 0.0:
             raise ValueError('wait takes 0 or more seconds, not {}'.format(seconds))
-        steps.append(Wait(float(seconds)))
+        steps.append(Wait(float(duration)))
 
     for function in (goto, wait):
         function.__qualname__ = function.__name__  # as errors call them
@@ -158,7 +159,7 @@ def run(
     return steps
 
 
-def _number(value: Any, function: str) -> float:
+def _number(value: object, function: str) -> float:
     """A coordinate, as a float that can become any other: one that came of an integer included."""
     if isinstance(value, (bool, str)) or not isinstance(value, (int, float)):
         raise TypeError('{} takes numbers, not {!r}'.format(function, value))

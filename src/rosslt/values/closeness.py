@@ -10,11 +10,9 @@ from .annotations import Value
 RELATIVE = 1e-9
 """The relative error that the law PutGet allows for a result."""
 
-ABSOLUTE = 1e-12
-"""The absolute error allowed next to 0, where rounding makes the relative one impossible; for values of size 1."""
-
 ROUNDING = 1e-12
-"""The relative error that the rounding of a few operations makes."""
+"""The relative error that the rounding of a few operations makes, and for values of size 1 the absolute one allowed
+next to 0, where a relative one is impossible."""
 
 ULPS = 8 * 2.0**-52
 """The relative distance of a source from its bound that a few roundings make."""
@@ -43,7 +41,7 @@ def almost_meets(found: Value, wanted: Value, size: Value) -> bool:
     if meets(found, wanted):
         return True
     try:
-        return isinstance(found, float) and abs(found - wanted) <= ABSOLUTE * min(1.0, abs(size))
+        return isinstance(found, float) and abs(found - wanted) <= ROUNDING * min(1.0, abs(size))
     except (OverflowError, TypeError):
         return False
 
@@ -53,15 +51,10 @@ def is_rounded(found: Value, wanted: Value) -> bool:
     return found == wanted or (isinstance(found, float) and math.isclose(found, wanted, rel_tol=ROUNDING))
 
 
-def is_near(found: Value, wanted: Value) -> bool:
-    """Return True if a whole number equals the wanted one, or is near a wanted float, which may have been rounded."""
-    return found == wanted or (isinstance(wanted, float) and math.isclose(found, wanted, rel_tol=RELATIVE))
-
-
 def is_same(present: Value, wanted: Value) -> bool:
     """Return True if two values are equal: numbers up to rounding, texts and lists exactly."""
     try:
-        return bool(present == wanted) or math.isclose(present, wanted, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
+        return bool(present == wanted) or math.isclose(present, wanted, rel_tol=RELATIVE, abs_tol=ROUNDING)
     except (TypeError, ValueError):
         both = hasattr(present, '__len__') and hasattr(wanted, '__len__')
         return both and list(present) == list(wanted)

@@ -9,9 +9,8 @@ from typing import Collection, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from .annotations import Value
 from .errors import NotTracked
-from .graph import Graph
+from .graph import UNDEFINED, Graph
 from .operations import AFFINE
-from .solve.budget import UNDEFINED
 from .sources import Source, describe_source
 from .tracked import TRACKED
 from .tree import paired

@@ -1,6 +1,6 @@
 """Walking expressions: their nodes in order, their sources, their values and slopes for other source values."""
 
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Set
+from typing import Any, Dict, Iterable, List, Mapping, Optional
 
 from .accelerator import CORE
 from .annotations import Value
@@ -8,6 +8,9 @@ from .operations import SOURCE
 from .sources import Source
 from .tracked import TRACKED, resolve
 from .tree import leaves, rebuilt
+
+UNDEFINED = (ArithmeticError, ValueError, TypeError)
+"""Exceptions of undefined arithmetic: a result that is not real or not finite, or unsuitable operands."""
 
 
 class Graph:
@@ -50,33 +53,14 @@ class Graph:
             if id(node) in index:
                 stack.pop()
                 continue
-            record = node._record
+            record = resolve(node)
             form, first, second = record
-            if form.single_operand:
-                if id(first) not in index:
-                    stack.append(first)
-                    continue
-            elif form.operation is not None:
-                if id(first) not in index:
-                    if id(second) not in index:
-                        stack.append(second)
-                    stack.append(first)
-                    continue
-                if id(second) not in index:
-                    stack.append(second)
-                    continue
-            else:
-                record = resolve(node)
-                form, first, second = record
-                if form is SOURCE:
-                    self.occurrences.setdefault(first, []).append(len(self.nodes))
-                elif form.operation is not None:
-                    continue
-                else:
-                    missing = [operand for operand in form.operands(first, second) if id(operand) not in index]
-                    if missing:
-                        stack.extend(reversed(missing))
-                        continue
+            missing = [operand for operand in form.operands(first, second) if id(operand) not in index]
+            if missing:
+                stack.extend(reversed(missing))
+                continue
+            if form is SOURCE:
+                self.occurrences.setdefault(first, []).append(len(self.nodes))
             index[id(node)] = len(self.nodes)
             self.nodes.append(node)
             self.records.append(record)
@@ -179,10 +163,16 @@ class Graph:
                 found[place] = ((first, slope_or_zero(form.slope, values[first], constant)),)
             else:
                 a, b = values[first], values[second]
-                found[place] = (
-                    (first, slope_or_zero(form.slope[0], a, b)),
-                    (second, slope_or_zero(form.slope[1], a, b)),
-                )
+                one, other = form.slope
+                try:
+                    slopes = one(a, b), other(a, b)
+                    total = slopes[0] + slopes[1]
+                    is_known = total - total == 0 and type(total) is not complex
+                except UNDEFINED:
+                    is_known = False
+                if not is_known:
+                    slopes = slope_or_zero(one, a, b), slope_or_zero(other, a, b)
+                found[place] = ((first, slopes[0]), (second, slopes[1]))
         return found
 
     def below(self, root: int, partials: Dict[int, tuple]) -> List[int]:
@@ -198,19 +188,6 @@ class Graph:
                     shared.add(operand)
                     stack.append(operand)
         return [*own, *sorted(shared, reverse=True)]
-
-    def made_of(self, places: Iterable[int]) -> Set[int]:
-        """Return the indices of some nodes and of all nodes below them."""
-        found = set(places)
-        stack = list(found)
-        while stack:
-            form, first, second = self.records[stack.pop()]
-            for operand in form.operands(first, second):
-                at = self.index[id(operand)]
-                if at not in found:
-                    found.add(at)
-                    stack.append(at)
-        return found
 
     def gradient(self, root: int, partials: Dict[int, tuple], below: List[int]) -> Dict[Source, Value]:
         """The slope of one node for each source that may change, by one sweep backwards.
@@ -279,7 +256,7 @@ def slope_or_zero(slope: Any, a: Any, b: Any) -> Any:
     try:
         value = slope(a, b)
         return value if value - value == 0 and type(value) is not complex else 0
-    except (ArithmeticError, ValueError, TypeError):
+    except UNDEFINED:
         return 0
 
 
@@ -289,7 +266,7 @@ def slopes_or_zeros(record: tuple, values: List[Value]) -> List[Value]:
     try:
         slopes = form.slopes(first, second, values)
         return [slope if slope - slope == 0 else 0 for slope in slopes]
-    except (ArithmeticError, ValueError, TypeError):
+    except UNDEFINED:
         return [0] * len(values)
 
 

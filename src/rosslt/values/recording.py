@@ -31,12 +31,12 @@ class Allowance:
 
     Attributes:
         left: how many; 0 where recording has stopped.
-        refill: is called when they are used up, and returns how many more there may be.
+        refill: as of `limit_recording`.
     """
 
     def __init__(self) -> None:
         self.left = sys.maxsize
-        self.refill: Callable[[], int] = lambda: sys.maxsize
+        self.refill: Callable[[int], int] = lambda overdrawn: sys.maxsize
 
     def allow(self, count: int) -> int:
         """Give another allowance; returns what was left."""
@@ -45,11 +45,12 @@ class Allowance:
 
     def spend(self, count: int) -> bool:
         """Use up so many operations; False where no more may be recorded."""
-        while self.left and count >= self.left:
-            count -= self.left
+        if self.left > count:
+            self.left -= count
+        elif self.left:
+            overdrawn = count - self.left
             self.left = sys.maxsize  # what refilling does is not counted
-            self.left = self.refill()
-        self.left = max(0, self.left - count)
+            self.left = self.refill(overdrawn)
         return self.left > 0
 
 
@@ -59,15 +60,15 @@ if CORE is not None:
     allow, spend = CORE.allow, CORE.spend
 
 
-def limit_recording(refill: Callable[[], int]) -> None:
+def limit_recording(refill: Callable[[int], int]) -> None:
     """Limit how many operations a program records.
 
     Args:
-        refill: is called now and whenever an allowance is used up. It returns how many more operations may be recorded,
-            0 to record none until `allow` is called.
+        refill: is called now, and whenever an allowance is used up, with the number of operations beyond it. It returns
+            how many more may be recorded, 0 to record none until `allow` is called.
     """
     ALLOWANCE.refill = refill
-    allow(refill())
+    allow(refill(0))
 
 
 def shorten_and_count(value: Value) -> None:

@@ -9,6 +9,7 @@ from viser import _messages
 
 from rosslt import node
 from rosslt.markers import (
+    FRAME_RATE,
     Descriptions,
     Drags,
     Handle,
@@ -34,11 +35,8 @@ from rosslt.web.things import Things
 
 NODE = 'slt_web'
 
-#: The rate at which things follow messages, in Hz.
-FRAME_RATE = 30.0
-
-#: The number of frames between two updates of the list of fields and of the plots.
-FIELDS_EVERY = 3
+#: The numbers of frames between two updates of the list of fields, and of the plots.
+FIELDS_EVERY, PLOTS_EVERY = 3, 6
 
 #: The light from all sides: how strong it is, in viser's unit, and the color of what comes from below.
 SKY_LIGHT, GROUND_COLOR = 1.5, (150, 150, 150)
@@ -126,6 +124,7 @@ class Page:
         self._server.flush()  # viser would wait for more
         if count % FIELDS_EVERY == 0:
             self._numbers.update()
+        if count % PLOTS_EVERY == 0:
             self._plots.update()
 
     def _say(self, handle: Handle, text: str, to: Optional[viser.ClientHandle] = None) -> None:

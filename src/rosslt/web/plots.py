@@ -14,7 +14,7 @@ from rosslt.markers import Descriptions
 from rosslt.web.flows import Flows, Look
 
 #: The number of points that a plot shows: half a minute at the rate at which the page updates plots.
-POINTS = 300
+POINTS = 150
 
 COLORS = ('#d62728', '#2ca02c', '#1f77b4', '#ff7f0e', '#9467bd', '#8c564b', '#e377c2')
 

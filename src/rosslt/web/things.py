@@ -9,13 +9,10 @@ from urllib.parse import quote
 
 import viser
 
-from rosslt.markers import HELD, Follower, Handle, Motions, Offers, mouse
+from rosslt.markers import CONTROL_SCALE, HELD, Follower, Handle, Motions, Offers, mouse
 from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation
 from rosslt.web import drawing
 from rosslt.web.frames import Frames
-
-#: The length of arrows and the width of rings, relative to the thing that they surround.
-CONTROL_SCALE = 1.5
 
 #: What a browser reports of a hand.
 Event = Union[viser.TransformControlsEvent, viser.SceneNodeDragEvent]

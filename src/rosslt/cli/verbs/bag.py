@@ -11,12 +11,13 @@ import rosbag
 
 from rosslt import values
 from rosslt.cli import bags, what_if
-from rosslt.cli.directory import Directory, Place
+from rosslt.cli.directory import sources_called
 from rosslt.cli.failure import Failure, did_you_mean
-from rosslt.cli.fields import parse_scalar
+from rosslt.cli.fields import Scalar, parse_scalar
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.flow import ProvenanceMap, brief
+from rosslt.node import Directory, Place
 
 GROUP = LOOK
 SUMMARY = 'what provenance a recorded bag holds, and what its messages would have been with other values'
@@ -142,7 +143,7 @@ def _replacing(output: str) -> Iterator[str]:
             os.remove(part)
 
 
-def _changes(bag: rosbag.Bag, directory: Directory, settings: Sequence[str]) -> Dict[values.Source, Any]:
+def _changes(bag: rosbag.Bag, directory: Directory, settings: Sequence[str]) -> Dict[values.Source, Scalar]:
     """{Source: value} of NODE/LOCATION=VALUE.
 
     Raises:
@@ -150,21 +151,22 @@ def _changes(bag: rosbag.Bag, directory: Directory, settings: Sequence[str]) -> 
     """
     bags.take_names(bag, directory)
     recorded = _recorded(bag, directory, FIRST)
-    changes: Dict[values.Source, Any] = {}
+    changes: Dict[values.Source, Scalar] = {}
     for setting in settings:
         name, equals, text = setting.partition('=')
         if not equals:
             raise Failure(f'{setting!r} is not NODE/LOCATION=VALUE')
-        source = _source(directory, recorded, name)
-        if source is None:
+        found = sources_called(directory, recorded, name)
+        if not found:
             recorded = _recorded(bag, directory, None)
-            source = _source(directory, recorded, name)
-        if source is None:
+            found = sources_called(directory, recorded, name)
+        if not found:
             every = sorted(directory.name(source) for source in recorded)
             raise Failure(
                 f'no message comes from {name}{did_you_mean(name, every)}; the sources are '
                 + (', '.join(every) or 'none')
             )
+        source = found[0]
         try:
             value = parse_scalar(text, type(recorded[source]).__name__)
         except ValueError as error:
@@ -176,9 +178,9 @@ def _changes(bag: rosbag.Bag, directory: Directory, settings: Sequence[str]) -> 
     return changes
 
 
-def _recorded(bag: rosbag.Bag, directory: Directory, limit: Optional[int]) -> Dict[values.Source, Any]:
+def _recorded(bag: rosbag.Bag, directory: Directory, limit: Optional[int]) -> Dict[values.Source, Scalar]:
     """The sources of the first messages of each topic, each with a value that it had; the directory learns of them."""
-    recorded: Dict[values.Source, Any] = {}
+    recorded: Dict[values.Source, Scalar] = {}
     for topic in bag.get_type_and_topic_info().topics:
         for received in itertools.islice(bags.messages(bag, [topic]), limit):
             leaves = [leaf for _, leaf in values.leaves(received.message) if values.is_tracked(leaf)]
@@ -188,15 +190,7 @@ def _recorded(bag: rosbag.Bag, directory: Directory, limit: Optional[int]) -> Di
     return recorded
 
 
-def _source(directory: Directory, recorded: Dict[values.Source, Any], name: str) -> Optional[values.Source]:
-    """The recorded source of a name, None where there is none."""
-    for source in recorded:
-        if {name, '/' + name} & {str(source), directory.name(source)}:
-            return source
-    return None
-
-
-def _check_bounds(place: Place, value: Any) -> None:
+def _check_bounds(place: Place, value: Scalar) -> None:
     if place.minimum is not None and value < place.minimum:
         raise Failure(f'{place.name} would refuse {value!r}: it is below its minimum {place.minimum!r}')
     if place.maximum is not None and value > place.maximum:

@@ -4,13 +4,13 @@ import argparse
 from typing import List
 
 from rosslt.cli.diagnosis import FAULT, Examination, Losses, Traffic
-from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure, did_you_mean
 from rosslt.cli.fields import joined
 from rosslt.cli.master import SystemState, find_master, full_name, split_topic, system_state
 from rosslt.cli.output import is_terminal, write_row
 from rosslt.cli.reading import Inbox
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'why something on a topic cannot be dragged or forced'

@@ -9,13 +9,13 @@ import rosgraph
 
 from rosslt import values
 from rosslt.cli import bags
-from rosslt.cli.directory import Directory
 from rosslt.cli.fields import field_of
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal
 from rosslt.cli.reading import Inbox, Received, why_silent
 from rosslt.cli.rendering import json_line, write_lines, yaml_lines
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'messages with the provenance of their fields'
@@ -71,7 +71,7 @@ def _heard(master: rosgraph.Master, inbox: Inbox, topic: str, type_: str) -> Ite
     else:
         why = why_silent(master, topic, type_)
         print(f'rosslt echo: no message on {topic} within {SILENCE:g} s: {why}', file=sys.stderr, flush=True)
-    yield from iter(inbox.next, None)
+    yield from iter(lambda: inbox.next_before(None), None)
 
 
 def _echo(messages: Iterable[Received], field: str, directory: Directory, options: argparse.Namespace) -> None:

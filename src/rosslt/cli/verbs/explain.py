@@ -5,7 +5,6 @@ from typing import Any, List, Tuple
 
 from rosslt import values
 from rosslt.cli import bags
-from rosslt.cli.directory import Directory
 from rosslt.cli.failure import Failure
 from rosslt.cli.fields import field_of, joined, source_values
 from rosslt.cli.master import find_master, split_topic
@@ -13,6 +12,7 @@ from rosslt.cli.output import is_terminal, limits, table, write_row
 from rosslt.cli.reading import Inbox, Received, heard_publishers
 from rosslt.cli.rendering import text_of
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'where a field of a topic comes from: the expression, and each location in it'

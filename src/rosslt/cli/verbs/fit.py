@@ -3,20 +3,22 @@
 import argparse
 import bisect
 import math
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import rosbag
+import rosgraph
 import rospy
 
 from rosslt import files, node, values
 from rosslt.cli import bags
-from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach
+from rosslt.cli.directory import cannot_reach, sources_called
 from rosslt.cli.failure import Failure, Misused
-from rosslt.cli.fields import field_of
-from rosslt.cli.master import find_master
+from rosslt.cli.fields import Part, field_of
+from rosslt.cli.master import TIMEOUT, find_master
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.reading import Decoder, start_node
 from rosslt.cli.verb import CHANGE, Argument
+from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'find the source values that bring recorded fields nearest to what was measured'
@@ -92,7 +94,7 @@ def _chosen(
         return None
     chosen = []
     for name in names:
-        found = [source for source in sources if {name, '/' + name} & {str(source), directory.name(source)}]
+        found = sources_called(directory, sources, name)
         if not found:
             every = ', '.join(sorted(map(directory.name, sources))) or 'none'
             raise Failure(f'{name} is not among the sources of the fields, which are {every}')
@@ -135,7 +137,7 @@ def _apply(directory: Directory, fitted: values.Fit) -> None:
         raise Failure(str(error)) from None
 
 
-def _save(master: Any, nodes: Sequence[str]) -> None:
+def _save(master: rosgraph.Master, nodes: Sequence[str]) -> None:
     """Write the changed values of nodes back to where they were read.
 
     Raises:
@@ -154,19 +156,21 @@ def _save(master: Any, nodes: Sequence[str]) -> None:
         files.write(edits)
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
+    for name in nodes:
+        node.tell_saved(name, TIMEOUT)
     if left:
         raise Failure('not written: ' + '; '.join(f'{name}: {reason}' for name, reason in left.items()))
 
 
 #: Stamps, in seconds, and what belongs to each: messages, or numbers.
-_Series = Tuple[List[float], List[Any]]
+_Series = Tuple[List[float], List[Part]]
 
 
 class _Pair(NamedTuple):
     """A tracked field's value and the target value for it."""
 
-    result: Any
-    target: Any
+    result: Part
+    target: Part
 
 
 def _pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], slack: float) -> List[List[_Pair]]:
@@ -212,7 +216,7 @@ def _stamped(bag: rosbag.Bag, topic: str) -> _Series:
     return [stamp for stamp, _ in found], [message for _, message in found]
 
 
-def _number(value: Any, text: str) -> Any:
+def _number(value: Part, text: str) -> Part:
     plain = values.untracked(value)
     if isinstance(plain, bool) or not isinstance(plain, (int, float)):
         kind = getattr(plain, '_type', type(plain).__name__)
@@ -220,9 +224,7 @@ def _number(value: Any, text: str) -> Any:
     return value
 
 
-def _paired(
-    results: Tuple[List[float], List[Any]], targets: Tuple[List[float], List[Any]], slack: float
-) -> List[_Pair]:
+def _paired(results: _Series, targets: _Series, slack: float) -> List[_Pair]:
     stamps, wanted = targets
     found = []
     for stamp, result in zip(*results):

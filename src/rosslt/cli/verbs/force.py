@@ -2,18 +2,19 @@
 
 import argparse
 import sys
-from typing import Any, Dict, Optional, Sequence, Set, Tuple
+from typing import Any, Dict, Optional, Sequence, Tuple
 
 import rospy
 
 from rosslt import node, values
-from rosslt.cli.directory import TIMEOUT, Directory
+from rosslt.cli.directory import sources_called
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import conditions, field_of, path_where, source_values, target
-from rosslt.cli.master import find_master, split_topic
+from rosslt.cli.master import TIMEOUT, find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change
 from rosslt.cli.reading import Inbox, Received, heard_publishers
 from rosslt.cli.verb import CHANGE, Argument
+from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'have a field of a topic become a value, by changing where it comes from'
@@ -181,9 +182,8 @@ def _chosen(directory: Directory, parts: Dict[str, Any], text: Optional[str]) ->
         return next((name for name, part in parts.items() if values.sources(part)), next(iter(parts))), None
     found: Dict[values.Source, str] = {}
     for name, part in parts.items():
-        for source in values.sources(part):
-            if text in _names(directory, source):
-                found.setdefault(source, name)
+        for source in sources_called(directory, values.sources(part), text):
+            found.setdefault(source, name)
     if not found:
         sources = dict.fromkeys(source for part in parts.values() for source in values.sources(part))
         raise Failure(
@@ -202,9 +202,3 @@ def _planned(
     new = values.solve(part, wanted, source, **directory.limits(values.sources(part), TIMEOUT))
     old = source_values(part)
     return {changing: node.Change(old[changing], value) for changing, value in new.items()}
-
-
-def _names(directory: Directory, source: values.Source) -> Set[str]:
-    """All that people may call a source."""
-    place = directory.of(source)
-    return {str(source)} | ({place.name, place.file, place.short_file} if place else set())

@@ -3,10 +3,11 @@
 import argparse
 
 from rosslt import node
-from rosslt.cli.directory import Directory, find
+from rosslt.cli.directory import find
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master
-from rosslt.cli.verb import LOOK, Argument
+from rosslt.cli.verb import LOCATION, LOOK
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'the value of a location'
@@ -15,9 +16,7 @@ EXAMPLE = """\
 example:
   rosslt get /talker/radius
 """
-ARGUMENTS = [
-    Argument('location', completer='locations', metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID'),
-]
+ARGUMENTS = [LOCATION]
 
 
 def run(options: argparse.Namespace) -> None:

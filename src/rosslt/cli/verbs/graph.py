@@ -1,21 +1,21 @@
 """`rosslt graph`: the flow of provenance."""
 
 import argparse
-import sys
 from typing import Iterable
 
 import rosgraph
 
 from rosslt import values
-from rosslt.cli.directory import Directory
+from rosslt.cli.directory import report_silent
 from rosslt.cli.failure import Failure
 from rosslt.cli.history import recorded_changes
-from rosslt.cli.master import find_master, full_name, tracked_nodes, why_unreachable
+from rosslt.cli.master import find_master, full_name, tracked_nodes
 from rosslt.cli.output import is_terminal, write_row, write_text
 from rosslt.cli.prov_document import prov_json
 from rosslt.cli.reading import Inbox
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.flow import Flow, NotDrawn, ProvenanceMap, Step, brief, dot, svg
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'which location reaches which field of which topic, through which nodes'
@@ -87,9 +87,7 @@ def _write_prov(master: rosgraph.Master, found: ProvenanceMap, file_name: str) -
     text = prov_json(directory, sources, found, changes)
     write_text(file_name, text + '\n')
     silent.update(silent_of_changes)
-    for name, why in sorted(silent.items()):
-        print(f'rosslt graph: cannot reach {name}: {why_unreachable(master, name, why)}', file=sys.stderr)
-    return 1 if silent else 0
+    return report_silent('graph', master, silent)
 
 
 def _show(flow: Flow, sources: Iterable[values.Source], directory: Directory) -> None:

@@ -5,11 +5,12 @@ import sys
 from typing import List
 
 from rosslt import srv
-from rosslt.cli.directory import Directory, Place, tracked_node
+from rosslt.cli.directory import report_silent, tracked_node
 from rosslt.cli.locks import locks_of, note_of, notes_of
-from rosslt.cli.master import find_master, tracked_nodes, why_unreachable
+from rosslt.cli.master import find_master, tracked_nodes
 from rosslt.cli.output import is_terminal, limits, shortened, table, width, write_row
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.node import Directory, Place
 
 GROUP = LOOK
 SUMMARY = 'nodes and their locations'
@@ -44,9 +45,7 @@ def run(options: argparse.Namespace) -> int:
     for node in nodes:
         if node in places:
             show(node, places[node], access.get(node, _OPEN))
-    for node, why in sorted(silent.items()):
-        print(f'rosslt list: cannot reach {node}: {why_unreachable(master, node, why)}', file=sys.stderr)
-    return 1 if silent else 0
+    return report_silent('list', master, silent)
 
 
 def _show(node: str, places: List[Place], access: srv.LockLocationsResponse) -> None:

@@ -4,7 +4,7 @@ import argparse
 
 from rosslt.cli.locks import lock_or_unlock
 from rosslt.cli.output import is_terminal
-from rosslt.cli.verb import CHANGE, Argument
+from rosslt.cli.verb import CHANGE, Argument, node_or_location
 
 GROUP = CHANGE
 SUMMARY = 'refuse changes of a location or of a node, until it is unlocked'
@@ -18,12 +18,7 @@ examples:
   rosslt lock /talker/radius
 """
 ARGUMENTS = [
-    Argument(
-        'location',
-        completer='nodes_and_locations',
-        metavar='NODE[/LOCATION]',
-        help='as rosslt list says, or NODE#ID; a NODE for all of its locations',
-    ),
+    node_or_location('all of its locations'),
     Argument('--reason', default='', metavar='TEXT', help='why, for those who are refused'),
 ]
 

@@ -1,15 +1,15 @@
 """`rosslt log`: who changed what, when, and from what."""
 
 import argparse
-import sys
 from datetime import datetime
 from typing import List
 
-from rosslt.cli.directory import Directory, tracked_node
+from rosslt.cli.directory import report_silent, tracked_node
 from rosslt.cli.history import Recorded, recorded_changes
-from rosslt.cli.master import find_master, tracked_nodes, why_unreachable
+from rosslt.cli.master import find_master, tracked_nodes
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'who changed which location, when, and from what'
@@ -39,9 +39,7 @@ def run(options: argparse.Namespace) -> int:
     directory = Directory()
     directory.ask(sorted({each.node for each in found}))
     (_show if is_terminal() else _write)(found, directory)
-    for name, why in sorted(silent.items()):
-        print(f'rosslt log: cannot reach {name}: {why_unreachable(master, name, why)}', file=sys.stderr)
-    return 1 if silent else 0
+    return report_silent('log', master, silent)
 
 
 def _show(found: List[Recorded], directory: Directory) -> None:

@@ -3,11 +3,12 @@
 import argparse
 
 from rosslt import node
-from rosslt.cli.directory import Directory, change, find, locations_of
+from rosslt.cli.directory import change, find, locations_of
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import find_master, full_name, tracked_nodes
 from rosslt.cli.output import is_terminal, write_change
-from rosslt.cli.verb import CHANGE, Argument
+from rosslt.cli.verb import CHANGE, node_or_location
+from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'give locations the values again that the code says'
@@ -20,14 +21,7 @@ examples:
 
 In a pipe each change is a line of columns between tabs: NODE/LOCATION, old value, new value, file:line:column.
 """
-ARGUMENTS = [
-    Argument(
-        'location',
-        completer='nodes_and_locations',
-        metavar='NODE[/LOCATION]',
-        help='as rosslt list says, or NODE#ID; a NODE for all of its literals',
-    ),
-]
+ARGUMENTS = [node_or_location('all of its literals')]
 
 
 def run(options: argparse.Namespace) -> None:

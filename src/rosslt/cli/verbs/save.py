@@ -2,17 +2,18 @@
 
 import argparse
 import sys
-from typing import Any, Dict, List, Sequence, Union
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import rosgraph
 import yaml
 
 from rosslt import files, node
-from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach, locations_of, tracked_node
+from rosslt.cli.directory import cannot_reach, locations_of, tracked_node
 from rosslt.cli.failure import Failure, Misused
-from rosslt.cli.master import find_master
+from rosslt.cli.master import TIMEOUT, find_master
 from rosslt.cli.output import is_terminal, write_row, write_text
 from rosslt.cli.verb import CHANGE, Argument
+from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'changed values where they were read: in the code, in launch and YAML files'
@@ -70,6 +71,7 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
             sys.stdout.buffer.flush()
         else:
             files.write(edits)
+            node.tell_saved(name, TIMEOUT)
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
     if not is_diff:
@@ -93,43 +95,32 @@ def _write_yaml(master: rosgraph.Master, name: str, file: str) -> None:
         # a literal's location is the parameter below the node's name
         location = place.location.name
         path = (location if location.startswith('/') else f'{name}/rosslt/{location}').strip('/').split('/')
-        if place.location.fault or not _put(parameters, saved, path, place.value):
+        found = None if place.location.fault else _parameter_at(parameters, path)
+        if found is None:
             left_out.append(place.local_name)
+            continue
+        (*steps, last), value = found
+        below = saved
+        for step in steps:
+            below = below.setdefault(step, {})
+        below[last] = value
     text = yaml.safe_dump(saved, default_flow_style=False, allow_unicode=True) if saved else ''
     write_text(file, text)
     if left_out:
         print('rosslt save: not saved, as no parameter stands behind them: ' + ', '.join(left_out), file=sys.stderr)
 
 
-def _put(parameters: Any, saved: Any, path: Sequence[str], value: Any) -> bool:
-    """Add a parameter's value to the saved tree, under the parameter's name.
+def _parameter_at(parameters: Any, path: Sequence[str]) -> Optional[Tuple[Sequence[str], Any]]:
+    """The name and the value of the parameter that a value at a path is in; None where there is none.
 
     Args:
-        parameters: the tree of all parameters, whose lists are taken over whole, with the value in them.
-        saved: the tree so far.
-        path: the steps of the parameter's name; an index where it is in a list.
-
-    Returns:
-        True if the parameter exists.
+        parameters: the tree of all parameters.
+        path: the steps of a parameter's name, and then indices where the value is in a list.
     """
-    step: Union[str, int, None] = path[0]
-    rest = path[1:]
-    if isinstance(parameters, list):
-        step = int(path[0]) if path[0].isdigit() and int(path[0]) < len(parameters) else None
-    elif not isinstance(parameters, dict) or step not in parameters:
-        step = None
-    if step is None:
-        return False
-    if not rest:
-        if isinstance(parameters[step], dict):
-            return False
-        saved[step] = value
-        return True
-    below = parameters[step]
-    if isinstance(saved, dict) and step not in saved:
-        fresh = below if isinstance(below, list) else {}
-        if not _put(below, fresh, rest, value):
-            return False
-        saved[step] = fresh
-        return True
-    return _put(below, saved[step], rest, value)
+    for count, step in enumerate(path, 1):
+        if not isinstance(parameters, dict) or step not in parameters:
+            return None
+        parameters = parameters[step]
+        if not isinstance(parameters, dict):
+            return path[:count], parameters
+    return None

@@ -3,12 +3,13 @@
 import argparse
 
 from rosslt import node
-from rosslt.cli.directory import Directory, change, find
+from rosslt.cli.directory import change, find
 from rosslt.cli.failure import Failure
 from rosslt.cli.fields import parse_scalar
 from rosslt.cli.master import find_master
 from rosslt.cli.output import write_change
-from rosslt.cli.verb import CHANGE, Argument
+from rosslt.cli.verb import CHANGE, LOCATION, Argument
+from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'change a location'
@@ -18,7 +19,7 @@ example:
   rosslt set /talker/radius 2.5
 """
 ARGUMENTS = [
-    Argument('location', completer='locations', metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID'),
+    LOCATION,
     Argument('value', metavar='VALUE', help='a number, true or false, or a text; -- in front of one with -'),
 ]
 

@@ -7,11 +7,12 @@ from typing import Any, Dict, List, Optional
 import rosgraph
 
 from rosslt import node
-from rosslt.cli.directory import TIMEOUT, Directory, cannot_reach, tracked_node
+from rosslt.cli.directory import cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
-from rosslt.cli.master import find_master, has_ended, tracked_nodes, why_unreachable
+from rosslt.cli.master import TIMEOUT, find_master, has_ended, problem_of, tracked_nodes
 from rosslt.cli.output import write_applied
 from rosslt.cli.verb import CHANGE, Argument
+from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'take the last change back, in all nodes that it changed'
@@ -49,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
             write_applied(directory, name, change)
     for name, reason in sorted(undone.reasons.items()):
         nothing = '' if undone.changes else 'nothing is taken back: '
-        print(f'rosslt undo: {nothing}{name}: {why_unreachable(master, name, reason)}', file=sys.stderr)
+        print(f'rosslt undo: {nothing}{name}: {problem_of(master, name) or reason}', file=sys.stderr)
     return 1 if undone.reasons else 0
 
 

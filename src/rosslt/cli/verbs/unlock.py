@@ -5,7 +5,7 @@ import argparse
 from rosslt.cli.failure import Failure
 from rosslt.cli.locks import lock_or_unlock, locks_of, note_of
 from rosslt.cli.output import is_terminal
-from rosslt.cli.verb import CHANGE, Argument
+from rosslt.cli.verb import CHANGE, node_or_location
 
 GROUP = CHANGE
 SUMMARY = 'take changes again of what was locked'
@@ -16,14 +16,7 @@ examples:
   rosslt unlock /talker
   rosslt unlock /talker/radius
 """
-ARGUMENTS = [
-    Argument(
-        'location',
-        completer='nodes_and_locations',
-        metavar='NODE[/LOCATION]',
-        help='as rosslt list says, or NODE#ID; a NODE for it and all of its locations',
-    ),
-]
+ARGUMENTS = [node_or_location('it and all of its locations')]
 
 
 def run(options: argparse.Namespace) -> None:

@@ -13,6 +13,9 @@ ROUNDS = 5
 #: The maximal wait for a message that shows the change, in seconds.
 TIMEOUT = 5.0
 
+#: The time that a thing which is computed in another way has to stand still before it is solved again, in seconds.
+STILL = 1.0
+
 
 class Drop:
     """Feeds a ClosedLoop with the messages after a drop.
@@ -32,7 +35,7 @@ class Drop:
         self.drag = drag
         self._handle = handle
         self._is_lost = False
-        self.loop = node.ClosedLoop(lambda _: change(), ROUNDS, TIMEOUT, node.STILL)
+        self.loop = node.ClosedLoop(lambda _: change(), ROUNDS, TIMEOUT, STILL)
         self.loop.follow(self._observed(drag.solved), drag.changes)
 
     def see(self, handle: Optional[Handle]) -> None:

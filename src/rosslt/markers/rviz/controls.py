@@ -10,12 +10,9 @@ from geometry_msgs.msg import Pose, Quaternion
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, Marker
 
 from rosslt.markers.geometry import IDENTITY, ONTO_AXIS, PoseTuple, Rotation, inverse, onto, product
-from rosslt.markers.scene.handle import Handle, Motions, Ring
+from rosslt.markers.scene.handle import CONTROL_SCALE, Handle, Motions, Ring
 
 AXIS_NAMES = 'xyz'
-
-#: The size of the controls relative to the thing: RViz begins arrows at half of that, outside the thing.
-ARROW_SCALE = 1.5
 
 
 def handle_marker(handle: Handle, motions: Motions, is_free: bool) -> InteractiveMarker:
@@ -30,7 +27,7 @@ def handle_marker(handle: Handle, motions: Motions, is_free: bool) -> Interactiv
     parts.extend(ring(each) for each in motions.rings)
     rotation = handle.pose[3:] if motions.is_in_frame else IDENTITY
     parts.append(body(motions.of_body(is_free), handle.shapes(), rotation, bool(handle.tracked)))
-    return interactive_marker(handle.name, handle.frame, handle.pose, ARROW_SCALE * handle.size, parts)
+    return interactive_marker(handle.name, handle.frame, handle.pose, CONTROL_SCALE * handle.size, parts)
 
 
 def interactive_marker(

@@ -16,12 +16,10 @@ from rosslt.markers.rviz.display import Display
 from rosslt.markers.rviz.menus import Menus
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.rviz.server import Server
+from rosslt.markers.scene.follower import FRAME_RATE
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
-
-#: The rate at which markers follow messages, in Hz: that at which RViz draws.
-FRAME_RATE = 30.0
 
 #: The number of menus that are checked for new sources each time.
 MENUS_CHECKED = 10

@@ -14,6 +14,9 @@ from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.scene.handle import Handle, Motions
 from rosslt.markers.scene.scene import Scene
 
+#: The rate at which a view is brought up to date, in Hz: that at which RViz draws.
+FRAME_RATE = 30.0
+
 
 class Shown(NamedTuple):
     """A handle as a view shows it.

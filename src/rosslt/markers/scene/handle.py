@@ -7,6 +7,9 @@ from visualization_msgs.msg import Marker
 from rosslt import values
 from rosslt.markers.geometry import PoseTuple, Rotation, Vector, onto, product
 
+#: The size of arrows and rings relative to the thing that they surround: RViz begins arrows at half of that.
+CONTROL_SCALE = 1.5
+
 #: A flag for each of x, y and z.
 Axes = Tuple[bool, bool, bool]
 

@@ -5,10 +5,11 @@ Where dynamic_reconfigure is not installed, there is nothing for them, and the n
 
 from typing import Callable
 
+from rosslt.node.callbacks import Callbacks
 from rosslt.node.owner import Owner
 
 
-def serve(owner: Owner) -> Callable[[], None]:
+def serve(owner: Owner, background: Callbacks) -> Callable[[], None]:
     """Offer the locations of this node as the dynamic_reconfigure server `<node>/rosslt`.
 
     Returns:
@@ -21,4 +22,4 @@ def serve(owner: Owner) -> Callable[[], None]:
         if (error.name or '').split('.')[0] != 'dynamic_reconfigure':
             raise
         return lambda: None
-    return Server(owner).update
+    return Server(owner, background).update

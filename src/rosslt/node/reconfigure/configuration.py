@@ -1,16 +1,15 @@
 """Locations as dynamic_reconfigure's messages: their descriptions, and their values.
 
-A parameter there has the name of its location, and a group for each file in which locations stand.
+A parameter there has the name of its location, and a group for each name of a file in which locations stand.
 """
 
-import collections
 import math
 import os
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Set, Tuple
 
 from dynamic_reconfigure import msg
 
-from rosslt.node.json_scalars import Refused
+from rosslt.node.json_scalars import Refused, Value
 from rosslt.node.locations import Location
 
 #: The keys of a group's dictionary in dynamic_reconfigure that are not names of parameters.
@@ -31,7 +30,7 @@ class Shown(NamedTuple):
 
     name: str
     location: Location
-    value: Any
+    value: Value
 
 
 class Configuration:
@@ -57,8 +56,8 @@ class Configuration:
                 continue
             shown = Shown(_free(location.name, taken), location, value)
             self.by_name[shown.name] = shown
-            files.setdefault(os.path.realpath(location.site.file), []).append(shown)
-        self._groups = list(zip(_short_names(list(files)), files.values()))
+            files.setdefault(os.path.basename(location.site.file), []).append(shown)
+        self._groups = [(_free(name, set(files)), members) for name, members in files.items()]
 
     def values(self) -> msg.Config:
         """The present values: what is published on `parameter_updates`."""
@@ -110,7 +109,7 @@ def _readable(location: Location) -> Tuple[Any, str]:
     return (value, '') if _fits(value) else (None, f'{value!r} does not fit into its messages')
 
 
-def _fits(value: Any) -> bool:
+def _fits(value: Value) -> bool:
     """True where a scalar can be sent: ints have 32 bits."""
     return type(value) is not int or LOWEST <= value <= HIGHEST
 
@@ -125,27 +124,11 @@ def _free(name: str, taken: Set[str]) -> str:
     return name
 
 
-def _short_names(paths: Sequence[str]) -> List[str]:
-    """The last part of each path; with folders before it where that is the name of several."""
-    parts = [path.split('/') for path in paths]
-    lengths = [1] * len(paths)
-    while True:
-        names = ['/'.join(part[-length:]) for part, length in zip(parts, lengths)]
-        count = collections.Counter(names)
-        longer = [
-            length + 1 if count[name] > 1 and length < len(part) else length
-            for name, part, length in zip(names, parts, lengths)
-        ]
-        if longer == lengths:
-            return [_free(name, set(names)) for name in names]
-        lengths = longer
-
-
 def _described(location: Location) -> str:
     return location.place + (', read-only' if location.read_only else '')
 
 
-def _lowest(location: Location) -> Any:
+def _lowest(location: Location) -> Value:
     """The lowest value that a location takes, as dynamic_reconfigure writes it."""
     if location.type is float:
         return -math.inf if location.minimum is None else location.minimum
@@ -154,7 +137,7 @@ def _lowest(location: Location) -> Any:
     return False if location.type is bool else ''
 
 
-def _highest(location: Location) -> Any:
+def _highest(location: Location) -> Value:
     """The highest value that a location takes, as dynamic_reconfigure writes it."""
     if location.type is float:
         return math.inf if location.maximum is None else location.maximum
@@ -163,7 +146,7 @@ def _highest(location: Location) -> Any:
     return True if location.type is bool else ''
 
 
-def _default(shown: Shown) -> Any:
+def _default(shown: Shown) -> Value:
     """Return the default of a field: the literal in the code if known and valid, else the present value."""
     literal = shown.location.literal
     return literal if type(literal) is shown.location.type and _fits(literal) else shown.value

@@ -7,7 +7,6 @@ is applied as a whole or refused with the reason, recorded, and can be taken bac
 
 import contextlib
 import json
-import threading
 import time
 from typing import Any, Dict, List, Set, Tuple
 
@@ -16,7 +15,9 @@ from dynamic_reconfigure.msg import Config, ConfigDescription
 from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, ReconfigureResponse
 
 from rosslt import srv
+from rosslt.node.callbacks import Callbacks
 from rosslt.node.history import new_request_id
+from rosslt.node.json_scalars import Value
 from rosslt.node.locations import Location
 from rosslt.node.owner import Owner
 from rosslt.node.reconfigure.configuration import Configuration
@@ -36,54 +37,42 @@ class Server(rospy.SubscribeListener):
 
     Args:
         owner: the owner of the locations.
+        background: publishes in a thread of its own.
     """
 
-    def __init__(self, owner: Owner) -> None:
+    def __init__(self, owner: Owner, background: Callbacks) -> None:
         super().__init__()
-        self._owner = owner
+        self._owner, self._background = owner, background
         self._left_out: Set[Tuple[int, str]] = set()
-        self._lock = threading.Lock()
         self._drag: Tuple[Any, float, str] = (None, 0.0, '')
-        self._news = threading.Event()
-        self._asked = threading.Event()
-        self._is_started = False
-        self._ready = threading.Event()
+        self._is_asked = self._is_ready = False
+        self._told: Tuple[Any, Any] = (None, None)  # the descriptions and values that were published last
         self._descriptions = rospy.Publisher('~rosslt/parameter_descriptions', ConfigDescription, self, queue_size=10)
         self._updates = rospy.Publisher('~rosslt/parameter_updates', Config, self, queue_size=10)
         rospy.Service('~rosslt/set_parameters', Reconfigure, self._set)
-        self._ready.set()
+        self._is_ready = True
+        self.update()
 
     def update(self) -> None:
         """Locations were created, dropped or changed."""
-        self._news.set()
+        if self._is_ready and (self._descriptions.get_num_connections() or self._updates.get_num_connections()):
+            self._background.call_soon(self._publish, PERIOD)
 
     def peer_subscribe(self, _topic_name: str, _topic_publish: Any, _peer_publish: Any) -> None:
         """Somebody has subscribed: rospy calls this."""
-        self._asked.set()
-        self._news.set()
-        with self._lock:
-            if not self._is_started:
-                self._is_started = True
-                threading.Thread(target=self._work, name='rosslt dynamic_reconfigure', daemon=True).start()
+        self._is_asked = True
+        if self._is_ready:
+            self._background.call_soon(self._publish)
 
-    def _work(self) -> None:
-        self._ready.wait()
-        descriptions = values = None
-        while not rospy.is_shutdown():
-            self._news.wait()
-            self._news.clear()
-            is_asked = self._asked.is_set()
-            if is_asked:
-                self._asked.clear()
-            if self._descriptions.get_num_connections() or self._updates.get_num_connections():
-                before, configuration = (descriptions, values), self._configuration()
-                descriptions, values = configuration.descriptions(), configuration.values()
-                with contextlib.suppress(rospy.ROSException):  # the node has ended meanwhile
-                    if is_asked or descriptions != before[0]:
-                        self._descriptions.publish(descriptions)
-                    if is_asked or values != before[1]:
-                        self._updates.publish(values)
-            rospy.rostime.wallsleep(PERIOD)
+    def _publish(self) -> None:
+        is_asked, self._is_asked = self._is_asked, False
+        configuration, before = self._configuration(), self._told
+        self._told = configuration.descriptions(), configuration.values()
+        with contextlib.suppress(rospy.ROSException):  # the node has ended meanwhile
+            if is_asked or self._told[0] != before[0]:
+                self._descriptions.publish(self._told[0])
+            if is_asked or self._told[1] != before[1]:
+                self._updates.publish(self._told[1])
 
     def _configuration(self) -> Configuration:
         with self._owner.lock:
@@ -107,19 +96,17 @@ class Server(rospy.SubscribeListener):
         reasons = self._change(wanted, request._connection_header.get('callerid', '')) if wanted else []
         if reasons:
             # a client may show what it wanted: it is told what is
-            self._asked.set()
-            self._news.set()
+            self.peer_subscribe('', None, None)
             raise rospy.ServiceException('; '.join(reasons))
         return ReconfigureResponse(self._configuration().values())
 
-    def _change(self, wanted: Dict[Location, Any], client: str) -> List[str]:
+    def _change(self, wanted: Dict[Location, Value], client: str) -> List[str]:
         """Request changes of locations; returns the reasons of refusals, none where all are applied."""
-        with self._lock:
-            what, now = (client, set(wanted)), time.monotonic()
-            last, at, request_id = self._drag
-            if what != last or now - at > SAME_DRAG:
-                request_id = new_request_id()
-            self._drag = what, now, request_id
+        what, now = (client, set(wanted)), time.monotonic()
+        last, at, request_id = self._drag
+        if what != last or now - at > SAME_DRAG:
+            request_id = new_request_id()
+        self._drag = what, now, request_id
         # written with NaN and its like, which the owner refuses as it does elsewhere
         texts = [json.dumps(value) for value in wanted.values()]
         answer = self._owner.change_sources(

@@ -15,7 +15,7 @@ from math import inf
 from typing import Callable, NoReturn
 
 from ..annotations import Value
-from ..closeness import is_near
+from ..closeness import is_same
 from .inverses import (
     TURN,
     angle_adjacent,
@@ -160,9 +160,9 @@ ROUND = operation(
 
 ROUND_TO = operation(
     11, 'round_to', rounded_to, shown_as='round',
-    inverse=(lambda y, a, b: within(a, y - half_unit(b), y + half_unit(b), lambda v: is_near(rounded_to(v, b), y),
+    inverse=(lambda y, a, b: within(a, y - half_unit(b), y + half_unit(b), lambda v: is_same(rounded_to(v, b), y),
                                     'round to %d digits does not give that' % b),
-             lambda y, a, b: b if is_near(rounded_to(a, b), y) else refuse('a number of digits is not solved for')),
+             lambda y, a, b: b if is_same(rounded_to(a, b), y) else refuse('a number of digits is not solved for')),
     slope=(lambda a, b: 0, lambda a, b: 0))
 
 TRUNCATE = operation(

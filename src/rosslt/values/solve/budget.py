@@ -8,7 +8,7 @@ import contextlib
 from typing import Dict, Iterable, Iterator, List, Mapping, Optional
 
 from ..annotations import Value
-from ..graph import Graph
+from ..graph import UNDEFINED, Graph
 from ..operations.inverses import NoPreimage
 from ..operations.table import MOST_BITS
 from ..sources import Source
@@ -21,9 +21,6 @@ WORK_PER_NODE = 400
 
 WORK_OF_A_SLOPE = 3
 """The work of a node's slopes, in evaluations of that node."""
-
-UNDEFINED = (ArithmeticError, ValueError, TypeError)
-"""Exceptions of undefined arithmetic: a result that is not real or not finite, or unsuitable operands."""
 
 
 class Exhausted(NoPreimage):

@@ -23,12 +23,12 @@ from ..annotations import Value
 from ..closeness import RELATIVE, is_same, meets
 from ..errors import NotInvertible, NotTracked
 from ..explain import brief
-from ..graph import Graph, evaluate
+from ..graph import UNDEFINED, Graph, evaluate
 from ..operations.inverses import refuse
 from ..sources import Source, describe_source
 from ..tracked import TRACKED, plain_scalar
 from ..tree import paired
-from .budget import UNDEFINED, Budget
+from .budget import Budget
 from .components import connected
 from .equations import Goal, missed
 from .freedom import Bounds, Freedom, Rank, rank_of

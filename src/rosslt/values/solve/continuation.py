@@ -10,35 +10,27 @@ import math
 from typing import Collection, Dict, Iterator, List, Mapping, Optional, Sequence
 
 from ..annotations import Value
+from ..closeness import RELATIVE
 from ..errors import NotInvertible
-from ..graph import Graph
+from ..graph import UNDEFINED, Graph
 from ..sources import Source
-from .budget import UNDEFINED, Budget
+from .budget import Budget
 from .choice import holds_floats, solve, solve_one, target_of, tracked_parts
 from .components import connected
 from .equations import Goal, Point
 from .freedom import Bounds, Freedom, Rank, rank_of
 from .least_squares import shortest_step
 from .periods import turns_too_many
-from .several import System
+from .several import FOLLOWED_STEPS, System
 
 JUMP = 5.0
 """A step is a jump if it is this many times as long as its slopes predict."""
-
-ON_THE_WAY = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""The fractions of a step at which its slopes are evaluated."""
 
 SINGULAR = 1e-6
 """The damping of directions in which the results hardly move, for the length that the slopes predict."""
 
 HALF_TURN = math.pi
 """An unknown that is further than this, in radians, from where it was is looked at for whole periods."""
-
-STILL = 1e-9
-"""A step that is no longer than this part of the sources' sizes is none."""
-
-MOST_DRAWN = 5
-"""In so many steps at most an answer is drawn to where the straight way leads."""
 
 CATCH_UP = 1.5
 """By how many times the way that the hand asks for it is drawn at most."""
@@ -101,7 +93,7 @@ class Path(System):
         """A solution drawn towards a point along the solutions, by no more than so much."""
         if len(self._unknowns) <= len(self._roots):
             return x
-        for _ in range(MOST_DRAWN):
+        for _ in range(FOLLOWED_STEPS):
             values = self._tried(x)
             if values is None:
                 break
@@ -113,7 +105,7 @@ class Path(System):
                 break
             way = [part - across for part, across in zip(whole, lost)]
             length = self._length(way)
-            if length <= STILL * self._length(whole):
+            if length <= RELATIVE * self._length(whole):
                 break
             part = min(1.0, most / length)
             ahead = [self._clamped(place, value + part * step) for place, (value, step) in enumerate(zip(x, way))]
@@ -130,15 +122,15 @@ class Path(System):
         """Return True if the slopes between two points explain the distance between them, so that it is no jump."""
         way = [value - old for value, old in zip(x, last)]
         length = self._length(way)
-        if length <= STILL * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
+        if length <= RELATIVE * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
             return True
         before, after = self._tried(last), self._tried(x)
         if before is None or after is None:
             return False
         moved = [(after[equation.place] - before[equation.place]) * equation.unit for equation in self._equations]
         asked = []
-        for part in ON_THE_WAY:
-            values = self._tried([old + part * step for old, step in zip(last, way)])
+        for number in range(5):
+            values = self._tried([old + number / 4 * step for old, step in zip(last, way)])
             if values is None:
                 return False
             rows = self._jacobian(values, self._equations)

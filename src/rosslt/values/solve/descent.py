@@ -7,9 +7,9 @@ import math
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 from ..annotations import Value
-from ..graph import Graph
+from ..graph import UNDEFINED, Graph
 from ..sources import Source
-from .budget import UNDEFINED, Budget, Exhausted
+from .budget import Budget, Exhausted
 from .equations import Equation, Equations, Goal, Point
 from .freedom import in_floats
 from .least_squares import Rows, shortest_step, work_of_step
@@ -17,14 +17,6 @@ from .least_squares import Rows, shortest_step, work_of_step
 ROUNDS = 50
 
 DAMPINGS = (0.0, 1e-6, 1e-3, 0.03, 1.0, 30.0)
-
-FIRST_DAMPING, LAST_DAMPING = 1e-3, 1e9
-
-MOST_APPROACHES = 200
-"""The damping of a descent towards targets out of reach, and its largest number of steps."""
-
-FIRST_RADIUS = 1.0
-"""The longest first step, in the sources' scales or sizes, unless the results are nearly linear."""
 
 CONVERGED = 1e-10
 """Results that miss by at most this part of their size are met, and only polished further."""
@@ -112,7 +104,7 @@ class Descents(Equations):
         if values is None or missing is None:
             return None
         size = math.hypot(*missing)
-        radius = FIRST_RADIUS * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)])
+        radius = max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)])
         level = 0
         slow = 0
         rows: Rows = []
@@ -178,8 +170,8 @@ class Descents(Equations):
         missing = self._missing(values, self._equations)
         if values is None or missing is None:
             return None
-        size, damping = math.hypot(*missing), FIRST_DAMPING
-        for _ in range(MOST_APPROACHES):
+        size, damping = math.hypot(*missing), DAMPINGS[2]
+        for _ in range(4 * ROUNDS):
             try:
                 rows = self._jacobian(values, self._equations)
                 step = self._step(x, rows, missing, damping, by_row=False)
@@ -202,7 +194,7 @@ class Descents(Equations):
             promised = size - math.hypot(*foretold)
             gain = size - math.hypot(*left)
             if not gain > 0.1 * promised:
-                if damping > LAST_DAMPING:
+                if damping > 1e9:
                     break
                 damping *= 4
                 continue

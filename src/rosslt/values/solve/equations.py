@@ -6,9 +6,9 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from ..annotations import Value
 from ..closeness import almost_meets
-from ..graph import Graph
+from ..graph import UNDEFINED, Graph
 from ..sources import Source
-from .budget import UNDEFINED, Budget, Trial
+from .budget import Budget, Trial
 from .least_squares import Rows
 from .one import undone
 from .periods import Periods

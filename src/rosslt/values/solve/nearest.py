@@ -8,10 +8,10 @@ import math
 from typing import Any, Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from ..annotations import Value
-from ..graph import Graph, evaluate
+from ..graph import UNDEFINED, Graph, evaluate
 from ..sources import Source
 from ..tracked import TRACKED
-from .budget import UNDEFINED, Budget
+from .budget import Budget
 from .freedom import Bounds, Freedom
 from .several import System
 

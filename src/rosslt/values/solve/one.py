@@ -11,13 +11,13 @@ from fractions import Fraction
 from typing import Any, Callable, List, Optional, Tuple
 
 from ..annotations import Value
-from ..closeness import almost_meets, is_at, is_near, meets
-from ..graph import Graph
+from ..closeness import almost_meets, is_at, is_same, meets
+from ..graph import UNDEFINED, Graph
 from ..operations import SOURCE, Form
 from ..operations.inverses import NoPreimage, refuse
 from ..operations.table import MOST_BITS
 from ..sources import Source
-from .budget import UNDEFINED, Budget, Exhausted, Trial
+from .budget import Budget, Exhausted, Trial
 from .freedom import in_floats
 from .periods import Periods, turns_too_many
 from .root_finding import Search
@@ -112,17 +112,7 @@ class Attempt:
         return isinstance(reason, OutOfBounds) and self._graph.is_affine(self._depends, self._root)
 
     def _elsewhere(self, wanted: Value) -> Optional[Value]:
-        """An answer found from other source values, or by a search over all of them; None where there is none."""
-        fitting = []
-        for start in self._starts():
-            try:
-                fitting.append(self._from(start, wanted))
-            except Exhausted:
-                raise
-            except NoPreimage:
-                continue
-        if fitting:
-            return min(fitting, key=self._way)
+        """An answer found by a search over all source values; None where there is none."""
         try:
             return self._searched(
                 self._root, wanted, self.present, lambda result: self._accepts(result, wanted), self._low, self._high
@@ -131,25 +121,6 @@ class Attempt:
             raise
         except NoPreimage:
             return None
-
-    def _starts(self) -> List[Value]:
-        """List more values to undo the operations from: at and between the bounds, near 0, with the other sign."""
-        low, high, present = self._low, self._high, self.present
-        ends = [end for end in (low, high) if math.isfinite(end)]
-        if len(ends) == 2:
-            ends.append(low + (high - low) / 2)
-        ends += [0, -present, 1, -1]
-        if self._kind is float:
-            ends += [0.5, -0.5, present + 1, present - 1, present + math.pi, present - math.pi]
-        starts: List[Value] = []
-        for end in ends:
-            try:
-                start = self._kind(end)
-            except UNDEFINED:
-                continue
-            if low <= start <= high and start != present and start not in starts:
-                starts.append(start)
-        return starts
 
     def _way(self, value: Value) -> Value:
         return abs(value - self.present)
@@ -248,7 +219,7 @@ class Attempt:
             found = form.undo(operand, wanted, present, first, second, values)
         except NoPreimage:
             raise
-        except (ArithmeticError, ValueError, TypeError):
+        except UNDEFINED:
             return refuse('{source} would be beyond what a float holds')
         if isinstance(found, float) and not math.isfinite(found):
             refuse('{source} would be beyond what a float holds')
@@ -359,14 +330,14 @@ def undone(form: Form, inverse: Any, wanted: Any, first: Any, second: Any) -> An
     try:
         if row.image is not None and not row.image[0] <= wanted <= row.image[1]:
             refuse('%s takes values in %s', row.shown_as, interval(*row.image))
-        if row.stepped and is_near(round(wanted), wanted):
+        if row.stepped and is_same(round(wanted), wanted):
             wanted = round(wanted)
         operand = inverse(wanted, first, second)
         if isinstance(operand, complex) or (isinstance(operand, float) and not math.isfinite(operand)):
             refuse('%s would need an operand beyond what a float holds', row.shown_as)
     except NoPreimage:
         raise
-    except (ArithmeticError, ValueError, TypeError) as error:
+    except UNDEFINED as error:
         if isinstance(error, ZeroDivisionError):
             raise NoPreimage('%s cannot be undone there (division by zero)' % row.shown_as) from None
         raise NoPreimage('%s cannot give %s (%s)' % (row.shown_as, shown(wanted), error)) from None

@@ -6,19 +6,15 @@ from typing import Any, Dict, Iterator, List, Set
 from ..annotations import Value
 from ..operations.table import COS, FMOD, IEEE_REMAINDER, REMAINDER, SIN, TAN
 from ..sources import Source
-from .budget import WORK_OF_A_SLOPE, Trial
+from .budget import Trial
 
 TURN = 2 * math.pi
 OF_ANGLES = {SIN: TURN, COS: TURN, TAN: math.pi}
 REMAINDERS = (REMAINDER, FMOD, IEEE_REMAINDER)
-MOST = 8
-"""The most periods that are tried for one source."""
 
 
 class Periods:
-    """The operations with a period in some expressions, and what of the expressions has to do with them.
-
-    In large systems that is little, as a rule: the angles of a few joints, not all that is computed of them.
+    """The operations with a period in some expressions.
 
     Args:
         trial: the expressions, and which of their nodes may change.
@@ -28,8 +24,6 @@ class Periods:
         self._trial = trial
         records = trial.graph.records
         self._places = [step[0] for step in trial.steps if _has_period(records[step[0]][0])]
-        concerned = trial.graph.made_of(self._places)
-        self._steps = [step for step in trial.steps if step[0] in concerned] if concerned else []
 
     def __bool__(self) -> bool:
         """Return True if the expressions contain any periodic operations."""
@@ -45,12 +39,10 @@ class Periods:
         Raises:
             Exhausted: the budget of the trial is spent.
         """
-        graph, budget = self._trial.graph, self._trial.budget
-        budget.spend(WORK_OF_A_SLOPE * len(self._steps))
-        partials = graph.partials(self._steps, values)
+        partials = self._trial.partials(values)
         for source in sources:
-            budget.spend(len(partials))
-            yield self._longest_first(values, graph.tangent(source, partials))
+            self._trial.budget.spend(len(partials))
+            yield self._longest_first(values, self._trial.graph.tangent(source, partials))
 
     def _longest_first(self, values: List[Value], rise: Dict[int, Value]) -> List[float]:
         graph = self._trial.graph
@@ -69,7 +61,7 @@ class Periods:
                 found.add(2 * float('%.14g' % abs(period / slope)))
             except (ArithmeticError, ValueError):
                 continue
-        return [period for period in sorted(found, reverse=True) if 0 < period < math.inf][:MOST]
+        return [period for period in sorted(found, reverse=True) if 0 < period < math.inf]
 
 
 def _has_period(form: Any) -> bool:

@@ -10,8 +10,9 @@ import math
 from typing import Callable, Iterator, List, Optional, Tuple
 
 from ..annotations import Value
+from ..graph import UNDEFINED
 from ..operations.inverses import refuse
-from .budget import UNDEFINED, Exhausted
+from .budget import Exhausted
 
 STEPS = 60
 HALVINGS = 20

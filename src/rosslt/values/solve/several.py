@@ -12,7 +12,8 @@ from typing import Callable, Iterator, List, Optional, Sequence
 
 from ..annotations import Value
 from ..closeness import ROUNDING, ULPS, almost_meets, is_at
-from .budget import UNDEFINED, Exhausted
+from ..graph import UNDEFINED
+from .budget import Exhausted
 from .descent import CONVERGED, ROUNDS, Descent, Descents
 from .equations import Point
 from .periods import TURN, turns_too_many
@@ -22,8 +23,6 @@ PERTURBATIONS = (1e-2, 0.1, 0.5)
 
 RADII = (0.3, 1.0, 0.15, 3.0)
 """The distances of the later starts from the present values, in turn."""
-
-MOST_STARTS = 120
 
 MOST_SECOND_STARTS = 8
 """The most starts of the search for a nearer answer, where one is far away."""
@@ -154,7 +153,7 @@ class System(Descents):
         yield self.start
         yield from map(self._perturbed, PERTURBATIONS)
         yield self._followed()
-        yield from itertools.islice(self._scattered(), MOST_STARTS)
+        yield from self._scattered()
 
     def _scattered(self) -> Iterator[Point]:
         """Points around the present values, at the radii in turn, and anywhere within the bounds."""

@@ -1,4 +1,4 @@
-"""How the page takes the frames of tf, without a browser."""
+"""How the page takes frames of tf and texts of others, without a browser."""
 
 import os
 import subprocess
@@ -32,10 +32,18 @@ frames.update()
 print(*frames.missing(), *frames.missing().values(), frames.pose('yes')[0], frames.pose("it's: 2.0")[0])
 """
 
+#: The diff of a file that is not in UTF-8.
+DIFF = r"""
+from rosslt.web.markdown import block
 
-def test_frames_that_hang_on_each_other_or_have_odd_names_do_not_stop_the_page():
+print(ascii(block(b'+x = 1.5  # \xe4'.decode('utf-8', 'surrogateescape'), 'diff')))
+"""
+
+
+def printed(code):
+    """What a program prints that finds the page's modules."""
     done = subprocess.run(
-        [sys.executable, '-c', FRAMES],
+        [sys.executable, '-c', code],
         stdin=subprocess.DEVNULL,
         capture_output=True,
         check=False,
@@ -44,4 +52,12 @@ def test_frames_that_hang_on_each_other_or_have_odd_names_do_not_stop_the_page()
         env=dict(os.environ, PYTHONPATH=python_path()),
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == ['back', 'world', '2.0', '2.0']
+    return done.stdout.strip()
+
+
+def test_frames_that_hang_on_each_other_or_have_odd_names_do_not_stop_the_page():
+    assert printed(FRAMES) == 'back world 2.0 2.0'
+
+
+def test_a_text_that_was_not_in_utf8_can_be_sent_to_a_browser():
+    assert printed(DIFF) == r"'```diff\n+x = 1.5  # ?\n```'"
