@@ -6,7 +6,7 @@ This folder imports NumPy, so the room loads it only when it is asked for. `numb
 """
 
 from .calling import LOST
-from .functions import FUNCTIONS, builtin_like, replacements
+from .functions import FUNCTIONS, replacements
 from .numbers import CLASSES, PYTHON_NUMBERS, conversion, python_number, same_number
 from .tracked_array import TrackedArray, holds_tracked, of_list, plain
 
@@ -16,7 +16,6 @@ __all__ = [
     'LOST',
     'PYTHON_NUMBERS',
     'TrackedArray',
-    'builtin_like',
     'conversion',
     'holds_tracked',
     'of_list',

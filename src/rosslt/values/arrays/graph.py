@@ -1,4 +1,4 @@
-"""How arrays were computed: a graph of NumPy's operations, one node for each, and expressions for elements made of it.
+"""The graph of NumPy's operations that made arrays, one node for each, and the expressions of elements made of it.
 
 Recording an operation keeps NumPy's function and its operands, and nothing else. When somebody wants to know where an
 element comes from, NumPy's own function is called once more, with tracked numbers in arrays of objects: what it
@@ -121,7 +121,7 @@ class Gathering:
 
 
 class Node:
-    """How the elements of an array were made. It is never changed, but for what means the same.
+    """An operation that made the elements of an array. It is never changed, but for what means the same.
 
     Args:
         call: what made it.

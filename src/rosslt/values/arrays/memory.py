@@ -58,7 +58,7 @@ class Memory:
         return numpy.ndarray(view.shape, _CODE, self._codes, offset // width * _CODE.itemsize, strides)
 
     def node_of(self, view: Any) -> Optional[Node]:
-        """How the elements of a view were made; None if all of them are plain."""
+        """Return the node of the elements of a view; None if all of them are plain."""
         if not self.entries:
             return None
         if view._is_whole and self._codes is None:
@@ -68,7 +68,7 @@ class Memory:
         return self.gathered(view.codes, view)
 
     def gathered(self, codes: Any, numbers: Any) -> Optional[Node]:
-        """How an array of elements was made that have such codes; None if all of them are plain."""
+        """Return the node of an array of elements with such codes; None if all of them are plain."""
         if not self.is_tracked and not (codes >= 0).any():
             return None
         spend(OF_ARRAY)
