@@ -7,6 +7,7 @@ import pytest
 
 from rosslt import Source, evaluate, math, track
 from rosslt.values import nearest, slopes, source_values
+from rosslt.values.closeness import is_at
 
 A, B, C = Source('/arm', 1), Source('/arm', 2), Source('/arm', 3)
 
@@ -89,6 +90,11 @@ def test_whole_numbers_stay_whole_and_texts_stay():
     assert type(changes[A]) is int
     assert gap == pytest.approx(0.2)
     assert nearest([math.hypot(track(True, B), 1.0)], [5.0])[0] == {}
+
+
+def test_no_number_is_at_a_bound_that_there_is_not():
+    assert all(is_at(5.0, bound) for bound in (5.0, 5.0 + 2**-50))
+    assert not any(is_at(5.0, bound) for bound in (5.001, math.inf, -math.inf))
 
 
 def test_what_cannot_come_nearer_stays():
