@@ -57,7 +57,7 @@ def started():
         return budget
 
     yield start
-    values.limit_recording(lambda: sys.maxsize)
+    values.limit_recording(lambda overdrawn: sys.maxsize)
 
 
 def test_what_takes_longer_than_its_recording_is_always_recorded(started):
@@ -85,6 +85,15 @@ def test_recording_begins_again_once_its_debt_is_paid(started):
     assert {0.0, 1.0} <= set(shares)
     assert budget.stops > 10
     assert 0.7 < budget.spent / 20.0 < 1.1
+
+
+def test_what_takes_long_at_once_is_no_time_of_the_program(started):
+    machine = Machine(own=0.25 * OPERATION)
+    budget = started(machine)
+    values.spend(1)
+    machine.now += 2 * MOST
+    values.spend(round(2 * MOST / OPERATION))
+    assert budget.stops == 1
 
 
 def test_a_heavy_node_sends_whole_messages_and_plain_ones_and_no_others(master, tmp_path):

@@ -11,6 +11,7 @@ from visualization_msgs.msg import Marker
 from rosslt import math, node, values
 from rosslt.markers.drags import changes, other_views, wording
 from rosslt.markers.drags import drags as drags_module
+from rosslt.markers.drags import drop as drop_module
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.drop import Drop
@@ -471,7 +472,7 @@ def test_what_is_shown_where_it_was_dropped_is_done():
 
 
 def test_what_stays_elsewhere_is_solved_again_and_then_said_to_be(monkeypatch):
-    monkeypatch.setattr(node, 'STILL', 0.0)
+    monkeypatch.setattr(drop_module, 'STILL', 0.0)
     scene, asked = Scene(Settings()), []
     drop = dropped_at_two(scene, lambda: asked.append(True) or {})
 

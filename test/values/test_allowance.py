@@ -6,7 +6,7 @@ import pytest
 
 from rosslt import Source, evaluate, is_tracked, operation, track
 from rosslt import math as tracked_math
-from rosslt.values import allow, assemble, disassemble, limit_recording, reapply, widened
+from rosslt.values import allow, assemble, disassemble, limit_recording, reapply, spend, widened
 
 A, B = Source('/node', 1), Source('/node', 2)
 
@@ -14,7 +14,7 @@ A, B = Source('/node', 1), Source('/node', 2)
 @pytest.fixture(autouse=True)
 def _unlimited():
     yield
-    limit_recording(lambda: sys.maxsize)
+    limit_recording(lambda overdrawn: sys.maxsize)
 
 
 COMPUTATIONS = {
@@ -46,7 +46,7 @@ def test_without_allowance_results_are_plain(compute):
 
 def test_an_allowance_is_used_up_and_refilled():
     allowances = [40, 40, 0]
-    limit_recording(lambda: allowances.pop(0))
+    limit_recording(lambda overdrawn: allowances.pop(0))
     total, recorded = track(0.0, A), 0
     for _ in range(200):
         recorded += is_tracked(total + 1.0)
@@ -67,7 +67,7 @@ def test_what_is_decoded_or_evaluated_anew_does_not_count():
 
 
 def test_an_error_of_who_refills_reaches_the_program():
-    def refill():
+    def refill(overdrawn):
         raise RuntimeError('no more')
 
     with pytest.raises(RuntimeError, match='no more'):
@@ -75,3 +75,17 @@ def test_an_error_of_who_refills_reaches_the_program():
     allow(1)
     with pytest.raises(RuntimeError, match='no more'):
         _ = track(1.0, A) + 1.0 + 1.0
+
+
+def test_what_is_spent_beyond_an_allowance_is_told():
+    told = []
+
+    def refill(overdrawn):
+        told.append(overdrawn)
+        return 100
+
+    limit_recording(refill)
+    assert spend(30)
+    assert spend(1070)
+    assert spend(99)
+    assert told == [0, 1000]

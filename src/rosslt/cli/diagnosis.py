@@ -145,7 +145,7 @@ class Losses:
         return '; '.join(places) + (f'; and {more} more' if more else '')
 
     def recording_of(self, publisher: str) -> str:
-        """What recording provenance costs a node, as a sentence; '' if it is not known, or nothing."""
+        """Say what recording provenance costs a node, as a sentence; '' if it is not known, or nothing."""
         self._asking.join()
         answer = self._answers.get(publisher)
         if answer is None or not answer.recording or not answer.cpu:

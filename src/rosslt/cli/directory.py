@@ -65,7 +65,7 @@ def report_silent(verb: str, master: rosgraph.Master, silent: Mapping[str, str])
 
 
 def sources_called(directory: Directory, sources: Iterable[values.Source], text: str) -> List[values.Source]:
-    """Those of some sources that people call so: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as `rosslt echo` says."""
+    """Find sources by what people call them: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as `rosslt echo` says."""
     found = []
     for source in sources:
         place = directory.of(source)

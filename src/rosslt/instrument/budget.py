@@ -55,8 +55,8 @@ class Budget:
                 self.stops += 1
                 values.allow(_GRANT)
 
-    def _refill(self) -> int:
-        self._account(_GRANT * values.OPERATION)
+    def _refill(self, overdrawn: int) -> int:
+        self._account((_GRANT + overdrawn) * values.OPERATION)
         frame: Any = sys._getframe(1)
         while frame is not None and CELLS not in frame.f_globals:
             frame = frame.f_back

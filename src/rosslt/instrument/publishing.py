@@ -48,7 +48,7 @@ class Publisher(node.Publisher):
         self._stops = BUDGET.stops
 
     def _provenance(self, message: Any) -> bytes:
-        is_whole = self._is_recorded or getattr(self.impl, 'is_latch', True)
+        is_whole = self._is_recorded or self._keeps_last
         return super()._provenance(message) if is_whole else messages.SAMPLED
 
 

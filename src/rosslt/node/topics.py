@@ -91,10 +91,15 @@ class Publisher(rospy.Publisher):
         self.impl.set_queue_size(present.get(self.impl))
         MASTER_WATCH.start()
 
+    @property
+    def _keeps_last(self) -> bool:
+        """True where rospy keeps the last message for later subscribers, and where the publisher is unregistered."""
+        return getattr(self.impl, 'is_latch', True)
+
     def _provenance(self, message: Message) -> bytes:
         """The provenance of a message that is sent now: all of it, or none between those that are written at a rate."""
-        impl = self.impl
-        if self._is_always_whole or getattr(impl, 'is_latch', True):
+        impl = self.impl  # None as soon as another thread unregisters this
+        if self._is_always_whole or self._keeps_last:
             return whole_provenance(message)
         # rospy makes another list of connections when somebody subscribes
         state = READINGS.count, id(impl.connections)

@@ -266,7 +266,7 @@ def complete_core() -> None:
         slopes_or_zeros,
         ops.ABSOLUTE.left,
         affine_of_python,
-        lambda: ALLOWANCE.refill(),
+        lambda overdrawn: ALLOWANCE.refill(overdrawn),
         LIMIT,
         MAX_SHARED_SIZE,
     )

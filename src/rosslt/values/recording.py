@@ -31,12 +31,12 @@ class Allowance:
 
     Attributes:
         left: how many; 0 where recording has stopped.
-        refill: is called when they are used up, and returns how many more there may be.
+        refill: as of `limit_recording`.
     """
 
     def __init__(self) -> None:
         self.left = sys.maxsize
-        self.refill: Callable[[], int] = lambda: sys.maxsize
+        self.refill: Callable[[int], int] = lambda overdrawn: sys.maxsize
 
     def allow(self, count: int) -> int:
         """Give another allowance; returns what was left."""
@@ -45,11 +45,12 @@ class Allowance:
 
     def spend(self, count: int) -> bool:
         """Use up so many operations; False where no more may be recorded."""
-        while self.left and count >= self.left:
-            count -= self.left
+        if self.left > count:
+            self.left -= count
+        elif self.left:
+            overdrawn = count - self.left
             self.left = sys.maxsize  # what refilling does is not counted
-            self.left = self.refill()
-        self.left = max(0, self.left - count)
+            self.left = self.refill(overdrawn)
         return self.left > 0
 
 
@@ -59,15 +60,15 @@ if CORE is not None:
     allow, spend = CORE.allow, CORE.spend
 
 
-def limit_recording(refill: Callable[[], int]) -> None:
+def limit_recording(refill: Callable[[int], int]) -> None:
     """Limit how many operations a program records.
 
     Args:
-        refill: is called now and whenever an allowance is used up. It returns how many more operations may be recorded,
-            0 to record none until `allow` is called.
+        refill: is called now, and whenever an allowance is used up, with the number of operations beyond it. It returns
+            how many more may be recorded, 0 to record none until `allow` is called.
     """
     ALLOWANCE.refill = refill
-    allow(refill())
+    allow(refill(0))
 
 
 def shorten_and_count(value: Value) -> None:
@@ -149,7 +150,8 @@ def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
         ArithmeticError, ValueError: as the operations themselves do for such values.
     """
     check_changes(changes)
-    graph = Graph(tracked_leaves(x))
+    leaves = tracked_leaves(x)
+    graph = Graph(leaves)
     made: Dict[int, Value] = {}
     for node, (form, first, second), value in zip(graph.nodes, graph.records, graph.values(changes)):
         operands = [made[id(operand)] for operand in form.operands(first, second)]
@@ -158,7 +160,8 @@ def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
             made[id(node)] = make(value, form.with_operands(first, second, operands), size)
         else:
             made[id(node)] = value  # of an operand that is a complex number there
-    return rebuilt(x, lambda leaf: made[id(leaf)] if type(leaf) in TRACKED else leaf)
+    results = iter([made[id(leaf)] for leaf in leaves])  # an array makes its elements when they are read
+    return rebuilt(x, lambda leaf: next(results) if type(leaf) in TRACKED else leaf)
 
 
 def widened(x: Value) -> Value:

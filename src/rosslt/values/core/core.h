@@ -141,12 +141,12 @@ int add_classes(PyObject *module);
 extern long long allowance; /* how many operations may still be recorded; none where it is 0 */
 
 /* Whether a used up allowance was refilled: -1 with an error. */
-int refilled(void);
+int refilled(long long overdrawn);
 
 /* Whether an operation may be recorded: -1 with an error. */
 static inline int may_record(void)
 {
-    if (allowance <= 1) return refilled();
+    if (allowance <= 1) return refilled(0);
     allowance--;
     return 1;
 }
