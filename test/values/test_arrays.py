@@ -276,3 +276,74 @@ def test_arrays_are_copied_and_pickled_with_provenance():
         assert type(other) is type(array)
         assert other.shape == (1, 2)
         assert explain(other[0, 0]) == explain(array[0, 0])
+
+
+CALLED = {
+    'svd': lambda np, m: np.linalg.svd(m)[1],
+    'svd of a symmetric matrix': lambda np, m: np.linalg.svd(m + m.T)[0],
+    'eigh': lambda np, m: np.linalg.eigh(m @ m.T)[0],
+    'eigenvectors': lambda np, m: np.linalg.eigh(m @ m.T)[1][:, 0],
+    'cholesky': lambda np, m: np.linalg.cholesky(m @ m.T + np.eye(3)),
+    'qr': lambda np, m: np.linalg.qr(m)[1],
+    'lstsq': lambda np, m: np.linalg.lstsq(m[:, :2], m[:, 2], rcond=None)[0],
+    'pinv': lambda np, m: np.linalg.pinv(m[:, :2]),
+    'stacked inverses': lambda np, m: np.linalg.inv(np.stack([m, m + np.eye(3)])),
+    'percentile': lambda np, m: np.percentile(m, 30),
+    'gradient': lambda np, m: np.gradient(m[0]),
+    'unwrapped': lambda np, m: np.unwrap(m[0] * 9),
+}
+
+
+@pytest.mark.parametrize('name', CALLED)
+def test_a_function_that_takes_no_objects_is_called_again_with_other_numbers(name):
+    call, matrix = CALLED[name], tracked_array(MATRIX)
+    result = call(np, matrix)
+    assert np.array_equal(untracked(result), call(np, MATRIX))
+    moved = {Source('/node', place): number for place, number in enumerate(np.ravel(MATRIX * 1.01 + 0.001))}
+    np.testing.assert_allclose(
+        np.array(evaluate(result, moved)), call(np, MATRIX * 1.01 + 0.001), rtol=1e-9, atol=1e-12
+    )
+
+
+def test_what_svd_gives_is_solved_exactly():
+    largest = np.linalg.svd(tracked_np.array([[track(2.0, A), 1.0], [0.5, 1.0]]))[1][0]
+    assert np.linalg.svd([[solve(largest, 3.0)[A], 1.0], [0.5, 1.0]])[1][0] == pytest.approx(3.0, rel=1e-9)
+
+
+def riccati(np, q, rounds):
+    a, b = np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.0], [0.1]])
+    x = q
+    for _ in range(rounds):
+        gain = np.linalg.inv(np.eye(1) + b.T @ x @ b) @ (b.T @ x @ a)
+        x = q + a.T @ x @ (a - b @ gain)
+    return gain
+
+
+def test_a_long_computation_is_evaluated_by_computing_it_again():
+    gain = riccati(np, tracked_np.array([[track(1.0, A), 0.0], [0.0, track(2.0, B)]]), 150)
+    expected = riccati(np, np.diag([3.0, 0.5]), 150)
+    assert evaluate(gain, {A: 3.0, B: 0.5}) == pytest.approx(expected, rel=1e-9)
+    assert 'numerically' in explain(gain[0, 0])
+    assert evaluate(gain[0, 0], solve(gain[0, 0], 1.1, A)) == pytest.approx(1.1, rel=1e-9)
+
+
+def test_large_arrays_are_one_value():
+    height, times = track(2.0, A), np.linspace(0, 10, 100_000)
+    curve = height * np.sin(times) + times[::-1]
+    assert evaluate(curve[77_777], {A: 3.0}) == 3.0 * np.sin(times[77_777]) + times[-77_778]
+
+
+def test_an_array_that_feeds_on_itself_is_plain_in_the_end():
+    state, step = tracked_np.zeros(2), track(0.5, A)
+    for _ in range(9000):
+        state = state + step
+        assert getattr(state, '_memory', None) is None or state._memory.entries[-1].size <= 8192
+    assert state.tolist() == [4500.0, 4500.0]
+
+
+def test_an_array_that_is_cut_off_is_plain_in_all_its_views():
+    array = tracked_array(VECTOR)
+    part = array[1:]
+    array.forget()
+    assert not is_tracked(part)
+    assert part.tolist() == VECTOR[1:].tolist()

@@ -312,6 +312,9 @@ def evaluate(x: Value, changes: Mapping[Source, Value]) -> Value:
         if value is not NotImplemented:
             return value
         return Graph([x]).values(changes)[-1]
-    graph = Graph(tracked_leaves(x))
+    roots = tracked_leaves(x)
+    graph = Graph(roots)
     values = graph.values(changes)
-    return rebuilt(x, lambda leaf: values[graph.index[id(leaf)]] if type(leaf) in TRACKED else leaf)
+    # In the same order: an array makes its elements when they are read.
+    made = iter([values[graph.index[id(leaf)]] for leaf in roots])
+    return rebuilt(x, lambda leaf: next(made) if type(leaf) in TRACKED else leaf)

@@ -150,7 +150,8 @@ def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
         ArithmeticError, ValueError: as the operations themselves do for such values.
     """
     check_changes(changes)
-    graph = Graph(tracked_leaves(x))
+    leaves = tracked_leaves(x)
+    graph = Graph(leaves)
     made: Dict[int, Value] = {}
     for node, (form, first, second), value in zip(graph.nodes, graph.records, graph.values(changes)):
         operands = [made[id(operand)] for operand in form.operands(first, second)]
@@ -159,7 +160,8 @@ def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
             made[id(node)] = make(value, form.with_operands(first, second, operands), size)
         else:
             made[id(node)] = value  # of an operand that is a complex number there
-    return rebuilt(x, lambda leaf: made[id(leaf)] if type(leaf) in TRACKED else leaf)
+    results = iter([made[id(leaf)] for leaf in leaves])  # an array makes its elements when they are read
+    return rebuilt(x, lambda leaf: next(results) if type(leaf) in TRACKED else leaf)
 
 
 def widened(x: Value) -> Value:

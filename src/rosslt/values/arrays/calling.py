@@ -4,9 +4,8 @@ from typing import Any, Callable, Dict, Iterable, List, Mapping, Sequence, Tuple
 
 import numpy
 
-from ..affine import LIMIT
-from ..recording import OF_PYTHON, spend
-from .graph import ELEMENTWISE, MAX_COPIED, Call, Node, shortened
+from ..recording import spend
+from .graph import ELEMENTWISE, MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node
 from .memory import lazy_number
 from .numbers import CLASSES, WITH_PROVENANCE, complete, plain_number, python_number, recorded
 from .tracked_array import (
@@ -53,8 +52,8 @@ def wrapped(result: Any, call: Call, operands: Sequence[Any], copied: int) -> An
     node = Node(call, operands, result, copied)
     if kind is numpy.ndarray:
         return with_node(result, node)
-    if node.size > LIMIT:
-        node = shortened(node, result)
+    if node.size > MAX_SIZE:
+        return result
     return lazy_number(result, node, 0, kind)
 
 
@@ -89,7 +88,7 @@ class _Captured:
         if kind in WITH_PROVENANCE or kind is TrackedArray:
             if kind is TrackedArray:
                 self.arrays.append(x)
-            made = provenance_of(x)
+            made = provenance_of(x) if self.is_whole else None
             if made is None:
                 return self(plain(x))
             self.operands.append(made)
@@ -99,7 +98,7 @@ class _Captured:
             self.is_whole = self.is_whole and x.dtype.kind in 'biuf' and self.copied < MAX_COPIED
             return x.copy() if self.is_whole else x
         if kind in (list, tuple):
-            if _is_of_numbers(x):
+            if self.is_whole and _is_of_numbers(x):
                 made = provenance_of(x)
                 if made is not None:
                     self.operands.append(made)
@@ -128,13 +127,16 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
     numbers, args, operands = [], [], []
     copied = 0
     has_array = False
+    is_recorded = None
     for operand in inputs:
         kind = type(operand)
         number = operand
         if kind is TrackedArray:
             has_array = True
             number = _ARRAY.view(operand, numpy.ndarray)
-            operand = operand._memory and operand._memory.node_of(operand)
+            if is_recorded is None and operand.has_provenance:
+                is_recorded = spend(OF_ARRAY)
+            operand = operand._memory.node_of(operand) if is_recorded and operand.has_provenance else None
             if operand is None:
                 copied += number.size
                 operand = number
@@ -154,7 +156,7 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
     result = ufunc(*numbers)
     if not has_array:
         return recorded(result, _function_of(ufunc), *inputs)
-    if not operands or copied >= MAX_COPIED or not spend(OF_PYTHON):
+    if not operands or copied >= MAX_COPIED or not (spend(OF_ARRAY) if is_recorded is None else is_recorded):
         return result
     # The program may change plain arrays.
     args = [arg.copy() if type(arg) is numpy.ndarray else arg for arg in args]
@@ -169,7 +171,7 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
     captured = _Captured()
     args: Sequence[Any] = ()
     # The provenance is taken first: an operation with `out` may overwrite its operands.
-    if method != 'at' and not (out is not None and 'where' in options) and spend(OF_PYTHON):
+    if method != 'at' and not (out is not None and 'where' in options) and spend(OF_ARRAY):
         args = [captured(one) for one in inputs]
     function = ufunc if method == '__call__' else getattr(ufunc, method)
     if out is None:
@@ -243,8 +245,8 @@ LOST: List[Callable[[Any, Any], None]] = []
 def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argument]) -> Any:
     """Call a function of NumPy: the result has NumPy's own numbers, with their provenance where it is known."""
     captured = _Captured()
+    captured.is_whole = spend(OF_ARRAY)
     args, named = [captured(one) for one in arguments], {name: captured(one) for name, one in options.items()}
-    captured.is_whole = captured.is_whole and spend(OF_PYTHON)
     given, plain_named = [plain(one) for one in arguments], plain(options)
     result = function(*given, **plain_named)
     if function in _WRITING:

@@ -9,7 +9,9 @@ from typing import Any, Callable, Dict
 
 import numpy
 
+from ..recording import spend
 from .calling import call, compute
+from .graph import OF_ARRAY
 from .tracked_array import Argument, TrackedArray, holds_tracked, node_of_list, plain, receptive, with_node
 
 _MISSING = object()
@@ -48,6 +50,8 @@ def _making_array(original: Any) -> Any:
         made = original(plain(thing), **plain(options))
         if made.dtype == object:
             return original(thing, **options)
+        if not spend(OF_ARRAY):
+            return made
         return with_node(made, node_of_list([thing], made))
 
     return array

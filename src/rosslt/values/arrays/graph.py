@@ -19,33 +19,40 @@ from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy
 
-from ..affine import LIMIT, folded
+from ..affine import HALF, LIMIT
 from ..calls import operation
 from ..elimination import eliminate, solved
-from ..functions import to_float, to_int
-from ..graph import Graph, tracked_leaves
+from ..functions import to_float
+from ..graph import tracked_leaves
 from ..numpy_ufuncs import BY_UFUNC
-from ..operations import LAZY, SOURCE
+from ..operations import LAZY
 from ..operations.notation import FUNCTION
-from ..recording import OPERATION, allow, apply, spend
+from ..operations.table import TO_FLOAT, TRUNCATE
+from ..recording import OF_PYTHON, OPERATION, allow, apply, apply_and_record, spend
 from ..tracked import TRACKED
-from ..tree import rebuilt
 from .numbers import PYTHON_NUMBERS, python_number, rounding_of
+
+MAX_SIZE = LIMIT
+"""The size of a graph past which an array is plain: it is a state that feeds on itself."""
 
 ELEMENTS_PER_SIZE = 256
 """So many elements that are copied for a node count as one operation more."""
 
-MAX_COPIED = LIMIT * ELEMENTS_PER_SIZE
+MAX_COPIED = MAX_SIZE * ELEMENTS_PER_SIZE
 """So many elements are not copied."""
 
 MAX_CALLED = 256
-"""The most numbers that a call is differentiated for. With more, it is linearized; of more sources, it is plain."""
+"""The most tracked numbers that a call is differentiated for; with more, its result is plain."""
+
+OF_ARRAY = 8 * OF_PYTHON
+"""How many operations of the compiled core take as long as one of arrays that is recorded."""
 
 FAILING = (ArithmeticError, ValueError, TypeError, IndexError, AttributeError, numpy.linalg.LinAlgError)
 """What NumPy's functions raise of arrays of objects."""
 
 _CONTRACTIONS = {numpy.matmul, numpy.dot, numpy.inner, numpy.tensordot, numpy.convolve, numpy.correlate, numpy.einsum}
 _CONTRACTIONS |= {numpy.linalg.inv, numpy.linalg.solve}
+_OBJECT = numpy.dtype(object)
 _QUESTIONS = {'isfinite', 'isnan', 'isinf', 'signbit'}
 
 Operand = Any
@@ -103,7 +110,8 @@ class Gathering:
     def run(self, value_of: Callable[[Operand], Any], is_of_objects: bool) -> Any:
         """Compute the result for other operands, as of `Call`."""
         parts = {at: numpy.ravel(value_of(entry)) for at, entry in self.entries.items()}
-        result = self.numbers.astype(object if is_of_objects else numpy.result_type(self.numbers, *parts.values()))
+        kind = object if is_of_objects else numpy.result_type(self.numbers, *parts.values())
+        result = self.numbers.astype(kind, 'C')
         flat = result.reshape(-1)
         for index, code in enumerate(self.codes.ravel().tolist()):
             if code >= 0:
@@ -146,7 +154,7 @@ class Node:
         if type(made) not in PYTHON_NUMBERS:
             return ()
         if type(made._plain) is not type(value):
-            made = to_float(made) if type(value) is float else to_int(made)
+            made = apply_and_record(TO_FLOAT if type(value) is float else TRUNCATE, made)
         plain, rounding = made._plain, rounding_of(self.kind)
         return made if plain == value or abs(plain - value) <= rounding * max(abs(plain), abs(value)) else ()
 
@@ -157,12 +165,13 @@ class Node:
     def elements(self) -> List[Any]:
         """The elements in C's order: tracked numbers of Python, and anything else where there is no provenance."""
         if self._elements is None:
-            # What was recorded is not counted once more.
-            allowance = allow(sys.maxsize)
+            # What was recorded by then is known whole, at the expense of what comes later.
+            start, allowance = time.thread_time(), allow(sys.maxsize)
             try:
                 _expand(self)
             finally:
                 allow(allowance)
+                spend(1 + round((time.thread_time() - start) / OPERATION))
         found: List[Any] = self._elements
         return found
 
@@ -201,22 +210,10 @@ def replaced(x: Operand, value_of: Callable[[Operand], Any]) -> Any:
     return x
 
 
-def shortened(node: Node, result: Any) -> Node:
-    """A node in place of one whose graph has become too large: its elements, near their present values. What that takes
-    is at the expense of the allowance."""
-    start = time.thread_time()
-    elements = node.elements()
-    for element in elements:
-        if type(element) in TRACKED:
-            element._record, element._size = folded(element), 1
-    spend(1 + round((time.thread_time() - start) / OPERATION))
-    return of_elements(elements, result)
-
-
 def _expand(node: Node) -> None:
     """Make the expressions of a node's elements."""
     order = _below(node)
-    if sum([step.work for step in order]) > LIMIT:
+    if sum([step.work for step in order]) > HALF:
         node.keep(_called(order))
         return
     for step in order:
@@ -256,7 +253,7 @@ def _below(node: Node) -> List[_Step]:
 def _work(call: Any, shape: Tuple[int, ...], operands: Sequence[Operand]) -> int:
     shapes = [operand.shape for operand in operands if type(operand) is Node]
     if call.function in _CONTRACTIONS:
-        return math.prod(shape) * max([part[-1] for part in shapes if part] or [1])
+        return 2 * math.prod(shape) * max([part[-1] for part in shapes if part] or [1])
     return max(map(math.prod, [shape, *shapes]))
 
 
@@ -267,6 +264,8 @@ def _of_objects(step: _Step) -> List[Any]:
         One of FAILING: NumPy's function takes no objects.
     """
     result = step.call.run(_objects_of, True)
+    if type(result) not in TRACKED and getattr(result, 'dtype', None) is not _OBJECT:
+        raise ValueError('the function makes plain numbers of objects')
     result = numpy.asarray(result, dtype=object)
     if result.shape != step.node.shape:
         raise ValueError('the function makes something else of objects')
@@ -301,33 +300,11 @@ def _called(order: List[_Step]) -> List[Any]:
 
     last = order[-1].node
     program.__name__ = getattr(order[-1].call.function, '__name__', 'array')
-    leaves = tracked_leaves(given)
     elements: List[Any] = [None] * math.prod(last.shape)
-    with contextlib.suppress(*FAILING):
-        made = _linearized(program, given, leaves) if len(leaves) > MAX_CALLED else operation(program)(*given)
-        elements = numpy.asarray(made, dtype=object).ravel().tolist()
+    if len(tracked_leaves(given)) <= MAX_CALLED:
+        with contextlib.suppress(*FAILING):
+            elements = numpy.asarray(operation(program)(*given), dtype=object).ravel().tolist()
     return elements
-
-
-def _linearized(program: Callable[..., Any], given: List[Any], leaves: List[Any]) -> Any:
-    """The results of a program that is called with too many tracked numbers, linearized: of the sources, these are
-    few."""
-    graph = Graph(leaves)
-    origins = [at for at, (form, _, _) in enumerate(graph.records) if form is SOURCE]
-    if len(origins) > MAX_CALLED:
-        raise ValueError('too many sources')
-
-    def of_sources(*numbers: Any) -> Any:
-        known = graph.plain()
-        for at, number in zip(origins, numbers):
-            known[at] = number
-        graph.run(graph.steps(), known, {})
-        return program(*rebuilt(given, lambda leaf: known[graph.index[id(leaf)]] if type(leaf) in TRACKED else leaf))
-
-    made = operation(of_sources)(*[graph.nodes[at] for at in origins])
-    for element in numpy.ravel(made):
-        element._record = folded(element)
-    return made
 
 
 class Objects(numpy.ndarray):

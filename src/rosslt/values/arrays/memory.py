@@ -7,8 +7,9 @@ from typing import Any, List, Optional
 import numpy
 
 from ..operations import LAZY
+from ..recording import spend
 from ..tracked import new
-from .graph import Gathering, Node
+from .graph import OF_ARRAY, Gathering, Node
 from .numbers import CLASSES, of_numpy, rounding_of, same_number, with_tracked
 
 _CODE = numpy.dtype(numpy.int64)
@@ -70,6 +71,7 @@ class Memory:
         """How an array of elements was made that have such codes; None if all of them are plain."""
         if not self.is_tracked and not (codes >= 0).any():
             return None
+        spend(OF_ARRAY)
         call = Gathering(codes.copy(), numpy.array(numbers), self.starts, self.entries)
         return Node(call, list(call.entries.values()), numbers, numbers.size)
 

@@ -11,6 +11,7 @@ from typing import Any, Callable, Dict
 import numpy
 
 from ..functions import to_float, to_int
+from ..recording import OF_PYTHON, spend
 from ..tracked import CLASSES as PYTHON_CLASSES
 from ..tracked import TRACKED, add_class, lazy
 
@@ -21,6 +22,9 @@ ROUNDING_32 = 1e-6
 """The same for numbers of 32 bits."""
 
 PYTHON_NUMBERS = frozenset((PYTHON_CLASSES[float], PYTHON_CLASSES[int]))
+OF_NUMPY = 4 * OF_PYTHON
+"""How many operations of the compiled core take as long as one of NumPy's numbers that is recorded."""
+
 _FLOAT = PYTHON_CLASSES[float]
 _FLOAT64: Any = numpy.float64
 Number = Any
@@ -114,7 +118,7 @@ def of_numpy(number: Number, tracked: Number) -> Number:
 
 def recorded(number: Number, function: Callable[..., Any], *operands: Number) -> Number:
     """A number that NumPy computed, with the provenance of the same function of tracked numbers."""
-    if type(number) not in CLASSES:
+    if type(number) not in CLASSES or not spend(OF_NUMPY):
         return number
     try:
         return with_tracked(number, python_number(function(*map(python_number, operands))))
@@ -148,7 +152,8 @@ def _give_operators(kind: Any, name: str, ufunc: Any, compute: Callable[..., Any
     def forward(self: Number, other: Any, *modulus: Any) -> Any:
         if type(other) in arrays:
             return compute(ufunc, '__call__', (self, other), {})
-        return recorded(computed(self, plain_number(other), *modulus), of_tracked, self, other)
+        number = other if type(other) is type(self) else plain_number(other)
+        return recorded(computed(self, number, *modulus), of_tracked, self, other)
 
     def backward(self: Number, other: Any) -> Any:
         if type(other) in arrays:

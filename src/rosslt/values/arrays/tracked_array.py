@@ -10,9 +10,8 @@ from typing import Any, Callable, List, Optional
 
 import numpy
 
-from ..affine import LIMIT
 from ..recording import OF_PYTHON, spend
-from .graph import Call, Node, of_elements, shortened
+from .graph import MAX_SIZE, OF_ARRAY, Call, Node, of_elements
 from .memory import Memory
 from .numbers import CLASSES, WITH_PROVENANCE, plain_number, python_number
 
@@ -90,7 +89,7 @@ class TrackedArray(numpy.ndarray):
         if self._memory is None:
             super().__setitem__(key, plain(value))
             return
-        made = provenance_of(value)
+        made = provenance_of(value) if holds_tracked(value) and spend(OF_ARRAY) else None
         super().__setitem__(key, plain(value))
         self.write_provenance(plain(key), made)
 
@@ -282,10 +281,8 @@ def _flatten(numbers: Argument, elements: List[Any]) -> None:
 
 def with_node(made: Any, node: Optional[Node]) -> Any:
     """A plain array with the provenance that a node says; itself where there is none, or no class for it."""
-    if node is None or type(made) is not numpy.ndarray or made.dtype.kind not in 'iuf':
+    if node is None or node.size > MAX_SIZE or type(made) is not numpy.ndarray or made.dtype.kind not in 'iuf':
         return made
-    if node.size > LIMIT:
-        node = shortened(node, made)
     if not made.flags.forc:
         made = made.copy('K')
         made = made if made.flags.forc else made.copy()
