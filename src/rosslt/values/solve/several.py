@@ -24,6 +24,9 @@ PERTURBATIONS = (1e-2, 0.1, 0.5)
 RADII = (0.3, 1.0, 0.15, 3.0)
 """The distances of the later starts from the present values, in turn."""
 
+MOST_STARTS = 120
+"""The most starts: where no result is defined at them, they take no work and would have no end."""
+
 MOST_SECOND_STARTS = 8
 """The most starts of the search for a nearer answer, where one is far away."""
 
@@ -153,7 +156,7 @@ class System(Descents):
         yield self.start
         yield from map(self._perturbed, PERTURBATIONS)
         yield self._followed()
-        yield from self._scattered()
+        yield from itertools.islice(self._scattered(), MOST_STARTS)
 
     def _scattered(self) -> Iterator[Point]:
         """Points around the present values, at the radii in turn, and anywhere within the bounds."""
