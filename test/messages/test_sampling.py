@@ -8,7 +8,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import Source, evaluate, is_tracked, math, solve, sources, track
 from rosslt.messages import SAMPLED, LastProvenance, SampledProvenance, attach, encode
-from rosslt.messages.sampling import MOST_THINGS, thing_reader
+from rosslt.messages.sampling import LOST, MOST_THINGS, thing_reader
 from rosslt.values import untracked
 
 RATE = 20.0
@@ -64,6 +64,21 @@ def test_the_first_message_of_a_relay_is_followed_by_one_with_all_sources():
     sent = Sent()
     assert sent.is_whole(Point(0, Y, 0), 0.0, is_between=True)
     assert sent.is_whole(Point(X, Y, 0), 0.01)
+
+
+def test_a_relay_that_keeps_what_it_reads_for_a_while_goes_on_sending_sampled_messages():
+    sampled, now = SampledProvenance(lambda: RATE, lambda: now), 100.0
+
+    def sent(message, is_between=False):
+        return sampled.to_send(message, False, 0, is_between, reads_sampled=True)
+
+    assert sent(Point()) == b''
+    assert sent(Point(X, 0, 0)) == encode(Point(X, 0, 0))
+    for step in range(20):
+        now += 0.01
+        assert sent(Point(), is_between=bool(step % 5)) == SAMPLED
+    now += LOST
+    assert sent(Point()) == b''
 
 
 def test_messages_without_provenance_do_not_take_the_turn_of_those_with_it():

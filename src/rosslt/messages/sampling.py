@@ -18,6 +18,10 @@ from rosslt.values import TRACKED_CLASSES, lazy_of, untracked
 COSTLY = 0.0025
 """The CPU time in seconds from which on a provenance is written less often, in proportion: at 20 Hz, 5 % of a core."""
 
+LOST = 2.0
+"""The time in seconds after which a thing whose messages have come without sources is taken to have none, in a node
+whose inputs are sampled: what it sends may have been read some time before."""
+
 MOST_THINGS = 1024
 """The most things that a publisher, or a reader, remembers."""
 
@@ -86,7 +90,9 @@ class SampledProvenance:
         self._due: Dict[Hashable, float] = {}
         self._state: Any = None
 
-    def to_send(self, message: Message, full_history: bool, state: Any, is_between: bool = False) -> bytes:
+    def to_send(
+        self, message: Message, full_history: bool, state: Any, is_between: bool = False, reads_sampled: bool = False
+    ) -> bytes:
         """The provenance of a message that is sent now: SAMPLED between whole ones, b'' where no leaf is tracked.
 
         Args:
@@ -95,6 +101,8 @@ class SampledProvenance:
             state: whatever differs after a change, and after somebody has subscribed: the next message is whole.
             is_between: the node has read sampled messages last: what it computes from them lacks their sources, so
                 what was whole before waits for the next whole message that is read, up to a period.
+            reads_sampled: an input of the node is sampled: what it has kept of it may lack its sources, so what was
+                whole is taken to be sampled for LOST seconds more.
         """
         if state != self._state:
             self._due.clear()
@@ -107,7 +115,7 @@ class SampledProvenance:
                 # the messages of a loop come a little earlier or later; a whole input comes within a period
                 is_due = now >= due + (period if is_between else -period / 2)
                 if not is_due:
-                    return SAMPLED if is_between or has_tracked_leaf(message) else b''
+                    return SAMPLED if is_between or reads_sampled or has_tracked_leaf(message) else b''
         except (TypeError, AttributeError):
             return b''  # it is serializing the message that says what is wrong
         start = time.thread_time()
@@ -118,7 +126,8 @@ class SampledProvenance:
             pause = max(1.0, (time.thread_time() - start) / COSTLY) * period
             # on average one a pause: what comes early or late does not shift those that follow
             self._due[_plain(thing)] = now + (0.0 if is_between else pause) if due is None else max(now, due + pause)
-        return data or (SAMPLED if is_between and due is not None else b'')
+        may_lack_sources = due is not None and (is_between or (reads_sampled and now < due + LOST))
+        return data or (SAMPLED if may_lack_sources else b'')
 
 
 def _plain(thing: Tuple[Any, ...]) -> Hashable:

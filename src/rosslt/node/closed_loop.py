@@ -10,7 +10,7 @@ import time
 from typing import Callable, Dict, Optional
 
 from rosslt.node.client import Change
-from rosslt.node.observation import ChangeObserver, Observation
+from rosslt.node.observation import SECOND_MESSAGE, ChangeObserver, Observation
 from rosslt.values import Source
 
 #: The number of successive solutions for a field that moves by itself: one that settles is settled by the second one.
@@ -52,6 +52,7 @@ class ClosedLoop:
         self.last: Optional[Observation] = None
         self.has_branched = False
         self._still_until: Optional[float] = None
+        self._resting_until: Optional[float] = None
 
     def begin(self, observation: Observation) -> None:
         """Have the sources changed for the first time; raises what `change` raises."""
@@ -65,12 +66,17 @@ class ClosedLoop:
     @property
     def end(self) -> float:
         """Until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called."""
-        return self.observer.end if self._still_until is None else self._still_until
+        return self._resting_until or self._still_until or self.observer.end
 
     def take(self, observation: Optional[Observation], is_latched: bool = False) -> None:
         """Take in what a message shows; None where it has no such field."""
         is_enough = self.observer.take(observation, is_latched)
-        if self._still_until is not None:
+        if self._resting_until is not None:
+            if self.observer.rests:
+                # it does not move by itself: it came to rest after the change, and somewhere else
+                self._resting_until, self.moves = None, False
+                self._solve(self.observer.new[-1])
+        elif self._still_until is not None:
             if self.observer.moves:
                 self._conclude()
         elif is_enough and self._settle and self._is_other(self.observer):
@@ -80,7 +86,10 @@ class ClosedLoop:
 
     def pass_time(self) -> None:
         """No message came until `end`."""
-        self._conclude()
+        if self._resting_until is None:
+            self._conclude()
+        else:
+            self.is_over = self.is_reached = True
 
     def stop(self) -> None:
         """End it here."""
@@ -109,7 +118,10 @@ class ClosedLoop:
         self._moments = self._moments + 1 if self.moves and not is_branch else 0
         if self.moves and (self._settle or self._moments >= min(MOMENTS, self._most)):
             self.last = seen[0]
-            self.is_over = self.is_reached = True
+            if self._settle:
+                self.is_over = self.is_reached = True
+            else:
+                self._resting_until = time.monotonic() + SECOND_MESSAGE
             return
         self.has_branched = self.has_branched or is_branch
         self._solve(seen[-1])

@@ -11,7 +11,7 @@ from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
 #: Numbers that differ by less than this, relative to the size of what they are computed from, count as equal.
 TOLERANCE = 1e-9
 
-#: The maximal wait for a second message, which shows whether a field stays the same, in seconds.
+#: The maximal wait for a message that shows whether a field stays the same, or comes to rest, in seconds.
 SECOND_MESSAGE = 1.0
 
 #: The time in which messages without the changed sources are taken to be about another thing, in seconds.
@@ -144,6 +144,11 @@ class ChangeObserver:
         self.old = self.missing = 0
         self.moves = False
         self.moving: Set[int] = set()
+
+    @property
+    def rests(self) -> bool:
+        """Whether the last two of `new` are equal."""
+        return len(self.new) > 1 and messages.is_reached(self.new[-1].part, values.untracked(self.new[-2].part))
 
     @property
     def reached(self) -> Optional[Observation]:

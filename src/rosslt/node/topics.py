@@ -26,6 +26,7 @@ from rosslt.node.rospy_internals import (
     read_all_with,
 )
 from rosslt.node.serialization import (
+    SAMPLED_INPUTS,
     Provenance,
     Sending,
     ThisThread,
@@ -103,7 +104,7 @@ class Publisher(rospy.Publisher):
             return whole_provenance(message)
         # rospy makes another list of connections when somebody subscribes
         state = READINGS.count, id(impl.connections)
-        return self._sampled.to_send(message, Sending.full_history, state, is_between())
+        return self._sampled.to_send(message, Sending.full_history, state, is_between(), bool(SAMPLED_INPUTS))
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also where the type is
