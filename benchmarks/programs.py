@@ -1,10 +1,12 @@
 """What recording costs programs that compute: the CPU time of those in `programs/`, plain and under `rosslt run`.
 
 Each is a small program from a textbook (filters, planners, controllers) that checks its own result. The time of imports
-is not counted. The last column is the time that may be taken at most: 3 times the plain one and 0.4 s.
+is not counted, and NumPy computes in one thread: several take more CPU time for the same. The last column is the time
+that may be taken at most: 3 times the plain one and 0.4 s.
 """
 
 import argparse
+import os
 import pathlib
 import subprocess
 import sys
@@ -16,7 +18,14 @@ TIMEOUT = 300.0
 
 def cpu_of(command, path):
     """The CPU time that a program prints, in seconds."""
-    done = subprocess.run([*command, str(path)], capture_output=True, text=True, timeout=TIMEOUT, check=False)
+    done = subprocess.run(
+        [*command, str(path)],
+        env={**os.environ, 'OMP_NUM_THREADS': '1'},
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
+    )
     if done.returncode:
         raise SystemExit(f'{path.name}: {done.stderr[-2000:]}')
     return float(done.stdout.split('cpu ')[1].split()[0])

@@ -13,6 +13,7 @@ import threading
 import weakref
 from pathlib import Path
 
+import numpy
 import pytest
 
 from rosslt import Source, evaluate, explain, math, solve, track, untracked
@@ -25,6 +26,7 @@ from rosslt.values import (
     to_int,
 )
 from rosslt.values.accelerator import CORE
+from rosslt.values.arrays.numbers import of_numpy
 from rosslt.values.operations.table import ADD, CONCATENATE, SUBTRACT, TO_FLOAT
 from rosslt.values.tracked import TRACKED, new, resolve
 
@@ -172,6 +174,14 @@ def test_a_function_of_numbers_records_what_its_row_of_the_table_does():
             call()
     assert [pow(n, 2, 5), pow(2, n, 5), type(pow(n, 2, 5))] == [4, 3, int]
     assert isinstance((-x) ** 0.5, complex)
+
+
+def test_what_is_loaded_or_of_numpy_is_known_not_to_be_affine_without_slopes():
+    curved = math.sin(track(0.3, A)) * track(2.0, B)
+    loaded = lazy_of([untracked(curved)], lambda _, __: curved)[0]
+    for value in (loaded, of_numpy(numpy.float64(untracked(curved)), curved)):
+        assert affine(value) is None
+        assert CORE is None or getattr(value, '_fold', None) is None
 
 
 def test_what_the_core_does_not_know_is_swept_in_python():

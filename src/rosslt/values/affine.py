@@ -16,9 +16,9 @@ from typing import Any, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 from .accelerator import CORE
 from .annotations import Value
 from .graph import slope_or_zero, slopes_or_zeros
-from .operations import AFFINE, SOURCE, Record
+from .operations import AFFINE, LAZY, SOURCE, Record
 from .sources import Source
-from .tracked import TRACKED, new, resolve
+from .tracked import PLAIN_CLASSES, TRACKED, new, resolve
 
 LIMIT = 8192
 """The size at which the older half of a value's expression is folded."""
@@ -165,7 +165,12 @@ def affine(x: Value) -> Optional[Terms]:
     """
     if type(x) not in TRACKED:
         return ()
-    form, first, _ = resolve(x)
+    if type(x) not in PLAIN_CLASSES:
+        return affine(x.tracked)
+    if x._record[0] is LAZY:
+        resolve(x)
+        return affine(x)  # the core knows it now
+    form, first, _ = x._record
     if form is SOURCE:
         return ((first, x._plain, 1),) if type(x._plain) in NUMBERS else None
     return linearized(x) if folded(x)[2] else None

@@ -76,7 +76,8 @@ def add_class(tracked: type) -> None:
     """Make a class of numbers known as one of tracked values.
 
     Args:
-        tracked: the class; its objects have `_plain`, a float or int, `_record`, `_size` and `_fold`.
+        tracked: the class; its objects have `tracked`, the tracked float or int that each is, and what that has:
+            `_plain`, `_record`, `_size` and `_fold`.
     """
     TRACKED.add(tracked)
     SCALARS.add(tracked)
