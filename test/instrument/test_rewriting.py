@@ -265,8 +265,9 @@ def test_names_of_a_star_import_go_before_conversions(name, monkeypatch):
     assert run_rewritten(f'from brought import *\ny = {name}([2.0])\n')['y'] == 'mine'
 
 
-def test_conversions_keep_their_provenance_beside_a_star_import():
-    text = 'from math import *\nx = 2.5\na, b, c = float(x), int(x), sum([x, 1])\nd = type(x) is float\n'
+@pytest.mark.parametrize('beside', ['from math import *', 'class Box:\n    float = int = sum = type = None'])
+def test_conversions_keep_their_provenance_beside_other_things_of_their_names(beside):
+    text = f'{beside}\nx = 2.5\na, b, c = float(x), int(x), sum([x, 1])\nd = type(x) is float\n'
     names = run_rewritten(text)
     assert (names['a'], names['b'], names['c'], names['d']) == (2.5, 2, 3.5, True)
     assert all(values.is_tracked(names[name]) for name in 'abc')

@@ -347,3 +347,55 @@ def test_an_array_that_is_cut_off_is_plain_in_all_its_views():
     array.forget()
     assert not is_tracked(part)
     assert part.tolist() == VECTOR[1:].tolist()
+
+
+RAGGED = [[track(1.0, A)], 2.0]
+
+
+@pytest.mark.parametrize(
+    'run',
+    [
+        lambda np: np.block(RAGGED),
+        lambda np: np.histogram2d([0.1, 0.6], [0.1, 0.6], ([track(0.0, A), 0.5, 1.0], 4))[0].tolist(),
+        lambda np: np.broadcast_to([track(1, A)], (1 << 32, 2)).strides,
+    ],
+    ids=['block', 'histogram2d', 'broadcast_to'],
+)
+def test_what_cannot_be_recorded_gives_what_numpy_gives(run):
+    class PlainNumpy:
+        def __getattr__(self, name):
+            return lambda *arguments: getattr(np, name)(*map(untracked, arguments))
+
+    def outcome(module):
+        try:
+            return run(module)
+        except ValueError as error:
+            return str(error)
+
+    assert outcome(tracked_np) == outcome(PlainNumpy())
+
+
+def test_a_masked_array_of_tracked_elements_is_masked():
+    squares = tracked_np.array([0, track(1, A), 4, 9])
+    masked = np.ma.array(squares, mask=[False, False, True, False])
+    assert np.trapz(masked, [0, 1, 2, 3]) == 0.5
+    assert masked.tolist() == [0, 1, None, 9]
+
+
+def test_an_array_that_numpy_made_owns_its_elements_and_keeps_their_order():
+    plain = np.arange(24.0).reshape(2, 3, 4).swapaxes(0, 1) + 0
+    array = np.add(plain, track(1.0, A))
+    assert array.strides == plain.strides
+    assert array.flags == plain.flags
+    assert plain.flags == array.flags
+    assert array.flags['OWNDATA']
+    assert repr(array.flags) == repr(plain.flags)
+    assert evaluate(array[1, 0, 2], {A: 2.0}) == plain[1, 0, 2] + 2
+    array.flags.writeable = False
+    with pytest.raises(ValueError, match='read-only'):
+        array[0] = 1.0
+
+
+def test_a_function_that_returns_its_list_returns_that_list():
+    numbers = [track(1.0, A), 2.0]
+    assert tracked_np.diff(numbers, n=0) is numbers

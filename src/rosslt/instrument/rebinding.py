@@ -31,7 +31,7 @@ def rebind(before: Any, following: Any) -> None:
 
 
 def _owners(referrer: Any) -> List[Any]:
-    """What refers to something by its attributes, or refers to it itself."""
+    """Return the objects whose attributes are in `referrer`, if it is a dict, else `referrer` itself."""
     return gc.get_referrers(referrer) if type(referrer) is dict else [referrer]
 
 

@@ -255,8 +255,8 @@ class _Rewriter(ast.NodeTransformer):
         name = getattr(node.func, 'id', '')
         is_simple = len(node.args) in ((1, 2) if name == 'sum' else (1,)) and not node.keywords
         is_simple = is_simple and not any(isinstance(argument, ast.Starred) for argument in node.args)
-        if conversion and is_simple and name not in self._bound:
-            if '*' in self._bound:  # of a star import, which may bring another one of that name
+        if conversion and is_simple:
+            if not self._bound.isdisjoint(('*', name)):  # another one may have that name, here or elsewhere
                 return _call(CONVERT, [node.func, *node.args], node)
             node.func = _name(conversion, node.func)
         elif is_simple and _last_name(node.func) in NUMPY_CONVERSIONS:

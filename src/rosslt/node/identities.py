@@ -131,10 +131,10 @@ def _without_numbers(statement: List[_Token], items: List[_Item]) -> Tuple[Dict[
 
 
 class _Lines:
-    """What some statements say.
+    """The tokens of several statements, joined to one text.
 
     Args:
-        statements: in their order.
+        statements: their tokens, in the order of the statements.
     """
 
     def __init__(self, statements: List[List[_Token]]) -> None:

@@ -147,7 +147,7 @@ class ChangeObserver:
 
     @property
     def rests(self) -> bool:
-        """Whether the last two of `new` are equal."""
+        """True if the last two of `new` are equal."""
         return len(self.new) > 1 and messages.is_reached(self.new[-1].part, values.untracked(self.new[-2].part))
 
     @property

@@ -92,7 +92,7 @@ class Parameters:
         threading.Thread(target=self._work, name='rosslt parameters', daemon=True).start()
 
     def setting(self, name: str) -> Tree:
-        """What was set in the namespace, None where nothing was."""
+        """Return the value that was set in the namespace, None where nothing was."""
         return part_of(self._own, name)
 
     def take_over(self, location: LiteralLocation) -> None:

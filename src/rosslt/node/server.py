@@ -332,7 +332,7 @@ class Owner:
                     raise Refused(reasons[0])
 
     def set_setting(self, name: str, value: Value) -> None:
-        """One of the node's settings was set; None where it was deleted."""
+        """Take over one of the node's settings that was set; None where it was deleted."""
         value = {} if value is None else value
         if name in access.SETTINGS:
             try:

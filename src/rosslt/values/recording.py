@@ -27,11 +27,11 @@ OF_PYTHON = 20
 
 
 class Allowance:
-    """How many operations may still be recorded.
+    """The number of operations that may still be recorded.
 
     Attributes:
-        left: how many; 0 where recording has stopped.
-        refill: as of `limit_recording`.
+        left: that number; 0 where recording has stopped.
+        refill: the function that `limit_recording` was given.
     """
 
     def __init__(self) -> None:

@@ -286,7 +286,7 @@ class Things(Follower):
             self._refuse(event, thing)
 
     def _refuse(self, event: Event, thing: Thing) -> None:
-        """Another hand has the thing."""
+        """Tell a hand that another one holds the thing, and put the thing back."""
         if event.phase != 'end':
             self._tell(thing.handle, HELD, event.client)
         thing.put(thing.shown)

@@ -257,7 +257,7 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
     if function in _RECEPTIVE:
         return receptive(result)
     target = None
-    if isinstance(result, numpy.ndarray):
+    if isinstance(result, (numpy.ndarray, list)):
         if given and result is given[0]:
             return arguments[0]
         # It was written to an array that was given for that: nothing is computed of what was there.

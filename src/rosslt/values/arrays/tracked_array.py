@@ -6,12 +6,13 @@ element is looked up when it is read; a number that was written past this class 
 gives, and so is plain.
 """
 
+import contextlib
 from typing import Any, Callable, List, Optional
 
 import numpy
 
 from ..recording import OF_PYTHON, spend
-from .graph import MAX_SIZE, OF_ARRAY, Call, Node, of_elements
+from .graph import MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node, of_elements
 from .memory import Memory
 from .numbers import CLASSES, WITH_PROVENANCE, plain_number, python_number
 
@@ -30,7 +31,8 @@ class TrackedArray(numpy.ndarray):
     _is_whole = False
 
     def __array_finalize__(self, original: Any) -> None:
-        memory = getattr(original, '_memory', None)
+        # A masked array of such elements has their attributes, and shows other memory.
+        memory = original._memory if type(original) is TrackedArray else None
         if memory is not None:
             base = self.base
             is_view = base is not None and (base is original or base is original.base)
@@ -41,6 +43,12 @@ class TrackedArray(numpy.ndarray):
     def has_provenance(self) -> bool:
         """True if any element may have provenance."""
         return self._memory is not None and bool(self._memory.entries)
+
+    @property
+    def flags(self) -> Any:
+        """Override the attribute of `numpy.ndarray`: an array that NumPy made owns its elements."""
+        flags, memory = _ARRAY.flags.__get__(self), self._memory
+        return _OwnerFlags(flags) if memory is not None and self._is_whole and memory.root.flags.owndata else flags
 
     @property
     def codes(self) -> Any:
@@ -171,6 +179,36 @@ class TrackedArray(numpy.ndarray):
         self.__setstate__((1, made.shape, made.dtype, False, made.tobytes()))
 
 
+class _OwnerFlags:
+    """The flags of an array, with the one that says that it owns its elements."""
+
+    def __init__(self, flags: Any) -> None:
+        vars(self)['flags'] = flags
+
+    owndata = True
+    num = property(lambda self: self.flags.num | 4)  # NPY_ARRAY_OWNDATA
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.flags, name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        setattr(self.flags, name, value)
+
+    def __getitem__(self, key: str) -> Any:
+        return key in ('O', 'OWNDATA') or self.flags[key]
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        self.flags[key] = value
+
+    def __eq__(self, other: Any) -> bool:
+        return bool(self.num == getattr(other, 'num', None))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return repr(self.flags).replace('OWNDATA : False', 'OWNDATA : True')
+
+
 def converted(x: Any, dtype: Any) -> Any:
     return x if x.dtype == object else x.astype(dtype)
 
@@ -251,7 +289,8 @@ def provenance_of(value: Argument) -> Any:
     if kind is TrackedArray:
         return value._memory and value._memory.node_of(value)
     if kind in (list, tuple) and holds_tracked(value):
-        return node_of_list(value, numpy.asarray(plain(value)))
+        with contextlib.suppress(ValueError):  # of lists of different lengths NumPy makes no array
+            return node_of_list(value, numpy.asarray(plain(value)))
     return None
 
 
@@ -284,8 +323,11 @@ def with_node(made: Any, node: Optional[Node]) -> Any:
     if node is None or node.size > MAX_SIZE or type(made) is not numpy.ndarray or made.dtype.kind not in 'iuf':
         return made
     if not made.flags.forc:
+        if made.size > MAX_COPIED:
+            return made
+        is_writeable = made.flags.writeable
         made = made.copy('K')
-        made = made if made.flags.forc else made.copy()
+        made.setflags(write=is_writeable)
     return of_memory(made, Memory(made, node))
 
 
