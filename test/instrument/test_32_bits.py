@@ -88,7 +88,7 @@ def test_elements_of_32_bits_are_tracked(scanner):
         ('cells/data[0]', 16.1, Float32MultiArray, lambda message: message.data[0]),
         ('cells/data[1]', 4.9, Float32MultiArray, lambda message: message.data[1]),
         ('cells/data[2]', 0.33, Float32MultiArray, lambda message: message.data[2]),
-        ('cells/data[3]', 1e-7, Float32MultiArray, lambda message: message.data[3]),
+        ('cells/data[3]', 2.2, Float32MultiArray, lambda message: message.data[3]),
         ('cells/data[4]', 123456.789, Float32MultiArray, lambda message: message.data[4]),
     ],
 )
@@ -99,6 +99,12 @@ def test_an_element_is_forced_to_its_target_rounded_to_32_bits(scanner, field, t
             assert (result.returncode, result.stderr) == (0, '')
             # within one step of the numbers of 32 bits there
             heard.comes(lambda message, wanted=wanted: abs(read(message) - single(wanted)) <= 2.0**-23 * abs(wanted))
+
+
+def test_a_target_between_two_numbers_of_32_bits_is_not_reached(scanner):
+    result = command('force', '/cells/data[3]', '1e-7')
+    assert result.returncode == 1
+    assert 'now sends 1.1920928955078125e-07 instead of 1e-07' in result.stderr
 
 
 def test_a_part_of_several_elements_is_forced_together(scanner):
