@@ -10,6 +10,7 @@ np = pytest.importorskip('numpy')
 tracked_np = pytest.importorskip('rosslt.numpy')
 
 A, B = Source('/node', 1), Source('/node', 2)
+X, Y = track(1.25, A), track(7.0, B)
 RANDOM = np.random.RandomState(7)
 VECTOR, OTHER = RANDOM.uniform(-2, 2, 3), RANDOM.uniform(-2, 2, 3)
 MATRIX, SECOND = RANDOM.uniform(-2, 2, (3, 3)), RANDOM.uniform(-2, 2, (3, 3))
@@ -399,3 +400,33 @@ def test_an_array_that_numpy_made_owns_its_elements_and_keeps_their_order():
 def test_a_function_that_returns_its_list_returns_that_list():
     numbers = [track(1.0, A), 2.0]
     assert tracked_np.diff(numbers, n=0) is numbers
+
+
+def test_views_of_the_same_bytes_as_other_numbers_are_as_those_of_numpy():
+    array = tracked_np.array([X, 2.5, 3.0])
+    whole = np.array([1.25, 2.5, 3.0])
+    assert array.view(np.float32)[1] == whole.view(np.float32)[1]
+    assert array.view(np.uint8).sum() == whole.view(np.uint8).sum()
+    assert array.view('f8,f8,f8')['f0'][0] == 1.25
+    array.view(np.int64)[0] = 0
+    assert array[0] == 0.0
+    assert not sources(array[0])
+    array.dtype = np.float32
+    assert array[1] == 0.0
+
+
+def test_an_array_that_is_converted_without_a_copy_is_itself():
+    array = tracked_np.array([X, 2.0])
+    same = array.astype(float, copy=False)
+    same[0] = Y
+    assert sources(array[0]) == sources(Y)
+
+
+def test_ufuncs_keep_their_methods_and_take_results_wherever_numpy_does():
+    array = tracked_np.array([X, 2.0])
+    assert tracked_np.maximum.accumulate([1.0, 3.0, 2.0]).tolist() == [1.0, 3.0, 3.0]
+    tracked_np.add.at(array, [1], 1.0)
+    assert array.tolist() == [1.25, 3.0]
+    for subtracted in (tracked_np.subtract(array, X, out=array), tracked_np.subtract(array, 0.0, array)):
+        assert subtracted is array
+        assert evaluate(array[1], {sources(X)[0]: 2.0}) == 1.0

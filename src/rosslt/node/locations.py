@@ -179,6 +179,10 @@ class HeldLocation(Location):
 
     tracked: Any
 
+    _is_rebound = False
+    """Whether a change reaches the names that stand for a reading. Those of a parameter stay: a node may compare what it
+    reads with what it has read before."""
+
     def __init__(self, identity: str, name: str, site: CallSite, value: Value, **limits: Any) -> None:
         super().__init__(identity, name, site, value, **limits)
         self.tracked = self._early = None
@@ -203,13 +207,15 @@ class HeldLocation(Location):
         self._value = value
         self.tracked = self.reading_of(value)
         for reading in readings:
-            READINGS.replace(reading, value, self.tracked)
+            READINGS.replace(reading, value, self.tracked if self._is_rebound else None)
 
 
 class LiteralLocation(HeldLocation):
     """The location of a literal in the code."""
 
     __slots__ = ('_literal',)
+
+    _is_rebound = True
 
     def __init__(self, identity: str, name: str, site: CallSite, literal: Value, **limits: Any) -> None:
         self._literal = literal

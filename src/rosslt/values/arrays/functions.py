@@ -5,7 +5,7 @@ NumPy itself asks nobody where it is given lists and numbers, and arrays that ar
 
 import functools
 import types
-from typing import Any, Callable, Dict
+from typing import Any, Callable, Dict, Tuple
 
 import numpy
 
@@ -25,11 +25,19 @@ def noticing(function: Any) -> Any:
         for one in (*arguments, *options.values()) if options else arguments:
             if holds_tracked(one):
                 if isinstance(function, numpy.ufunc):
-                    return compute(function, '__call__', arguments, options)
+                    return _call_ufunc(function, arguments, options)
                 return call(function, arguments, options)
         return function(*arguments, **options)
 
     return builtin_like(function, noticing)
+
+
+def _call_ufunc(ufunc: Any, arguments: Tuple[Argument, ...], options: Dict[str, Argument]) -> Any:
+    """Call a ufunc with its results' arrays wherever NumPy takes them: behind the operands, or as `out`."""
+    results = arguments[ufunc.nin :] or options.pop('out', None)
+    if results is not None:
+        options['out'] = results if type(results) is tuple else (results,)
+    return compute(ufunc, '__call__', arguments[: ufunc.nin], options)
 
 
 def _making_array(original: Any) -> Any:
@@ -72,7 +80,13 @@ class _Builtin:
 
     def __init__(self, original: Any, function: Callable[..., Any]) -> None:
         self._function = function
+        self._original = original
         functools.update_wrapper(self, original, updated=())
+
+    def __getattr__(self, name: str) -> Any:
+        if name == '_original':  # while it is copied
+            raise AttributeError(name)
+        return getattr(self._original, name)
 
     def __call__(self, *arguments: Argument, **options: Argument) -> Any:
         return self._function(*arguments, **options)
@@ -118,10 +132,11 @@ def _of_objects(x: Argument) -> Argument:
 
 def _functions() -> Dict[str, Any]:
     """`{name: function}`, and the same for the names of `numpy.linalg` with that in front of them."""
-    ufuncs = {name: noticing(one) for name, one in vars(numpy).items() if isinstance(one, numpy.ufunc)}
+    ufuncs = {name: one for name, one in vars(numpy).items() if isinstance(one, numpy.ufunc)}
     linalg = {'linalg.' + name: function for name, function in replacements(numpy.linalg).items()}
-    made = {**replacements(numpy), **ufuncs, **linalg}
-    return {name: _taking_objects(function) for name, function in made.items()}
+    made = {name: _taking_objects(function) for name, function in {**replacements(numpy), **linalg}.items()}
+    made.update({name: _Builtin(one, _taking_objects(noticing(one))) for name, one in ufuncs.items()})
+    return made
 
 
 ARRAY = _making_array(numpy.array)

@@ -50,9 +50,9 @@ class Memory:
         return self._codes_at(view)
 
     def _codes_at(self, view: Any) -> Any:
-        if not view.size:
-            return numpy.empty(view.shape, _CODE)
         width = view.itemsize
+        if not view.size or width != self.root.itemsize:  # the program has made it an array of other numbers
+            return numpy.full(view.shape, -1, _CODE)
         offset = _address(view) - _address(self.root)
         strides = [stride // width * _CODE.itemsize for stride in view.strides]
         return numpy.ndarray(view.shape, _CODE, self._codes, offset // width * _CODE.itemsize, strides)

@@ -130,7 +130,10 @@ class TrackedArray(numpy.ndarray):
 
     def astype(self, dtype: Any, *arguments: Any, **options: Any) -> Any:
         """Override the method of `numpy.ndarray` to keep provenance."""
-        made = plain(self).astype(dtype, *arguments, **options)
+        numbers = plain(self)
+        made = numbers.astype(dtype, *arguments, **options)
+        if made is numbers:
+            return self
         if made.dtype == object and self.has_provenance:
             made[...] = numpy.array([*self.reshape(-1).tolist(), None], object)[:-1].reshape(self.shape)
             return made
@@ -144,6 +147,11 @@ class TrackedArray(numpy.ndarray):
         if self.has_provenance:
             return self._moved(super().copy(order), lambda codes: codes)
         return receptive(plain(self).copy(order))
+
+    def view(self, *arguments: Any, **options: Any) -> Any:
+        """Override the method of `numpy.ndarray`: a view of the same bytes as other numbers is plain."""
+        found = _ARRAY.view(self, *arguments, **options)
+        return found if type(found) is not TrackedArray or found.dtype == self.dtype else plain(found)
 
     def fill(self, value: Any) -> None:
         """Override the method of `numpy.ndarray` to keep provenance."""
