@@ -128,6 +128,7 @@ static PyObject *solved(PyObject *chain, double target, double relative)
 {
     double wanted = target, present = PyFloat_AS_DOUBLE(PyList_GET_ITEM(chain, 0));
     PyObject *found, *leaf = LAST(chain);
+    if (!isfinite(target)) Py_RETURN_NOTIMPLEMENTED;
     for (Py_ssize_t at = 0; at < PyList_GET_SIZE(chain) - 1; at++) {
         Record *record = record_of(PyList_GET_ITEM(chain, at));
         if (backwards(record->kind, wanted, record->second, &wanted)) continue;
