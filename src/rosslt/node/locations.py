@@ -180,8 +180,8 @@ class HeldLocation(Location):
     tracked: Any
 
     _is_rebound = False
-    """Whether a change reaches the names that stand for a reading. Those of a parameter stay: a node may compare what it
-    reads with what it has read before."""
+    """Whether a change reaches the names that stand for a reading. Those of a parameter stay: a node may compare what
+    it reads with what it has read before."""
 
     def __init__(self, identity: str, name: str, site: CallSite, value: Value, **limits: Any) -> None:
         super().__init__(identity, name, site, value, **limits)
