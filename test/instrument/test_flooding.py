@@ -21,7 +21,8 @@ height = 0.25
 cloud = PointCloud()
 while not rospy.is_shutdown():
     angle = 0.1 * len(cloud.points)
-    cloud.points.append(Point32(radius * math.cos(angle), radius * math.sin(angle), height))
+    if len(cloud.points) < 32768:
+        cloud.points.append(Point32(radius * math.cos(angle), radius * math.sin(angle), height))
     cloud.header.stamp = rospy.Time.now()
     pub.publish(cloud)
     count.publish(len(cloud.points))

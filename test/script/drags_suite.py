@@ -44,7 +44,7 @@ class Time:
     def _count(self, _message, topic):
         self._counts[topic] += 1
 
-    def tick(self, timeout=1.0):
+    def tick(self, timeout=30.0):
         """Move it by one tick, and wait until the nodes have gone along; at the start, not all do."""
         before = dict(self._counts)
         self._ticks += 1
