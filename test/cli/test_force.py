@@ -1,7 +1,6 @@
 """`rosslt force` and `rosslt explain` where more than one node publishes, and where a message says otherwise."""
 
 import re
-import time
 
 import pytest
 
@@ -291,10 +290,8 @@ class TestWhatIsInTheWay:
             """
         with Node('raising', raising):
             wait_until(lambda: rosslt('explain', '/indexed/data').stdout, 'it publishes')
-            begun = time.monotonic()
-            told = failure('force', '/indexed/data', '60', '--timeout', '60')
+            told = failure('force', '/indexed/data', '60', '--timeout', '600')  # longer than a command has here
             assert told == 'rosslt force: /raising raises IndexError: list index out of range; taken back'
-            assert time.monotonic() - begun < 30
             assert rosslt('get', '/raising/index').stdout == '1.0\n'
 
 

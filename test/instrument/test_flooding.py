@@ -57,7 +57,7 @@ rospy.spin()
 def test_a_node_that_floods_answers(master, tmp_path, code, height):
     with Unmodified(tmp_path, 'flooding', code.lstrip()), Listener('flood_count', Int32) as count:
         # While nobody hears of it, it grows much faster.
-        count.comes(lambda message: message.data > 4 * FIELD_LIMIT / 3)
+        count.comes(lambda message: message.data > 2 * FIELD_LIMIT / 3)
         assert '/flooding/' + height in command('list', '/flooding').stdout
         for wanted in ('0.5', '0.75'):
             result = command('set', '/flooding/' + height, wanted)

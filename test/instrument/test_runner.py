@@ -30,15 +30,18 @@ print(sys.modules['__main__'].__dict__ is globals(), __package__, __spec__, type
     'an excepthook of its own': 'import sys, traceback\nassert sys.excepthook is sys.__excepthook__\n'
     'def hook(kind, error, tb):\n    print(kind.__name__, [one.name for one in traceback.extract_tb(tb)])\n'
     'sys.excepthook = hook\ndef f(x):\n    return x / 0\nf(2.5)\n',
-    'a traceback that it prints': 'import traceback, numpy\ndef f(x, n=4):\n    return 10 + x / (n - 4) + 30\n'
-    'try:\n    f(2.5)\nexcept ZeroDivisionError as error:\n'
-    '    print("".join(traceback.format_tb(error.__traceback__)[1:]))\n',
     'a chain of exceptions': 'try:\n    {}[2]\nexcept KeyError as error:\n    raise RuntimeError("no") from error\n',
     'a signal': 'import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n',
     'an interrupt': 'raise KeyboardInterrupt\n',
     'the end': 'import atexit\natexit.register(lambda: print("bye"))\nprint(2.5)\n',
-    'its source': 'import inspect\ndef f():\n    return 2.0 * 3  # six\nprint(inspect.getsource(f))\n',
     'a syntax error': 'x = = 2\n',
+}
+#: Programs that print something and go on: each is a module of one program.
+MODULES = {
+    'a traceback that it prints': 'import traceback, numpy\ndef f(x, n=4):\n    return 10 + x / (n - 4) + 30\n'
+    'try:\n    f(2.5)\nexcept ZeroDivisionError as error:\n'
+    '    print("".join(traceback.format_tb(error.__traceback__)[1:]))\n',
+    'its source': 'import inspect\ndef f():\n    return 2.0 * 3  # six\nprint(inspect.getsource(f))\n',
     'text of numbers': 'import json, yaml, pickle, copy\nv = [1, 2.5, {"a": 1e-3}]\n'
     'print(json.dumps(v), yaml.dump(v), yaml.safe_dump(v), pickle.loads(pickle.dumps(v)), copy.deepcopy(v), v)\n',
     'arguments of rospy': 'import rospy, sys\nprint(rospy.myargv()[1:], rospy.myargv(["a", "b:=c"]))\n',
@@ -109,6 +112,7 @@ class P:
 print(P(), P(3.5))
 """,
 }
+ARGUMENTS = ('one', '--two=3', 'b:=c', '_x:=1.5', '__name:=other')
 BESIDE = 'import math\n\ndef area(r):\n    return math.pi * r ** 2 * 1.0\n'
 
 
@@ -120,10 +124,18 @@ def folder(tmp_path):
 
 @pytest.mark.parametrize('code', PROGRAMS.values(), ids=PROGRAMS)
 def test_a_program_ends_as_by_itself(folder, code):
-    arguments = ('one', '--two=3', 'b:=c', '_x:=1.5', '__name:=other')
-    plain = Unmodified(folder, 'program', code.lstrip(), *arguments, tracked=False).end()
+    plain = Unmodified(folder, 'program', code.lstrip(), *ARGUMENTS, tracked=False).end()
+    assert Unmodified(folder, 'program', code.lstrip(), *ARGUMENTS).end() == plain
+
+
+def test_what_programs_print_is_what_they_print_by_themselves(folder):
+    for number, text in enumerate(MODULES.values()):
+        (folder / f'module_{number}.py').write_text(text.lstrip())
+    code = '\n'.join(f'import module_{number}' for number in range(len(MODULES)))
+    plain = Unmodified(folder, 'program', code, *ARGUMENTS, tracked=False).end()
+    assert plain[0] == 0
     for _ in range(2):  # the second time from the cache
-        assert Unmodified(folder, 'program', code.lstrip(), *arguments).end() == plain
+        assert Unmodified(folder, 'program', code, *ARGUMENTS).end() == plain
 
 
 def test_the_debugger_shows_the_lines_of_the_file(folder):

@@ -168,10 +168,8 @@ def test_a_counter_is_solved_for_its_moment(simulated):
 def test_a_change_that_makes_the_node_raise_is_taken_back_at_once(simulated):
     made = simulated(lambda gain, bias, tick: gain if gain < 5 else None)
     made.errors.raised = '/node raises IndexError: list index out of range'
-    begun = time.monotonic()
     with pytest.raises(node.NotReached, match=r'^/node raises IndexError: list index out of range; taken back$'):
-        made.force(9.0, timeout=60.0)
-    assert time.monotonic() - begun < 30.0
+        made.force(9.0, timeout=3600.0)  # longer than a test has
     assert made.present == made.began
 
 

