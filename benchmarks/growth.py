@@ -5,13 +5,11 @@ stays the same along its row, one that does not grow at all falls by ten from co
 of memory traffic: as many bytes as that many values take are copied. `plain` is the same without tracking.
 
 Subscribers are connections that take what is written and do nothing with it. Nodes are processes of their own, at most
-MOST_NODES. `--json FILE` keeps the numbers, `--picture FILE` draws the curves (with matplotlib).
+MOST_NODES.
 """
 
-import argparse
 import gc
 import io
-import json
 import subprocess
 import sys
 import time
@@ -224,48 +222,9 @@ def show(costs: Costs) -> None:
             )
 
 
-def draw(costs: Costs, file: str) -> None:
-    """Draw the curves: seconds in all, over how many, both logarithmic."""
-    import matplotlib
-
-    matplotlib.use('Agg')
-    from matplotlib import pyplot
-
-    kinds = list(dict.fromkeys(counted for counted, _ in costs))
-    figure, axes = pyplot.subplots(2, 3, figsize=(12, 7), constrained_layout=True)
-    for axis, counted in zip(axes.flat, kinds):
-        for (of, what), found in costs.items():
-            if of == counted:
-                is_limit = what in ('copying', 'plain')
-                axis.loglog(
-                    list(found),
-                    [seconds * 1e3 for seconds in found.values()],
-                    ':' if is_limit else '-',
-                    color={'copying': 'silver', 'plain': 'gray'}.get(what),
-                    marker='.',
-                    label=what,
-                )
-        axis.set_xlabel(counted)
-        axis.set_ylabel('ms')
-        axis.grid(alpha=0.3)
-        axis.legend(fontsize=8)
-    figure.savefig(file, dpi=80)
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--json', metavar='FILE', help='keep the numbers')
-    parser.add_argument('--picture', metavar='FILE', help='draw the curves')
-    options = parser.parse_args(rospy.myargv()[1:])
     rosslt.init_node('growth', anonymous=True, log_level=rospy.WARN)
-    costs = measured()
-    show(costs)
-    if options.json:
-        with open(options.json, 'w', encoding='utf-8') as file:
-            rows = [{'of': of, 'what': what, 'seconds': found} for (of, what), found in costs.items()]
-            json.dump(rows, file, indent=1)
-    if options.picture:
-        draw(costs, options.picture)
+    show(measured())
 
 
 if __name__ == '__main__':

@@ -1,12 +1,10 @@
 """How often solving refuses targets that are known to be within reach: random expressions by the million.
 
-Run as `./run exec python3 benchmarks/solving_cases.py [--cases N] [--seed N] [--drags N] [--paths N]`.
+Run as `./run exec python3 benchmarks/solving_cases.py [--cases N] [--seed N]`.
 
 A target is made by evaluating an expression at random source values, so that an answer exists. For each category it
 prints how many cases there were, what was refused, and what must never happen: a wrong answer, another exception than
-NotInvertible, a value that is not finite, a solve that takes longer than `--longest` seconds. `--drags` moves the tips
-of arms instead, and counts the joints that turned further than they had to. `--paths` follows closed paths of 1,000
-steps, and prints how far from where they began the sources are at the end.
+NotInvertible, a value that is not finite, a solve that takes longer than `--longest` seconds.
 """
 
 import argparse
@@ -16,10 +14,7 @@ import random
 import time
 from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
-import numpy
-
 from rosslt import NotInvertible, Source, evaluate, math, solve, track
-from rosslt.values import continued, reapply, slopes, source_values
 
 UNARY = [
     math.sin,
@@ -287,179 +282,6 @@ def verdict(case: Case) -> str:
     return ''
 
 
-def tip_of(lengths: List[float], angles: List[Any]) -> List[Any]:
-    """Where the tip of an arm in the plane is, each joint's angle counted from the link before it."""
-    x: Any = 0.0
-    y: Any = 0.0
-    angle: Any = 0.0
-    for length, joint in zip(lengths, angles):
-        angle = angle + joint
-        x = x + length * math.cos(angle)
-        y = y + length * math.sin(angle)
-    return [x, y]
-
-
-def way_of_two_joints(lengths: List[float], angles: List[float], target: List[float]) -> float:
-    """How far the nearer of a two-joint arm's two ways to reach a point is away, in radians."""
-    upper, lower = lengths
-    x, y = target
-    bend = plain_math.acos((x * x + y * y - upper * upper - lower * lower) / (2 * upper * lower))
-    ways = []
-    for elbow in (bend, -bend):
-        shoulder = plain_math.atan2(y, x)
-        shoulder -= plain_math.atan2(lower * plain_math.sin(elbow), upper + lower * plain_math.cos(elbow))
-        turned = [plain_math.remainder(new - old, 2 * plain_math.pi) for new, old in zip((shoulder, elbow), angles)]
-        ways.append(plain_math.hypot(*turned))
-    return min(ways)
-
-
-def drags_of_arms(seed: str, count: int) -> None:
-    """Drag the tips of two- and three-joint arms to points within reach, and print what the joints did.
-
-    A joint turns too far where it turns by more than half a turn, as a whole turn less gives the same.
-    """
-    print('seed %s' % seed)
-    print('%-32s %9s %9s %9s %9s %9s' % ('drags by at most', 'drags', 'refused', 'wrong', 'too far', 'not nearest'))
-    for joints in (2, 3):
-        names = sources_of(joints)
-        for part in (0.1, 0.4, 0.8):
-            chance = random.Random('%s/%d/%s' % (seed, joints, part))
-            done = refused = wrong = too_far = longer = 0
-            while done < count:
-                lengths = [chance.uniform(0.2, 1) for _ in names]
-                angles = [chance.uniform(-3, 3) for _ in names]
-                tip = tip_of(lengths, [track(angle, name) for angle, name in zip(angles, names)])
-                far = part * sum(lengths)
-                target = [float(at) + chance.uniform(-far, far) for at in tip]
-                hole = max(0.0, 2 * max(lengths) - sum(lengths))
-                if not 1.0001 * hole < plain_math.hypot(*target) < 0.9999 * sum(lengths):
-                    continue
-                done += 1
-                try:
-                    answer = solve(tip, target)
-                except NotInvertible:
-                    refused += 1
-                    continue
-                turns = [answer.get(name, angle) - angle for name, angle in zip(names, angles)]
-                reached = evaluate(tip, answer)
-                wrong += max(abs(a - b) for a, b in zip(reached, target)) > 1e-9
-                too_far += max(map(abs, turns)) > plain_math.pi + 1e-9
-                if joints == 2:
-                    longer += plain_math.hypot(*turns) > way_of_two_joints(lengths, angles, target) + 1e-6
-            print(
-                '%-32s %9d %9d %9d %9d %9s'
-                % (
-                    '%d joints, %g of the reach' % (joints, part),
-                    done,
-                    refused,
-                    wrong,
-                    too_far,
-                    longer if joints == 2 else '',
-                ),
-                flush=True,
-            )
-
-
-STEPS = 1000
-"""The steps of a closed path."""
-
-
-def curve_point(chance: random.Random) -> List[Any]:
-    """A point of a cubic curve in the plane, of its control points and its parameter."""
-    *numbers, t = [track(chance.uniform(-1, 1), source) for source in sources_of(8)] + [track(0.4, Source('/case', 8))]
-    weights = [(1 - t) ** 3, 3 * (1 - t) ** 2 * t, 3 * (1 - t) * t * t, t**3]
-    return [sum(weight * number for weight, number in zip(weights, numbers[axis::2])) for axis in (0, 1)]
-
-
-def random_arm(chance: random.Random, joints: int, length: Optional[float] = None) -> List[Any]:
-    """The tip of an arm that is neither stretched nor folded."""
-    lengths = [length or chance.uniform(0.3, 1.0) for _ in range(joints)]
-    return tip_of(lengths, [track(chance.uniform(0.3, 0.9), source) for source in sources_of(joints)])
-
-
-PATHS: Dict[str, Callable[[random.Random], List[Any]]] = {
-    '2 joints': lambda chance: random_arm(chance, 2),
-    '3 joints': lambda chance: random_arm(chance, 3),
-    '6 joints': lambda chance: random_arm(chance, 6),
-    'four bars of equal length': lambda chance: random_arm(chance, 4, 0.5),
-    "a Bezier's point": curve_point,
-}
-
-
-def closed_path(tip: List[Any], radius: float, direction: float) -> Iterator[List[float]]:
-    """The points of a circle that begins and ends at a tip, its middle in a direction from there."""
-    x, y = map(float, tip)
-    for number in range(1, STEPS):
-        turn = direction + plain_math.pi + 2 * plain_math.pi * number / STEPS
-        yield [
-            x + radius * (plain_math.cos(direction) + plain_math.cos(turn)),
-            y + radius * (plain_math.sin(direction) + plain_math.sin(turn)),
-        ]
-    yield [x, y]
-
-
-def follow(tip: List[Any], path: Iterator[List[float]]) -> Tuple[float, int, float, float]:
-    """Follow a path.
-
-    Returns:
-        How far a source is from where it began, how many points were held, the longest step of a source in relation to
-        what the slopes at its end ask for, and the milliseconds of a step.
-    """
-    began = source_values(tip)
-    last: Dict[Source, Any] = {}
-    held, longest, spent = 0, 0.0, 0.0
-    for target in path:
-        start = time.thread_time()
-        try:
-            new = continued(tip, target, last)
-        except NotInvertible:
-            held += 1
-            continue
-        finally:
-            spent += time.thread_time() - start
-        here, there = {**began, **last}, {**began, **new}
-        moved = max(abs(there[source] - here[source]) for source in began)
-        if moved > 1e-9:
-            jacobian = numpy.array(list(slopes(reapply(tip, there)).values())).T
-            asked = numpy.linalg.pinv(jacobian) @ numpy.subtract(evaluate(tip, there), evaluate(tip, here))
-            longest = max(longest, moved / float(numpy.linalg.norm(asked)))
-        last = new
-    drift = max(abs(last.get(source, value) - value) for source, value in began.items())
-    return drift, held, longest, 1e3 * spent / STEPS
-
-
-def closed_paths(seed: str, count: int) -> None:
-    """Follow closed paths towards the base of an arm and beyond its reach, and print how the sources moved."""
-    print('seed %s' % seed)
-    print('%-42s %6s %9s %9s %6s %12s %8s' % ('', 'paths', 'largest', 'drifted', 'held', 'longest step', 'mean ms'))
-    print('%-42s %6s %9s %9s %6s %12s %8s' % ('', '', 'drift', '', '', '/ asked for', ''))
-    for name, make in PATHS.items():
-        for where, radius in (('towards the base', -0.3), ('beyond the reach', 0.6)):
-            if make is curve_point and radius > 0:
-                continue  # it reaches everything
-            found = []
-            for number in range(count):
-                chance = random.Random('%s/%s/%d' % (seed, name, number))
-                tip = make(chance)
-                x, y = map(float, tip)
-                direction = plain_math.atan2(y, x) + (plain_math.pi + chance.uniform(-0.5, 0.5) if radius < 0 else 0.0)
-                found.append(follow(tip, closed_path(tip, abs(radius) * plain_math.hypot(x, y), direction)))
-            drifts, held, longest, spent = zip(*found)
-            print(
-                '%-42s %6d %9.1e %9d %6d %12.2f %8.2f'
-                % (
-                    '%s, %s' % (name, where),
-                    count,
-                    max(drifts),
-                    sum(drift > 1e-9 for drift in drifts),
-                    sum(held) / count,
-                    max(longest),
-                    sum(spent) / count,
-                ),
-                flush=True,
-            )
-
-
 def main() -> None:
     """Solve the cases and print a line for each category."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -468,15 +290,7 @@ def main() -> None:
     parser.add_argument('--longest', type=float, default=0.2, help='the seconds that a solve may take (default: 0.2)')
     parser.add_argument('--only', default='', help='only categories with this text in their name')
     parser.add_argument('--show', type=int, default=0, help='print the seeds of so many bad cases of each category')
-    parser.add_argument('--drags', type=int, default=0, help="drag arms' tips instead, so many times of each kind")
-    parser.add_argument('--paths', type=int, default=0, help='follow closed paths instead, so many of each kind')
     options = parser.parse_args()
-    if options.paths:
-        closed_paths(options.seed, options.paths)
-        return
-    if options.drags:
-        drags_of_arms(options.seed, options.drags)
-        return
     chosen = [category for category in CATEGORIES if options.only in category[0]]
     total = sum(part for _, _, part, _ in chosen)
     print('seed %s' % options.seed)

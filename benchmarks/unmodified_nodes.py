@@ -2,13 +2,10 @@
 """Runs rospy nodes as they are and with `rosslt run`, and prints what that gives and what it costs.
 
     ./run exec benchmarks/unmodified_nodes.py DIRECTORY [--nodes NODE...] [--seconds 10] [--arguments NODE ARGUMENTS]
-    ./run exec benchmarks/unmodified_nodes.py DIRECTORY --save 1000
 
 Of each node: the rates of its topics and the CPU time that it takes, plain and tracked, with one subscriber; how many
 numeric leaves its messages have (without stamps, sequence numbers and untracked zeros), and how many are tracked; and
-how many of those that stand still could be forced to another value. With `--save`, copies of the nodes get so many
-random changes in all, which are saved: it prints whether any byte but those of numbers has become another one, and
-whether the node, started again, publishes the same on the fields that stand still.
+how many of those that stand still could be forced to another value.
 
 It starts a ROS master of its own, an action server of `move_base` that succeeds after a second, and publishes
 `/turtle1/pose` as an Odometry does `/odom`, and goals. Nodes in folders below DIRECTORY are found as well. They are run
@@ -19,7 +16,6 @@ import argparse
 import atexit
 import math
 import os
-import random
 import shlex
 import shutil
 import signal
@@ -39,13 +35,13 @@ import rospkg
 import rospy
 
 import rosslt
-from rosslt import files, node, values
+from rosslt import node, values
 
 TICKS = os.sysconf('SC_CLK_TCK')
 WARM_UP = 2.0
 MOST_FORCED = 12
 OURS = ('/rosout', '/rosout_agg', '/clock')
-GOAL_PERIOD, SILENCE = 5.0, 10.0
+GOAL_PERIOD = 5.0
 
 #: The actions of packages of nodes that are given without them.
 MESSAGES = {'diff_drive': {'GoToPose': 'geometry_msgs/PoseStamped pose\n---\nbool success\n---\n'}}
@@ -258,88 +254,6 @@ def _make_messages(package, actions, module, folder):
     genpy.generate_initpy.write_modules(str(module))
 
 
-def _try_saving(original, given, count):
-    """Make changes in a copy of a node, save them, and start it again."""
-    chance = random.Random(count)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(shutil.copytree(original.parent, Path(folder) / 'nodes')) / original.name
-        file.chmod(0o755)
-        before = file.read_bytes()
-        first = Trial(['rosslt', 'run', str(file), *given], 1.0)
-        first.read()
-        name = _name_of(first)
-        made, failed, saves = 0, [], 0
-        while made < count and name:
-            listed, silent = node.Directory().ask([name], SILENCE)
-            if name not in listed:
-                failed.append(f'the node does not answer any more: {silent[name]}')
-                break
-            places = [
-                place
-                for place in listed[name]
-                if place.location.type in ('int', 'float') and not place.location.read_only
-            ]
-            if not places:
-                break
-            for place in chance.sample(places, min(10, len(places), count - made)):
-                # No whole number comes twice: a node may divide by the difference of two.
-                value = 20 + made if place.location.type == 'int' else round(chance.uniform(0.5, 9), 3)
-                try:
-                    # An int whose location takes fractions is asked for as the float that it may become.
-                    present = float(place.value) if place.location.type == 'float' else place.value
-                    node.force_value(values.track(present, place.source), value)
-                except rosslt.Error as error:
-                    failed.append(str(error))
-                made += 1
-            saved = subprocess.run(['rosslt', 'save', name], capture_output=True, text=True, check=False)
-            saves += 1
-            if saved.returncode:
-                failed.append(saved.stderr.strip())
-        after = file.read_bytes()
-        is_same = _without_numbers(file, before) == _without_numbers(file, after)
-        first.last.clear()
-        first.previous.clear()
-        _wait_until(lambda: all(first.previous.get(topic) for topic in first.kinds), 5)
-        stood = {(topic, path): values.untracked(value) for topic, path, value, still in first.leaves() if still}
-        errors = first.stop()
-        if 'Traceback' in errors:
-            failed.append(errors[errors.rindex('Traceback') :].strip())
-        for parameter in rospy.get_param_names():
-            if name and parameter.startswith(name + '/'):
-                rospy.delete_param(parameter)
-        second = Trial([sys.executable, str(file), *given], 1.0)
-        second.read()
-        again = {(topic, path): value for topic, path, value, _ in second.leaves()}
-        second.stop()
-        common = [key for key in stood if key in again]
-        same = sum(math.isclose(stood[key], again[key], rel_tol=1e-6) for key in common)
-        print(
-            f'{original.name}: {made} changes, {saves} times saved; other bytes '
-            f'{"as they were" if is_same else "CHANGED"}; '
-            f'{same} of {len(common)} fields that stand still are published again'
-        )
-        for key in common:
-            if not math.isclose(stood[key], again[key], rel_tol=1e-6):
-                print(f'    {key[0]} {key[1]}: {stood[key]} became {again[key]}')
-        for text in dict.fromkeys(failed):
-            print(f'    {text}', flush=True)
-
-
-def _name_of(trial):
-    """The name of the node that sends what a trial has heard."""
-    publishers = dict(rosgraph.Master('/trial').getSystemState()[0])
-    return next((name for topic in trial.kinds for name in publishers.get(topic, ()) if name != '/trial'), None)
-
-
-def _without_numbers(file, content):
-    made, parts, place = files.SourceText(str(file), content), [], 0
-    for number in made.numbers:
-        start, end = (len(made.text[:one].encode()) for one in (number.start, number.end))
-        parts.append(content[place:start])
-        place = end
-    return [*parts, content[place:]]
-
-
 def _figure(numbers):
     return ', '.join(f'{number:.1f}' for number in numbers) or '-'
 
@@ -350,7 +264,6 @@ def main():
     parser.add_argument('--nodes', nargs='+', default=[], help='files in it; by default all that end in .py')
     parser.add_argument('--seconds', type=float, default=10.0)
     parser.add_argument('--arguments', nargs=2, action='append', default=[], metavar=('NODE', 'ARGUMENTS'))
-    parser.add_argument('--save', type=int, metavar='COUNT', help='make and save so many changes')
     options = parser.parse_args()
     copies = tempfile.TemporaryDirectory()
     arguments = dict(options.arguments)
@@ -370,11 +283,6 @@ def main():
         odometry = _publish_odometry()
         options.directory = _with_messages(options.directory, copies.name)
         names = options.nodes or sorted(map(str, _nodes_in(options.directory)))
-        if options.save:
-            for place, name in enumerate(names):
-                count = options.save // len(names) + (place < options.save % len(names))
-                _try_saving(options.directory / name, shlex.split(arguments.get(name, '')), count)
-            return
         print('| node | rate plain | rate tracked | CPU plain | CPU tracked | leaves | tracked | forced |')
         print('|---|---|---|---|---|---|---|---|', flush=True)
         for name in names:
