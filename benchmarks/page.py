@@ -40,11 +40,7 @@ TRIALS = 100
 CPU_LIMIT, LEAST_FRAMES, LATENCY_LIMIT = 1.0, 20.0, 0.2
 
 BOX = marker_node(
-    'box',
-    'CUBE',
-    0.8,
-    'g',
-    "marker.pose.position.x = rosslt.location(0.0, name='along', minimum=-4.0, maximum=4.0)",
+    'box', 'CUBE', 0.8, 'g', "marker.pose.position.x = rosslt.location(0.0, name='along', minimum=-4.0, maximum=4.0)"
 )
 BOX_NAME = '/box::0'
 
@@ -133,10 +129,7 @@ def load(moving: int) -> Load:
         last, took = drawn(browser), time.monotonic() - begun
         cost = sum(map(cpu_seconds, processes)) - cost
         return Load(
-            (cpu_seconds(server.process.pid) - used) / took,
-            (last - first) / took,
-            cost / took,
-            os.getloadavg()[0],
+            (cpu_seconds(server.process.pid) - used) / took, (last - first) / took, cost / took, os.getloadavg()[0]
         )
     finally:
         browser.close()

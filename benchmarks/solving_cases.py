@@ -38,14 +38,7 @@ UNARY = [
     lambda x: x**2,
     lambda x: x**3,
 ]
-BINARY = [
-    lambda a, b: a + b,
-    lambda a, b: a - b,
-    lambda a, b: a * b,
-    lambda a, b: a / b,
-    math.hypot,
-    math.atan2,
-]
+BINARY = [lambda a, b: a + b, lambda a, b: a - b, lambda a, b: a * b, lambda a, b: a / b, math.hypot, math.atan2]
 ARITHMETIC = BINARY[:4]
 LARGEST = 1e6
 """Expressions whose values grow beyond this at the present source values are not taken."""

@@ -49,14 +49,7 @@ WRONG = {
     'a change is seen before it was asked for': (ORDER, [read(1.0, 0, 1), write(1.0, 2, 3)]),
     'two readers see two changes in contradictory orders': (
         ORDER,
-        [
-            write(1.0, 0, 100),
-            write(2.0, 0, 100),
-            read(1.0, 1, 2),
-            read(2.0, 3, 4),
-            read(1.0, 5, 6),
-            read(2.0, 7, 8),
-        ],
+        [write(1.0, 0, 100), write(2.0, 0, 100), read(1.0, 1, 2), read(2.0, 3, 4), read(1.0, 5, 6), read(2.0, 7, 8)],
     ),
     'a change without an answer is seen, gone, and seen again': (
         ORDER,

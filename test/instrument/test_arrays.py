@@ -315,10 +315,7 @@ TRANSFORMATIONS = {
 }
 
 #: Made of truth values, or of nothing: they give the plain numbers.
-UNTRACKED = {
-    'identity_matrix',
-    'is_same_transform',
-}
+UNTRACKED = {'identity_matrix', 'is_same_transform'}
 
 
 def test_every_function_of_tf_is_compared():

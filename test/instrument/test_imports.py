@@ -19,10 +19,7 @@ IMPORTS = {
         'from tf.transformations import quaternion_from_euler',
         'quaternion_from_euler(0, 0, x)[2]',
     ),
-    'tf.transformations from tf': (
-        'from tf import transformations as t',
-        't.quaternion_from_euler(0, 0, x)[2]',
-    ),
+    'tf.transformations from tf': ('from tf import transformations as t', 't.quaternion_from_euler(0, 0, x)[2]'),
     'tf.transformations by its full name': (
         'import tf.transformations',
         'tf.transformations.rotation_matrix(x, [0, 0, 1])[0][0]',

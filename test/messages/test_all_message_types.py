@@ -9,14 +9,7 @@ import genpy.message
 import pytest
 
 from rosslt.cli import run as run_verb
-from rosslt.messages import (
-    append_provenance,
-    attach,
-    split_provenance,
-    tracked_type,
-    unwrap,
-    wrap,
-)
+from rosslt.messages import append_provenance, attach, split_provenance, tracked_type, unwrap, wrap
 from rosslt.messages.msg_files.definitions import MessagePath, data_type
 from support.filling import Filling, assert_arrived, serialized
 

@@ -13,12 +13,7 @@ def check(message, path, wanted):
 
 
 @pytest.mark.parametrize(
-    ('message', 'least', 'most'),
-    [
-        (Int8(), -128, 127),
-        (Int64(), -(2**63), 2**63 - 1),
-        (UInt64(), 0, 2**64 - 1),
-    ],
+    ('message', 'least', 'most'), [(Int8(), -128, 127), (Int64(), -(2**63), 2**63 - 1), (UInt64(), 0, 2**64 - 1)]
 )
 def test_integers_are_held_up_to_the_limits_of_their_field(message, least, most):
     check(message, 'data', least)

@@ -178,8 +178,7 @@ class Browser:
     def field(self, name):
         """The box of a field, to type into."""
         return self.wait(
-            lambda: self.row(name).find_elements(By.CSS_SELECTOR, 'input:not([type=hidden])')[-1],
-            'a box for ' + name,
+            lambda: self.row(name).find_elements(By.CSS_SELECTOR, 'input:not([type=hidden])')[-1], 'a box for ' + name
         )
 
     def value(self, name):

@@ -85,10 +85,7 @@ class Demo:
         self._name, self._master, self._folder = name, master, folder
         self._script = folder / 'way.script'
         self._script.write_text(_SCRIPT, encoding='utf-8')
-        self._options = {
-            'interactive_script': ['_file:=%s' % self._script],
-            'slt_trajectory': ['_duration:=0.5'],
-        }
+        self._options = {'interactive_script': ['_file:=%s' % self._script], 'slt_trajectory': ['_duration:=0.5']}
         self._processes: Dict[str, Any] = {}
         with contextlib.ExitStack() as stack:
             stack.callback(self._kill_nodes)

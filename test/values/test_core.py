@@ -17,14 +17,7 @@ import numpy
 import pytest
 
 from rosslt import Source, evaluate, explain, math, solve, track, untracked
-from rosslt.values import (
-    affine,
-    keeping,
-    lazy,
-    lazy_of,
-    to_float,
-    to_int,
-)
+from rosslt.values import affine, keeping, lazy, lazy_of, to_float, to_int
 from rosslt.values.accelerator import CORE
 from rosslt.values.arrays.numbers import of_numpy
 from rosslt.values.operations.table import ADD, CONCATENATE, SUBTRACT, TO_FLOAT

@@ -10,17 +10,7 @@ from hypothesis import strategies as st
 
 from rosslt import NotInvertible, evaluate, is_tracked, solve, sources, track, untracked
 from rosslt.values import affine, assemble, disassemble, lazy, reapply
-from support.expressions import (
-    ROWS,
-    SOURCES,
-    applied,
-    expressions,
-    linear_expressions,
-    numbers,
-    pools,
-    scalars,
-    usable,
-)
+from support.expressions import ROWS, SOURCES, applied, expressions, linear_expressions, numbers, pools, scalars, usable
 
 # Without a database and without its search for extremes, Hypothesis spends its time on examples. Which examples these
 # are, and that none has a deadline, the profile says (test/conftest.py).
