@@ -50,9 +50,9 @@ def single(number):
     return struct.unpack('<f', struct.pack('<f', number))[0]
 
 
-@pytest.fixture
-def scanner(master, tmp_path):
-    with Unmodified(tmp_path, 'scanner', SCANNER.lstrip()) as started:
+@pytest.fixture(scope='module')
+def scanner(master, tmp_path_factory):
+    with Unmodified(tmp_path_factory.mktemp('scanner'), 'scanner', SCANNER.lstrip()) as started:
         yield started
 
 
@@ -102,6 +102,7 @@ def test_an_element_is_forced_to_its_target_rounded_to_32_bits(scanner, field, t
 
 
 def test_a_target_between_two_numbers_of_32_bits_is_not_reached(scanner):
+    assert command('set', '/scanner/near', '0.7').returncode == 0
     result = command('force', '/cells/data[3]', '1e-7')
     assert result.returncode == 1
     assert 'now sends 1.1920928955078125e-07 instead of 1e-07' in result.stderr

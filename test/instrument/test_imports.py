@@ -1,11 +1,9 @@
 """However a node imports what keeps provenance, it gets that: each way in a program of its own."""
 
-import subprocess
-import sys
-
 import dynamic_reconfigure.server
 import pytest
 
+from support import fork_server
 from support.programs import run_rewritten
 
 IMPORTS = {
@@ -36,23 +34,20 @@ IMPORTS = {
 }
 
 RUN = """
+import sys
+sys.path.insert(0, {tests!r})
 from rosslt import values
 from support.programs import run_rewritten
-names = run_rewritten({program!r})
-assert values.is_tracked(names['y']), names['y']
+assert values.is_tracked(run_rewritten({program!r})['y'])
 """
 
 
 @pytest.mark.parametrize(('line', 'formula'), IMPORTS.values(), ids=IMPORTS)
-def test_what_is_imported_keeps_provenance(line, formula, request):
+def test_what_is_imported_keeps_provenance(line, formula, request, tmp_path):
     program = f'{line}\nx = 0.5\ny = {formula}\n'
-    ran = subprocess.run(
-        [sys.executable, '-c', RUN.format(program=program)],
-        cwd=str(request.config.rootpath / 'test'),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    script = tmp_path / 'imports.py'
+    script.write_text(RUN.format(tests=str(request.config.rootpath / 'test'), program=program))
+    ran = fork_server.call(str(script), [], 60)
     assert ran.returncode == 0, ran.stderr
 
 

@@ -112,45 +112,17 @@ def test_arrays_on_either_side_keep_provenance(x, array):
         assert all(sources(element) == [A] for element in result.ravel().tolist())
 
 
-UFUNCS = [
-    'sin',
-    'cos',
-    'tan',
-    'arcsin',
-    'arccos',
-    'arctan',
-    'sinh',
-    'cosh',
-    'tanh',
-    'arcsinh',
-    'arctanh',
-    'exp',
-    'exp2',
-    'expm1',
-    'log',
-    'log2',
-    'log10',
-    'log1p',
-    'sqrt',
-    'cbrt',
-    'fabs',
-    'absolute',
-    'negative',
-    'degrees',
-    'radians',
-    'rad2deg',
-    'deg2rad',
-    'floor',
-    'ceil',
-    'trunc',
-    'rint',
-    'square',
-    'reciprocal',
-    'positive',
-]
+UFUNCS = """
+    sin cos tan arcsin arccos arctan sinh cosh tanh arcsinh arctanh exp exp2 expm1 log log2 log10 log1p sqrt
+    cbrt fabs absolute negative degrees radians rad2deg deg2rad floor ceil trunc rint square reciprocal
+    positive
+"""
+OF_TWO = """
+    add subtract multiply divide power arctan2 hypot fmod copysign remainder floor_divide maximum minimum
+"""
 
 
-@pytest.mark.parametrize('name', UFUNCS)
+@pytest.mark.parametrize('name', UFUNCS.split())
 def test_ufuncs_of_scalars_and_of_object_arrays(name, x):
     function = getattr(np, name)
     result = function(x)
@@ -161,24 +133,7 @@ def test_ufuncs_of_scalars_and_of_object_arrays(name, x):
     assert all(sources(element) == [A] for element in both)
 
 
-@pytest.mark.parametrize(
-    'name',
-    [
-        'add',
-        'subtract',
-        'multiply',
-        'divide',
-        'power',
-        'arctan2',
-        'hypot',
-        'fmod',
-        'copysign',
-        'remainder',
-        'floor_divide',
-        'maximum',
-        'minimum',
-    ],
-)
+@pytest.mark.parametrize('name', OF_TWO.split())
 def test_ufuncs_of_two(name, x, y):
     function = getattr(np, name)
     assert function(x, y) == pytest.approx(function(0.5, 2.0))
