@@ -5,6 +5,7 @@ import pickle
 import pytest
 
 from rosslt import Source, evaluate, explain, is_tracked, solve, sources, track, untracked
+from support.numpy_calls import CALLS, MATRIX, PLAIN, VECTOR
 
 np = pytest.importorskip('numpy')
 tracked_np = pytest.importorskip('rosslt.numpy')
@@ -12,102 +13,8 @@ tracked_np = pytest.importorskip('rosslt.numpy')
 A, B = Source('/node', 1), Source('/node', 2)
 X, Y = track(1.25, A), track(7.0, B)
 RANDOM = np.random.RandomState(7)
-VECTOR, OTHER = RANDOM.uniform(-2, 2, 3), RANDOM.uniform(-2, 2, 3)
-MATRIX, SECOND = RANDOM.uniform(-2, 2, (3, 3)), RANDOM.uniform(-2, 2, (3, 3))
 WIDE = RANDOM.uniform(-2, 2, (2, 4))
 STACK = RANDOM.uniform(-2, 2, (4, 3, 3))
-
-CALLS = {
-    'array': lambda np, v, w, m, k: np.array([v[0], 1.0, 2]),
-    'asarray': lambda np, v, w, m, k: np.asarray(m),
-    'full': lambda np, v, w, m, k: np.full((2, 2), v[0]),
-    'linspace': lambda np, v, w, m, k: np.linspace(v[0], w[0], 5),
-    'linspace open': lambda np, v, w, m, k: np.linspace(v[0], w[0], 5, endpoint=False),
-    'linspace vectors': lambda np, v, w, m, k: np.linspace(v, w, 4),
-    'arange': lambda np, v, w, m, k: np.arange(v[0], v[0] + 2.2, 0.5),
-    'cross': lambda np, v, w, m, k: np.cross(v, w),
-    'cross 2': lambda np, v, w, m, k: np.cross(v[:2], w[:2]),
-    'cross mixed': lambda np, v, w, m, k: np.cross(v[:2], w),
-    'cross rows': lambda np, v, w, m, k: np.cross(m, w),
-    'cross columns': lambda np, v, w, m, k: np.cross(m, k, axis=0),
-    'cov': lambda np, v, w, m, k: np.cov(m),
-    'cov one': lambda np, v, w, m, k: np.cov(v),
-    'cov two': lambda np, v, w, m, k: np.cov(v, w),
-    'cov columns': lambda np, v, w, m, k: np.cov(m, rowvar=False, bias=True),
-    'corrcoef': lambda np, v, w, m, k: np.corrcoef(m),
-    'corrcoef two': lambda np, v, w, m, k: np.corrcoef(v, w),
-    'dot': lambda np, v, w, m, k: np.dot(v, w),
-    'dot matrix': lambda np, v, w, m, k: np.dot(m, v),
-    'matmul': lambda np, v, w, m, k: m @ k,
-    'matmul function': lambda np, v, w, m, k: np.matmul(m, k),
-    'inner': lambda np, v, w, m, k: np.inner(v, w),
-    'outer': lambda np, v, w, m, k: np.outer(v, w),
-    'kron': lambda np, v, w, m, k: np.kron(v, w),
-    'trace': lambda np, v, w, m, k: np.trace(m),
-    'transpose': lambda np, v, w, m, k: np.transpose(m),
-    'inv': lambda np, v, w, m, k: np.linalg.inv(m),
-    'det': lambda np, v, w, m, k: np.linalg.det(m),
-    'solve vector': lambda np, v, w, m, k: np.linalg.solve(m, v),
-    'solve matrix': lambda np, v, w, m, k: np.linalg.solve(m, k),
-    'norm': lambda np, v, w, m, k: np.linalg.norm(v),
-    'norm 1': lambda np, v, w, m, k: np.linalg.norm(v, 1),
-    'norm inf': lambda np, v, w, m, k: np.linalg.norm(v, np.inf),
-    'norm rows': lambda np, v, w, m, k: np.linalg.norm(m, axis=1),
-    'norm matrix': lambda np, v, w, m, k: np.linalg.norm(m),
-    'matrix_power': lambda np, v, w, m, k: np.linalg.matrix_power(m, 3),
-    'matrix_power inverse': lambda np, v, w, m, k: np.linalg.matrix_power(m, -2),
-    'pinv': lambda np, v, w, m, k: np.linalg.pinv(m[:, :2]),
-    'einsum dot': lambda np, v, w, m, k: np.einsum('i,i', v, w),
-    'einsum matmul': lambda np, v, w, m, k: np.einsum('ij,jk->ik', m, k),
-    'einsum implicit': lambda np, v, w, m, k: np.einsum('ji,jk', m, k),
-    'einsum trace': lambda np, v, w, m, k: np.einsum('ii', m),
-    'einsum diagonal': lambda np, v, w, m, k: np.einsum('ii->i', m),
-    'einsum transpose': lambda np, v, w, m, k: np.einsum('ij->ji', m),
-    'einsum outer': lambda np, v, w, m, k: np.einsum('i,j->ji', v, w),
-    'einsum three': lambda np, v, w, m, k: np.einsum('i,ij,j', v, m, w),
-    'interp': lambda np, v, w, m, k: np.interp(v, [-1.0, 0.0, 1.0], [3.0, 4, 7.0]),
-    'interp scalar': lambda np, v, w, m, k: np.interp(v[0], [-3, 0, 3], w),
-    'interp outside': lambda np, v, w, m, k: np.interp(v * 9, [-1, 0, 1], w, left=-5.0, right=v[1]),
-    'interp period': lambda np, v, w, m, k: np.interp(v * 9, [0.1, 2.0, 3.0], w, period=4),
-    'interp at a point': lambda np, v, w, m, k: np.interp([0, 3.0, -3.0, v[0]], [-3, 0, 3], w),
-    'clip': lambda np, v, w, m, k: np.clip(v, -0.5, w[0]),
-    'clip below': lambda np, v, w, m, k: np.clip(m, None, 0.5),
-    'where': lambda np, v, w, m, k: np.where(v > 0, v, w),
-    'sum': lambda np, v, w, m, k: np.sum(m, axis=0),
-    'mean': lambda np, v, w, m, k: np.mean(v),
-    'std': lambda np, v, w, m, k: np.std(v),
-    'var': lambda np, v, w, m, k: np.var(m, axis=1),
-    'median': lambda np, v, w, m, k: np.median(v),
-    'median rows': lambda np, v, w, m, k: np.median(m[:2], axis=0),
-    'average': lambda np, v, w, m, k: np.average(v, weights=[1, 2, 3]),
-    'max': lambda np, v, w, m, k: np.max(v),
-    'max of a list': lambda np, v, w, m, k: np.max([v[0], v[1]]),
-    'min of a list': lambda np, v, w, m, k: np.min([v[0], v[1]]),
-    'abs of a list': lambda np, v, w, m, k: np.abs([v[0], v[1]]),
-    'maximum': lambda np, v, w, m, k: np.maximum(v, w),
-    'cumsum': lambda np, v, w, m, k: np.cumsum(v),
-    'diff': lambda np, v, w, m, k: np.diff(v),
-    'round': lambda np, v, w, m, k: np.round(v, 1),
-    'concatenate': lambda np, v, w, m, k: np.concatenate([v, [1.0], w]),
-    'stack': lambda np, v, w, m, k: np.stack([v, w]),
-    'vstack': lambda np, v, w, m, k: np.vstack([v, w]),
-    'hstack': lambda np, v, w, m, k: np.hstack([v, w]),
-    'column_stack': lambda np, v, w, m, k: np.column_stack([v, w]),
-    'append': lambda np, v, w, m, k: np.append(v, 1.0),
-    'flip': lambda np, v, w, m, k: np.flip(m, 0),
-    'roll': lambda np, v, w, m, k: np.roll(v, 1),
-    'tile': lambda np, v, w, m, k: np.tile(v, 2),
-    'reshape': lambda np, v, w, m, k: np.reshape(m, (9,)),
-    'diag': lambda np, v, w, m, k: np.diag(v),
-    'sin': lambda np, v, w, m, k: np.sin(m),
-    'arctan2': lambda np, v, w, m, k: np.arctan2(v, w),
-    'hypot': lambda np, v, w, m, k: np.hypot(v[0], w[0]),
-    'square': lambda np, v, w, m, k: np.square(v),
-    'deg2rad': lambda np, v, w, m, k: np.deg2rad(v),
-    'polyval': lambda np, v, w, m, k: np.polyval(v, 2.0),
-    'arithmetic': lambda np, v, w, m, k: (v * 2 - w / 3) ** 2,
-    'slices': lambda np, v, w, m, k: m[1:, :2] * v[0],
-}
 
 
 def tracked_array(numbers):
@@ -118,7 +25,7 @@ def tracked_array(numbers):
 
 @pytest.mark.parametrize('name', CALLS)
 def test_functions_give_what_numpy_gives_and_keep_provenance(name):
-    call, plain = CALLS[name], (VECTOR, OTHER, MATRIX, SECOND)
+    call, plain = CALLS[name], PLAIN
     expected = call(np, *plain)
     result = call(tracked_np, *map(tracked_array, plain))
     assert np.shape(result) == np.shape(expected)
@@ -138,13 +45,13 @@ WITHOUT_ARRAYS = {
     'interp scalar',
     'interp at a point',
 }
-WITHOUT_ARRAYS |= {'max of a list', 'min of a list', 'abs of a list'}
+WITHOUT_ARRAYS |= {'max of a list', 'min of a list', 'abs of a list', 'one of two numbers'}
 """These take scalars and lists, for which NumPy asks nobody."""
 
 
 @pytest.mark.parametrize('name', sorted(set(CALLS) - WITHOUT_ARRAYS))
 def test_numpys_own_functions_work_on_arrays_that_hold_tracked_values(name):
-    call, plain = CALLS[name], (VECTOR, OTHER, MATRIX, SECOND)
+    call, plain = CALLS[name], PLAIN
     result = call(np, *map(tracked_array, plain))
     np.testing.assert_allclose(np.array(untracked(result), dtype=float), call(np, *plain), rtol=1e-9, atol=1e-12)
     assert is_tracked(result)
