@@ -262,25 +262,16 @@ def test_a_module_level_loop_with_a_publisher_before_its_node(run):
     with run(MODULE_LOOP, 'module_loop') as talker, Listener('loop', PointStamped) as heard:
         message = heard.next()
         assert all(map(values.is_tracked, (message.point.x, message.point.y, message.point.z)))
-        node.force_value(message.point.y, 7.5)
+        (source,) = node.force_value(message.point.y, 7.5)
+        request = rosslt.srv.ListLocationsRequest([source.location_id])
+        answers, _ = node.ask_all('list_locations', rosslt.srv.ListLocations, {'/module_loop': request}, 5)
+        (one,) = answers['/module_loop'].locations
+        assert (one.name, one.rank) == ('radius', 0)  # a named constant, before parts of formulas
         heard.comes(lambda message: message.point.y == 7.5)
         node.force_value(heard.next().point.z, 4.5)
         heard.comes(lambda message: message.point.z == 4.5)
         assert names_of('module_loop')['radius'][2] == '2.5'
         assert talker.stop()[0] == 0
-
-
-def test_a_drag_changes_named_constants_before_parts_of_formulas(run):
-    with run(MODULE_LOOP, 'module_loop'), Listener('loop', PointStamped) as heard:
-        changed = node.force_value(heard.next().point.y, 9.0)
-        (source,) = changed
-        (one,) = node.ask_all(
-            'list_locations',
-            rosslt.srv.ListLocations,
-            {'/module_loop': rosslt.srv.ListLocationsRequest([source.location_id])},
-            5,
-        )[0]['/module_loop'].locations
-        assert (one.name, one.rank) == ('radius', 0)
 
 
 def test_no_parameter_is_written_for_a_literal_before_it_is_changed(run, master):
@@ -328,8 +319,9 @@ def test_a_turn_about_one_axis_can_be_tilted_where_its_angle_is_a_state(run):
         heard.comes(lambda m: abs(m.pose.orientation.x - 0.25) < 1e-9 and m.pose.orientation.y == 0.0)
 
 
-def test_a_latched_message_is_sent_again(run):
-    with run(LATCHED, 'latched'), Listener('latched', Float64) as heard:
+@pytest.mark.parametrize(('name', 'code'), [('latched', LATCHED), ('threaded', THREADED)])
+def test_a_latched_message_is_sent_again_and_a_thread_publishes_by_keywords(run, name, code):
+    with run(code, name), Listener(name, Float64) as heard:
         node.force_value(heard.last.data, 6.5)
         heard.comes(lambda message: message.data == 6.5)
 
@@ -402,12 +394,6 @@ def test_a_service_answers_with_present_values(run):
         assert (place.x, place.z) == (3.0, 1.5)
         node.force_value(place.z, 2.5)
         assert ask(start, PoseStamped(), 0.0).plan.poses[0].pose.position.z == 2.5
-
-
-def test_a_thread_publishes_by_keywords(run):
-    with run(THREADED, 'threaded'), Listener('threaded', Float64) as heard:
-        node.force_value(heard.next().data, 2.5)
-        heard.comes(lambda message: message.data == 2.5)
 
 
 @pytest.fixture

@@ -172,23 +172,13 @@ while not rospy.is_shutdown():
 """
 
 
-def test_parameters_say_what_they_say_without_provenance(master, tmp_path):
-    plain = Unmodified(tmp_path, 'asks', PARAMETERS, tracked=False).end()
+@pytest.mark.parametrize(('name', 'code'), [('asks', PARAMETERS), ('shapes', SHAPES), ('options', OPTIONS)])
+def test_parameters_say_what_they_say_without_provenance(master, tmp_path, name, code):
+    plain = Unmodified(tmp_path, name, code, tracked=False).end()
     assert plain[0] == 0
-    assert Unmodified(tmp_path, 'asks', PARAMETERS).end() == plain
-
-
-def test_parameters_that_become_dicts_and_dicts_that_become_parameters_say_what_they_say(master, tmp_path):
-    plain = Unmodified(tmp_path, 'shapes', SHAPES, tracked=False).end()
-    assert (plain[0], plain[2]) == (0, '')
-    rospy.delete_param('/shapes')
-    assert Unmodified(tmp_path, 'shapes', SHAPES).end() == plain
-
-
-def test_sizes_and_rates_may_come_from_parameters(master, tmp_path):
-    plain = Unmodified(tmp_path, 'options', OPTIONS, tracked=False).end()
-    assert plain[0] == 0
-    assert Unmodified(tmp_path, 'options', OPTIONS).end() == plain
+    if rospy.has_param('/' + name):
+        rospy.delete_param('/' + name)
+    assert Unmodified(tmp_path, name, code).end() == plain
 
 
 def test_each_call_has_its_own_default_until_the_parameter_is_set(master, tmp_path):
