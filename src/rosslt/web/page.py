@@ -33,8 +33,8 @@ from rosslt.web.things import Things
 
 NODE = 'slt_web'
 
-#: The numbers of frames between two updates of the list of fields, and of the plots.
-FIELDS_EVERY, PLOTS_EVERY = 3, 6
+#: The number of frames between two updates of the fields and plots.
+EVERY = 6
 
 #: The light from all sides: how strong it is, in viser's unit, and the color of what comes from below.
 SKY_LIGHT, GROUND_COLOR = 1.5, (150, 150, 150)
@@ -106,9 +106,8 @@ class Page:
             self._frames.update()
             self._things.follow()
         self._server.flush()  # viser would wait for more
-        if count % FIELDS_EVERY == 0:
+        if count % EVERY == 0:
             self._numbers.update()
-        if count % PLOTS_EVERY == 0:
             self._plots.update()
 
     def _say(self, handle: Handle, text: str, to: Optional[viser.ClientHandle] = None) -> None:

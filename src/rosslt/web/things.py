@@ -4,7 +4,7 @@ Everybody who looks sees the same things. A thing that a hand holds is where thi
 """
 
 import asyncio
-from typing import Any, Callable, ContextManager, Dict, List, Optional, Tuple, Union
+from typing import Any, Callable, ContextManager, Dict, List, Optional, Union
 from urllib.parse import quote
 
 import viser
@@ -43,7 +43,6 @@ class Thing:
         self.shown = self.start = handle.pose
         self.hand: Optional[int] = None
         self.grabbed: mouse.Vector = (0.0, 0.0, 0.0)
-        self._placed: Dict[str, Tuple[mouse.Vector, Rotation]] = {}  # name of a part -> where it was put
 
     def put(self, pose: PoseTuple, held: Optional[viser.TransformControlsHandle] = None) -> None:
         """Draw it at a pose.
@@ -52,33 +51,17 @@ class Thing:
             held: the control that a hand holds, which is left alone.
         """
         self.shown = pose
-        position = pose[0], pose[1], pose[2]
-        self._place(self.body, position, _rotation(pose))
-        if self.arrows is not None and self.arrows is not held:
-            self._place(self.arrows, position, UPRIGHT)
-        for control, ring in zip(self.rings, self.motions.rings):
-            if control is not held:
-                self._place(control, position, ring.orientation(_rotation(pose)))
-
-    def forget(self, control: viser.TransformControlsHandle) -> None:
-        """A hand has moved a control: it is not where it was put."""
-        self._placed.pop(control.name, None)
+        upright = [] if self.arrows is None else [(self.arrows, UPRIGHT)]
+        rings = [(ring, one.orientation(_rotation(pose))) for ring, one in zip(self.rings, self.motions.rings)]
+        for part, (x, y, z, w) in [(self.body, _rotation(pose)), *upright, *rings]:
+            if part is not held:
+                part.position, part.wxyz = pose[:3], (w, x, y, z)
 
     def remove(self) -> None:
         """Take it away."""
         for part in (self.arrows, *self.rings, self.body):
             if part is not None:
                 part.remove()
-
-    def _place(self, part: viser.SceneNodeHandle, position: mouse.Vector, rotation: Rotation) -> None:
-        """Put a part somewhere; what stays as it is need not be sent to all browsers."""
-        before = self._placed.get(part.name)
-        self._placed[part.name] = position, rotation
-        if before is None or before[0] != position:
-            part.position = position
-        if before is None or before[1] != rotation:
-            x, y, z, w = rotation
-            part.wxyz = (w, x, y, z)
 
 
 class Things(Follower):
@@ -194,7 +177,6 @@ class Things(Follower):
         thing = self._things.get(name)
         if thing is None or control not in (thing.arrows, *thing.rings):  # it was drawn anew
             return
-        thing.forget(control)
         if not self._has(event, thing) or event.phase == 'start':
             return
         if control is thing.arrows:

@@ -5,7 +5,7 @@ draw the thing as well; over what RViz shows they lay a see-through copy of the 
 """
 
 import math
-from typing import Any, Hashable, Iterator, List
+from typing import Hashable, Iterator, List
 
 from visualization_msgs.msg import Marker
 
@@ -160,26 +160,15 @@ def handle_color(marker: Marker) -> Vector:
 def marker_shape_key(marker: Marker) -> Hashable:
     """All that the shape to grab depends on."""
     scale, color = marker.scale, marker.color
-    points: Any = ()
-    colors: Any = ()
-    if marker.points:
-        points = tuple([(float(point.x), float(point.y), float(point.z)) for point in marker.points])
-    if marker.colors:
-        colors = tuple([(float(one.r), float(one.g), float(one.b), float(one.a)) for one in marker.colors])
+    numbers = (scale.x, scale.y, scale.z, color.r, color.g, color.b, color.a)
     return (
         marker.type,
-        float(scale.x),
-        float(scale.y),
-        float(scale.z),
-        float(color.r),
-        float(color.g),
-        float(color.b),
-        float(color.a),
+        tuple(map(float, numbers)),
         str(marker.text),
         str(marker.mesh_resource),
         marker.mesh_use_embedded_materials,
-        points,
-        colors,
+        tuple([(float(point.x), float(point.y), float(point.z)) for point in marker.points]),
+        tuple([(float(one.r), float(one.g), float(one.b), float(one.a)) for one in marker.colors]),
     )
 
 

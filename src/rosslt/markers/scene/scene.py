@@ -22,6 +22,7 @@ from rosslt.markers.scene.by_type import kind_of
 from rosslt.markers.scene.duplicates import Duplicates
 from rosslt.markers.scene.handle import Handle, Settings
 from rosslt.markers.scene.hold import Hold
+from rosslt.markers.scene.shapes import pose_tuple
 
 #: The types whose messages add and delete things one by one.
 MARKER_TYPES = (Marker._type, MarkerArray._type)
@@ -77,9 +78,7 @@ class Scene:
         self._duplicates = Duplicates()
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
-        self._mortal: Dict[
-            Tuple[str, Key], Tuple[rospy.Time, rospy.Time]
-        ] = {}  # (topic, key) -> from when, until when it is shown
+        self._ends: Dict[Tuple[str, Key], rospy.Time] = {}  # (topic, key) -> until when it is shown
 
     # For views and drags.
 
@@ -192,12 +191,11 @@ class Scene:
             rospy.logwarn_throttle_identical(WARNING_PERIOD, '{} on {}: {}'.format(publisher, topic, fault))
 
     def expire(self) -> None:
-        """Drop the things whose lifetime is over, or which a clock that has been set back has not shown yet."""
+        """Drop the things whose lifetime is over."""
         with self._lock:
-            if self._mortal:
-                now = rospy.Time.now()
-                for topic, key in [whose for whose, (begin, end) in self._mortal.items() if not begin <= now < end]:
-                    self._delete(topic, self._things[topic], key)
+            now = rospy.Time.now()
+            for topic, key in [whose for whose, end in self._ends.items() if now >= end]:
+                self._delete(topic, self._things[topic], key)
 
     def keep_publishers(self, topic: str, publishers: Collection[str]) -> None:
         """Drop what publishers other than these have shown on a topic."""
@@ -248,10 +246,9 @@ class Scene:
     def _live(self, topic: str, key: Key, lifetime: rospy.Duration) -> None:
         """A thing is shown for a while from now on, a duration; 0 means until it is deleted."""
         if key in self._things[topic] and lifetime:
-            now = rospy.Time.now()
-            self._mortal[topic, key] = now, now + lifetime
+            self._ends[topic, key] = rospy.Time.now() + lifetime
         else:
-            self._mortal.pop((topic, key), None)
+            self._ends.pop((topic, key), None)
 
     def _put(self, topic: str, things: Dict[Key, Thing], key: Key, handles: Iterable[Handle], publisher: str) -> None:
         names = []
@@ -271,7 +268,7 @@ class Scene:
         thing = things.pop(key, None)
         for name in thing.names if thing is not None else ():
             self._drop_handle(name)
-        self._mortal.pop((topic, key), None)
+        self._ends.pop((topic, key), None)
 
     def _put_handle(self, handle: Handle) -> None:
         name = handle.name
@@ -294,22 +291,7 @@ def _fault(marker: Marker) -> Optional[str]:
     if marker.type not in markers.KINDS:
         return 'has the unknown type %d' % marker.type
     pose, scale, color = marker.pose, marker.scale, marker.color
-    numbers = (
-        pose.position.x,
-        pose.position.y,
-        pose.position.z,
-        pose.orientation.x,
-        pose.orientation.y,
-        pose.orientation.z,
-        pose.orientation.w,
-        scale.x,
-        scale.y,
-        scale.z,
-        color.r,
-        color.g,
-        color.b,
-        color.a,
-    )
+    numbers = (*pose_tuple(pose), scale.x, scale.y, scale.z, color.r, color.g, color.b, color.a)
     isfinite = math.isfinite
     if (
         not all(map(isfinite, numbers))
