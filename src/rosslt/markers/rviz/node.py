@@ -1,5 +1,6 @@
 """`slt_visualization`: a scene of all tracked topics, shown in RViz; private parameters are its settings."""
 
+import gc
 from typing import List
 
 import rospy
@@ -15,6 +16,9 @@ from rosslt.markers.scene.follower import FRAME_RATE
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
+
+#: The number of new objects after which Python's garbage collector looks for reference cycles.
+OBJECTS_BEFORE_COLLECTING = 20_000
 
 
 def run() -> None:
@@ -40,6 +44,10 @@ def run() -> None:
     display = Display(Server(rospy.get_name()), offers, notes)
     Watch(scene, topics)
     rospy.on_shutdown(display.clear)
+    # What the node has begun with stays, and need not be looked through again and again as messages come; nor need the
+    # objects of a message of some hundred markers while it is read.
+    gc.freeze()
+    gc.set_threshold(OBJECTS_BEFORE_COLLECTING)
     while not rospy.is_shutdown():
         with contained('the markers cannot be brought up to date'):
             scene.expire()
