@@ -12,9 +12,9 @@ import xmlrpc.client
 import rosgraph
 import rospy
 import rostest
-from geometry_msgs.msg import Point, PoseStamped, Quaternion
+from geometry_msgs.msg import Point, Quaternion
 from rosgraph_msgs.msg import Log
-from rosslt.msg import AppliedChange, HeldThings
+from rosslt.msg import AppliedChange
 from visualization_msgs.msg import Marker, MarkerArray
 
 import rosslt
@@ -160,34 +160,6 @@ class Dragging(unittest.TestCase):
         publish()
         wait_until(lambda: abs(self.hand.position(name)[0] - 1.5) < NOISE, 'the next message to be believed')
 
-    def test_what_a_node_with_sources_logs_as_an_error_stands_at_one_of_its_handles(self):
-        publisher = rosslt.Publisher('erring', MarkerArray, queue_size=1, latch=True)
-        self.addCleanup(publisher.unregister)
-        publisher.publish([cube(rosslt.location(-8.0, name='erring_x'), 'erring')])
-        self.hand.marker('/erring:erring:0')
-        rospy.logwarn('the battery is half empty')
-        rospy.logerr('the battery is empty')
-        noted = wait_until(lambda: self.noted('the battery'), 'a note')
-        self.assertEqual(noted, ['/check_dragging: the battery is empty'])
-
-    def noted(self, text):
-        names = [name[: -len(':note')] for name in self.hand.names() if name.endswith(':note')]
-        return [note for note in map(self.note, names) if text in note]
-
-    def test_one_thing_has_one_handle(self):
-        poses = rosslt.Publisher('target', PoseStamped, queue_size=1, latch=True)
-        markers = rosslt.Publisher('target_marker', MarkerArray, queue_size=1, latch=True)
-        self.addCleanup(poses.unregister)
-        x, pose = rosslt.location(1.0, name='target_x'), PoseStamped()
-        pose.header.frame_id, pose.pose.position.x = 'world', x
-        poses.publish(pose)
-        self.hand.marker('/target')
-        markers.publish([cube(x, 'target')])
-        self.hand.marker('/target_marker:target:0')
-        wait_until(lambda: '/target' not in self.hand.names(), 'the other handle to make way')
-        markers.unregister()
-        self.hand.marker('/target')
-
     def test_a_drag_of_a_source_that_is_gone_snaps_back(self):
         publisher = rosslt.Publisher('orphan', MarkerArray, queue_size=1, latch=True)
         self.addCleanup(publisher.unregister)
@@ -204,14 +176,6 @@ class Dragging(unittest.TestCase):
         name = '/stage:axis:0'
         self.snap_back(name, dx=0.5, steps=1)
         self.assert_note(name, 'cannot reach /stage')
-
-    def test_a_click_changes_nothing(self):
-        before = parameter('axis_x')
-        del self.changes[:]
-        held = self.hand.press('/stage:axis:0')
-        self.hand.release(held)
-        self.assertEqual(parameter('axis_x'), before)
-        self.assertEqual(self.changes_of('axis_x'), [])
 
     def test_a_marker_is_never_inserted_anew_while_it_is_dragged(self):
         name = '/blinking:blinking:0'
@@ -245,36 +209,13 @@ class Dragging(unittest.TestCase):
             'the handle to follow again',
         )
 
-    def test_what_a_hand_has_changed_before_it_knew_of_an_earlier_one_is_taken_back(self):
-        name, before = '/stage:axis:0', parameter('axis_x')
-        views = rospy.Publisher('/rosslt/held', HeldThings, queue_size=10)
-        self.addCleanup(views.unregister)
-        held = self.hand.press(name)
-        self.hand.move(held, dx=0.5)
-        wait_until(lambda: abs(parameter('axis_x') - before - 0.5) < NOISE, 'the source to follow')
-
-        def is_told():
-            views.publish([name], [rospy.get_time() - 60.0])
-            return name + ':note' in self.hand.names() and 'somebody else holds it' in self.note(name)
-
-        wait_until(is_told, 'the hand to be told')
-        wait_until(lambda: parameter('axis_x') == before, 'the source to be as the first hand has it')
-        self.hand.release(held)
-
-        def is_free():
-            views.publish([], [])
-            self.hand.drag(name, dx=before + 0.25 - self.hand.position(name)[0], steps=1)
-            return abs(parameter('axis_x') - before - 0.25) < NOISE
-
-        wait_until(is_free, 'the first hand to let go')
-
     def titles(self, name):
         return [entry.title for entry in self.hand.marker(name).menu_entries]
 
     def test_the_menu_names_the_sources_and_the_choice_is_kept(self):
         name = '/stage:sum:0'
         wait_until(
-            lambda: any(re.fullmatch(r'\[x\] base = \S+ \(stage:\d+\) \(default\)', one) for one in self.titles(name)),
+            lambda: any(re.fullmatch(r'\[x\] base \(stage:\d+\) \(default\)', one) for one in self.titles(name)),
             lambda: 'the default; there are {}'.format(self.titles(name)),
         )
         self.assertEqual(self.titles(name)[0], 'A drag changes (choose one):')
@@ -282,9 +223,9 @@ class Dragging(unittest.TestCase):
         self.hand.drag(name, dx=0.5)
         wait_until(lambda: abs(parameter('base') - base - 0.5) < NOISE, 'the default to change')
 
-        self.hand.choose(name, '[ ] offset = ')
+        self.hand.choose(name, '[ ] offset ')
         wait_until(
-            lambda: any(title.startswith('[x] offset = ') for title in self.titles(name)), 'the choice to be checked'
+            lambda: any(title.startswith('[x] offset ') for title in self.titles(name)), 'the choice to be checked'
         )
         for _ in range(2):
             base, offset = parameter('base'), parameter('offset')

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 import rospy
@@ -48,6 +49,9 @@ class Known:
     def can_change(self, _value):
         return True
 
+    def look_up(self, sources):
+        pass
+
 
 class Sent:
     """A server that notes what is asked of it."""
@@ -77,6 +81,7 @@ class Shown:
         self.sent = Sent()
         self.scene = Scene(Settings())
         self.display = displays.Display(self.sent, Offers(self.scene, None, Known()), Notes(0.2))
+        self.display._menus = SimpleNamespace(of=lambda _handle: None)
         self.things = {}
 
     def put(self, thing):
@@ -175,17 +180,6 @@ def test_a_message_long_after_the_drop_is_believed_whatever_it_says(shown, monke
     assert shown.put(Thing(1.0)) == [('pose', 'thing', 1.0)]
 
 
-def test_without_a_message_it_stays_where_it_was_dropped_and_says_so_once(shown, monkeypatch):
-    monkeypatch.setattr(holds, 'SILENCE', 0.0)
-    shown.scene.hold('thing')
-    shown.scene.let_go('thing', {SOURCE: 2.0})
-    time.sleep(0.01)
-    shown.scene.say_what_is_not_shown()
-    assert shown.sends() == [('insert', 'thing:note')]
-    shown.scene.say_what_is_not_shown()
-    assert shown.sends() == []
-
-
 def test_where_sources_do_not_follow_it_goes_back_at_once(shown):
     shown.scene.hold('thing')
     shown.scene.let_go('thing')
@@ -266,7 +260,7 @@ def test_a_fault_in_one_thing_ends_neither_the_view_nor_other_things_and_is_logg
 
 
 def test_a_fault_in_a_menu_leaves_the_handle(shown, logged):
-    shown.display.add_menu = lambda _server, _handle: 1 / 0
+    shown.display._menus.of = lambda _handle: 1 / 0
     assert shown.put(Thing(name='other')) == [('insert', 'other')]
     assert shown.put(Thing(1.0, name='other')) == [('pose', 'other', 1.0)]
     (error,) = logged

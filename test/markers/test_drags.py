@@ -5,11 +5,10 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
-from rosslt.markers.drags import changes, other_views, wording
+from rosslt.markers.drags import changes, wording
 from rosslt.markers.drags import drags as drags_module
 from rosslt.markers.drags import drop as drop_module
 from rosslt.markers.drags.drag import Drag
@@ -68,7 +67,9 @@ class SlowView(Follower):
     """A view whose drawing goes on until hands have been reported."""
 
     def __init__(self, scene, report):
-        super().__init__(scene, SimpleNamespace(version=0, can_change=lambda _value: True))
+        super().__init__(
+            scene, SimpleNamespace(version=0, can_change=lambda _value: True, look_up=lambda _sources: None)
+        )
         self._report, self.heard = report, None
 
     def _hear(self):
@@ -107,61 +108,6 @@ class Notes:
     def said(self):
         self._said += [text for _, text in self._scene.news().said]
         return self._said
-
-
-class Sharing:
-    """The drags of one view, which tells another one what is held in it."""
-
-    def __init__(self, view):
-        self.scene, self.view, self.told = box_scene(), view, []
-        self.notes = Notes(self.scene)
-        (self.name,) = self.scene.names()
-        self.pose = self.scene.handle(self.name).pose
-        self.drags = Drags(self.scene, Rules(is_live=False), str, view)
-        self.drags.share(self.told.append)
-
-    def hears(self, other, *held):
-        """What another view has told last, or something else."""
-        self.drags.hear(other.view, *(held or other.told[-1:]))
-
-
-def test_a_thing_that_is_held_in_another_view_is_held_until_it_is_let_go_there():
-    rviz, page = Sharing('/rviz'), Sharing('/page')
-    assert rviz.drags.hold(rviz.name)
-    page.hears(rviz)
-    assert not page.drags.hold(page.name, 'hand')
-    assert not page.drags.move(page.name, 'world', page.pose, 'hand')
-    assert not page.drags.release(page.name, 'world', page.pose, 'hand')
-    assert rviz.drags.release(rviz.name, 'world', rviz.pose)
-    page.hears(rviz)
-    assert page.drags.hold(page.name, 'hand')
-
-
-def test_a_hand_keeps_what_another_view_says_of_itself_or_took_later():
-    page, rviz = Sharing('/page'), Sharing('/rviz')
-    assert page.drags.hold(page.name, 'hand')
-    page.hears(page)
-    page.hears(rviz, {name: since + 0.01 for name, since in page.told[-1].items()})
-    assert page.drags.move(page.name, 'world', page.pose, 'hand')
-
-
-@pytest.mark.parametrize('earlier', [0.01, 0.0], ids=['earlier', 'at the same time'])
-def test_of_two_hands_that_did_not_know_of_each_other_the_first_one_stays(earlier):
-    first, second = Sharing('/a'), Sharing('/b')
-    assert second.drags.hold(second.name, 'hand')
-    first_held = {name: since - earlier for name, since in second.told[-1].items()}
-    second.hears(first, first_held)
-    assert not second.drags.move(second.name, 'world', second.pose, 'hand')
-    wait_until(lambda: wording.HELD in second.notes.said, 'the hand is told')
-    assert second.told[-1] == {}, 'the others hear that it has let go'
-
-
-def test_a_view_of_which_nothing_is_heard_any_more_holds_nothing(monkeypatch):
-    page, rviz = Sharing('/page'), Sharing('/rviz')
-    page.hears(rviz, {page.name: 1.0})
-    assert not page.drags.hold(page.name)
-    monkeypatch.setattr(other_views, 'SILENCE', 0.0)
-    assert page.drags.hold(page.name)
 
 
 def moving_scene(yaw=0.3):
@@ -255,14 +201,6 @@ def box_at(x, frame='world'):
     return marker
 
 
-def line_through(*points):
-    """A line through points on the x axis."""
-    marker = Marker(type=Marker.LINE_STRIP, points=[Point(x, 0.0, 0.0) for x in points])
-    marker.header.frame_id = 'world'
-    marker.scale.x = 0.1
-    return marker
-
-
 @pytest.fixture
 def asked(monkeypatch):
     """The requests to owners, who make every change: [{Source: new value}]."""
@@ -277,59 +215,30 @@ def asked(monkeypatch):
     return result
 
 
-def drag_while(name, before, during, end):
-    """Drag a handle from x = 1 while a message comes; gives a view with what is said."""
+def drag_while(before, during, end):
+    """Drag a box from x = 1 while a message comes."""
     scene = Scene(Settings())
-    notes = Notes(scene)
     take(scene, before)
     drags = Drags(scene, Rules(is_live=False), str)
-    assert drags.hold(name, frame='world', pose=at(1.0))
+    assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
     take(scene, during)
-    assert drags.release(name, 'world', at(end))
-    return notes
+    assert drags.release('/boxes::0', 'world', at(end))
 
 
-A, B, C = (values.Source('/owner', number) for number in (11, 12, 13))
+A, B = values.Source('/owner', 11), values.Source('/owner', 12)
 
 
-def test_a_thing_that_the_next_message_shows_in_the_same_frame_follows_the_hand(asked):
-    drag_while('/boxes::0', box_at(values.track(1.0, A)), box_at(values.track(1.1, A), '/world'), 2.0)
+def test_a_thing_that_the_next_message_shows_in_another_frame_follows_the_hand_in_the_frame_that_it_had(asked):
+    """Its x in the new frame is 100 less."""
+    x = values.track(1.0, A)
+    drag_while(box_at(x), box_at(x - 100.0, 'odom'), 2.0)
     wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
 
 
-def test_a_thing_that_is_in_another_frame_now_does_not_follow_the_hand(asked):
-    """Its x in the new frame is 100 less."""
-    x = values.track(1.0, A)
-    notes = drag_while('/boxes::0', box_at(x), box_at(x - 100.0, 'odom'), 2.0)
-    wait_until(lambda: notes.said == ['it is in the frame odom now instead of world'], 'the hand to be told')
-    assert asked == []
-
-
-def test_a_point_in_whose_place_there_is_another_one_now_does_not_follow_the_hand(asked):
-    before = line_through(values.track(0.0, A), values.track(1.0, B))
-    during = line_through(values.track(-1.0, C), values.track(0.0, A), values.track(1.0, B))
-    notes = drag_while('/boxes::0:points[1]', before, during, 2.0)
-    wait_until(lambda: notes.said == ['another thing has taken its place'], 'the hand to be told')
-    assert asked == []
-
-
-def test_a_thing_with_a_name_of_its_own_follows_the_hand_also_where_it_comes_from_another_source_now(asked):
+def test_a_thing_follows_the_hand_also_where_it_comes_from_another_source_now(asked):
     """A limit that it has come to, say."""
-    drag_while('/boxes::0', box_at(values.track(1.0, A)), box_at(values.track(1.5, B)), 2.0)
+    drag_while(box_at(values.track(1.0, A)), box_at(values.track(1.5, B)), 2.0)
     wait_until(lambda: asked == [{B: 2.0}], 'the source to be asked for')
-
-
-def test_what_was_dropped_is_left_alone_where_it_is_in_another_frame_now():
-    scene = Scene(Settings())
-    take(scene, box_at(values.track(1.0, A)))
-    drag = drag_of(scene, 'world', at(1.0))
-    drag.move('world', at(2.0))
-    drag.remember({A: node.Change(1.0, 2.0)})
-    drop = Drop(drag, scene.handle('/boxes::0'), dict)
-    take(scene, box_at(values.track(2.0, A) - 100.0, 'odom'))
-    drop.see(scene.handle('/boxes::0'))
-    assert drop.loop.is_over
-    assert not drop.is_elsewhere
 
 
 class Failing:
@@ -372,19 +281,6 @@ def test_a_hand_of_which_nothing_is_heard_any_more_has_let_go(asked, monkeypatch
     wait_until(lambda: asked == [{HEIGHT: 2.0}], 'the source to be asked for where it has been let go')
     wait_until(lambda: drags.hold(name, 'second'), 'another hand to get it')
     assert notes.said == []
-
-
-def test_a_hand_that_takes_hold_again_of_what_it_has_moved_begins_anew(asked):
-    """Nothing was heard of its letting go."""
-    scene = box_scene()
-    drags = Drags(scene, Rules(is_live=False), str)
-    (name,) = scene.names()
-    drags.move(name, 'world', at(1.0))
-    assert drags.hold(name, '', 'world', at(1.0))
-    drags.move(name, 'world', at(2.0))
-    assert drags.hold(name, '', 'world', at(2.0))
-    assert drags._held[name].start[0] == 2.0
-    wait_until(lambda: asked == [{HEIGHT: 2.0}], 'the first drag to be followed')
 
 
 class Folded:
@@ -435,31 +331,13 @@ def test_a_drag_that_begins_at_a_leap_makes_it_when_the_hand_lets_go(fold, monke
     wait_until(lambda: box.fold > 2.0, lambda: f'fold is {box.fold}')
 
 
-def test_a_drag_that_makes_a_node_raise_is_taken_back_and_the_hand_is_told(asked, monkeypatch):
-    taken_back, error = [], '/owner raises ZeroDivisionError: float division by zero'
-    monkeypatch.setattr(node, 'undo_request', lambda *request: taken_back.append(request) or node.Undone({}, {}))
-    errors = SimpleNamespace(raised_since=lambda nodes, since: error if nodes else '')
-    scene = Scene(Settings())
-    notes = Notes(scene)
-    take(scene, box_at(values.track(1.0, A)))
-    drags = Drags(scene, Rules(), str, errors=errors)
-    assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
-    drags.move('/boxes::0', 'world', at(2.0))
-    wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
-    drags.move('/boxes::0', 'world', at(3.0))
-    wait_until(lambda: f'{error}; taken back' in notes.said, 'the hand to be told')
-    assert [set(nodes) for _, nodes, _, _ in taken_back] == [{'/owner'}]
-    assert drags.release('/boxes::0', 'world', at(4.0))
-    assert asked == [{A: 2.0}]
-
-
 def dropped_at_two(scene, change=dict):
     """What was dropped at x = 2, from A = 1, and is expected to have become 2."""
     take(scene, box_at(values.track(1.0, A)))
     drag = drag_of(scene, 'world', at(1.0))
     drag.move('world', at(2.0))
     drag.remember({A: node.Change(1.0, 2.0)})
-    return Drop(drag, scene.handle('/boxes::0'), change)
+    return Drop(drag, change)
 
 
 def test_what_is_shown_where_it_was_dropped_is_done():
@@ -492,3 +370,15 @@ def test_what_moves_by_itself_is_left_alone():
         take(scene, box_at(values.track(2.0, A) + 0.1 * tick + 0.1))
         drop.see(scene.handle('/boxes::0'))
     assert (asked, drop.loop.is_over, drop.is_elsewhere) == ([], True, False)
+
+
+def test_what_no_message_shows_any_more_stays_where_it_was_dropped_and_says_so(asked, monkeypatch):
+    monkeypatch.setattr(drop_module, 'TIMEOUT', 0.0)
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    take(scene, box_at(values.track(1.0, A)))
+    drags = Drags(scene, Rules(is_live=False), str)
+    assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
+    assert drags.release('/boxes::0', 'world', at(2.0))
+    wait_until(lambda: notes.said == ['changed, but not shown yet'], 'it is said')
+    assert scene.is_held('/boxes::0')

@@ -192,7 +192,7 @@ class View(Follower):
     """A view that notes what is drawn anew, and in which way it can be turned then."""
 
     def __init__(self, scene):
-        super().__init__(scene, SimpleNamespace(version=0, can_change=is_free))
+        super().__init__(scene, SimpleNamespace(version=0, can_change=is_free, look_up=lambda _sources: None))
         self.drawn = []
 
     def draw(self, _handle, motions):
@@ -259,7 +259,7 @@ def test_a_drag_asks_only_for_what_is_tracked_and_was_changed():
 
 @pytest.mark.parametrize('kind', POINT_KINDS)
 def test_each_tracked_point_has_a_handle_of_its_own(kind):
-    message = marker(kind, size=0.1)
+    message = marker(kind, size=1.0)
     message.points = [Point(0.0, 0.0, 0.0), Point(tracked(1.0), tracked(2.0), 0.0), Point(3.0, 0.0, 0.0)]
     found = handles(message)
     assert set(found) == {'/topic:thing:0:points[1]'}
@@ -310,47 +310,6 @@ def test_a_small_plain_tilt_does_not_change_the_length_of_the_quaternion():
     goal = (0.0, 0.0, plain_math.sin(1.5), plain_math.cos(1.5))
     _, targets = handle.wanted((0.0, 0.0, 0.0, *goal), moved=False, turned=True)
     assert targets == pytest.approx(goal[2:])
-
-
-def triangle(scale, corner):
-    """A triangle, turned and away from the origin, with one corner."""
-    message = marker(Marker.TRIANGLE_LIST)
-    message.scale.x, message.scale.y, message.scale.z = scale
-    message.pose.position.x, message.pose.orientation = 1.0, Quaternion(*TURNED)
-    message.points = [Point(*corner), Point(0.0, 1.0, 0.0), Point(0.0, 0.0, 1.0)]
-    return message
-
-
-def test_the_corner_of_a_triangle_stands_and_moves_where_rviz_scales_it_to():
-    corner = [tracked(part, number) for number, part in enumerate((1.0, 2.0, 3.0))]
-    (handle,) = handles(triangle((2.0, 0.5, -1.0), corner)).values()
-
-    def scaled_to(*local):
-        x, y, z = rotate_vector(TURNED, local)
-        return (1.0 + x, y, z, *TURNED)
-
-    assert handle.pose == pytest.approx(scaled_to(2.0, 1.0, -3.0))
-    wanted, targets = handle.wanted(scaled_to(4.0, 2.0, -5.0), moved=True, turned=False)
-    assert wanted == [1.0, 2.0, 3.0]
-    assert targets == pytest.approx([2.0, 4.0, 5.0])
-    assert handle.position is None, 'its coordinates are not those of the frame'
-
-
-def test_the_corner_of_a_triangle_does_not_move_along_an_axis_where_its_scale_is_0():
-    (handle,) = handles(triangle((2.0, 0.0, 1.0), (tracked(1.0, 1), tracked(2.0, 2), 0.0))).values()
-    assert handle.motions(is_free).axes == (True, False, False)
-    wanted, targets = handle.wanted(handle.pose, moved=True, turned=False)
-    assert (wanted, targets) == ([1.0], [1.0])
-
-
-def test_the_handles_of_a_scaled_triangle_are_as_large_as_those_of_one_that_is_drawn_alike():
-    def size(side, scale):
-        message = marker(Marker.TRIANGLE_LIST, size=scale)
-        message.points = [Point(tracked(side), 0.0, 0.0), Point(0.0, side, 0.0), Point(0.0, 0.0, side)]
-        (handle,) = handles(message).values()
-        return handle.size
-
-    assert size(4000.0, 0.001) == size(4.0, 1.0)
 
 
 @pytest.mark.parametrize(

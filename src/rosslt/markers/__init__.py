@@ -9,7 +9,6 @@ from rosslt.markers import geometry
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags import mouse
 from rosslt.markers.drags.drags import Drags, Rules
-from rosslt.markers.drags.other_views import HeldTopic
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.faults import contained
 from rosslt.markers.offers import FREE, HEADING, UNDO, Choice, Offers
@@ -21,35 +20,3 @@ from rosslt.markers.scene.follower import FRAME_RATE, Follower
 from rosslt.markers.scene.handle import CONTROL_SCALE, Handle, Motions, Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Graph, Watch
-
-__all__ = [
-    'CONTROL_SCALE',
-    'FRAME_RATE',
-    'UNDO',
-    'FREE',
-    'HEADING',
-    'HELD',
-    'KINDS',
-    'Choice',
-    'Descriptions',
-    'Drags',
-    'Follower',
-    'Graph',
-    'Handle',
-    'HeldTopic',
-    'MessageKind',
-    'Motions',
-    'Offers',
-    'Rules',
-    'Scene',
-    'Settings',
-    'Watch',
-    'contained',
-    'geometry',
-    'mouse',
-    'open_rviz',
-    'refusal',
-    'run',
-    'short_numbers',
-    'wait_for_turn',
-]

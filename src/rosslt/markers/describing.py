@@ -1,7 +1,7 @@
 """Names of sources, and their files and lines, as people read them; and whether a drag may change them."""
 
 import os
-from typing import Any, Collection, Dict, List, Tuple
+from typing import Any, Collection, Optional, Tuple
 
 from rosslt import node, values
 
@@ -31,29 +31,25 @@ class Descriptions:
             return '{} of {}'.format(source.location_id, source.node)
         return place.local_name if place.location.is_named else place.short_file
 
-    def one(self, source: values.Source, present: Dict[values.Source, Any]) -> str:
-        """`shoulder = 0.4 (arm.py:48)`, and the node where more than one has such a location.
+    def one(self, source: values.Source, present: Optional[Any] = None) -> str:
+        """`shoulder (arm.py:48)`, and the node where more than one has such a location.
 
         Args:
             source: what to describe.
-            present: {Source: its value}.
+            present: its value, to be named, too: `shoulder = 0.4 (arm.py:48)`.
         """
         place = self._directory.of(source)
-        value = _brief(present.get(source))
+        name = '' if place is not None and not place.location.is_named else self.name(source)
+        value = '' if present is None else '%.4g' % present if isinstance(present, float) else repr(present)
+        text = ' = '.join(filter(None, [name, value]))
         if place is None:
-            return '{} = {}'.format(self.name(source), value)
+            return text
         where = '{}:{}'.format(os.path.basename(place.location.file), place.location.line)
         if not place.location.is_named:
             where += ':{}'.format(place.location.column)
         if self._directory.has_twin(place):
             where += ' of ' + source.node
-        if place.location.is_named:
-            return '{} = {} ({})'.format(place.local_name, value, where)
-        return '{} ({})'.format(value, where)
-
-    def several(self, sources: List[values.Source], present: Dict[values.Source, Any]) -> str:
-        """Several sources as one text."""
-        return ', '.join(self.one(source, present) for source in sources)
+        return '{} ({})'.format(text, where) if text else where
 
     def in_full(self, source: values.Source) -> str:
         """The file of a source, with the whole path, and its name: `/home/me/arm.py:48:24, shoulder of /arm`."""
@@ -72,7 +68,3 @@ class Descriptions:
         sources = values.sources(value)
         self.look_up(sources)
         return len(self.read_only(sources)) < len(sources)
-
-
-def _brief(value: Any) -> str:
-    return '%.4g' % value if isinstance(value, float) else repr(value)

@@ -1,6 +1,6 @@
 """The choices that people have for the things of a scene, in a menu of RViz or on a page, and the texts for them."""
 
-from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Set
+from typing import Any, Collection, List, NamedTuple, Optional, Sequence, Set
 
 from rosslt import values
 from rosslt.markers.describing import Descriptions
@@ -45,9 +45,9 @@ class Offers(NamedTuple):
         """The sources that a drag of a thing may change, the default first."""
         return choices_of(handle.tracked, self.descriptions.read_only(values.sources(handle.tracked)))
 
-    def title(self, choice: Choice, present: Dict[values.Source, Any]) -> str:
-        """The text of a choice, with {Source: its value}."""
-        return self.descriptions.several(choice.changed, present)
+    def title(self, choice: Choice) -> str:
+        """The text of a choice."""
+        return ', '.join(map(self.descriptions.one, choice.changed))
 
     def chosen(self, name: str, choices: List[Choice]) -> Optional[values.Source]:
         """The source that has been chosen for a thing, None for the default; also where the choice is there no more."""

@@ -7,5 +7,3 @@ is shut down.
 
 from rosslt.web.access import NotServed
 from rosslt.web.page import Page, run
-
-__all__ = ['NotServed', 'Page', 'run']

@@ -50,12 +50,7 @@ class Buttons:
         if last is None:
             self._tell(client, name, 'there is no change to take back')
             return
-        concerned, silent = node.histories(self._locations.nodes(), last.request_id, TIMEOUT)
-        hanging = [other for other, reason in silent.items() if reason == node.NO_ANSWER]
-        if hanging:
-            which = ' and '.join(hanging)
-            self._tell(client, name, f'nothing is taken back: {which} may have changed, too, and does not answer')
-            return
+        concerned, _ = node.histories(self._locations.nodes(), last.request_id, TIMEOUT)
         undone = node.undo_request(last.request_id, concerned, rospy.get_name(), TIMEOUT)
         for other, reason in undone.reasons.items():
             self._tell(client, other, 'cannot undo: ' + reason)

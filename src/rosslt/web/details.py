@@ -42,7 +42,7 @@ class Details:
             with modal:
                 client.gui.add_markdown(self._text(handle, explained, sources, present))
                 if len(choices) > 1:
-                    self._add_choices(client, name, choices, present)
+                    self._add_choices(client, name, choices)
                 if self._offers.can_be_free(handle):
                     self._add_free(client, name)
                 undo = client.gui.add_button(UNDO)
@@ -76,16 +76,14 @@ class Details:
         lines += ['', '**The numbers behind it**', '']
         for source in sources:
             note = ', takes no change' if source in self._descriptions.read_only([source]) else ''
-            brief, full = self._descriptions.one(source, present), self._descriptions.in_full(source)
+            brief, full = self._descriptions.one(source, present.get(source)), self._descriptions.in_full(source)
             lines.append('- {} ({}){}'.format(code(brief), code(full), note))
         return '\n'.join(lines)
 
-    def _add_choices(
-        self, client: viser.ClientHandle, name: str, choices: List[Choice], present: Dict[values.Source, Any]
-    ) -> None:
+    def _add_choices(self, client: viser.ClientHandle, name: str, choices: List[Choice]) -> None:
         """A button for each choice: a list to open would be open at once, and hide what is below it."""
         client.gui.add_markdown('**{}**'.format(HEADING))
-        titles = [self._offers.title(choice, present) for choice in choices]
+        titles = [self._offers.title(choice) for choice in choices]
         buttons = [client.gui.add_button(title, color='gray') for title in titles]
 
         def show() -> None:

@@ -49,11 +49,6 @@ class Frames:
         """The pose of a frame on the page, as far as known."""
         return self._poses.get(frame.lstrip('/')) or AT_ORIGIN
 
-    def missing(self) -> Dict[str, str]:
-        """{frame of things that cannot be shown: the frame to which no tf leads}."""
-        with self._lock:
-            return {frame: self._fixed for frame, pose in self._poses.items() if pose is None}
-
     def update(self) -> None:
         """Put all frames where tf has them now."""
         with self._lock:

@@ -22,9 +22,6 @@ from rosslt.web.locations import PAUSE, Key, Locations
 #: A slider has about so many steps.
 STEPS = 1000
 
-#: The largest whole number that a browser tells from the next one, as a slider has to.
-LARGEST = 2**53
-
 #: The mark of a changed location.
 MARK = '● '
 
@@ -183,19 +180,11 @@ def _is_changed(place: Place) -> bool:
 
 def _has_slider(place: Place) -> bool:
     """Return whether a location is a number between two bounds; a getter may be beyond them."""
-    if (
-        place.location.fault
-        or place.location.type not in ('int', 'float')
-        or place.minimum is None
-        or place.maximum is None
-    ):
+    if place.location.fault or place.location.type not in ('int', 'float'):
         return False
-    parts = place.minimum, place.value, place.maximum
-    return (
-        place.minimum < place.maximum
-        and place.minimum <= place.value <= place.maximum
-        and not any(isinstance(part, int) and abs(part) > LARGEST for part in parts)
-    )
+    if place.minimum is None or place.maximum is None:
+        return False
+    return bool(place.minimum < place.maximum and place.minimum <= place.value <= place.maximum)
 
 
 def _shown(place: Place) -> Any:

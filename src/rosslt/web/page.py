@@ -5,7 +5,6 @@ from typing import Optional
 
 import rospy
 import viser
-from viser import _messages
 
 from rosslt import node
 from rosslt.markers import (
@@ -13,7 +12,6 @@ from rosslt.markers import (
     Descriptions,
     Drags,
     Handle,
-    HeldTopic,
     Offers,
     Rules,
     Scene,
@@ -35,23 +33,11 @@ from rosslt.web.things import Things
 
 NODE = 'slt_web'
 
-#: The numbers of frames between two updates of the list of fields, and of the plots.
-FIELDS_EVERY, PLOTS_EVERY = 3, 6
+#: The number of frames between two updates of the fields and plots.
+EVERY = 6
 
 #: The light from all sides: how strong it is, in viser's unit, and the color of what comes from below.
 SKY_LIGHT, GROUND_COLOR = 1.5, (150, 150, 150)
-
-#: For browsers: a box beside a slider that is left with no number in it shows the slider's again. viser takes what is
-#: no number for the beginning of one, and tells nobody of it.
-FILL_LEFT_BOXES = """
-addEventListener('focusout', ({target: box}) => {
-  const slider = box.closest('.mantine-Flex-root')?.querySelector('[role=slider]');
-  if (box.tagName === 'INPUT' && slider && !Number.isFinite(parseFloat(box.value))) {
-    Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(box, slider.ariaValueNow);
-    box.dispatchEvent(new Event('input', {bubbles: true}));
-  }
-});
-"""
 
 
 class Server(viser.ViserServer):
@@ -84,14 +70,12 @@ class Page:
             server.stop()
             raise NotServed('cannot listen at {} port {}: somebody else does'.format(host, port))
         server.gui.configure_theme(show_logo=False, show_share_button=False, control_width='large')
-        server.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(FILL_LEFT_BOXES))
         _furnish(server.scene)
         server.initial_camera.position = (-3.0, -4.5, 3.5)
         server.initial_camera.look_at = (0.0, 0.0, 0.5)
         self._scene = scene = Scene(Settings(draws_all=True))
         descriptions = Descriptions()
-        drags = Drags(scene, Rules(), descriptions.name, rospy.get_name(), node.NodeErrors())
-        drags.share(HeldTopic(drags.hear).tell)
+        drags = Drags(scene, Rules(), descriptions.name)
         offers = Offers(scene, drags, descriptions)
         self._lock = lock = threading.RLock()
         self._frames = Frames(server, lock, fixed_frame)
@@ -122,9 +106,8 @@ class Page:
             self._frames.update()
             self._things.follow()
         self._server.flush()  # viser would wait for more
-        if count % FIELDS_EVERY == 0:
+        if count % EVERY == 0:
             self._numbers.update()
-        if count % PLOTS_EVERY == 0:
             self._plots.update()
 
     def _say(self, handle: Handle, text: str, to: Optional[viser.ClientHandle] = None) -> None:

@@ -4,7 +4,7 @@ Everybody who looks sees the same things. A thing that a hand holds is where thi
 """
 
 import asyncio
-from typing import Any, Callable, ContextManager, Dict, List, NamedTuple, Optional, Set, Tuple, Union
+from typing import Any, Callable, ContextManager, Dict, List, Optional, Union
 from urllib.parse import quote
 
 import viser
@@ -31,14 +31,18 @@ class Thing:
         arrows: viser's control to move it, or None.
         rings: viser's controls to turn it, in the order of its motions.
         shown: where it is drawn now.
+        hand: the client that holds it, or None.
+        start: where it was when this hand took hold of it.
+        grabbed: the point of the body that it took hold of.
     """
 
     def __init__(self, handle: Handle, motions: Motions, body: viser.FrameHandle) -> None:
         self.handle, self.motions, self.body = handle, motions, body
         self.arrows: Optional[viser.TransformControlsHandle] = None
         self.rings: List[viser.TransformControlsHandle] = []
-        self.shown = handle.pose
-        self._placed: Dict[str, Tuple[mouse.Vector, Rotation]] = {}  # name of a part -> where it was put
+        self.shown = self.start = handle.pose
+        self.hand: Optional[int] = None
+        self.grabbed: mouse.Vector = (0.0, 0.0, 0.0)
 
     def put(self, pose: PoseTuple, held: Optional[viser.TransformControlsHandle] = None) -> None:
         """Draw it at a pose.
@@ -47,41 +51,17 @@ class Thing:
             held: the control that a hand holds, which is left alone.
         """
         self.shown = pose
-        position = pose[0], pose[1], pose[2]
-        self._place(self.body, position, _rotation(pose))
-        if self.arrows is not None and self.arrows is not held:
-            self._place(self.arrows, position, UPRIGHT)
-        for control, ring in zip(self.rings, self.motions.rings):
-            if control is not held:
-                self._place(control, position, ring.orientation(_rotation(pose)))
-
-    def forget(self, control: viser.TransformControlsHandle) -> None:
-        """A hand has moved a control: it is not where it was put."""
-        self._placed.pop(control.name, None)
+        upright = [] if self.arrows is None else [(self.arrows, UPRIGHT)]
+        rings = [(ring, one.orientation(_rotation(pose))) for ring, one in zip(self.rings, self.motions.rings)]
+        for part, (x, y, z, w) in [(self.body, _rotation(pose)), *upright, *rings]:
+            if part is not held:
+                part.position, part.wxyz = pose[:3], (w, x, y, z)
 
     def remove(self) -> None:
         """Take it away."""
         for part in (self.arrows, *self.rings, self.body):
             if part is not None:
                 part.remove()
-
-    def _place(self, part: viser.SceneNodeHandle, position: mouse.Vector, rotation: Rotation) -> None:
-        """Put a part somewhere; what stays as it is need not be sent to all browsers."""
-        before = self._placed.get(part.name)
-        self._placed[part.name] = position, rotation
-        if before is None or before[0] != position:
-            part.position = position
-        if before is None or before[1] != rotation:
-            x, y, z, w = rotation
-            part.wxyz = (w, x, y, z)
-
-
-class Grip(NamedTuple):
-    """A hand on a thing: whose it is, the point of the body that it took hold of, and where the thing was then."""
-
-    client: int
-    grabbed: mouse.Vector
-    start: PoseTuple
 
 
 class Things(Follower):
@@ -97,7 +77,6 @@ class Things(Follower):
 
     Attributes:
         lock: of the page.
-        free: the names of things whose bodies move in the plane of the screen.
         picked: called with (client, handle) when somebody clicks on a thing.
     """
 
@@ -113,10 +92,8 @@ class Things(Follower):
         self.lock = lock
         self._server, self._frames, self._tell, self._drags = server, frames, tell, offers.drags
         self._things: Dict[str, Thing] = {}
-        self._grips: Dict[str, Grip] = {}  # of the hands that hold things, by their names
         self._is_crowded = False
         self._clicked = ''
-        self.free: Set[str] = set()
         self.picked: Callable[[viser.ClientHandle, Handle], None] = lambda client, handle: None
 
     def say(self, handle: Handle, text: str) -> None:
@@ -182,9 +159,9 @@ class Things(Follower):
     def keep_held(self) -> None:
         """Say that hands that rest still hold what they hold: a browser reports a mouse only as it moves."""
         clients = self._server.get_clients()
-        self._grips = {name: grip for name, grip in self._grips.items() if grip.client in clients}
-        for name, grip in self._grips.items():
-            self._drags.keep(name, str(grip.client))
+        for name, thing in self._things.items():
+            if thing.hand in clients:
+                self._drags.keep(name, str(thing.hand))
 
     def _on_control(self, control: viser.TransformControlsHandle, name: str) -> None:
         async def moved(event: viser.TransformControlsEvent) -> None:
@@ -199,20 +176,17 @@ class Things(Follower):
         """A hand has moved the arrows or a ring of a thing."""
         thing = self._things.get(name)
         if thing is None or control not in (thing.arrows, *thing.rings):  # it was drawn anew
-            self._ended(event, name)
             return
-        thing.forget(control)
-        grip = self._grip(event, thing, (0.0, 0.0, 0.0))
-        if grip is None or event.phase == 'start':
+        if not self._has(event, thing) or event.phase == 'start':
             return
         if control is thing.arrows:
             x, y, z = map(float, control.position)
-            self._move(event, thing, (x, y, z, *grip.start[3:]), control)
+            self._move(event, thing, (x, y, z, *thing.start[3:]), control)
         else:
             w, x, y, z = map(float, control.wxyz)
-            rest = thing.motions.rings[thing.rings.index(control)].orientation(_rotation(grip.start))
-            turned = mouse.turned_by(rest, (x, y, z, w), grip.start[3:])
-            self._move(event, thing, (*grip.start[:3], *turned), control)
+            rest = thing.motions.rings[thing.rings.index(control)].orientation(_rotation(thing.start))
+            turned = mouse.turned_by(rest, (x, y, z, w), thing.start[3:])
+            self._move(event, thing, (*thing.start[:3], *turned), control)
 
     def _make_grabbable(self, part: Any, thing: Thing) -> None:
         handle, name = thing.handle, thing.handle.name
@@ -243,33 +217,30 @@ class Things(Follower):
     def _body_moved(self, event: viser.SceneNodeDragEvent, name: str) -> None:
         """A hand has moved the body of a thing."""
         thing = self._things.get(name)
-        if thing is None:
-            self._ended(event, name)
+        if thing is None or not self._has(event, thing):
             return
         frame, motions = self._frames.pose(thing.handle.frame), thing.motions
-        grip = self._grip(event, thing, mouse.into(frame, event.start_position))
-        if grip is None or event.phase == 'start':
+        if event.phase == 'start':
+            thing.grabbed = mouse.into(frame, event.start_position)
             return
-        turned = UPRIGHT if motions.is_in_frame else _rotation(grip.start)
+        turned = UPRIGHT if motions.is_in_frame else _rotation(thing.start)
         eye = mouse.into(frame, event.client.camera.position)
         pointer = mouse.into(frame, event.end_position)
-        way = mouse.dragged(grip.grabbed, eye, pointer, motions.of_body(name in self.free), turned)
+        way = mouse.dragged(thing.grabbed, eye, pointer, motions.of_body(name in self.free), turned)
         pose = thing.shown
         if way is not None:
-            x, y, z = (a + b for a, b in zip(grip.start, way))
-            pose = (x, y, z, *grip.start[3:])
+            x, y, z = (a + b for a, b in zip(thing.start, way))
+            pose = (x, y, z, *thing.start[3:])
         self._move(event, thing, pose)
 
-    def _grip(self, event: Event, thing: Thing, grabbed: mouse.Vector) -> Optional[Grip]:
-        """The grip of a hand, which begins with its first event; None, which the hand is told, where it gets none."""
-        name, client = thing.handle.name, event.client_id
-        if event.phase == 'start' and self._drags.hold(name, str(client), thing.handle.frame, thing.shown):
-            self._grips[name] = Grip(client, grabbed, thing.shown)
-        grip = self._grips.get(name)
-        if grip is None or grip.client != client:
+    def _has(self, event: Event, thing: Thing) -> bool:
+        """Return whether a hand has a thing: it takes hold with its first event, or is told that it does not."""
+        hold = self._drags.hold
+        if event.phase == 'start' and hold(thing.handle.name, str(event.client_id), thing.handle.frame, thing.shown):
+            thing.hand, thing.start = event.client_id, thing.shown
+        if thing.hand != event.client_id:
             self._refuse(event, thing)
-            return None
-        return grip
+        return thing.hand == event.client_id
 
     def _move(
         self, event: Event, thing: Thing, pose: PoseTuple, control: Optional[viser.TransformControlsHandle] = None
@@ -277,7 +248,7 @@ class Things(Follower):
         """The hand that holds a thing has moved it, or lets it go there."""
         name, frame, hand = thing.handle.name, thing.handle.frame, str(event.client_id)
         if event.phase == 'end':
-            self._ended(event, name)
+            thing.hand = None
             if not self._drags.release(name, frame, pose, hand):
                 thing.put(thing.shown)  # the browser has moved it all the same
         elif self._drags.move(name, frame, pose, hand):
@@ -290,12 +261,6 @@ class Things(Follower):
         if event.phase != 'end':
             self._tell(thing.handle, HELD, event.client)
         thing.put(thing.shown)
-
-    def _ended(self, event: Event, name: str) -> None:
-        """A hand that lets go holds nothing any more, not even of what is gone meanwhile."""
-        grip = self._grips.get(name)
-        if event.phase == 'end' and grip is not None and grip.client == event.client_id:
-            del self._grips[name]
 
 
 def _rotation(pose: PoseTuple) -> Rotation:

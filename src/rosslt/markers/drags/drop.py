@@ -20,41 +20,37 @@ STILL = 1.0
 class Drop:
     """Feeds a ClosedLoop with the messages after a drop.
 
-    A thing that moves by itself is left where its messages have it. So is one whose latest message has another frame,
-    or another thing under its name.
+    A thing that moves by itself is left where its messages have it.
 
     Args:
         drag: it is over, and sources have followed it.
-        handle: the thing as the last message before has it, or None.
         change: changes the sources again for what is seen; gives {Source: Change}, empty where it cannot.
     """
 
-    def __init__(
-        self, drag: Drag, handle: Optional[Handle], change: Callable[[], Dict[values.Source, node.Change]]
-    ) -> None:
+    def __init__(self, drag: Drag, change: Callable[[], Dict[values.Source, node.Change]]) -> None:
         self.drag = drag
-        self._handle = handle
-        self._is_lost = False
+        self._handle = drag.solved
         self.loop = node.ClosedLoop(lambda _: change(), ROUNDS, TIMEOUT, STILL)
         self.loop.follow(self._observed(drag.solved), drag.changes)
 
     def see(self, handle: Optional[Handle]) -> None:
         """Take in the thing as the latest message has it, or None."""
-        if handle is not None and handle is not self._handle:
+        if handle is not None and handle is not self._handle and handle.frame == self._handle.frame:
             self._handle = handle
-            if self.drag.misfit(handle) is not None:
-                self._is_lost = True
-                self.loop.stop()
-            elif not self._is_of_the_way(handle):
+            if not self._is_of_the_way(handle):
                 self.loop.take(self._observed(handle))
         if not self.loop.is_over and time.monotonic() >= self.loop.end:
             self.loop.pass_time()
 
     @property
+    def is_seen(self) -> bool:
+        """True once a message has shown it since the last change."""
+        return bool(self.loop.observer.new or self.loop.observer.other)
+
+    @property
     def is_elsewhere(self) -> bool:
         """True once the thing stays elsewhere, whatever its sources were made."""
-        loop = self.loop
-        return loop.is_over and not loop.is_reached and loop.last is not None and not self._is_lost
+        return self.loop.is_over and not self.loop.is_reached and self.loop.last is not None
 
     def _is_of_the_way(self, handle: Handle) -> bool:
         """Return whether a message was computed from source values that the hand has passed on its way."""

@@ -3,7 +3,6 @@
 import collections
 import os
 import subprocess
-import time
 from typing import Any, Dict, List, NamedTuple, Sequence
 
 import rosgraph
@@ -101,17 +100,11 @@ def open_rviz(arguments: Sequence[str] = ()) -> int:
 
     Args:
         arguments: handed on to RViz.
-
-    Raises:
-        ValueError: a private parameter has a value that it cannot have.
     """
-    wait = rospy.get_param('~wait', 5.0)
-    if isinstance(wait, bool) or not isinstance(wait, (int, float)) or wait < 0.0:
-        raise ValueError('the parameter ~wait is {!r} instead of a number of seconds'.format(wait))
     shown = Shown(rospy.get_param('~fixed_frame', ''))
     path = os.path.join(rospkg.get_ros_home(), 'rosslt.rviz')
     os.makedirs(os.path.dirname(path), exist_ok=True)
-    shown.open_with(path, float(wait))
+    _write(path, configuration({}, shown.frame, has_robot=False))
     name = '{}_rviz'.format(rospy.get_name())
     process = subprocess.Popen(['rviz', '-d', path, *arguments, '__name:=' + name.rpartition('/')[2]])
     try:
@@ -130,30 +123,19 @@ class Shown:
 
     Args:
         fixed_frame: RViz's fixed frame; by default the one that most topics use.
+
+    Attributes:
+        frame: RViz's fixed frame.
     """
 
     def __init__(self, fixed_frame: str = '') -> None:
-        self._chosen_frame, self._frame = fixed_frame, fixed_frame
+        self._chosen_frame, self.frame = fixed_frame, fixed_frame or WORLD
         self._scene = Scene(Settings())
         Watch(self._scene)
         self._master = rosgraph.Master(rospy.get_name())
         self._types: Dict[str, str] = {}  # of the topics that RViz shows
         self._has_robot = False
         self._found: Dict[str, str] = {}  # {topic: frame} of all that can be dragged
-
-    def open_with(self, path: str, wait: float) -> None:
-        """Write what RViz opens with: all that is found until nothing new comes, or for so many seconds."""
-        end = time.monotonic() + wait
-        while not self._has_news() and time.monotonic() < end and not rospy.is_shutdown():
-            rospy.rostime.wallsleep(min(PERIOD, wait))
-        displays = self._take_new()
-        if self._types:
-            rospy.loginfo('RViz shows %s', ', '.join(sorted(self._types)))
-        else:
-            rospy.loginfo('no topic with provenance was found within %g s; RViz shows those that come later', wait)
-        made = configuration({}, self._frame, has_robot=False)
-        made['Visualization Manager']['Displays'][2:2] = displays
-        _write(path, made)
 
     def add_to(self, rviz: str, path: str) -> None:
         """Add the displays of what has come to RViz, which keeps what a person has changed in it."""
@@ -166,10 +148,10 @@ class Shown:
         with open(path, encoding='utf-8') as file:
             present = yaml.safe_load(file)
         manager = present['Visualization Manager']
-        before = self._frame
+        before = self.frame
         manager['Displays'] += self._take_new()
         if manager['Global Options']['Fixed Frame'] == before:
-            manager['Global Options']['Fixed Frame'] = self._frame
+            manager['Global Options']['Fixed Frame'] = self.frame
         _write(path, present)
         _ask_rviz(rviz, 'load_config_discarding_changes', path)
         rospy.loginfo('RViz shows %s', ', '.join(sorted(self._types)))
@@ -189,7 +171,7 @@ class Shown:
         self._types.update(new)
         had_robot, self._has_robot = self._has_robot, self._has_robot or rospy.has_param('robot_description')
         frames = collections.Counter(frame.lstrip('/') for frame in self._found.values())
-        self._frame = self._chosen_frame or max(frames, key=lambda frame: frames[frame], default=WORLD)
+        self.frame = self._chosen_frame or max(frames, key=lambda frame: frames[frame], default=WORLD)
         return displays_of(new, self._has_robot and not had_robot)
 
 

@@ -4,7 +4,7 @@
 inserted again, so that what a hand holds has to be left alone.
 """
 
-from typing import Callable, Set
+from typing import Optional
 
 from visualization_msgs.msg import InteractiveMarkerFeedback as Feedback
 
@@ -12,6 +12,7 @@ from rosslt.markers.drags.wording import HELD
 from rosslt.markers.faults import contained
 from rosslt.markers.offers import Offers
 from rosslt.markers.rviz import controls
+from rosslt.markers.rviz.menus import Menu, Menus
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.follower import Follower
@@ -26,18 +27,19 @@ class Display(Follower):
         server: a `Server`, which nobody else uses.
         offers: what is shown, and what hands can do.
         notes: the texts beside handles.
-
-    Attributes:
-        free: the names of handles whose bodies move in the plane of the screen.
-        add_menu: called with (server, handle) once a handle's marker has been inserted.
     """
 
     def __init__(self, server: Server, offers: Offers, notes: Notes) -> None:
         super().__init__(offers.scene, offers.descriptions)
-        self.free: Set[str] = set()
-        self.add_menu: Callable[[Server, Handle], None] = lambda server, handle: None
         self._server, self._drags, self._notes = server, offers.drags, notes
+        self._menus = Menus(offers, self.redraw, self.free)
         self._is_over = False
+
+    def extra(self, handle: Handle) -> Optional[Menu]:
+        """The menu of a handle."""
+        with contained(f'{handle.name} has no menu'):
+            return self._menus.of(handle)
+        return None
 
     def say(self, handle: Handle, text: str) -> None:
         """Put a note beside a handle."""
@@ -47,8 +49,9 @@ class Display(Follower):
         """Insert the interactive marker of a handle."""
         marker = controls.handle_marker(handle, motions, handle.name in self.free)
         self._server.insert(marker, self._feedback)
-        with contained(f'{handle.name} has no menu'):
-            self.add_menu(self._server, handle)
+        menu = self._shown[handle.name].drawing[2]
+        if menu is not None:
+            self._menus.add(self._server, handle.name, menu)
 
     def move(self, handle: Handle) -> None:
         """Send where a handle is now."""

@@ -4,25 +4,18 @@ import gc
 from typing import List
 
 import rospy
-from rosgraph_msgs.msg import Log
 
-from rosslt import node
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.drags import Drags, Rules
-from rosslt.markers.drags.other_views import HeldTopic
 from rosslt.markers.faults import contained
 from rosslt.markers.offers import Offers
 from rosslt.markers.rviz.display import Display
-from rosslt.markers.rviz.menus import Menus
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.follower import FRAME_RATE
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Watch
-
-#: The number of menus that are checked for new sources each time.
-MENUS_CHECKED = 10
 
 #: The number of new objects after which Python's garbage collector looks for reference cycles.
 OBJECTS_BEFORE_COLLECTING = 20_000
@@ -46,13 +39,10 @@ def run() -> None:
 
     scene = Scene(settings)
     descriptions = Descriptions()
-    drags = Drags(scene, rules, descriptions.name, rospy.get_name(), node.NodeErrors())
+    drags = Drags(scene, rules, descriptions.name)
     offers = Offers(scene, drags, descriptions)
     display = Display(Server(rospy.get_name()), offers, notes)
-    menus = Menus(offers, display)
-    drags.share(HeldTopic(drags.hear).tell)
     Watch(scene, topics)
-    rospy.Subscriber('/rosout', Log, _show_errors, scene, queue_size=10)
     rospy.on_shutdown(display.clear)
     # What the node has begun with stays, and need not be looked through again and again as messages come; nor need the
     # objects of a message of some hundred markers while it is read.
@@ -61,15 +51,8 @@ def run() -> None:
     while not rospy.is_shutdown():
         with contained('the markers cannot be brought up to date'):
             scene.expire()
-            menus.check(MENUS_CHECKED)
             display.apply()
         rospy.rostime.wallsleep(1.0 / FRAME_RATE)
-
-
-def _show_errors(entry: Log, scene: Scene) -> None:
-    """Show what a node that owns numbers reports as an error: roslaunch hides it in a log file."""
-    if entry.level >= Log.ERROR:
-        scene.say_of_node(entry.name, entry.msg)
 
 
 def _one_of(name: str, default: str, other: str) -> str:

@@ -81,10 +81,9 @@ def pose_array(topic: str, message: PoseArray, settings: Settings) -> Iterator[N
 
 def path(topic: str, message: Path, settings: Settings) -> Iterator[Named]:
     """A Path: a handle for each tracked pose, in the frame of the path."""
-    for index, stamped in enumerate(message.poses):
-        name = '{}:poses[{}]'.format(topic, index)
-        yield name, _on_pose(name, message.header.frame_id, stamped.pose, settings, ONE_OF_MANY)
-    yield from _line(topic, message.header.frame_id, [stamped.pose.position for stamped in message.poses], settings)
+    poses = [stamped.pose for stamped in message.poses]
+    yield from pose_array(topic, PoseArray(message.header, poses), settings)
+    yield from _line(topic, message.header.frame_id, [pose.position for pose in poses], settings)
 
 
 def polygon_stamped(topic: str, message: PolygonStamped, settings: Settings) -> Iterator[Named]:

@@ -1,9 +1,6 @@
 """Finds handles that stand on the same thing, and selects the one that is shown."""
 
-import collections
-import itertools
-import math
-from typing import Any, Counter, Dict, Iterator, List, Optional, Set, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 from rosslt import values
 from rosslt.markers.geometry import distance
@@ -18,8 +15,6 @@ SLOPE_TOLERANCE = 0.05
 #: The frame, and the sources of x, y and z.
 Origin = Tuple[Any, ...]
 
-Cell = Tuple[int, ...]
-
 
 class Duplicates:
     """The handles that stand on one thing, by the sources that their positions come from.
@@ -30,95 +25,42 @@ class Duplicates:
 
     def __init__(self) -> None:
         self._origins: Dict[str, Origin] = {}  # name of a handle -> its origin
-        self._groups: Dict[Origin, _Group] = {}
-        self._hidden_by: Dict[str, Set[str]] = {}  # names of handles -> those of lower ranks on the same thing
-        self._hides: Dict[str, Set[str]] = {}
+        self._ranks: Dict[Origin, Dict[int, Dict[str, Handle]]] = {}  # origin -> rank -> {name: handle}
 
     def is_shown(self, name: str) -> bool:
-        """True unless another handle on the same thing hides a handle."""
-        return name not in self._hidden_by
+        """True unless a handle of a lower rank on the same thing hides a handle."""
+        ranks = self._ranks.get(self._origins.get(name, ()), {})
+        for rank, handles in ranks.items():
+            if name in handles:
+                lower = [other for one in ranks if one < rank for other in ranks[one].values()]
+                return not any(_are_same(other, handles[name]) for other in lower)
+        return True
 
     def put(self, handle: Handle) -> List[str]:
-        """A handle is there, or has changed; gives the names of others that are shown or hidden by that."""
-        name, origin = handle.name, _origin_of(handle)
-        changed = self.drop(name)
-        if origin is None:
-            return changed
-        self._origins[name] = origin
-        group = self._groups.setdefault(origin, _Group())
-        for other in group.near(handle):
-            if _are_same(other, handle):
-                lower, higher = sorted((handle, other), key=lambda one: one.rank)
-                self._hidden_by.setdefault(higher.name, set()).add(lower.name)
-                self._hides.setdefault(lower.name, set()).add(higher.name)
-                if higher is other:
-                    changed.append(other.name)
-        group.add(handle)
-        return changed
+        """A handle is there, or has changed; gives the names of others that may be shown or hidden by that."""
+        concerned = self.drop(handle.name)
+        origin = _origin_of(handle)
+        if origin is not None:
+            self._origins[handle.name] = origin
+            self._ranks.setdefault(origin, {}).setdefault(handle.rank, {})[handle.name] = handle
+            concerned += self._above(origin, handle.rank)
+        return concerned
 
     def drop(self, name: str) -> List[str]:
-        """A handle was removed; gives the names of others that are shown again."""
+        """A handle was removed; gives the names of others that may be shown again."""
         origin = self._origins.pop(name, None)
         if origin is None:
             return []
-        group = self._groups[origin]
-        group.remove(name)
-        if not group.handles:
-            del self._groups[origin]
-        for lower in self._hidden_by.pop(name, ()):
-            self._hides[lower].discard(name)
-        freed = []
-        for higher in self._hides.pop(name, ()):
-            self._hidden_by[higher].discard(name)
-            if not self._hidden_by[higher]:
-                del self._hidden_by[higher]
-                freed.append(higher)
-        return freed
+        ranks = self._ranks[origin]
+        rank = next(rank for rank, handles in ranks.items() if name in handles)
+        del ranks[rank][name]
+        if not any(ranks.values()):
+            del self._ranks[origin]
+        return self._above(origin, rank)
 
-
-class _Group:
-    """Handles whose positions come from the same sources, in a grid: one is compared with those near by alone."""
-
-    def __init__(self) -> None:
-        self.handles: Dict[str, Handle] = {}
-        self._ranks: Counter[int] = collections.Counter()
-        self._cells: Dict[Cell, Dict[str, Handle]] = {}
-        self._edge = 0.0  # of a cell: two handles on one thing are in the same cell, or in adjacent ones
-
-    def add(self, handle: Handle) -> None:
-        self.handles[handle.name] = handle
-        self._ranks[handle.rank] += 1
-        if NEAR * handle.size > self._edge:
-            self._edge = 2.0 * NEAR * handle.size
-            self._cells = {}
-            for each in self.handles.values():
-                self._cells.setdefault(self._cell(each), {})[each.name] = each
-        else:
-            self._cells.setdefault(self._cell(handle), {})[handle.name] = handle
-
-    def remove(self, name: str) -> None:
-        handle = self.handles.pop(name)
-        self._ranks[handle.rank] -= 1
-        cell = self._cell(handle)
-        del self._cells[cell][name]
-        if not self._cells[cell]:
-            del self._cells[cell]
-
-    def near(self, handle: Handle) -> Iterator[Handle]:
-        """The handles of other ranks that may stand on the same thing as a handle."""
-        if len(self.handles) == self._ranks[handle.rank]:
-            return
-        if NEAR * handle.size > self._edge:
-            found = iter(self.handles.values())
-        else:
-            steps = [(part - 1, part, part + 1) for part in self._cell(handle)]
-            found = (each for cell in itertools.product(*steps) for each in self._cells.get(cell, {}).values())
-        for each in found:
-            if each.rank != handle.rank:
-                yield each
-
-    def _cell(self, handle: Handle) -> Cell:
-        return tuple([math.floor(part / self._edge) for part in handle.pose[:3]])
+    def _above(self, origin: Origin, rank: int) -> List[str]:
+        ranks = self._ranks.get(origin, {})
+        return [name for one in ranks if one > rank for name in ranks[one]]
 
 
 def _origin_of(handle: Handle) -> Optional[Origin]:

@@ -6,8 +6,10 @@ than the last message where it is.
 """
 
 import queue
-from typing import Dict, Hashable, List, NamedTuple, Optional, Set, Tuple
+import time
+from typing import Any, Dict, Hashable, NamedTuple, Optional, Set, Tuple
 
+from rosslt import values
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.faults import contained
 from rosslt.markers.geometry import PoseTuple
@@ -17,18 +19,23 @@ from rosslt.markers.scene.scene import Scene
 #: The rate at which a view is brought up to date, in Hz: that at which RViz draws.
 FRAME_RATE = 30.0
 
+#: The period in which owners are asked what is not known of the sources, or may have changed, in seconds.
+LOOK_UP_PERIOD = 1.0
+
 
 class Shown(NamedTuple):
     """A handle as a view shows it.
 
     Attributes:
         basis: what its motions were computed from.
-        drawing: what it was drawn from; None where it has to be drawn anew.
+        known: what the rest of its drawing was computed from.
+        drawing: its `draw_key`, its motions, and the rest of its drawing.
         pose: where it is shown; None where a hand has moved it.
     """
 
     basis: Hashable
-    drawing: Optional[Tuple[Hashable, Motions]]
+    known: Hashable
+    drawing: Tuple[Hashable, Optional[Motions], Any]
     pose: Optional[PoseTuple]
 
 
@@ -40,15 +47,23 @@ class Follower:
     Args:
         scene: what is shown.
         descriptions: say which sources take changes.
+
+    Attributes:
+        free: the names of handles whose bodies move in the plane of the screen.
     """
 
     def __init__(self, scene: Scene, descriptions: Descriptions) -> None:
         self._scene, self._descriptions = scene, descriptions
-        self._version = descriptions.version
+        self._version, self._looked_up = descriptions.version, 0.0
         self._wanted: Dict[str, Handle] = {}
         self._shown: Dict[str, Shown] = {}
         self._differ: Set[str] = set()
         self._to_redraw: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self.free: Set[str] = set()
+
+    def extra(self, handle: Handle) -> Any:
+        """All that the drawing of a handle shows of its sources, and of what is chosen for it."""
+        del handle
 
     def draw(self, handle: Handle, motions: Motions) -> None:
         """Draw a handle; the drawing replaces an earlier one."""
@@ -67,12 +82,8 @@ class Follower:
         raise NotImplementedError
 
     def redraw(self, name: str) -> None:
-        """Have a handle drawn anew, as something else that belongs to it has changed."""
+        """Have a handle drawn anew, as what is chosen for it has changed."""
         self._to_redraw.put(name)
-
-    def names(self) -> List[str]:
-        """The names of all handles that are shown."""
-        return list(self._wanted)
 
     def follow(self) -> bool:
         """Show what differs; returns whether anything did."""
@@ -99,8 +110,11 @@ class Follower:
         while not self._to_redraw.empty():
             name = self._to_redraw.get()
             if name in self._shown:
-                self._shown[name] = self._shown[name]._replace(basis=None, drawing=None)
+                self._shown[name] = self._shown[name]._replace(known=None, drawing=(None, None, None))
                 self._differ.add(name)
+        if time.monotonic() - self._looked_up > LOOK_UP_PERIOD:
+            self._looked_up = time.monotonic()
+            self._descriptions.look_up(values.sources([handle.tracked for handle in self._wanted.values()]))
         if self._version != self._descriptions.version:
             self._version = self._descriptions.version
             self._differ.update(self._wanted)
@@ -116,16 +130,21 @@ class Follower:
                 del self._shown[name]
                 self.erase(name)
             return shown is not None
-        drawing = shown.drawing if shown is not None else None
-        turn = handle.pose[3:] if drawing is not None and drawing[1].rings else None
+        _, motions, extra = shown.drawing if shown is not None else (None, None, None)
+        # The rings of a thing that turns are not computed once and for all.
+        turn = handle.pose[3:] if motions is not None and motions.rings else None
         basis = handle.draw_key, turn, self._version
-        if shown is None or shown.basis != basis:
-            drawing = handle.draw_key, handle.motions(self._descriptions.can_change)
+        known = tuple(values.sources(handle.tracked)), self._version
+        if motions is None or shown is None or shown.basis != basis:
+            motions = handle.motions(self._descriptions.can_change)
+        if shown is None or shown.known != known:
+            extra = self.extra(handle)
+        drawing = handle.draw_key, motions, extra
         # What cannot be drawn is not tried over and over.
-        self._shown[name] = Shown(basis, drawing, handle.pose)
-        if drawing is not None and (shown is None or drawing != shown.drawing):
-            self.draw(handle, drawing[1])
-        elif shown is not None and shown.pose != handle.pose:
+        self._shown[name] = Shown(basis, known, drawing, handle.pose)
+        if shown is None or drawing != shown.drawing:
+            self.draw(handle, motions)
+        elif shown.pose != handle.pose:
             self.move(handle)
         else:
             return False

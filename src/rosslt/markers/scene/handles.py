@@ -23,9 +23,6 @@ from rosslt.markers.scene.shapes import AXIS_COLORS, cube, pose_tuple, sphere
 #: The smallest size of a scaled thing that a drag can ask for, in metres: RViz draws nothing of size zero.
 SMALLEST_SCALE = 1e-3
 
-#: The factors of points whose coordinates are metres.
-UNSCALED: Vector = (1.0, 1.0, 1.0)
-
 #: A plain part of a quaternion up to this is a small tilt, which does not say how long the quaternion is to be.
 TILT = 1e-3
 
@@ -119,10 +116,9 @@ class PointHandle(Handle):
         size: the diameter of the sphere, in metres.
         color: the color of the sphere, (red, green, blue).
         is_planar, rank: as those of a PoseHandle.
-        factors: by which RViz multiplies x, y and z of the point; what is multiplied by 0 does not follow a hand.
     """
 
-    __slots__ = ('_base', '_factors', '_is_planar', '_point')
+    __slots__ = ('_base', '_is_planar', '_point')
 
     def __init__(
         self,
@@ -134,16 +130,10 @@ class PointHandle(Handle):
         color: Vector,
         is_planar: bool = False,
         rank: int = 1,
-        factors: Vector = UNSCALED,
     ) -> None:
-        self._base, self._is_planar, self._factors = pose, is_planar, factors
+        self._base, self._is_planar = pose, is_planar
         self._point: Tuple[Any, ...] = (point.x, point.y, point.z)
-        local = tuple(map(float, self._point))
-        if factors != UNSCALED:
-            local = tuple([factor * value for factor, value in zip(factors, local)])
-            # What a factor of 0 hides does not follow a hand.
-            self._point = tuple([value if factor else 0.0 for factor, value in zip(factors, self._point)])
-        x, y, z = rotate_vector(pose[3:], local)
+        x, y, z = rotate_vector(pose[3:], tuple(map(float, self._point)))
         draw_key = tuple(map(has_source, self._point)), frame, size, color
         there = pose[0] + x, pose[1] + y, pose[2] + z, *pose[3:]
         super().__init__(name, frame, there, size, draw_key, self._point, lambda: [sphere(size, color)], rank)
@@ -151,16 +141,14 @@ class PointHandle(Handle):
     @property
     def position(self) -> Optional[Tuple[Any, ...]]:  # type: ignore[override]
         """The tracked or plain x, y and z where it stands, if they are coordinates of its frame."""
-        is_in_frame = self._base == (0.0, 0.0, 0.0, *IDENTITY) and self._factors == UNSCALED
-        return self._point if is_in_frame else None
+        return self._point if self._base == (0.0, 0.0, 0.0, *IDENTITY) else None
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The targets of a drag to a pose; a point has nothing but its position."""
         del moved, turned
         offset = tuple(a - b for a, b in zip(pose[:3], self._base))
         local = rotate_vector(inverse(self._base[3:]), offset)
-        wanted = [part / factor if factor else 0.0 for part, factor in zip(local, self._factors)]
-        return _tracked_targets(zip(self._point, wanted[: 2 if self._is_planar else 3]))
+        return _tracked_targets(zip(self._point, local[: 2 if self._is_planar else 3]))
 
     def motions(self, can_change: CanChange) -> Motions:
         """The ways in which it can be moved: along the axes of the thing."""

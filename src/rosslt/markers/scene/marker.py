@@ -5,14 +5,14 @@ draw the thing as well; over what RViz shows they lay a see-through copy of the 
 """
 
 import math
-from typing import Any, Hashable, Iterator, List
+from typing import Hashable, Iterator, List
 
 from visualization_msgs.msg import Marker
 
 from rosslt import values
 from rosslt.markers.geometry import PoseTuple, Vector, distance
 from rosslt.markers.scene.handle import Handle, Settings, has_source
-from rosslt.markers.scene.handles import UNSCALED, PointHandle, PoseHandle, ScaleHandle
+from rosslt.markers.scene.handles import PointHandle, PoseHandle, ScaleHandle
 from rosslt.markers.scene.shapes import plain_pose, pose_tuple
 
 #: The size of handles on things without a size of their own, in metres.
@@ -48,15 +48,13 @@ def marker_handles(topic: str, marker: Marker, is_shown: bool, settings: Setting
     can_be_moved = any(map(has_source, pose_tuple(marker.pose)))
     can_be_scaled = any(map(has_source, (scale.x, scale.y, scale.z)))
     has_points = marker.type in LISTS or (marker.type == Marker.ARROW and len(marker.points) > 1)
-    points = (
-        [
-            (index, point)
-            for index, point in enumerate(marker.points)
-            if has_source(point.x) or has_source(point.y) or has_source(point.z)
-        ]
-        if has_points
-        else []
-    )
+    # RViz multiplies the corners of triangles by the scale: they have handles where it is 1.
+    is_unscaled = marker.type != Marker.TRIANGLE_LIST or (scale.x, scale.y, scale.z) == (1.0, 1.0, 1.0)
+    points = [
+        (index, point)
+        for index, point in enumerate(marker.points if has_points and is_unscaled else ())
+        if has_source(point.x) or has_source(point.y) or has_source(point.z)
+    ]
     handles: List[Handle] = []
     if is_shown and not (can_be_moved or can_be_scaled or points):
         return handles
@@ -75,18 +73,9 @@ def marker_handles(topic: str, marker: Marker, is_shown: bool, settings: Setting
             )
         )
     if points:
-        color, diameter, factors = handle_color(marker), point_size(marker), point_factors(marker)
+        color, diameter = handle_color(marker), point_size(marker)
         handles.extend(
-            PointHandle(
-                '{}:points[{}]'.format(name, index),
-                frame,
-                place,
-                point,
-                diameter,
-                color,
-                settings.is_planar,
-                factors=factors,
-            )
+            PointHandle(f'{name}:points[{index}]', frame, place, point, diameter, color, settings.is_planar)
             for index, point in points
         )
     if can_be_scaled:
@@ -155,18 +144,9 @@ def point_size(marker: Marker) -> float:
     return size if size > 0.0 else 0.1 * SIZE
 
 
-def point_factors(marker: Marker) -> Vector:
-    """By what RViz multiplies x, y and z of a marker's points: by its scale where that is no size."""
-    scale = marker.scale
-    return (float(scale.x), float(scale.y), float(scale.z)) if marker.type == Marker.TRIANGLE_LIST else UNSCALED
-
-
 def extent(marker: Marker) -> float:
     """The diagonal of the box around a marker's points, in metres."""
-    sides = [
-        [factor * float(getattr(point, axis)) for point in marker.points]
-        for factor, axis in zip(point_factors(marker), 'xyz')
-    ]
+    sides = [[float(getattr(point, axis)) for point in marker.points] for axis in 'xyz']
     return distance([min(side) for side in sides], [max(side) for side in sides])
 
 
@@ -180,26 +160,15 @@ def handle_color(marker: Marker) -> Vector:
 def marker_shape_key(marker: Marker) -> Hashable:
     """All that the shape to grab depends on."""
     scale, color = marker.scale, marker.color
-    points: Any = ()
-    colors: Any = ()
-    if marker.points:
-        points = tuple([(float(point.x), float(point.y), float(point.z)) for point in marker.points])
-    if marker.colors:
-        colors = tuple([(float(one.r), float(one.g), float(one.b), float(one.a)) for one in marker.colors])
+    numbers = (scale.x, scale.y, scale.z, color.r, color.g, color.b, color.a)
     return (
         marker.type,
-        float(scale.x),
-        float(scale.y),
-        float(scale.z),
-        float(color.r),
-        float(color.g),
-        float(color.b),
-        float(color.a),
+        tuple(map(float, numbers)),
         str(marker.text),
         str(marker.mesh_resource),
         marker.mesh_use_embedded_materials,
-        points,
-        colors,
+        tuple([(float(point.x), float(point.y), float(point.z)) for point in marker.points]),
+        tuple([(float(one.r), float(one.g), float(one.b), float(one.a)) for one in marker.colors]),
     )
 
 

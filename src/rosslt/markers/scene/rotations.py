@@ -1,7 +1,7 @@
 """The ways in which the sources of a quaternion can turn it."""
 
 import math
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Sequence, Tuple
 
 from rosslt import values
 from rosslt.markers.geometry import AXES, Vector, inverse, normalized, product, rotate_vector
@@ -20,16 +20,28 @@ def rings_of(orientation: Sequence[Any]) -> Tuple[Ring, ...]:
     Args:
         orientation: x, y, z and w, tracked or not.
     """
-    spins = _spins(orientation)
-    rotation, turned_around, taken = normalized(*map(float, orientation)), _Span(), _Span()
-    rings: List[Tuple[Ring, Vector]] = [(Ring(name, axis), axis) for name, axis in zip('xyz', AXES)]
-    rings += [(Ring(name, axis, is_in_frame=False), rotate_vector(rotation, axis)) for name, axis in zip('uvw', AXES)]
-    for index, spin in enumerate(spins.values()):
-        turned_around.add(spin)
+    spins, turned_around, taken = list(_spins(orientation).values()), _Span(), _Span()
+    count = sum([turned_around.add(spin) for spin in spins])
+    rings: List[Ring] = []
+    for ring, axis in _candidates(orientation, spins):
+        if len(rings) == count:
+            break
+        if turned_around.has(axis) and taken.add(axis):
+            rings.append(ring)
+    return tuple(rings)
+
+
+def _candidates(orientation: Sequence[Any], spins: List[Vector]) -> Iterator[Tuple[Ring, Vector]]:
+    """Rings, and the axes in the frame that they go around, the best ones first."""
+    for name, axis in zip('xyz', AXES):
+        yield Ring(name, axis), axis
+    rotation = normalized(*map(float, orientation))
+    for name, axis in zip('uvw', AXES):
+        yield Ring(name, axis, is_in_frame=False), rotate_vector(rotation, axis)
+    for index, spin in enumerate(spins):
         length = math.hypot(*spin)
         x, y, z = (round(part / length, 9) + 0.0 for part in spin)
-        rings.append((Ring('source_%d' % index, (x, y, z)), spin))
-    return tuple([ring for ring, axis in rings if turned_around.has(axis) and taken.add(axis)])
+        yield Ring('source_%d' % index, (x, y, z)), spin
 
 
 def _spins(orientation: Sequence[Any]) -> Dict[values.Source, Vector]:

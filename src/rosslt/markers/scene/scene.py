@@ -10,7 +10,7 @@ new with `news`.
 import copy
 import math
 import threading
-from typing import Any, Callable, Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
 import genpy
 import rospy
@@ -23,9 +23,13 @@ from rosslt.markers.scene.by_type import kind_of
 from rosslt.markers.scene.duplicates import Duplicates
 from rosslt.markers.scene.handle import Handle, Settings
 from rosslt.markers.scene.hold import Hold
+from rosslt.markers.scene.shapes import pose_tuple
 
 #: The types whose messages add and delete things one by one.
 MARKER_TYPES = (Marker._type, MarkerArray._type)
+
+#: The period in which the same warning is repeated at most, in seconds.
+WARNING_PERIOD = 60.0
 
 #: (namespace, id) of a marker, the name of a frame, or () where a message is one thing.
 Key = Tuple[Any, ...]
@@ -65,13 +69,11 @@ class Scene:
 
     Args:
         settings: what the user has chosen for all handles.
-        warn: called with a text where something in a message is wrong.
-
     """
 
-    def __init__(self, settings: Settings, warn: Callable[[str], None] = rospy.logwarn) -> None:
+    def __init__(self, settings: Settings) -> None:
         self._lock = threading.RLock()
-        self._settings, self._warn_with = settings, warn
+        self._settings = settings
         self._changed: Set[str] = set()  # names of handles that no view has taken news of yet
         self._let_go: Set[str] = set()
         self._said: List[Tuple[Handle, str]] = []
@@ -79,11 +81,7 @@ class Scene:
         self._duplicates = Duplicates()
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
-        self._mortal: Dict[
-            Tuple[str, Key], Tuple[rospy.Time, rospy.Time]
-        ] = {}  # (topic, key) -> from when, until when it is shown
-        self._faults: List[str] = []  # of the messages that are being taken
-        self._warned: Set[str] = set()
+        self._ends: Dict[Tuple[str, Key], rospy.Time] = {}  # (topic, key) -> until when it is shown
 
     # For views and drags.
 
@@ -130,20 +128,6 @@ class Scene:
         with self._lock:
             self._said.append((handle, text))
 
-    def say_of_node(self, node: str, text: str) -> None:
-        """Tell something of a node: at the first handle whose numbers come from there, if there is one.
-
-        While a hand drags, what comes of the drag itself is told at its own handle.
-        """
-        with self._lock:
-            if any(hold.is_in_hand() for hold in self._holds.values()):
-                return
-            for name in self.names():
-                handle = self._handles[name]
-                if any(source.node == node for source in values.sources(handle.tracked)):
-                    self.say(handle, '{}: {}'.format(node, text))
-                    return
-
     # For drags.
 
     def hold(self, name: str) -> None:
@@ -185,14 +169,6 @@ class Scene:
                 return False
             return True
 
-    def say_what_is_not_shown(self) -> None:
-        """Tell of handles that stay where they were dropped although no message says so."""
-        with self._lock:
-            for name, hold in self._holds.items():
-                handle = self._handles.get(name)
-                if handle is not None and hold.is_left_alone():
-                    self.say(handle, 'changed, but not shown yet: nothing has been sent again')
-
     # For messages.
 
     def take(self, topic: str, message: genpy.Message, is_shown: bool) -> None:
@@ -205,25 +181,25 @@ class Scene:
             is_shown: whether RViz shows it by itself.
         """
         publisher = (message._connection_header or {}).get('callerid', '')
-        is_shown = is_shown and not self._settings.draws_all
+        faults: List[Optional[str]] = []
         if message._type in MARKER_TYPES:
-            markers_of = message.markers if message._type == MarkerArray._type else [message]
+            is_shown = is_shown and not self._settings.draws_all
             with self._lock:
                 things = self._things.setdefault(topic, {})
-                for marker in markers_of:
+                for marker in message.markers if message._type == MarkerArray._type else [message]:
                     with contained(f'a marker of {publisher} on {topic} cannot be read'):
-                        self._take_marker(topic, things, marker, publisher, is_shown)
+                        faults.append(self._take_marker(topic, things, marker, publisher, is_shown))
         else:
-            self._take_other(topic, message, publisher)
-        self._warn()
+            faults.append(self._take_other(topic, message, publisher))
+        for fault in filter(None, faults):
+            rospy.logwarn_throttle_identical(WARNING_PERIOD, '{} on {}: {}'.format(publisher, topic, fault))
 
     def expire(self) -> None:
-        """Drop the things whose lifetime is over, or which a clock that has been set back has not shown yet."""
+        """Drop the things whose lifetime is over."""
         with self._lock:
-            if self._mortal:
-                now = rospy.Time.now()
-                for topic, key in [whose for whose, (begin, end) in self._mortal.items() if not begin <= now < end]:
-                    self._delete(topic, self._things[topic], key)
+            now = rospy.Time.now()
+            for topic, key in [whose for whose, end in self._ends.items() if now >= end]:
+                self._delete(topic, self._things[topic], key)
 
     def keep_publishers(self, topic: str, publishers: Collection[str]) -> None:
         """Drop what publishers other than these have shown on a topic."""
@@ -232,29 +208,36 @@ class Scene:
             for key in [key for key, thing in things.items() if thing.publisher not in publishers]:
                 self._delete(topic, things, key)
 
-    def _take_other(self, topic: str, message: genpy.Message, publisher: str) -> None:
+    def _take_other(self, topic: str, message: genpy.Message, publisher: str) -> Optional[str]:
+        """Follow a message that is no marker; what is wrong with it, or None."""
         kind = kind_of(type(message))
         if kind is None:
-            return
+            return None
         named = list(kind.handles(topic, message, self._settings))  # not locked: it may ask for robot_description
         with self._lock:
             things = self._things.setdefault(topic, {})
             if any(handle is not None and not handle.frame for _, handle in named):
-                self._faults.append('{} on {}: the message has no frame_id'.format(publisher, topic))
-            elif kind.is_partial:
+                return 'the message has no frame_id'
+            if kind.is_partial:
                 for name, handle in named:
                     self._put(topic, things, (name,), [] if handle is None else [handle], publisher)
                     self._live(topic, (name,), kind.lifetime(topic))
             else:
                 self._put(topic, things, (), [handle for _, handle in named if handle is not None], publisher)
+        return None
 
     def _take_marker(
         self, topic: str, things: Dict[Key, Thing], marker: Marker, publisher: str, is_shown: bool
-    ) -> None:
+    ) -> Optional[str]:
+        """Follow a marker; what is wrong with it, or None."""
         key = (marker.ns, marker.id)
         thing = things.get(key)
         if thing is not None and thing.marker is marker and thing.publisher == publisher:
-            self._see_again(topic, key, marker, thing.names)
+            self._live(topic, key, marker.lifetime)
+            for name in thing.names:
+                self._handles[name] = handle = copy.copy(self._handles[name])  # another message has shown it
+                if name in self._holds:
+                    self._holds[name].see(handle)
         elif marker.action == Marker.DELETE:
             self._delete(topic, things, key)
         elif marker.action == Marker.DELETEALL:
@@ -264,38 +247,19 @@ class Scene:
             handles = markers.marker_handles(topic, marker, is_shown, self._settings)
             fault = handles and _fault(marker)
             if fault:
-                self._faults.append('{} on {}: marker {}/{} {}'.format(publisher, topic, *key, fault))
-                return
+                return 'marker {}/{} {}'.format(*key, fault)
             self._put(topic, things, key, handles, publisher, marker)
             self._live(topic, key, marker.lifetime)
         else:
-            text = '{} on {}: marker {}/{} has the unknown action {}'
-            self._faults.append(text.format(publisher, topic, *key, marker.action))
-
-    def _see_again(self, topic: str, key: Key, marker: Marker, names: List[str]) -> None:
-        """A message shows a marker as it is."""
-        self._live(topic, key, marker.lifetime)
-        for name in names:
-            self._handles[name] = handle = copy.copy(self._handles[name])
-            if name in self._holds:
-                self._holds[name].see(handle)
+            return 'marker {}/{} has the unknown action {}'.format(*key, marker.action)
+        return None
 
     def _live(self, topic: str, key: Key, lifetime: rospy.Duration) -> None:
         """A thing is shown for a while from now on, a duration; 0 means until it is deleted."""
         if key in self._things[topic] and lifetime:
-            now = rospy.Time.now()
-            self._mortal[topic, key] = now, now + lifetime
+            self._ends[topic, key] = rospy.Time.now() + lifetime
         else:
-            self._mortal.pop((topic, key), None)
-
-    def _warn(self) -> None:
-        """Warn of faults in messages, once of each."""
-        with self._lock:
-            new = [text for text in dict.fromkeys(self._faults) if text not in self._warned]
-            self._faults = []
-            self._warned.update(new)
-        for text in new:
-            self._warn_with(text)
+            self._ends.pop((topic, key), None)
 
     def _put(
         self,
@@ -323,7 +287,7 @@ class Scene:
         thing = things.pop(key, None)
         for name in thing.names if thing is not None else ():
             self._drop_handle(name)
-        self._mortal.pop((topic, key), None)
+        self._ends.pop((topic, key), None)
 
     def _put_handle(self, handle: Handle) -> None:
         name = handle.name
@@ -346,22 +310,7 @@ def _fault(marker: Marker) -> Optional[str]:
     if marker.type not in markers.KINDS:
         return 'has the unknown type %d' % marker.type
     pose, scale, color = marker.pose, marker.scale, marker.color
-    numbers = (
-        pose.position.x,
-        pose.position.y,
-        pose.position.z,
-        pose.orientation.x,
-        pose.orientation.y,
-        pose.orientation.z,
-        pose.orientation.w,
-        scale.x,
-        scale.y,
-        scale.z,
-        color.r,
-        color.g,
-        color.b,
-        color.a,
-    )
+    numbers = (*pose_tuple(pose), scale.x, scale.y, scale.z, color.r, color.g, color.b, color.a)
     isfinite = math.isfinite
     if (
         not all(map(isfinite, numbers))

@@ -101,30 +101,18 @@ class Watch:
         self._subscribers[topic] = (kind, node.Subscriber(topic, message_class, take, keep_provenance=True))
         rospy.loginfo('watching %s (%s)', topic, kind)
 
-    def _visible_class(self, topic: str, kind: str) -> Optional[Tuple[Type[genpy.Message], bool]]:
+    @staticmethod
+    def _visible_class(topic: str, kind: str) -> Optional[Tuple[Type[genpy.Message], bool]]:
         """(message class, whether RViz shows it by itself), or None where it is nothing to be seen."""
-        is_likely = kind in visible_types() or kind.endswith(('Tracked', 'ActionGoal'))
-        message_class = roslib.message.get_message_class(kind) if is_likely else None
+        if kind not in visible_types() and not kind.endswith(('Tracked', 'ActionGoal')):
+            return None
+        message_class = roslib.message.get_message_class(kind)
         if message_class is None:
-            if is_likely:
-                rospy.logwarn('cannot watch %s: its type %s is not built here', topic, kind)
-        elif not messages.is_tracked_type(message_class):
-            if _is_visible(message_class):
-                return message_class, True
-        elif _is_visible(messages.plain_type(message_class)):
-            return message_class, False
-        if message_class is not None or not is_likely:
-            self._refuse(topic, kind)
-        return None
-
-    def _refuse(self, topic: str, kind: str) -> None:
-        if self._only:
-            rospy.logerr(
-                '%s is of type %s, which is nothing to drag in RViz; these are: %s, and goals that hold a pose',
-                topic,
-                kind,
-                ', '.join(sorted(visible_types())),
-            )
+            rospy.logwarn('cannot watch %s: its type %s is not built here', topic, kind)
+            return None
+        is_shown = not messages.is_tracked_type(message_class)
+        plain = message_class if is_shown else messages.plain_type(message_class)
+        return (message_class, is_shown) if _is_visible(plain) else None
 
 
 def _is_visible(message_class: Type[genpy.Message]) -> bool:
