@@ -86,29 +86,6 @@ class TestNodesThatAreGone:
         assert failure('list', '/rosout_of_nobody').startswith('rosslt list: there is no node')
 
 
-class TestSilence:
-    def test_echo_says_who_publishes_and_sends_nothing(self, nodes):
-        with Node('mute', "publisher = rosslt.Publisher('mute', Point, queue_size=1)\nrospy.spin()"):
-            wait_until(lambda: 'no topic' not in rosslt('doctor', '/mute', '--time', '0.1').stderr, 'it publishes')
-            process = subprocess.Popen(
-                ['rosslt', 'echo', '/mute'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-            )
-            assert process.stderr.readline() == (
-                'rosslt echo: no message on /mute within 3 s: /mute: publishes it as geometry_msgs/Point, but sends '
-                'nothing\n'
-            )
-            process.send_signal(signal.SIGINT)
-            process.communicate(timeout=60)
-
-    def test_what_is_only_listened_to_is_told_with_its_type(self, nodes):
-        with Node('ear', "rospy.Subscriber('unheard', Pose, print)\nrospy.spin()"):
-            wait_until(lambda: 'the master' in rosslt('echo', '/unheard').stderr, 'it subscribes')
-            assert failure('echo', '/unheard/position') == (
-                'rosslt echo: nobody publishes /unheard; the master keeps it as geometry_msgs/Pose, which /ear '
-                'subscribes to'
-            )
-
-
 class TestSimulatedTime:
     @pytest.fixture
     def clock(self, nodes, master):

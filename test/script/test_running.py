@@ -1,7 +1,5 @@
 """What a script can do, what it must not do, and that it ends."""
 
-import sys
-
 import pytest
 
 import rosslt
@@ -153,8 +151,3 @@ def test_an_error_names_file_line_and_reason(text, line, reason):
     error = error_of(text)
     assert (error.file, error.line) == ('tour.script', line)
     assert reason in error.reason
-
-
-@pytest.mark.skipif(sys.version_info < (3, 11), reason='Python does not know columns before 3.11')
-def test_an_error_names_the_column():
-    assert error_of('x = 1 + undefined').column == 9

@@ -1,6 +1,5 @@
 """Output: tables that fit a terminal, and lines with tabs for a pipe."""
 
-import shutil
 import sys
 from typing import List, Optional, Sequence
 
@@ -20,11 +19,6 @@ def shortened(text: str, longest: int) -> str:
         return text
     end = (longest - 3) // 2
     return text[: longest - 3 - end] + '...' + text[len(text) - end :]
-
-
-def width() -> int:
-    """Return the number of columns of the terminal."""
-    return shutil.get_terminal_size().columns
 
 
 def table(rows: Sequence[Sequence[str]], indent: str = '', left: Optional[int] = None) -> List[str]:

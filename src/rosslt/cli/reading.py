@@ -16,7 +16,7 @@ import rospy
 
 from rosslt import messages, node
 from rosslt.cli.failure import Failure, did_you_mean
-from rosslt.cli.master import full_name, problem_of, system_state
+from rosslt.cli.master import full_name, system_state
 
 #: Interval at which a wait checks for the node's shutdown, in seconds.
 _SHUTDOWN_CHECK_PERIOD = 0.1
@@ -205,14 +205,3 @@ def heard_publishers(
     if not found:
         raise Failure(f'no message within {timeout:g} s')
     return [found[name] for name in sorted(found)]
-
-
-def why_silent(master: rosgraph.Master, topic: str, type_: str) -> str:
-    """Why no message comes on a topic, as far as the master and the publishers' addresses tell."""
-    publishers = system_state(master).publishers.get(topic, [])
-    if not publishers:
-        return f'nobody publishes it any more; the master keeps it as {type_}'
-    return '; '.join(
-        '{}: {}'.format(name, problem_of(master, name) or f'publishes it as {type_}, but sends nothing')
-        for name in sorted(publishers)
-    )
