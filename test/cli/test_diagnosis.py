@@ -51,9 +51,6 @@ class TestNames:
     def test_a_misspelt_name_is_guessed(self, nodes, arguments, meant):
         assert meant in failure(*arguments)
 
-    def test_nothing_is_guessed_where_nothing_is_alike(self, nodes):
-        assert 'did you mean' not in failure('get', '/talker/zzz')
-
 
 class TestNodesThatAreGone:
     def test_one_that_was_killed_is_named_with_what_cleans_up(self, master_of_its_own):
@@ -81,9 +78,6 @@ class TestNodesThatAreGone:
         result = rosslt('list')
         assert (result.returncode, result.stdout) == (0, '')
         assert result.stderr == 'rosslt list: no node has locations: none is tracked\n'
-
-    def test_a_node_without_locations_is_called_so(self, nodes):
-        assert failure('list', '/rosout_of_nobody').startswith('rosslt list: there is no node')
 
 
 class TestSimulatedTime:

@@ -302,10 +302,6 @@ def test_persons_and_changes_at_the_same_moment_lose_nothing(stage):
     assert stage.errors == []
 
 
-def test_what_is_wrong_with_a_script_is_an_error_of_this_package():
-    assert issubclass(ScriptError, rosslt.Error)
-
-
 @pytest.mark.parametrize('mended', [TOUR, TOUR.replace('1.5', '1.6')], ids=['as it was', 'with another number'])
 def test_a_mended_script_is_said_to_be_in_force(tmp_path, mended):
     path = tmp_path / 'tour.script'
