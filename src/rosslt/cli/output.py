@@ -3,7 +3,7 @@
 import sys
 from typing import List, Optional, Sequence
 
-from rosslt import files, msg, values
+from rosslt import files, values
 from rosslt.cli.failure import Failure
 from rosslt.node import Directory, Place
 
@@ -102,8 +102,3 @@ def write_change(
         )
     else:
         write_row(directory.name(source), old, new, place.file if place else '', *more)
-
-
-def write_applied(directory: Directory, node: str, change: msg.AppliedChange) -> None:
-    """Print a change that a node has applied."""
-    write_change(directory, values.Source(node, change.location_id), change.old_value, change.new_value)

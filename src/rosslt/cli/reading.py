@@ -6,7 +6,7 @@ import queue
 import sys
 import threading
 import time
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 import genpy
 import genpy.dynamic
@@ -56,14 +56,9 @@ def _message_class(type_: str, md5sum: str, definition: str) -> Any:
     """The class of a type, made from its definition where it is not installed as it was sent."""
     found = genpy.message.get_message_class(type_)
     if found is None or found._md5sum != md5sum:
-        found = genpy.dynamic.generate_dynamic(type_, definition)[type_]
+        with _making:
+            found = genpy.dynamic.generate_dynamic(type_, definition)[type_]
     return found
-
-
-def class_of(header: Mapping[str, str]) -> Any:
-    """The class of the messages of a connection, whose header it is."""
-    with _making:
-        return _message_class(header['type'], header['md5sum'], header['message_definition'])
 
 
 class Decoder:
@@ -112,7 +107,8 @@ class Inbox:
     def _take(self, message: genpy.Message, topic: str) -> None:
         header = message._connection_header
         if isinstance(message, rospy.AnyMsg):
-            data, message_class = message._buff, class_of(header)
+            data = message._buff
+            message_class = _message_class(header['type'], header['md5sum'], header['message_definition'])
             received = self._decoder.decode(data, message_class, topic, header['callerid'])
             received = received._replace(size=len(data), provenance_size=messages.provenance_size(data, message_class))
         else:
