@@ -173,11 +173,6 @@ def test_a_file_that_is_being_written_is_read_when_it_is_done(path):
         timer.join()
 
 
-def test_a_file_that_stays_empty_is_empty(path):
-    path.write_text('')
-    assert files.read_settled_bytes(str(path)) == b''
-
-
 def test_a_file_that_is_written_once_while_the_machine_is_busy_is_read(path, monkeypatch):
     """A busy machine is played: whoever waits comes back a second late, and the file was written meanwhile."""
     wait = time.sleep

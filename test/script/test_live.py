@@ -118,13 +118,6 @@ def test_a_number_that_a_change_has_moved_along_its_line_keeps_its_location(stag
     assert len(stage.locations) == 7
 
 
-def test_a_waypoint_solves_back_to_the_number_in_the_text(stage):
-    ((source, value),) = rosslt.solve(stage.steps[2].z, 3.0).items()
-    stage.change(next(one for one in stage.locations.values() if one.source == source), value)
-    assert stage.text == TOUR.replace('height = 1.5', 'height = 2.5')
-    assert stage.steps[2].z == 3.0
-
-
 def test_a_change_that_the_script_cannot_run_with_is_refused_and_leaves_the_file_as_it_is(tmp_path):
     path = tmp_path / 'tour.script'
     path.write_text('for i in range(3): goto(i, 1 / 2, 0)')
@@ -207,11 +200,6 @@ def test_a_script_with_an_error_at_the_start_waits_for_a_better_one(tmp_path):
     assert len(stage.errors) == 1
     stage.save(TOUR)
     assert stage.steps[0] == (2.0, 1.0, 1.5)
-
-
-def test_a_script_that_is_not_there_is_an_error(tmp_path):
-    with pytest.raises(ScriptError, match='cannot be read: No such file'):
-        Stage(tmp_path / 'none.script')
 
 
 def test_a_script_that_is_gone_for_a_while_stays_in_force(stage):

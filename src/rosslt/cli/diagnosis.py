@@ -110,12 +110,9 @@ def _is_result(path: str, value: Any, field: str) -> bool:
 
 
 class Losses:
-    """The lines at which nodes make plain numbers of those with provenance. They are asked from now on.
+    """The lines at which the publishers of topics make plain numbers of those with provenance.
 
-    Args:
-        state: the master's system state.
-        topics: the topics whose publishers are asked.
-        seconds: the time for which they look.
+    They are asked from now on, and look for so many seconds.
     """
 
     def __init__(self, state: SystemState, topics: Iterable[str], seconds: float) -> None:

@@ -36,11 +36,6 @@ def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Scalar
     A message keeps its time, its connection and its provenance, which says the new source values. What was computed
     without provenance stays as it was recorded; `if`s are not decided again.
 
-    Args:
-        bag: open for reading.
-        output: open for writing.
-        changes: {Source: value}.
-
     Returns:
         {name: Topic}.
     """

@@ -27,7 +27,7 @@ ARGUMENTS = [
     Argument('node', completer='nodes', nargs='?', metavar='NODE', help='this node alone'),
 ]
 
-#: The answer assumed for a node that knows no locks.
+#: The answer assumed for a node that does not say.
 _OPEN = srv.LockLocationsResponse(accepts_changes=True)
 
 #: The most that a value takes of a line.
