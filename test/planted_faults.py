@@ -202,8 +202,8 @@ FAULTS = [
     Fault(
         'number_that_lands_in_its_neighbour',
         'script/live.py',
-        '{state.numbers.index(number): value}',
-        '{state.numbers.index(number) - 1: value}',
+        '{state.numbers.index(number): rounded_value}',
+        '{state.numbers.index(number) - 1: rounded_value}',
         ('test/script/test_live.py',),
     ),
     Fault(

@@ -212,16 +212,6 @@ class TestGetAndSet:
         assert rosslt('echo', '--once', 'pose/position/x', ROS_NAMESPACE='/gate').stdout.startswith('pose.position.x\t')
 
 
-class TestUndo:
-    def test_takes_the_last_change_back(self, talker):
-        rosslt('set', '/talker/radius', '5')
-        assert [line[:3] for line in lines('undo', '/talker')] == [['/talker/radius', '5.0', '2.0']]
-        assert rosslt('get', '/talker/radius').stdout == '2.0\n'
-
-    def test_fails_where_there_is_nothing_to_take_back(self, talker):
-        assert failure('undo', '/relay') == 'rosslt undo: /relay: there is no change to take back'
-
-
 class TestEcho:
     def test_prints_the_provenance_of_an_ordinary_message_beside_its_fields(self, talker):
         printed = lines('echo', '--once', '/gate')

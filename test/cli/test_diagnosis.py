@@ -51,9 +51,6 @@ class TestNames:
     def test_a_misspelt_name_is_guessed(self, nodes, arguments, meant):
         assert meant in failure(*arguments)
 
-    def test_nothing_is_guessed_where_nothing_is_alike(self, nodes):
-        assert 'did you mean' not in failure('get', '/talker/zzz')
-
 
 class TestNodesThatAreGone:
     def test_one_that_was_killed_is_named_with_what_cleans_up(self, master_of_its_own):
@@ -81,32 +78,6 @@ class TestNodesThatAreGone:
         result = rosslt('list')
         assert (result.returncode, result.stdout) == (0, '')
         assert result.stderr == 'rosslt list: no node has locations: none is tracked\n'
-
-    def test_a_node_without_locations_is_called_so(self, nodes):
-        assert failure('list', '/rosout_of_nobody').startswith('rosslt list: there is no node')
-
-
-class TestSilence:
-    def test_echo_says_who_publishes_and_sends_nothing(self, nodes):
-        with Node('mute', "publisher = rosslt.Publisher('mute', Point, queue_size=1)\nrospy.spin()"):
-            wait_until(lambda: 'no topic' not in rosslt('doctor', '/mute', '--time', '0.1').stderr, 'it publishes')
-            process = subprocess.Popen(
-                ['rosslt', 'echo', '/mute'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-            )
-            assert process.stderr.readline() == (
-                'rosslt echo: no message on /mute within 3 s: /mute: publishes it as geometry_msgs/Point, but sends '
-                'nothing\n'
-            )
-            process.send_signal(signal.SIGINT)
-            process.communicate(timeout=60)
-
-    def test_what_is_only_listened_to_is_told_with_its_type(self, nodes):
-        with Node('ear', "rospy.Subscriber('unheard', Pose, print)\nrospy.spin()"):
-            wait_until(lambda: 'the master' in rosslt('echo', '/unheard').stderr, 'it subscribes')
-            assert failure('echo', '/unheard/position') == (
-                'rosslt echo: nobody publishes /unheard; the master keeps it as geometry_msgs/Pose, which /ear '
-                'subscribes to'
-            )
 
 
 class TestSimulatedTime:

@@ -212,19 +212,11 @@ class TestWhatIsSeenAfterwards:
                 result.stderr,
             )
 
-    def test_it_returns_when_the_change_is_seen(self, step):
-        assert rosslt('force', '/stepped/x', '4').returncode == 0
-        assert lines('echo', '--once', '/stepped/x')[0][1] == '4.0'
-
     @pytest.mark.parametrize('value', ['x: 4', '{x: 4}', '{x: 4.0}'])
     def test_where_it_is_so_already_nothing_is_changed_however_it_is_written(self, step, value):
         rosslt('force', '/stepped/x', '4')
         assert lines('force', '/stepped', value) == []
         assert on_terminal('force', '/stepped', value) == 'nothing to change: it is so already\n'
-
-    @pytest.mark.parametrize('value', ['x: 6', '{x: 6}'])
-    def test_with_and_without_braces_it_is_the_same(self, step, value):
-        assert [line[:3] for line in lines('force', '/stepped', value)] == [['/step/x', '1.0', '3.0']]
 
     def test_a_field_of_32_bits_is_seen_as_it_rounds(self, master):
         with Node('narrow', NARROW):

@@ -3,10 +3,8 @@
 import contextlib
 import json
 import os
-import socket
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -77,32 +75,6 @@ def test_its_surroundings_are_those_of_a_program_that_was_started(program, tmp_p
     assert said['tasks'] == 1
 
 
-def test_it_has_the_environment_of_each_call(program, monkeypatch):
-    """Also variables that Python reads when it starts: a process of their own forks for them."""
-    script = program('import os, sys\nprint(os.environ.get("ROS_MASTER_URI"), sys.flags.optimize)')
-    monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:3')
-    assert call(script, [], TIME_LIMIT).stdout == 'http://localhost:3 0\n'
-    monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:4')
-    assert call(script, [], TIME_LIMIT).stdout == 'http://localhost:4 0\n'
-    monkeypatch.setenv('PYTHONOPTIMIZE', '2')
-    assert call(script, [], TIME_LIMIT).stdout == 'http://localhost:4 2\n'
-    monkeypatch.delenv('PYTHONOPTIMIZE')
-    monkeypatch.delenv('ROS_MASTER_URI')
-    assert call(script, [], TIME_LIMIT).stdout == 'None 0\n'
-
-
-def test_a_call_leaves_nothing_to_the_next(program):
-    script = program(
-        'import os, sys, logging, yaml, rospy\n'
-        'print(hasattr(yaml, "mark"), rospy.names.get_name(), logging.root.level, os.environ.get("MARK"))\n'
-        'yaml.mark = os.environ["MARK"] = "left"\n'
-        'rospy.names._set_caller_id("/left")\n'
-        'logging.root.setLevel(1)\n'
-    )
-    first, second = call(script, [], TIME_LIMIT), call(script, [], TIME_LIMIT)
-    assert first.stdout == second.stdout == 'False /unnamed 30 None\n'
-
-
 @pytest.mark.parametrize(
     'ending',
     [
@@ -141,34 +113,3 @@ def _folders_of_processes():
         with contextlib.suppress(OSError):  # it has ended
             found.add(process.resolve(strict=True))
     return found
-
-
-def test_calls_do_not_wait_for_each_other(program, tmp_path):
-    script = program(
-        'import os, sys, time\n'
-        'ours, theirs = sys.argv[1:]\n'
-        'open(ours, "w").close()\n'
-        'while not os.path.exists(theirs):\n'
-        '    time.sleep(0.01)\n'
-    )
-    one, other = str(tmp_path / 'one'), str(tmp_path / 'other')
-    with ThreadPoolExecutor() as pool:
-        calls = [pool.submit(call, script, names, TIME_LIMIT) for names in ((one, other), (other, one))]
-        assert [call.result().returncode for call in calls] == [0, 0]
-
-
-def test_it_waits_where_new_sockets_have_a_time_limit(program, monkeypatch):
-    monkeypatch.setenv('MAKES_A_PROCESS_OF_ITS_OWN', 'yes')
-    before = socket.getdefaulttimeout()
-    socket.setdefaulttimeout(60.0)  # as rospy does in a process with a node
-    try:
-        assert call(program(SURROUNDINGS), [], TIME_LIMIT).returncode == 0
-    finally:
-        socket.setdefaulttimeout(before)
-
-
-def test_what_is_loaded_before_is_nothing_of_the_package(program):
-    script = program('import sys\nprint(sorted({name.partition(".")[0] for name in sys.modules}))')
-    loaded = call(script, [], TIME_LIMIT).stdout
-    assert "'rospy'" in loaded
-    assert "'rosslt'" not in loaded

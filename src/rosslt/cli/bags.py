@@ -88,9 +88,6 @@ class ConnectionWriter:
     By itself, rosbag writes all messages of a topic on the connection of the first one: they would all be of its
     publisher, and of its type. It has no public way to say which connection: what is set here is its own table of the
     last one of each topic.
-
-    Args:
-        bag: open for writing.
     """
 
     def __init__(self, bag: rosbag.Bag) -> None:

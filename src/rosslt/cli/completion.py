@@ -31,8 +31,8 @@ def _candidates(words: Sequence[str], word: str) -> Iterable[str]:
     if words[0] not in known:
         return []
     arguments = verb.load(words[0]).ARGUMENTS
-    waiting, positional, is_for_another = _parsed(arguments, words[1:])
-    if waiting is None and word.startswith('-') and not is_for_another:
+    waiting, positional = _parsed(arguments, words[1:])
+    if waiting is None and word.startswith('-'):
         return [name + ' ' for argument in arguments if argument.is_option for name in argument.names]
     argument = waiting or _at(arguments, len(positional))
     if argument is None or not argument.completer:
@@ -43,29 +43,20 @@ def _candidates(words: Sequence[str], word: str) -> Iterable[str]:
     return words_offered
 
 
-def _parsed(
-    arguments: Sequence[verb.Argument], words: Sequence[str]
-) -> Tuple[Optional[verb.Argument], List[str], bool]:
-    """The meaning of the complete words of a line.
-
-    Returns:
-        (the option that waits for its word, the positional words, whether all further words are another program's).
-    """
+def _parsed(arguments: Sequence[verb.Argument], words: Sequence[str]) -> Tuple[Optional[verb.Argument], List[str]]:
+    """The meaning of the complete words of a line: the option that waits for its word, and the positional words."""
     options = {name: argument for argument in arguments if argument.is_option for name in argument.names}
     waiting: Optional[verb.Argument] = None
     positional: List[str] = []
-    is_for_another = False
     for word in words:
         if waiting:
             waiting = None
-        elif word.startswith('-') and not is_for_another:
+        elif word.startswith('-'):
             option = options.get(word)
             waiting = option if option and option.takes_word else None
         else:
             positional.append(word)
-            reached = _at(arguments, len(positional))
-            is_for_another = reached is not None and reached.is_rest
-    return waiting, positional, is_for_another
+    return waiting, positional
 
 
 def _at(arguments: Sequence[verb.Argument], position: int) -> Optional[verb.Argument]:

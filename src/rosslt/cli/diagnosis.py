@@ -24,7 +24,7 @@ _UPDATE_TYPE = 'visualization_msgs/InteractiveMarkerUpdate'
 #: At which service a node that `rosslt run` runs says where it makes plain numbers of tracked ones.
 _FIND_LOSSES = '/rosslt/find_losses'
 
-#: The most positions in files that are listed for one node.
+#: The most fields, or positions in files, that are listed for one node.
 _MOST_PLACES = 5
 
 #: The ends of the paths of numbers that a message always has, and that nobody drags.
@@ -110,12 +110,9 @@ def _is_result(path: str, value: Any, field: str) -> bool:
 
 
 class Losses:
-    """The lines at which nodes make plain numbers of those with provenance. They are asked from now on.
+    """The lines at which the publishers of topics make plain numbers of those with provenance.
 
-    Args:
-        state: the master's system state.
-        topics: the topics whose publishers are asked.
-        seconds: the time for which they look.
+    They are asked from now on, and look for so many seconds.
     """
 
     def __init__(self, state: SystemState, topics: Iterable[str], seconds: float) -> None:
@@ -137,12 +134,8 @@ class Losses:
         answer = self._answers.get(publisher)
         if answer is None or not answer.files:
             return ''
-        places = [
-            f'{os.path.basename(file)}:{line}: {text}'
-            for file, line, text in list(zip(answer.files, answer.lines, answer.texts))[:_MOST_PLACES]
-        ]
-        more = len(answer.files) - len(places)
-        return '; '.join(places) + (f'; and {more} more' if more else '')
+        lines = zip(answer.files, answer.lines, answer.texts)
+        return _few([f'{os.path.basename(file)}:{line}: {text}' for file, line, text in lines], '; ')
 
     def recording_of(self, publisher: str) -> str:
         """Say what recording provenance costs a node, as a sentence; '' if it is not known, or nothing."""
@@ -155,10 +148,10 @@ class Losses:
         return f'recording takes {share:.0f} % of the CPU time of {publisher}{at}'
 
 
-def _few(names: List[str]) -> str:
+def _few(names: List[str], between: str = ', ') -> str:
     """The first few of several names."""
     more = len(names) - _MOST_PLACES
-    return ', '.join(names[:_MOST_PLACES]) + (f' and {more} more' if more > 0 else '')
+    return between.join(names[:_MOST_PLACES]) + (f' and {more} more' if more > 0 else '')
 
 
 class Examination:

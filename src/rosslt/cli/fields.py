@@ -131,10 +131,6 @@ def target(message: Part, path: str, text: str) -> Part:
 def parse_scalar(text: str, kind: str) -> Scalar:
     """A text as a value of a type.
 
-    Args:
-        text: `1.5`, `3`, `true`, or any text.
-        kind: `float`, `int`, `str` or `bool`.
-
     Raises:
         ValueError: it is no such thing.
     """

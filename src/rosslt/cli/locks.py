@@ -14,7 +14,7 @@ from rosslt.node import Directory
 
 
 def locks_of(nodes: Iterable[str]) -> Dict[str, srv.LockLocationsResponse]:
-    """{node: its answer} of nodes that answer; without those of an earlier version, which know no locks."""
+    """{node: its answer} of nodes that answer."""
     answers, _ = node.ask_all(
         'lock_locations', srv.LockLocations, dict.fromkeys(nodes, srv.LockLocationsRequest()), TIMEOUT
     )

@@ -5,7 +5,7 @@ import http.client
 import socket
 import urllib.parse
 import xmlrpc.client
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import rosgraph
 
@@ -82,20 +82,13 @@ def split_topic(master: rosgraph.Master, text: str) -> Tuple[str, str, str]:
     Raises:
         Failure: there is no such topic, or nobody publishes it.
     """
-    types = dict(master.getTopicTypes())
-    published = dict(master.getPublishedTopics('/'))
+    types = dict(master.getPublishedTopics('/'))
     # a field may have brackets, which a name may not
     path, bracket, index = text.partition('[')
     full = full_name(path) + bracket + index
     topic = max((name for name in types if is_below(full, name)), key=len, default=None)
     if topic is None:
-        raise Failure(f'nobody publishes {full}{did_you_mean("/".join(full.split("/")[:2]), published)}')
-    if topic not in published:
-        waiting = system_state(master).subscribers.get(topic, [])
-        raise Failure(
-            f'nobody publishes {topic}; the master keeps it as {types[topic]}'
-            + (', which {} subscribe{} to'.format(' and '.join(waiting), 's' * (len(waiting) == 1)) if waiting else '')
-        )
+        raise Failure(f'nobody publishes {full}{did_you_mean("/".join(full.split("/")[:2]), types)}')
     return topic, types[topic], full[len(topic) :].lstrip('/.')
 
 
@@ -117,52 +110,46 @@ def default_timeout(timeout: float) -> Iterator[None]:
 
 def has_ended(master: rosgraph.Master, node: str) -> bool:
     """Return True if a node has ended, although the master may still list it."""
-    return all(problem is ConnectionRefusedError for _, problem, _ in _problems(master, node))
+    return _is_refused(_connections(master, node))
 
 
 def problem_of(master: rosgraph.Master, node: str) -> Optional[str]:
     """Explain why a node's addresses cannot be reached and what to do about it; None if they can."""
-    problems = _problems(master, node)
-    if not problems:
+    found = _connections(master, node)
+    if not found:
         return 'the master does not know it: it has ended'
-    if all(problem is ConnectionRefusedError for _, problem, _ in problems):
+    address, error = next((one for one in found.items() if one[1] is not None), ('', None))
+    if error is None:
+        return None
+    if _is_refused(found):
         return (
-            f'nothing listens at its address {_shown(problems[0][0])} any more: it has been killed. '
+            f'nothing listens at its address {address} any more: it has been killed. '
             '`rosnode cleanup` has the master forget it'
         )
-    for address, problem, text in problems:
-        if problem is not None:
-            return (
-                f'it advertises the address {_shown(address)}, which cannot be reached from here ({text}): '
-                'where it runs, set ROS_IP to an address that this machine reaches'
-            )
-    return None
+    return (
+        f'it advertises the address {address}, which cannot be reached from here ({error.strerror or error}): '
+        'where it runs, set ROS_IP to an address that this machine reaches'
+    )
 
 
-def _problems(master: rosgraph.Master, node: str) -> List[Tuple[Tuple[str, int], Optional[type], str]]:
-    """(address, the type of what a connection to it raises or None, its text) for each address of a node."""
-    addresses = (_address(master.lookupNode, node), _address(master.lookupService, node + LIST_SERVICE))
-    return [(address, *_problem(address)) for address in addresses if address is not None]
+def _is_refused(found: Dict[str, Optional[OSError]]) -> bool:
+    return all(isinstance(error, ConnectionRefusedError) for error in found.values())
 
 
-def _address(look_up: Callable[[str], str], name: str) -> Optional[Tuple[str, int]]:
-    """(host, port) of what the master says of a name; None where it does not know it."""
-    try:
-        with default_timeout(TIMEOUT):
-            address = urllib.parse.urlparse(look_up(name))
-        return (address.hostname, address.port) if address.hostname and address.port else None
-    except (OSError, rosgraph.MasterException, ValueError):
-        return None
-
-
-def _problem(address: Tuple[str, int]) -> Tuple[Optional[type], str]:
-    """(the type of what a connection raises or None, its text)."""
-    try:
-        socket.create_connection(address, TIMEOUT).close()
-    except OSError as error:
-        return type(error), error.strerror or str(error)
-    return None, ''
-
-
-def _shown(address: Tuple[str, int]) -> str:
-    return '{}:{}'.format(*address)
+def _connections(master: rosgraph.Master, node: str) -> Dict[str, Optional[OSError]]:
+    """{address: what a connection to it raises, or None} of a node, as the master knows it."""
+    found: Dict[str, Optional[OSError]] = {}
+    for look_up, name in ((master.lookupNode, node), (master.lookupService, node + LIST_SERVICE)):
+        try:
+            with default_timeout(TIMEOUT):
+                address = urllib.parse.urlparse(look_up(name))
+            host, port = address.hostname, address.port
+        except (OSError, rosgraph.MasterException, ValueError):
+            continue
+        if host and port:
+            found[address.netloc] = None
+            try:
+                socket.create_connection((host, port), TIMEOUT).close()
+            except OSError as error:
+                found[address.netloc] = error
+    return found

@@ -1,10 +1,9 @@
 """Output: tables that fit a terminal, and lines with tabs for a pipe."""
 
-import shutil
 import sys
 from typing import List, Optional, Sequence
 
-from rosslt import files, msg, values
+from rosslt import files, values
 from rosslt.cli.failure import Failure
 from rosslt.node import Directory, Place
 
@@ -20,11 +19,6 @@ def shortened(text: str, longest: int) -> str:
         return text
     end = (longest - 3) // 2
     return text[: longest - 3 - end] + '...' + text[len(text) - end :]
-
-
-def width() -> int:
-    """Return the number of columns of the terminal."""
-    return shutil.get_terminal_size().columns
 
 
 def table(rows: Sequence[Sequence[str]], indent: str = '', left: Optional[int] = None) -> List[str]:
@@ -108,8 +102,3 @@ def write_change(
         )
     else:
         write_row(directory.name(source), old, new, place.file if place else '', *more)
-
-
-def write_applied(directory: Directory, node: str, change: msg.AppliedChange) -> None:
-    """Print a change that a node has applied."""
-    write_change(directory, values.Source(node, change.location_id), change.old_value, change.new_value)

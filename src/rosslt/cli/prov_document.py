@@ -30,11 +30,7 @@ def prov_json(
 ) -> str:
     """A PROV document as PROV-JSON.
 
-    Args:
-        directory: the Directory that knows the locations.
-        sources: the locations to describe; those in `found` and `changes` are, too.
-        found: the topics and fields that the locations reach.
-        changes: the changes that their owners remember, the oldest first.
+    It describes these sources, and those in `found` and in the changes, the oldest of which is the first.
 
     Raises:
         Failure: the Python package prov is not installed.
@@ -63,12 +59,7 @@ class _Value(NamedTuple):
 
 
 class _Things:
-    """Puts agents, entities and activities into a document, each once.
-
-    Args:
-        document: the ProvDocument.
-        directory: the Directory that knows the locations.
-    """
+    """Puts agents, entities and activities into a document, each once."""
 
     def __init__(self, document: Record, directory: Directory) -> None:
         self._document = document

@@ -6,7 +6,7 @@ import queue
 import sys
 import threading
 import time
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 import genpy
 import genpy.dynamic
@@ -16,7 +16,7 @@ import rospy
 
 from rosslt import messages, node
 from rosslt.cli.failure import Failure, did_you_mean
-from rosslt.cli.master import full_name, problem_of, system_state
+from rosslt.cli.master import full_name, system_state
 
 #: Interval at which a wait checks for the node's shutdown, in seconds.
 _SHUTDOWN_CHECK_PERIOD = 0.1
@@ -56,14 +56,9 @@ def _message_class(type_: str, md5sum: str, definition: str) -> Any:
     """The class of a type, made from its definition where it is not installed as it was sent."""
     found = genpy.message.get_message_class(type_)
     if found is None or found._md5sum != md5sum:
-        found = genpy.dynamic.generate_dynamic(type_, definition)[type_]
+        with _making:
+            found = genpy.dynamic.generate_dynamic(type_, definition)[type_]
     return found
-
-
-def class_of(header: Mapping[str, str]) -> Any:
-    """The class of the messages of a connection, whose header it is."""
-    with _making:
-        return _message_class(header['type'], header['md5sum'], header['message_definition'])
 
 
 class Decoder:
@@ -112,7 +107,8 @@ class Inbox:
     def _take(self, message: genpy.Message, topic: str) -> None:
         header = message._connection_header
         if isinstance(message, rospy.AnyMsg):
-            data, message_class = message._buff, class_of(header)
+            data = message._buff
+            message_class = _message_class(header['type'], header['md5sum'], header['message_definition'])
             received = self._decoder.decode(data, message_class, topic, header['callerid'])
             received = received._replace(size=len(data), provenance_size=messages.provenance_size(data, message_class))
         else:
@@ -205,14 +201,3 @@ def heard_publishers(
     if not found:
         raise Failure(f'no message within {timeout:g} s')
     return [found[name] for name in sorted(found)]
-
-
-def why_silent(master: rosgraph.Master, topic: str, type_: str) -> str:
-    """Why no message comes on a topic, as far as the master and the publishers' addresses tell."""
-    publishers = system_state(master).publishers.get(topic, [])
-    if not publishers:
-        return f'nobody publishes it any more; the master keeps it as {type_}'
-    return '; '.join(
-        '{}: {}'.format(name, problem_of(master, name) or f'publishes it as {type_}, but sends nothing')
-        for name in sorted(publishers)
-    )

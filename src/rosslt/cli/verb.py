@@ -99,12 +99,7 @@ def load(name: str) -> Verb:
 
 
 def parser(name: str, program: Optional[str] = None) -> argparse.ArgumentParser:
-    """The parser of a verb's arguments.
-
-    Args:
-        name: the verb's.
-        program: the command's name in the help, by default `rosslt VERB`.
-    """
+    """The parser of a verb's arguments; `program` is the command's name in the help, by default `rosslt VERB`."""
     verb = load(name)
     made = argparse.ArgumentParser(
         prog=program or f'rosslt {name}',

@@ -12,9 +12,6 @@ from rosslt.cli.fields import Part, Scalar
 from rosslt.cli.reading import Decoder
 from rosslt.values import AFFINE, Source
 
-#: In how many messages of a topic it is looked for linearizations.
-LOOKED_AT = 20
-
 
 class Topic:
     """Counts of the messages of one topic after rewriting.
@@ -23,8 +20,8 @@ class Topic:
         count: the number of messages.
         changed: the number of messages with changed values.
         left_out: the number of messages that were left out as they have no value any more; `reason` says why.
-        is_approximate: True if some of them come from the provenance of the message before, or the first of them from a
-            linearization, which holds near the recorded values only.
+        is_approximate: True if some of them come from the provenance of the message before, or from a linearization,
+            which holds near the recorded values only.
     """
 
     def __init__(self) -> None:
@@ -38,11 +35,6 @@ def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Scalar
 
     A message keeps its time, its connection and its provenance, which says the new source values. What was computed
     without provenance stays as it was recorded; `if`s are not decided again.
-
-    Args:
-        bag: open for reading.
-        output: open for writing.
-        changes: {Source: value}.
 
     Returns:
         {name: Topic}.
@@ -87,8 +79,7 @@ class _Rewriter:
             topic.reason = topic.reason or str(error)
             return None
         topic.changed += any(made != leaf for made, leaf in zip(new, leaves))
-        if topic.count <= LOOKED_AT:
-            topic.is_approximate = topic.is_approximate or any(map(_is_linearized, leaves))
+        topic.is_approximate = topic.is_approximate or any(map(_is_linearized, leaves))
         return written
 
 

@@ -16,34 +16,3 @@ from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest
 from rosslt.files.transaction import unified_diff, write
 from rosslt.files.watching import FileWatch
 from rosslt.files.yaml_text import YamlChange, yaml_edits
-
-__all__ = [
-    'LITERALS',
-    'ORIGINS',
-    'Edit',
-    'FileError',
-    'Literal',
-    'SourceText',
-    'Unsettled',
-    'ParamChange',
-    'FileWatch',
-    'YamlChange',
-    'alike',
-    'changed_elsewhere',
-    'digest_of',
-    'equal',
-    'followed',
-    'holds',
-    'in_manner_of',
-    'inline_edits',
-    'is_scalar',
-    'overwrite',
-    'param_edits',
-    'read_bytes',
-    'read_settled_bytes',
-    'replace_bytes',
-    'replaced',
-    'unified_diff',
-    'write',
-    'yaml_edits',
-]

@@ -4,7 +4,9 @@ reads back to exactly its value."""
 import ast
 import re
 from decimal import Decimal
-from typing import Any, Callable, Iterator, List, Union
+from typing import Any, Iterator, List, Sequence, Union
+
+import yaml
 
 _NUMBER = re.compile(r'(?P<sign>[-+]?)[ \t]*(?P<whole>\d*)(?P<point>\.?)(?P<fraction>\d*)(?P<exponent>[eE][-+]?\d+)?')
 
@@ -39,6 +41,11 @@ def equal(one: object, other: object) -> bool:
     return alike(one, other) and one == other
 
 
+def same(one: object, other: object) -> bool:
+    """Return whether two scalars are equal and of the same type; -0.0 is no 0.0 here."""
+    return type(one) is type(other) and repr(one) == repr(other)
+
+
 def text_in_manner_of(old: str, value: str, is_utf8: bool = True) -> str:
     """Write a text as a Python literal, in the style of the literal that it replaces.
 
@@ -65,18 +72,8 @@ def _python_text(text: str) -> Any:
         return None
 
 
-def truths_in_manner_of(old: str, value: bool) -> List[str]:
-    """List the notations of a truth value in YAML and launch files, best first: `yes` becomes `no`, `True` `False`."""
-    said = [pair[not value] for pair in _TRUTHS if old.lower() in pair] + ['true' if value else 'false']
-    return [*(one.title() if old.istitle() else one.upper() if old.isupper() else one for one in said), said[-1]]
-
-
-def _python(text: str) -> _Value:
-    return float(text) if re.search(r'[.eE]', text) else int(text)
-
-
-def in_manner_of(old: str, value: _Value, read: Callable[[str], object] = _python) -> str:
-    """Write a number in the notation of the number that it replaces.
+def in_manner_of(old: str, value: _Value) -> str:
+    """Write a number in Python, in the notation of the number that it replaces.
 
     `2.50` becomes `3.25` or `3.00`, `.5` becomes `.25`, `1e-3` becomes `2.5e-3`; where the manner cannot hold the value
     exactly, `repr` does.
@@ -84,45 +81,72 @@ def in_manner_of(old: str, value: _Value, read: Callable[[str], object] = _pytho
     Args:
         old: how the number before is written.
         value: a finite number.
-        read: reads what is written, in the language of the file; by default as Python does.
 
     Returns:
         A text that reads back to exactly that value.
     """
-    match = _NUMBER.fullmatch(old.strip())
-    for candidate in _candidates(match, value) if match else ():
-        if _says(read(candidate), value):
-            return candidate
-    return repr(value)
+    return next((one for one in _numbers(old, value) if _says(_python(one), value)), repr(value))
 
 
-def written_as(old: str, value: _Value, read: Callable[[str], object]) -> str:
-    """`in_manner_of`, in a language that does not read all numbers that Python writes.
+def notations(old: str, value: Scalar) -> Iterator[str]:
+    """The ways to write a value in YAML and launch files, those in the manner of the one that it replaces first.
 
-    Raises:
-        ValueError: it can say no such number.
+    The language decides what each of them reads as: which one is taken is for the caller to find out.
     """
+    if isinstance(value, bool):
+        yield from _truths(old, value)
+    elif isinstance(value, str):
+        quoted = [
+            yaml.safe_dump(value, default_style=mark, allow_unicode=True, width=float('inf')).rstrip('\n')
+            for mark in ("'", '"')
+        ]
+        ways = [value, *quoted] if value else [*quoted, value]
+        yield from sorted(ways, key=lambda one: one[:1] != old[:1])
+    else:
+        yield from _numbers(old, value)
+        # YAML 1.1 takes `1e+300` as a text.
+        mantissa, exponent, power = repr(value).partition('e')
+        yield (mantissa if '.' in mantissa else mantissa + '.0') + exponent + power
+        expanded = '{:f}'.format(Decimal(repr(value)))
+        yield expanded if '.' in expanded else expanded + '.0'
 
-    def reads(text: str) -> object:
-        found = read(text)
-        return found if type(found) is type(value) else None
 
-    expanded = '{:f}'.format(Decimal(repr(value)))
-    mantissa, exponent, power = repr(value).partition('e')
-    pointed = mantissa if '.' in mantissa else mantissa + '.0'
-    for candidate in (
-        in_manner_of(old, value, reads),
-        pointed + exponent + power,
-        expanded if '.' in expanded or type(value) is int else expanded + '.0',
-    ):
-        if _says(reads(candidate), value):
-            return candidate
-    raise ValueError(f'{value!r} cannot be written in the place of {old}')
+def check_replaceable(file: str, old: str, present: object, said: Sequence[Scalar], value: Scalar) -> None:
+    """Raise ValueError where a value must not replace what a file says.
+
+    Args:
+        file: where it stands.
+        old: how it is written there.
+        present: what that reads as.
+        said: what it may be; empty for whatever stands there.
+        value: the new one.
+    """
+    if not alike(present, value):
+        raise ValueError(f'{value!r} is of another kind than {old}, which {file} says')
+    if said and not any(equal(present, one) for one in said):
+        raise ValueError(f'it was edited since it was loaded: {file} says {old} instead of {said[0]!r}')
 
 
-def _says(read: object, value: _Value) -> bool:
+def _truths(old: str, value: bool) -> List[str]:
+    """List the notations of a truth value in YAML and launch files, best first: `yes` becomes `no`, `True` `False`."""
+    said = [pair[not value] for pair in _TRUTHS if old.lower() in pair] + ['true' if value else 'false']
+    return [*(one.title() if old.istitle() else one.upper() if old.isupper() else one for one in said), said[-1]]
+
+
+def _numbers(old: str, value: _Value) -> Iterator[str]:
+    match = _NUMBER.fullmatch(old.strip())
+    if match:
+        yield from _candidates(match, value)
+    yield repr(value)
+
+
+def _python(text: str) -> _Value:
+    return float(text) if re.search(r'[.eE]', text) else int(text)
+
+
+def _says(read: _Value, value: _Value) -> bool:
     # A whole number may be written as one where it stands for a float: `x = 3` after `x = 2`.
-    return isinstance(read, (int, float)) and float(read) == value and repr(float(read)) == repr(float(value))
+    return float(read) == value and repr(float(read)) == repr(float(value))
 
 
 def _candidates(old: 're.Match[str]', value: _Value) -> Iterator[str]:

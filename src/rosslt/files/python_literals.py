@@ -2,11 +2,9 @@
 them."""
 
 import ast
-import bisect
-import itertools
 import math
 import re
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple, Union
 
 from rosslt.files.notation import Scalar
 
@@ -73,22 +71,11 @@ class Positions:
     def __init__(self, text: str) -> None:
         self._text = text
         self._starts = [0] + [match.end() for match in NEWLINE.finditer(text)]
-        self._bytes: Dict[int, Optional[List[int]]] = {}
 
     def of(self, line: int, byte: int) -> int:
         """The index in the text."""
-        if line not in self._bytes:
-            self._bytes[line] = self._bytes_of(line)
-        before = self._bytes[line]
-        return self._starts[line - 1] + (byte if before is None else bisect.bisect_left(before, byte))
-
-    def _bytes_of(self, line: int) -> Optional[List[int]]:
-        """Count the bytes before each character of a line and before its end; None where it is in ASCII."""
-        end = self._starts[line] if line < len(self._starts) else None
-        text = self._text[self._starts[line - 1] : end]
-        if text.isascii():
-            return None
-        return [0, *itertools.accumulate(len(character.encode('utf-8')) for character in text)]
+        start = self._starts[line - 1]
+        return start + len(self._text[start : start + byte].encode('utf-8')[:byte].decode('utf-8'))
 
     def literal(self, node: Any, value: Scalar) -> Literal:
         """The Literal that a node is."""

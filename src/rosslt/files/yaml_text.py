@@ -1,21 +1,17 @@
 """YAML files as text: other scalars in them, and everything else as it is: comments, layout, quotes."""
 
-import math
 import re
 from collections import Counter
-from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import yaml
 
 from rosslt.files.errors import FileError
-from rosslt.files.notation import Scalar, alike, equal, in_manner_of, truths_in_manner_of, written_as
+from rosslt.files.notation import Scalar, check_replaceable, equal, notations, same
 from rosslt.files.source_text import Edit, digest_of
 
 #: An anchor or a tag, which stands in front of a scalar and stays there.
 PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
-
-#: The tags that rosparam reads angles by, and what it writes them with where they have none.
-_ANGLES = {'!degrees': 'deg', '!radians': 'rad'}
 
 
 class YamlChange(NamedTuple):
@@ -55,21 +51,15 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
     for change in changes:
         try:
             node = _node_at(root, change.path)
-            start, end = node.start_mark.index, node.end_mark.index
-            properties = PROPERTIES.match(text, start, end)
-            start = properties.end() if properties else start
-            old, present = text[start:end], _constructed(node)
+            present = _constructed(node)
             if equal(present, change.value):
                 continue
             _node_at(root, change.path, uses)
-            if change.said and not any(equal(present, one) for one in change.said):
-                raise ValueError(f'it was edited since it was loaded: {file} says {old} instead of {change.said[0]!r}')
-            if not alike(present, change.value):
-                raise ValueError(f'{change.value!r} is of another kind than {present!r}, which {file} says')
-            if isinstance(change.value, (str, bool)):
-                new = _word(text, node, (start, end), change)
-            else:
-                start, new = _number(text, node, (start, end), change.value)
+            end = node.end_mark.index
+            properties = PROPERTIES.match(text, node.start_mark.index, end)
+            start = properties.end() if properties else node.start_mark.index
+            check_replaceable(file, text[start:end], present, change.said, change.value)
+            new = _written(text, node, (start, end), change)
         except ValueError as error:
             left.append((change.what, str(error)))
             continue
@@ -111,22 +101,6 @@ def _node_at(node: yaml.Node, path: Sequence[Union[str, int]], uses: Optional[Co
     return node
 
 
-def ranges_at(text: str, paths: Sequence[Sequence[Union[str, int]]]) -> List[Tuple[int, int]]:
-    """Find the ranges of the scalars at paths in a YAML text, in its order; without those that it does not have."""
-    found = set()
-    try:
-        root = yaml.compose(text, Loader=yaml.SafeLoader)
-    except yaml.YAMLError:
-        return []
-    for path in paths:
-        try:
-            node = _node_at(root, path)
-        except ValueError:
-            continue
-        found.add((node.start_mark.index, node.end_mark.index))
-    return sorted(found)
-
-
 def _constructed(node: yaml.Node) -> object:
     """Read a scalar by its tag; None where it is no YAML that is read safely."""
     try:
@@ -135,41 +109,8 @@ def _constructed(node: yaml.Node) -> object:
         return None
 
 
-def _number(text: str, node: yaml.Node, place: Tuple[int, int], value: Union[int, float]) -> Tuple[int, str]:
-    """Write a number in the notation of the number that it replaces.
-
-    Args:
-        text: the whole YAML.
-        node: what stands there now.
-        place: its range in the text, without its anchor and its tag.
-
-    Returns:
-        Where what is written begins, and it: a tag in front, such as `!degrees`, has its say in what a number is.
-
-    Raises:
-        ValueError: nothing reads back to exactly that value.
-    """
-    (start, end), first = place, node.start_mark.index
-    old, properties = text[start:end], text[first:start]
-    if node.style in ('|', '>') or '\n' in old or '\r' in old:
-        raise ValueError('a number that is written in several lines is not rewritten')
-    if not any(one.startswith('!') for one in properties.split()):
-        return start, _angle(old, value, yaml.safe_load) or written_as(old, value, yaml.safe_load)
-
-    def read(written: str) -> object:
-        return _constructed(yaml.ScalarNode(node.tag, written))
-
-    unit = _ANGLES.get(node.tag)
-    if unit is None:  # `!!float 1` stays a float
-        return start, written_as(old, float(value) if type(_constructed(node)) is float else value, read)
-    angle = _angle(old, value, read) or _angle(f'{unit}({old})', value, lambda whole: read(whole[4:-1]))
-    if angle is None:
-        return first, re.sub(r'!\S+\s+', '', properties) + written_as(old, value, yaml.safe_load)
-    return start, angle if old.startswith(unit) else angle[4:-1]
-
-
-def _word(text: str, node: yaml.Node, place: Tuple[int, int], change: YamlChange) -> str:
-    """Write a text or a truth value in the notation of the scalar that it replaces.
+def _written(text: str, node: yaml.Node, place: Tuple[int, int], change: YamlChange) -> str:
+    """Write a value in the notation of the scalar that it replaces.
 
     Args:
         text: the whole YAML.
@@ -180,59 +121,34 @@ def _word(text: str, node: yaml.Node, place: Tuple[int, int], change: YamlChange
         ValueError: nothing reads back to exactly that value, and leaves all else as it was.
     """
     start, end = place
-    if node.style in ('|', '>') or '\n' in text[start:end] or '\r' in text[start:end]:
-        raise ValueError('a text of several lines is not rewritten')
-    for candidate in _words(text[start:end], node.style, change.value):
+    old = text[start:end]
+    if '\n' in old or '\r' in old:
+        raise ValueError('what is written in several lines is not rewritten')
+    for candidate in notations(old, change.value):
         if _says_instead(text, text[:start] + candidate + text[end:], node, change):
             return candidate
-    raise ValueError(f'{change.value!r} cannot be written in the place of {text[start:end]}')
-
-
-def _words(old: str, style: Optional[str], value: Scalar) -> Iterator[str]:
-    if isinstance(value, bool):
-        yield from truths_in_manner_of(old, value)
-        return
-    if style is None and value:
-        yield str(value)
-    for quotes in ("'", '"')[style == '"' :]:
-        yield yaml.safe_dump(value, default_style=quotes, allow_unicode=True, width=float('inf')).rstrip('\n')
+    raise ValueError(f'{change.value!r} cannot be written in the place of {old}')
 
 
 def _says_instead(before: str, after: str, node: yaml.Node, change: YamlChange) -> bool:
     """Return whether a YAML text differs from the one before in that value alone."""
     try:
         old, new = list(yaml.parse(before, yaml.SafeLoader)), list(yaml.parse(after, yaml.SafeLoader))
-        place = next(
-            index
-            for index, event in enumerate(old)
-            if event.start_mark.index == node.start_mark.index and isinstance(event, yaml.ScalarEvent)
-        )
-        if len(new) != len(old) or not isinstance(new[place], yaml.ScalarEvent):
-            return False
-        is_same = all(
-            type(one) is type(other)
-            and (index == place or getattr(one, 'value', None) == getattr(other, 'value', None))
-            and all(
-                getattr(one, name, None) == getattr(other, name, None)
-                for name in ('anchor', 'tag', 'flow_style', *(() if index == place else ('style', 'implicit')))
-            )
-            for index, (one, other) in enumerate(zip(old, new))
-        )
         now = _node_at(yaml.compose(after, Loader=yaml.SafeLoader), change.path)
     except (yaml.YAMLError, ValueError):
         return False
-    return is_same and now.end_mark.line == now.start_mark.line and equal(_constructed(now), change.value)
+    return (
+        len(old) == len(new)
+        and all(
+            _content(one) == _content(other)
+            or (isinstance(one, yaml.ScalarEvent) and one.start_mark.index == node.start_mark.index)
+            for one, other in zip(old, new)
+        )
+        and now.end_mark.line == now.start_mark.line
+        and same(_constructed(now), change.value)
+    )
 
 
-def _angle(old: str, value: float, read: Callable[[str], object]) -> Optional[str]:
-    """A number as the angle of rosparam that it was, `deg(45)` or `rad(0.5)`; None where it cannot be."""
-    match = re.fullmatch(r'(deg|rad)\(\s*(.*?)\s*\)', old)
-    if not match:
-        return None
-    unit, inner = match.groups()
-    candidates = [value] if unit == 'rad' else [round(math.degrees(value), digits) for digits in range(16)]
-    for candidate in candidates:
-        text = f'{unit}({in_manner_of(inner, candidate)})'
-        if repr(read(text)) == repr(value):
-            return text
-    return None
+def _content(event: yaml.Event) -> Tuple[object, ...]:
+    """What an event of YAML says, wherever it stands."""
+    return (type(event), *(getattr(event, name, None) for name in ('anchor', 'tag', 'implicit', 'value')))

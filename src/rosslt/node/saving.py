@@ -192,15 +192,15 @@ def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[Lis
     in_yaml: Dict[Any, List[files.YamlChange]] = {}
     for place, origin in those:
         if 'path' in origin:
-            tag = (*origin['rosparam'], origin['text']) if 'rosparam' in origin else None
+            tag = tuple(origin['rosparam']) if 'rosparam' in origin else None
             change = files.YamlChange(origin['path'], origin['said'], place.value, place.local_name)
             in_yaml.setdefault(tag, []).append(change)
     if None in in_yaml:
         return files.yaml_edits(file, content, in_yaml[None])
     edits: List[files.Edit] = []
     left: List[Tuple[str, str]] = []
-    for (nth, count, text), changes in in_yaml.items():
-        made, unmade = files.inline_edits(file, content, nth, count, text, changes)
+    for (nth, count), changes in in_yaml.items():
+        made, unmade = files.inline_edits(file, content, nth, count, changes)
         edits, left = edits + made, left + unmade
     from roslaunch.loader import convert_value
 
@@ -212,7 +212,6 @@ def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[Lis
                 origin['tag'][0],
                 origin['tag'][1],
                 origin['name'],
-                origin['text'],
                 origin['said'],
                 place.value,
                 functools.partial(_read_param, convert_value, origin['type']),

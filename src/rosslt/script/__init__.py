@@ -8,5 +8,3 @@ parameters, and `editor` is a window for scripts.
 
 from rosslt.script.live import LiveScript, ScriptError, Settings
 from rosslt.script.nodes import run, run_parameters
-
-__all__ = ['LiveScript', 'ScriptError', 'Settings', 'run', 'run_parameters']

@@ -5,13 +5,10 @@ sees what is saved, and here is seen what they write. PyQt5 is needed for this w
 """
 
 import argparse
-import collections
-import difflib
 import os
-import re
 import signal
 import sys
-from typing import List, Optional, Sequence, Tuple
+from typing import List, Optional, Tuple
 
 import rospy
 from PyQt5.QtCore import QRect, QSize, Qt, QTimer, pyqtSignal
@@ -39,8 +36,7 @@ MARK_COLOR = QColor(255, 224, 102)
 ERROR_COLOR = QColor(255, 205, 205)
 GUTTER_COLOR, NUMBER_COLOR = QColor(240, 240, 240), QColor(140, 140, 140)
 
-#: The line ends that Qt recognizes, and converts to BLOCK_END.
-LINE_END = re.compile('\r\n|[\r\n\u2029\ufdd0\ufdd1]')
+#: What Qt has between two lines.
 BLOCK_END = '\u2029'
 
 
@@ -111,7 +107,7 @@ class Editor(QMainWindow):
 
     def _to_write(self) -> str:
         # toPlainText would give blanks for no-break spaces, and newlines for line separators.
-        return with_line_ends(self._text.document().toRawText().split(BLOCK_END), self._saved)
+        return self._text.document().toRawText().replace(BLOCK_END, '\r\n' if '\r\n' in self._saved else '\n')
 
     def _reload(self) -> None:
         """Show what is in the file, whatever was typed."""
@@ -301,20 +297,6 @@ class _Gutter(QWidget):
         self._text.paint_gutter(event)
 
 
-def with_line_ends(lines: Sequence[str], before: str) -> str:
-    """Lines as a text, with the line ends of an earlier text: each line that is still there keeps its own, and what was
-    typed into it gets the one that is most common."""
-    old_ends = LINE_END.findall(before)
-    common = (collections.Counter(old_ends).most_common(1) or [('\n', 1)])[0][0]
-    old_ends.append(common)  # the last line has none, until it is not the last one
-    ends = [common] * len(lines)
-    matcher = difflib.SequenceMatcher(None, LINE_END.split(before), lines, autojunk=False)
-    for _, start, end, new_start, new_end in matcher.get_opcodes():
-        for back in range(1, min(end - start, new_end - new_start) + 1):
-            ends[new_end - back] = old_ends[end - back]
-    return ''.join([line + end for line, end in zip(lines, ends)][:-1]) + lines[-1]
-
-
 def _read(path: str) -> str:
     try:
         return files.read_settled_bytes(path).decode('utf-8')
@@ -331,7 +313,7 @@ def _without_numbers(source: files.SourceText) -> List[str]:
 
 def _position(text: str, index: int) -> int:
     """A position in a text as Qt counts it: in units of UTF-16, of which the end of a line is one."""
-    return len(LINE_END.sub('\n', text[:index]).encode('utf-16-le')) // 2
+    return len(text[:index].replace('\r\n', '\n').encode('utf-16-le')) // 2
 
 
 def main() -> int:

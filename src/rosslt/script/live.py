@@ -1,7 +1,7 @@
 """A live script: the text in force, a location for each number in it, and what happens when somebody changes it.
 
-Two kinds of writers meet in the file. A source change rewrites one number. A person saves a whole text, which may
-have been typed while numbers were rewritten. Neither loses: see `LiveScript`.
+Two kinds of writers meet in the file. A source change rewrites one number. A person saves a whole text, which is never
+overwritten by a change: see `LiveScript`.
 """
 
 import functools
@@ -9,9 +9,8 @@ import itertools
 import os
 import re
 import threading
-import time
 from decimal import Decimal
-from typing import Any, Callable, Collection, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Collection, Iterable, List, NamedTuple, Optional, Sequence
 
 from rosslt import files, node, values
 from rosslt.script import running
@@ -19,10 +18,6 @@ from rosslt.script.running import Step
 
 #: A script, or a change of one, that cannot come into force.
 ScriptError = files.FileError
-
-#: The maximal age of a text that somebody began to edit and saved over newer numbers, in seconds. The numbers are then
-#: put into the saved text. Editors themselves warn of older texts.
-STALE = 2.0
 
 #: The maximal number of retries of a change while others write the file.
 ATTEMPTS = 100
@@ -84,8 +79,6 @@ class LiveScript:
         # Nobody may hold a lock that `add` and `remove` take while calling a setter: a node calls it without its own.
         self._lock = threading.RLock()
         self._refused: Optional[bytes] = None  # a content of the file that cannot come into force
-        # (time at which it was no longer in force, _State), since somebody saved a text
-        self._past: List[Tuple[float, _State]] = []
         self._state = _State(files.SourceText(path, b''), [], [])
         self._remember = remember
         content = files.read_settled_bytes(path)
@@ -123,9 +116,11 @@ class LiveScript:
                 if content == state.source.content:
                     if number not in state.numbers:
                         raise ScriptError(self.path, None, None, '{} is no longer in it'.format(number.name))
-                    source = self._with_values(state.source, {state.numbers.index(number): value})
-                    if source is state.source:
+                    rounded_value = rounded(value, self._settings.precision)
+                    edits = state.source.edits({state.numbers.index(number): rounded_value})
+                    if not edits:
                         return
+                    source = files.SourceText(self.path, files.replaced(content, edits))
                     steps = self._run(source, state.numbers)
                     if files.replace_bytes(self.path, content, source.content):
                         self._come_into_force(_State(source, state.numbers, steps), True)
@@ -133,11 +128,6 @@ class LiveScript:
             # Somebody has saved another text, and the watch has not read it yet.
             self._take_in(files.read_settled_bytes(self.path))
         raise files.Unsettled(self.path, None, None, 'other programs keep writing it')
-
-    def _with_values(self, source: files.SourceText, wanted: Mapping[int, float]) -> files.SourceText:
-        """A text with other values for some of its numbers, rounded; itself where they are not others."""
-        edits = source.edits({index: rounded(value, self._settings.precision) for index, value in wanted.items()})
-        return files.SourceText(self.path, files.replaced(source.content, edits)) if edits else source
 
     def _take_in(self, content: bytes, names: Sequence[str] = ()) -> bool:
         """Have a text that somebody has saved come into force, or report why it cannot.
@@ -156,9 +146,6 @@ class LiveScript:
                 return True
             try:
                 made = self._made(files.SourceText(self.path, content), names)
-                if made.source.content != content and not files.replace_bytes(self.path, content, made.source.content):
-                    self._forget(made.numbers, self._state.numbers)
-                    return False
                 is_same_but_for_numbers = made.source.skeleton == self._state.source.skeleton
             except ScriptError as error:
                 if content != self._refused:
@@ -167,7 +154,6 @@ class LiveScript:
                 return True
             gone = self._state.numbers
             self._come_into_force(made, is_same_but_for_numbers)
-            self._past.clear()
             self._forget(gone, made.numbers)
             return True
 
@@ -178,25 +164,14 @@ class LiveScript:
             self._take(self._state.steps, True)
 
     def _made(self, source: files.SourceText, names: Sequence[str]) -> _State:
-        """The state of a text that somebody has saved, with the numbers that were rewritten since they began to edit.
+        """The state of a text that somebody has saved; numbers in lines that read the same keep their locations.
 
         Raises:
             ScriptError: it cannot come into force; then no location is left of it.
         """
-        oldest = time.monotonic() - STALE
-        recent = [self._state] + [state for until, state in reversed(self._past) if until > oldest]
-        # They have begun with the one of which most is left.
-        base, known = max(
-            ((state, files.followed(state.source, source, exactly=True).literals) for state in recent),
-            key=lambda pair: len(pair[1]),
-        )
-        records, newer = {}, {}
-        for old, new in known.items():
-            if old < len(base.numbers):
-                records[new], value = base.numbers[old], self._state.source.numbers[old].value
-                if value != base.source.numbers[old].value:
-                    newer[new] = float(value)
-        source = self._with_values(source, newer)
+        known = files.followed(self._state.source, source, exactly=True).literals
+        count = len(self._state.numbers)
+        records = {new: self._state.numbers[old] for old, new in known.items() if old < count}
         numbers: List[_Number] = []
         taken = {number.name for number in self._state.numbers}
         try:
@@ -236,8 +211,6 @@ class LiveScript:
         return running.run(source, tracked, self._settings.step_limit)
 
     def _come_into_force(self, state: _State, is_same_but_for_numbers: bool) -> None:
-        now = time.monotonic()
-        self._past = [(until, past) for until, past in self._past if until > now - STALE] + [(now, self._state)]
         self._state, self._refused = state, None
         for number, literal in zip(state.numbers, state.source.numbers):
             number.value = float(literal.value)

@@ -7,9 +7,8 @@ is no protection against attackers.
 import ast
 import builtins
 import math
-import sys
 import types
-from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Union
 
 from rosslt import files, values
 
@@ -153,9 +152,9 @@ def run(
     except SyntaxError as error:  # return outside of a function, and the like
         raise files.FileError(source.path, error.lineno or 1, error.offset or 1, error.msg) from None
     except Exception as error:  # whatever it raises is what is wrong with the script
-        line, column = _where(error.__traceback__, source.path)
+        line = _line_of(error.__traceback__, source.path)
         name = '' if isinstance(error, RuntimeError) else type(error).__name__ + ': '
-        raise files.FileError(source.path, line, column, name + str(error)) from None
+        raise files.FileError(source.path, line, 1, name + str(error)) from None
     return steps
 
 
@@ -231,15 +230,11 @@ def _at(place: ast.AST, node: Any) -> Any:
     return ast.copy_location(node, place)
 
 
-def _where(trace: Optional[types.TracebackType], file: str) -> Tuple[int, int]:
-    """Line and column of what the script did last."""
-    line, column = 1, 1
+def _line_of(trace: Optional[types.TracebackType], file: str) -> int:
+    """The line that the script ran last."""
+    line = 1
     while trace is not None:
-        code = trace.tb_frame.f_code
-        if code.co_filename == file:
-            line, column = trace.tb_lineno, 1
-            if sys.version_info >= (3, 11):
-                found = list(code.co_positions())[trace.tb_lasti // 2][2]
-                column = 1 if found is None else found + 1
+        if trace.tb_frame.f_code.co_filename == file:
+            line = trace.tb_lineno
         trace = trace.tb_next
-    return line, column
+    return line

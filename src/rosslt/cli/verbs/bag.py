@@ -2,10 +2,9 @@
 
 import argparse
 import contextlib
-import itertools
 import os
 import sys
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Sequence, Tuple
 
 import rosbag
 
@@ -13,11 +12,11 @@ from rosslt import values
 from rosslt.cli import bags, what_if
 from rosslt.cli.directory import sources_called
 from rosslt.cli.failure import Failure, did_you_mean
-from rosslt.cli.fields import Scalar, parse_scalar
+from rosslt.cli.fields import Scalar, parse_scalar, source_values
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.flow import ProvenanceMap, brief
-from rosslt.node import Directory, Place
+from rosslt.node import Directory
 
 GROUP = LOOK
 SUMMARY = 'what provenance a recorded bag holds, and what its messages would have been with other values'
@@ -46,9 +45,6 @@ ARGUMENTS = [
     ),
     Argument('-o', '--output', metavar='OUT', help='write the messages as they would have been'),
 ]
-
-#: The number of messages of each topic that are searched for sources first, before all are.
-FIRST = 20
 
 #: The sources on a topic: (source, the fields that it reaches).
 Rows = Sequence[Tuple[str, List[str]]]
@@ -147,19 +143,16 @@ def _changes(bag: rosbag.Bag, directory: Directory, settings: Sequence[str]) -> 
     """{Source: value} of NODE/LOCATION=VALUE.
 
     Raises:
-        Failure: it is no such thing, the bag has no such location, or the location would not take the value.
+        Failure: it is no such thing, or the bag has no such location.
     """
     bags.take_names(bag, directory)
-    recorded = _recorded(bag, directory, FIRST)
+    recorded = _recorded(bag, directory)
     changes: Dict[values.Source, Scalar] = {}
     for setting in settings:
         name, equals, text = setting.partition('=')
         if not equals:
             raise Failure(f'{setting!r} is not NODE/LOCATION=VALUE')
         found = sources_called(directory, recorded, name)
-        if not found:
-            recorded = _recorded(bag, directory, None)
-            found = sources_called(directory, recorded, name)
         if not found:
             every = sorted(directory.name(source) for source in recorded)
             raise Failure(
@@ -171,27 +164,15 @@ def _changes(bag: rosbag.Bag, directory: Directory, settings: Sequence[str]) -> 
             value = parse_scalar(text, type(recorded[source]).__name__)
         except ValueError as error:
             raise Failure(f'{name}: {error}') from None
-        place = directory.of(source)
-        if place is not None:
-            _check_bounds(place, value)
         changes[source] = value
     return changes
 
 
-def _recorded(bag: rosbag.Bag, directory: Directory, limit: Optional[int]) -> Dict[values.Source, Scalar]:
-    """The sources of the first messages of each topic, each with a value that it had; the directory learns of them."""
+def _recorded(bag: rosbag.Bag, directory: Directory) -> Dict[values.Source, Scalar]:
+    """The sources of the messages, each with a value that it had; the directory learns of them."""
     recorded: Dict[values.Source, Scalar] = {}
-    for topic in bag.get_type_and_topic_info().topics:
-        for received in itertools.islice(bags.messages(bag, [topic]), limit):
-            leaves = [leaf for _, leaf in values.leaves(received.message) if values.is_tracked(leaf)]
-            for source, value in values.source_values(leaves).items():
-                recorded.setdefault(source, value)
+    for received in bags.messages(bag):
+        for source, value in source_values(received.message).items():
+            recorded.setdefault(source, value)
     directory.learn(recorded)
     return recorded
-
-
-def _check_bounds(place: Place, value: Scalar) -> None:
-    if place.minimum is not None and value < place.minimum:
-        raise Failure(f'{place.name} would refuse {value!r}: it is below its minimum {place.minimum!r}')
-    if place.maximum is not None and value > place.maximum:
-        raise Failure(f'{place.name} would refuse {value!r}: it is above its maximum {place.maximum!r}')

@@ -1,18 +1,14 @@
 """`rosslt echo`: messages with the provenance of their fields."""
 
 import argparse
-import sys
-import time
-from typing import Iterable, Iterator
-
-import rosgraph
+from typing import Iterable
 
 from rosslt import values
 from rosslt.cli import bags
 from rosslt.cli.fields import field_of
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal
-from rosslt.cli.reading import Inbox, Received, why_silent
+from rosslt.cli.reading import Inbox, Received
 from rosslt.cli.rendering import json_line, write_lines, yaml_lines
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.node import Directory
@@ -40,9 +36,6 @@ ARGUMENTS = [
     Argument('--bag', metavar='FILE', help='from a recorded bag'),
 ]
 
-#: Seconds without a message before a possible reason is printed.
-SILENCE = 3.0
-
 
 def run(options: argparse.Namespace) -> None:
     if options.bag:
@@ -52,26 +45,14 @@ def run(options: argparse.Namespace) -> None:
             bags.take_names(bag, directory)
             _echo(bags.messages(bag, [topic]), field, directory, options)
         return
-    master = find_master()
-    topic, type_, field = split_topic(master, options.topic)
+    topic, _, field = split_topic(find_master(), options.topic)
     with Inbox([topic]) as inbox:
         try:
-            _echo(_heard(master, inbox, topic, type_), field, Directory(), options)
+            _echo(iter(lambda: inbox.next_before(None), None), field, Directory(), options)
         except KeyboardInterrupt:
             # without a count this is how it ends
             if options.count:
                 raise
-
-
-def _heard(master: rosgraph.Master, inbox: Inbox, topic: str, type_: str) -> Iterator[Received]:
-    """The messages of a topic; where none comes, a line on standard error says why."""
-    first = inbox.next_before(time.monotonic() + SILENCE)
-    if first is not None:
-        yield first
-    else:
-        why = why_silent(master, topic, type_)
-        print(f'rosslt echo: no message on {topic} within {SILENCE:g} s: {why}', file=sys.stderr, flush=True)
-    yield from iter(lambda: inbox.next_before(None), None)
 
 
 def _echo(messages: Iterable[Received], field: str, directory: Directory, options: argparse.Namespace) -> None:

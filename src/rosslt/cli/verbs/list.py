@@ -8,7 +8,7 @@ from rosslt import srv
 from rosslt.cli.directory import report_silent, tracked_node
 from rosslt.cli.locks import locks_of, note_of, notes_of
 from rosslt.cli.master import find_master, tracked_nodes
-from rosslt.cli.output import is_terminal, limits, shortened, table, width, write_row
+from rosslt.cli.output import is_terminal, limits, shortened, table, write_row
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.node import Directory, Place
 
@@ -27,7 +27,7 @@ ARGUMENTS = [
     Argument('node', completer='nodes', nargs='?', metavar='NODE', help='this node alone'),
 ]
 
-#: The answer assumed for a node that knows no locks.
+#: The answer assumed for a node that does not say.
 _OPEN = srv.LockLocationsResponse(accepts_changes=True)
 
 #: The most that a value takes of a line.
@@ -61,23 +61,15 @@ def _show(node: str, places: List[Place], access: srv.LockLocationsResponse) -> 
         for place in places
     ]
     notes = [
-        ', '.join(
-            filter(
-                None,
-                (
-                    f'the code says {place.location.literal}' if place.location.remembered else '',
-                    place.location.fault,
-                    note_of(access, place.location.id),
-                ),
-            )
+        (
+            f'the code says {place.location.literal}' if place.location.remembered else '',
+            place.location.fault,
+            note_of(access, place.location.id),
         )
         for place in places
     ]
-    lines = [
-        table([(*row, file, note) for row, file, note in zip(rows, files, notes)], indent='  ')
-        for files in ([place.file for place in places], [place.short_file for place in places])
-    ]
-    for line in lines[0] if all(len(line) <= width() for line in lines[0]) else lines[1]:
+    lines = [(*row, place.short_file, ', '.join(filter(None, note))) for row, place, note in zip(rows, places, notes)]
+    for line in table(lines, indent='  '):
         print(line)
 
 

@@ -6,11 +6,11 @@ from typing import Any, Dict, List, Optional
 
 import rosgraph
 
-from rosslt import node
+from rosslt import node, values
 from rosslt.cli.directory import cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import TIMEOUT, find_master, has_ended, problem_of, tracked_nodes
-from rosslt.cli.output import write_applied
+from rosslt.cli.output import write_change
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -47,7 +47,8 @@ def run(options: argparse.Namespace) -> int:
     directory.ask(sorted(undone.changes))
     for name, changes in sorted(undone.changes.items()):
         for change in changes:
-            write_applied(directory, name, change)
+            source = values.Source(name, change.location_id)
+            write_change(directory, source, change.old_value, change.new_value)
     for name, reason in sorted(undone.reasons.items()):
         nothing = '' if undone.changes else 'nothing is taken back: '
         print(f'rosslt undo: {nothing}{name}: {problem_of(master, name) or reason}', file=sys.stderr)
