@@ -16,7 +16,6 @@ NEAR = 2.5
 UNREST = {
     'noisy': 1.0,
     'low_pass_with_provenance': 1e-9,
-    'low_pass_without_provenance_of_its_state': 1e-9,
     'integral': float('inf'),
 }
 

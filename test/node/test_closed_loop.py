@@ -33,7 +33,7 @@ class Simulated:
         self.errors = NoErrors()
         monkeypatch.setattr(forcing, 'request_values', self.request_values)
         monkeypatch.setattr(forcing, 'undo_request', self.undo_request)
-        monkeypatch.setattr(forcing, 'reevaluate', lambda asker, x, timeout: values.reapply(x, self.present))
+        monkeypatch.setattr(forcing, 'reevaluate', lambda x, timeout, asker: values.reapply(x, self.present))
         self.began = dict(self.present)
 
     def limits(self, sources, timeout):
@@ -42,7 +42,7 @@ class Simulated:
     def name_of(self, source):
         return NAMES[source]
 
-    def request_values(self, asker, wanted, timeout, request_id):
+    def request_values(self, wanted, timeout, request_id, asker):
         self.requests.append(wanted)
         changed = {source: node.Change(self.present[source], new) for source, new in wanted.items()}
         self.present.update(wanted)
@@ -59,7 +59,7 @@ class Simulated:
         if value is None:
             time.sleep(0.01)
             return None
-        return Heard('/node', self.message(value), False)
+        return Heard('/node', self.message(value))
 
     def clear(self):
         pass
@@ -124,7 +124,7 @@ def test_what_came_instead_is_said_with_the_branches(simulated):
     with pytest.raises(node.NotReached) as caught:
         made.force(12.0)
     assert str(caught.value) == (
-        '/node now sends 8.0 instead of 12.0; it is computed in another way than before: '
+        '/node now sends 18.0 instead of 12.0; it is computed in another way than before: '
         'the node takes another branch; taken back'
     )
 

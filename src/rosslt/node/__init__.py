@@ -28,12 +28,21 @@ from rosslt.node.api import (
     start,
 )
 from rosslt.node.call_sites import CallSite, call_site
-from rosslt.node.changing import force_field, force_value, reevaluate, request_values, undo
-from rosslt.node.client import Change, ChangeRejected, Requester, SourceUnreachable, Undone, undo_request
-from rosslt.node.client import request_values as request_values_as
+from rosslt.node.client import (
+    Change,
+    ChangeRejected,
+    Requester,
+    SourceUnreachable,
+    Undone,
+    force_value,
+    reevaluate,
+    request_values,
+    undo,
+    undo_request,
+)
 from rosslt.node.closed_loop import ClosedLoop
 from rosslt.node.directory import Directory, Place
-from rosslt.node.forcing import NotReached, Outcome, close_loop
+from rosslt.node.forcing import NotReached, Outcome, close_loop, force_field
 from rosslt.node.history import new_request_id
 from rosslt.node.identities import identities
 from rosslt.node.json_scalars import from_json, to_json

@@ -165,25 +165,12 @@ def _created(
         else:
             add = functools.partial(_add_literal, site, base, identity, limits)
             made.append(readable(value, add))
-            _warn_of_int(value, limits, site)
         return made[0]
 
 
 def _call_with_value(function: Callable[[Any], None], made: List[Readable]) -> None:
     if made:  # else a leaf has changed before all leaves were created
         function(made[0].tracked)
-
-
-def _warn_of_int(value: Any, limits: Dict[str, Any], site: CallSite) -> None:
-    """Warn where an int was probably meant to be a float: Python computes `0.5 * n` with the plain number."""
-    if type(values.plain_scalar(value)) is int and float in map(type, (limits['minimum'], limits['maximum'])):
-        rospy.logwarn(
-            '%s: location(%r) is an int, though its bounds are floats: it takes no fractions, and 0.5 * n is not '
-            'tracked. Write location(%r), or bounds that are ints',
-            site.place,
-            value,
-            float(value),
-        )
 
 
 def _add_literal(

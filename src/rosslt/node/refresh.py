@@ -178,8 +178,9 @@ def _compared(
         for source, (_, count) in made_from.items()
         if count > 1
     }
-    is_known = counts if was_sent else known
-    return _Sent(value, counts), [source for source, count in counts.items() if count == GROWS or source not in is_known]
+    if was_sent:
+        known = counts
+    return _Sent(value, counts), [source for source, count in counts.items() if count == GROWS or source not in known]
 
 
 def _changes(made_from: _MadeFrom, growing: Collection[Source], outdated: _Outdated) -> Dict[Source, Any]:
@@ -211,6 +212,7 @@ def _fitted(value: Scalar, fresh: Any, kind: str) -> Any:
 
 #: Instead of a reading, where a value was made from several of one source, or folded.
 _SEVERAL = object()
+
 
 def _reapplied(leaves: Sequence[Any], changes: Dict[Source, Any]) -> Sequence[Any]:
     """The values of leaves after changes; those that have none any more stay as they are."""

@@ -5,7 +5,7 @@ A parameter there has the name of its location, and a group for each name of a f
 
 import math
 import os
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Set, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Tuple
 
 from dynamic_reconfigure import msg
 
@@ -48,16 +48,16 @@ class Configuration:
         self.by_name: Dict[str, Shown] = {}
         files: Dict[str, List[Shown]] = {}
         found = sorted(locations, key=lambda one: (one.site.file, one.site.line, one.site.column))
-        taken = {one.name for one in found}
         for location in found:
             value, why = _readable(location)
             if why:
                 left_out(location, why)
                 continue
-            shown = Shown(_free(location.name, taken), location, value)
+            # a name that means something else in dynamic_reconfigure gets a _ behind it
+            shown = Shown(location.name + '_' * (location.name in RESERVED), location, value)
             self.by_name[shown.name] = shown
             files.setdefault(os.path.basename(location.site.file), []).append(shown)
-        self._groups = [(_free(name, set(files)), members) for name, members in files.items()]
+        self._groups = list(files.items())
 
     def values(self) -> msg.Config:
         """The present values: what is published on `parameter_updates`."""
@@ -112,16 +112,6 @@ def _readable(location: Location) -> Tuple[Any, str]:
 def _fits(value: Value) -> bool:
     """True where a scalar can be sent: ints have 32 bits."""
     return type(value) is not int or LOWEST <= value <= HIGHEST
-
-
-def _free(name: str, taken: Set[str]) -> str:
-    """A name that means nothing else in dynamic_reconfigure: the location's own, with `_` behind it where needed."""
-    if name not in RESERVED:
-        return name
-    while name in RESERVED or name in taken:
-        name += '_'
-    taken.add(name)
-    return name
 
 
 def _described(location: Location) -> str:
