@@ -316,21 +316,6 @@ class Limits(unittest.TestCase):
         wait_until(lambda: rosslt.get_param('/counts/int') == 7, 'it is seen')
         self.assertIs(type(rosslt.untracked(rosslt.get_param('/counts/int'))), float)
 
-    def test_an_int_that_was_meant_to_be_a_float_is_warned_of_once(self):
-        code = """
-            for _ in range(3):
-                rosslt.get_param('/whole', 1.0)
-                rosslt.get_param('/whole_as_float', 1.0, as_float=True)
-            """
-        rospy.set_param('/whole', 2)
-        rospy.set_param('/whole_as_float', 2)
-        with Node('warned', code, wait_for=None) as node:
-            node.process.wait(30)
-            with open(node.errors, encoding='utf-8') as errors:
-                warnings = [line for line in errors if '[WARN]' in line]
-        self.assertEqual(len(warnings), 1, warnings)
-        self.assertIn('the parameter /whole is the int 2, though its default is a float', warnings[0])
-
 
 if __name__ == '__main__':
     import rostest

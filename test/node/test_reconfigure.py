@@ -188,11 +188,6 @@ def test_what_cannot_be_shown_is_left_out_and_everything_else_is_shown(client, o
     wait_until(lambda: client.does("client.config.get('last')") == 6, 'new locations are seen')
     assert client.value('small') == 5
     assert not {'large', 'odd', 'read'} & set(client.does('list(client.config)'))
-    for line in (
-        'large is left out of dynamic_reconfigure: 1099511627776 does not fit',
-        'read is left out of dynamic_reconfigure: the getter of read fails: ZeroDivisionError',
-    ):
-        wait_until(lambda line=line: line in owner.logged(), 'the node says ' + line)
 
 
 @pytest.mark.rostest
@@ -237,17 +232,13 @@ def held(name, value, file='/a/node.py', line=1, **limits):
     return HeldLocation(name, name, CallSite(file, line, 1, 'text'), value, **limits)
 
 
-def shown(*locations):
-    left_out = []
-    made = configuration.Configuration(locations, lambda location, why: left_out.append(location.name))
-    return made, left_out
-
-
 def test_files_of_one_name_are_one_group_and_reserved_names_are_left_to_dynamic_reconfigure():
-    made, _ = shown(
-        held('a', 1.0, '/x/one/node.py'),
-        held('b', 1.0, '/x/two/node.py'),
-        held('groups', 1.0, '/x/other.py'),
+    made = configuration.Configuration(
+        [
+            held('a', 1.0, '/x/one/node.py'),
+            held('b', 1.0, '/x/two/node.py'),
+            held('groups', 1.0, '/x/other.py'),
+        ]
     )
     described = made.descriptions()
     assert [group.name for group in described.groups] == ['Default', 'node.py', 'other.py']
@@ -255,7 +246,8 @@ def test_files_of_one_name_are_one_group_and_reserved_names_are_left_to_dynamic_
 
 
 def test_bounds_of_an_int_are_ints_that_its_message_can_hold():
-    made, _ = shown(held('n', 3, minimum=0.5, maximum=10.5), held('wide', 3, minimum=-(2**50), maximum=2**50))
+    wide = held('wide', 3, minimum=-(2**50), maximum=2**50)
+    made = configuration.Configuration([held('n', 3, minimum=0.5, maximum=10.5), wide])
     described = made.descriptions()
     assert [(one.name, one.value) for one in described.min.ints] == [('n', 1), ('wide', -(2**31))]
     assert [(one.name, one.value) for one in described.max.ints] == [('n', 10), ('wide', 2**31 - 1)]

@@ -12,15 +12,10 @@ from rosslt.node.api import (
     explain,
     get_param,
     init_node,
-    is_saved_here,
     is_started,
-    keep_source,
     limits,
     location,
-    locations_lock,
     look_at_files_with,
-    on_new_master,
-    original_source,
     read_at,
     read_parameter,
     remove_location,
@@ -28,6 +23,7 @@ from rosslt.node.api import (
     start,
 )
 from rosslt.node.call_sites import CallSite, call_site
+from rosslt.node.change_lock import CHANGE_LOCK
 from rosslt.node.client import (
     Change,
     ChangeRejected,
@@ -48,6 +44,7 @@ from rosslt.node.identities import identities
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, observe
@@ -57,6 +54,7 @@ from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishe
 from rosslt.node.saving import Unsaved, changes_to_save, tell_saved
 from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.services import Service, ServiceProxy
+from rosslt.node.source_files import SOURCE_FILES
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
