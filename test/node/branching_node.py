@@ -5,7 +5,6 @@ Each case publishes a topic of its name. Run as a program, it is the node; impor
 """
 
 import itertools
-import math
 import random
 import time
 
@@ -134,18 +133,6 @@ def looked_up_in_a_list(literal, _):
     return [literal('first', 1.0), literal('second', 2.0)][int(literal('which', 1.0))]
 
 
-@case((3.0, REACHED), (-3.0, REACHED), (4.0, CANNOT))
-def angle_that_wraps(literal, _):
-    a = literal('a', 0.0)
-    return a - 2 * math.pi * round(float(a) / (2 * math.pi))
-
-
-@case((5.0, REACHED), (20.0, CANNOT), (-2.0, REACHED))
-def guarded_division(literal, _):
-    a = literal('a', 1.0)
-    return 1 / a if abs(a) > 0.1 else 10.0
-
-
 @case((2.5, REACHED), (2.3, CANNOT))
 def setter_that_rounds(literal, state):
     if 'held' not in state:
@@ -178,12 +165,6 @@ def gone_above_five(literal, _):
 def silent_above_five(literal, _):
     a = literal('a', 1.0)
     return a if a < 5 else None
-
-
-@case((0.3, REACHED), (0.9, CANNOT))
-def triangle(literal, _):
-    a = literal('a', 0.1)
-    return a if a < 0.5 else 1 - a
 
 
 @case((3.0, REACHED), (0.5, REACHED))

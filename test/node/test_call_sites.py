@@ -172,12 +172,6 @@ def test_an_edit_beside_a_number_changes_its_identity(tmp_path, text, edit):
     assert not before & set(identities(tmp_path, head + '1]\n' + tail.replace(*edit, 1)).values())
 
 
-def test_equal_lines_that_set_different_variables_are_told_apart(tmp_path):
-    text = "def f():\n    q1 = here('a')\n    q2 = here('b')\n\nf()\n"
-    swapped = "def f():\n    q2 = here('b')\n    q1 = here('a')\n\nf()\n"
-    assert identities(tmp_path, text) == identities(tmp_path, swapped)
-
-
 def test_an_entry_of_a_dict_an_argument_and_an_unpacked_variable_keep_their_identity_when_others_are_edited(tmp_path):
     for text in (
         "x, y = len([here('a', 1)]), len([here('b', 2)])\n",
