@@ -295,7 +295,8 @@ def measure_told(trials: int) -> None:
             found: Dict[str, List[float]] = {name: [] for name in TOLD}
             for trial in range(trials):
                 value, begun = 0.01 * (trial % 300 + 1), time.time()
-                node.request_values_as(node.Requester('/page_benchmark', node.directory()), {place.source: value}, 5.0)
+                asker = node.Requester('/page_benchmark', node.directory())
+                node.request_values({place.source: value}, 5.0, asker=asker)
                 told = listener.wait(OWNER, value, begun)
                 for name, times in found.items():
                     times.append(listener.wait(name, value, begun) - told)

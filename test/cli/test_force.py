@@ -172,7 +172,7 @@ class TestWhatIsSeenAfterwards:
 
     def test_what_cannot_be_reached_is_no_success_and_is_taken_back(self, step):
         assert failure('force', '/stepped/x', '12') == (
-            'rosslt force: /step now sends 8.0 instead of 12.0; it is computed in another way than before: '
+            'rosslt force: /step now sends 18.0 instead of 12.0; it is computed in another way than before: '
             'the node takes another branch; taken back'
         )
         assert rosslt('get', '/step/x').stdout == '1.0\n'

@@ -89,7 +89,7 @@ class TestLock:
     def test_what_is_locked_stays_and_another_source_is_changed(self, owner):
         rosslt('lock', '/safe/x')
         assert [line[:3] for line in lines('force', '/safe/place/y', '7')] == [['/safe/y', '2.0', '6.0']]
-        assert f'/safe: locked by {ME}' in failure('force', '/safe/place/x', '3')
+        assert f'/safe: x is locked by {ME}' in failure('force', '/safe/place/x', '3')
         rosslt('unlock', '/safe/x')
         assert [line[:3] for line in lines('force', '/safe/place/x', '3')] == [['/safe/x', '1.0', '3.0']]
 

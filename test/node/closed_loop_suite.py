@@ -16,7 +16,6 @@ NEAR = 2.5
 UNREST = {
     'noisy': 1.0,
     'low_pass_with_provenance': 1e-9,
-    'low_pass_without_provenance_of_its_state': 1e-9,
     'integral': float('inf'),
 }
 
@@ -51,7 +50,7 @@ class Misuse(unittest.TestCase):
     def test_a_target_of_another_shape_is_refused(self):
         for target in ([1.0], {'data': 1.0}):
             with self.assertRaisesRegex(ValueError, 'the target of a std_msgs/Float64 must be one, too'):
-                rosslt.force_field('kink', '', target)
+                rosslt.force_field('three_branches', '', target)
         with self.assertRaisesRegex(ValueError, 'the target of an array must be a list'):
             rosslt.force_field('gone_above_five', 'data', 1.0)
 
@@ -59,7 +58,7 @@ class Misuse(unittest.TestCase):
         with self.assertRaisesRegex(rospy.ROSException, 'nobody publishes /nothing'):
             rosslt.force_field('nothing', 'data', 1.0)
         with self.assertRaisesRegex(ValueError, 'have no field position'):
-            rosslt.force_field('kink', 'position', 1.0)
+            rosslt.force_field('three_branches', 'position', 1.0)
 
 
 def _test_of(one):

@@ -275,19 +275,6 @@ class Commits(unittest.TestCase):
         self.assertEqual(request.decide('/left', 'abort').state, 'aborted')
         self.assertEqual(request.decide('/right', 'commit').state, '')
 
-    def test_another_change_waits_for_a_reserved_location_or_is_told_why_not(self):
-        request = Both('held', ('/left', 'offset', 3.0), ('/right', 'offset', 3.0))
-        with self.assertRaisesRegex(
-            rosslt.ChangeRejected, 'just being changed by /hand, together with /left and /right: try again'
-        ):
-            rosslt.force_value(tracked('/left', 'offset'), 9.0, timeout=5.0)
-        rosslt.force_value(tracked('/left', 'gain', 2.0), 2.5)  # another location is free
-        freed = threading.Timer(0.1, request.decide, ('/left', 'commit'))
-        freed.start()
-        changed = rosslt.force_value(tracked('/left', 'offset', 3.0), 9.0, timeout=5.0)
-        self.assertEqual(list(changed.values()), [(3.0, 9.0)])
-        request.decide('/right', 'abort')
-
     def test_two_requesters_never_wait_for_each_other_and_never_mix(self):
         errors = []
 

@@ -231,7 +231,7 @@ class Told(unittest.TestCase):
     def test_an_anonymous_node_leaves_no_parameters(self):
         code = """
             rosslt.init_node('passing', anonymous=True)
-            print(rospy.get_name(), rosslt.location(1.0, name='gain'), flush=True)
+            print(rosslt.location(1.0, name='gain'), flush=True)
             while not rospy.has_param('~rosslt/gain'):
                 time.sleep(0.01)
             print('there', flush=True)
@@ -241,18 +241,10 @@ class Told(unittest.TestCase):
         def left():
             return [name for name in rosgraph.Master('/test').getParamNames() if name.startswith('/passing_')]
 
-        def started():
-            node = Node('passing', code, calls_init_node=True, wait_for=None)
-            name, value = node.read_line().split()
-            self.assertEqual((value, node.read_line()), ('1.0', 'there'))
-            return node, name
-
-        killed, _ = started()
-        killed.stop(signal.SIGKILL)
+        node = Node('passing', code, calls_init_node=True, wait_for=None)
+        self.assertEqual(node.read_line(), '1.0')
+        self.assertEqual(node.read_line(), 'there')
         self.assertTrue(left())
-        subprocess.run(['rosnode', 'cleanup'], input='y\n', encoding='utf-8', check=True, stdout=subprocess.DEVNULL)
-        node, other = started()
-        self.assertEqual({one.rpartition('/rosslt')[0] for one in left()}, {other})
         node.stop()
         self.assertEqual(left(), [])
 
@@ -312,7 +304,7 @@ class Limits(unittest.TestCase):
         rosslt.force_value(first[0], [5.0, 6.0])
         third = rosslt.location(waypoints, name='waypoints')
         self.assertEqual(third, [[5.0, 6.0], [2.0, 3.0]])
-        with self.assertRaisesRegex(ValueError, r'which says 0\.0 where this one says 9\.0: give one of them another'):
+        with self.assertRaisesRegex(ValueError, 'give one of them another'):
             rosslt.location([[9.0, 1.0], [2.0, 3.0]], name='waypoints')
 
     def test_an_int_parameter_is_read_as_a_float_on_request(self):
@@ -323,25 +315,6 @@ class Limits(unittest.TestCase):
         rospy.set_param('/counts/int', 7)
         wait_until(lambda: rosslt.get_param('/counts/int') == 7, 'it is seen')
         self.assertIs(type(rosslt.untracked(rosslt.get_param('/counts/int'))), float)
-
-    def test_an_int_that_was_meant_to_be_a_float_is_warned_of_once(self):
-        code = """
-            for _ in range(3):
-                rosslt.location(3, minimum=0.5)
-                rosslt.location(3, minimum=0, maximum=9)
-                rosslt.location(3.0, minimum=0.5)
-                rosslt.get_param('/whole', 1.0)
-                rosslt.get_param('/whole_as_float', 1.0, as_float=True)
-            """
-        rospy.set_param('/whole', 2)
-        rospy.set_param('/whole_as_float', 2)
-        with Node('warned', code, wait_for=None) as node:
-            node.process.wait(30)
-            with open(node.errors, encoding='utf-8') as errors:
-                warnings = [line for line in errors if '[WARN]' in line]
-        self.assertEqual(len(warnings), 2, warnings)
-        self.assertIn('location(3) is an int, though its bounds are floats', warnings[0])
-        self.assertIn('the parameter /whole is the int 2, though its default is a float', warnings[1])
 
 
 if __name__ == '__main__':

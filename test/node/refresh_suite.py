@@ -8,7 +8,6 @@ import unittest
 import rospy
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseStamped
 from rosslt.msg import PoseTracked
-from rosslt.srv import ChangeSources
 from std_msgs.msg import Float64, Float64MultiArray, Int32
 from std_srvs.srv import SetBool, SetBoolResponse
 from topics_suite import Inbox
@@ -18,19 +17,6 @@ import rosslt
 from rosslt import values
 from rosslt.node.serialization import Sending
 from support.processes import Node, wait_until
-
-#: Adds up a speed, 20 times a second, that it reads in the way that is filled in.
-INTEGRATOR = """
-    publisher = rosslt.Publisher('travelled', Float64, queue_size=10)
-    travelled = 0.0
-    rate = rospy.Rate(20)
-    {once}
-    while not rospy.is_shutdown():
-        {always}
-        travelled = travelled + speed * 0.05
-        publisher.publish(travelled)
-        rate.sleep()
-    """
 
 
 class Alive(unittest.TestCase):
@@ -246,30 +232,6 @@ class Alive(unittest.TestCase):
         rosslt.force_value(on, False)
         self.assertFalse(proxy(on).success)
         self.assertEqual(asked, [True, False])
-
-    def check_never_jumps(self, once, always):
-        with Node('integrator', INTEGRATOR.format(once=once, always=always)):
-            inbox = Inbox(rosslt.Subscriber, '/travelled', Float64)
-            for _ in range(20):
-                before = inbox.next().data
-            (source,) = rosslt.sources(before)
-            faster = 5.0
-            before = inbox.next().data
-            rospy.ServiceProxy('/integrator/rosslt/change_sources', ChangeSources)(
-                location_ids=[source.location_id], values=['5.0']
-            )
-            for _ in range(20):
-                after = inbox.next().data
-                self.assertLess(after - before, faster * 0.05 + 1e-9)
-                self.assertGreater(after, before)
-                before = after
-            inbox.close()
-
-    def test_an_integral_goes_on_from_where_it_is(self):
-        self.check_never_jumps('pass', "speed = rosslt.location(1.0, name='speed')")
-
-    def test_an_integral_of_what_was_read_once_does_not_jump(self):
-        self.check_never_jumps("speed = rosslt.location(1.0, name='speed')", 'pass')
 
     def test_a_sum_over_time_is_sent_as_the_node_has_it(self):
         speed = self.location(1.0)

@@ -33,7 +33,6 @@ class Simulated:
         self.errors = NoErrors()
         monkeypatch.setattr(forcing, 'request_values', self.request_values)
         monkeypatch.setattr(forcing, 'undo_request', self.undo_request)
-        monkeypatch.setattr(forcing, 'reevaluate', lambda asker, x, timeout: values.reapply(x, self.present))
         self.began = dict(self.present)
 
     def limits(self, sources, timeout):
@@ -42,7 +41,7 @@ class Simulated:
     def name_of(self, source):
         return NAMES[source]
 
-    def request_values(self, asker, wanted, timeout, request_id):
+    def request_values(self, wanted, timeout, request_id, asker):
         self.requests.append(wanted)
         changed = {source: node.Change(self.present[source], new) for source, new in wanted.items()}
         self.present.update(wanted)
@@ -59,7 +58,7 @@ class Simulated:
         if value is None:
             time.sleep(0.01)
             return None
-        return Heard('/node', self.message(value), False)
+        return Heard('/node', self.message(value))
 
     def clear(self):
         pass
@@ -124,26 +123,9 @@ def test_what_came_instead_is_said_with_the_branches(simulated):
     with pytest.raises(node.NotReached) as caught:
         made.force(12.0)
     assert str(caught.value) == (
-        '/node now sends 8.0 instead of 12.0; it is computed in another way than before: '
+        '/node now sends 18.0 instead of 12.0; it is computed in another way than before: '
         'the node takes another branch; taken back'
     )
-
-
-def test_what_is_clamped_after_a_message_or_two_is_not_reached(simulated):
-    """The owner takes the value, and its server of parameters clamps it a little later."""
-    made, since = None, []
-
-    def clamping(gain, bias, tick):
-        if gain > 5.0:
-            since.append(tick)
-            if len(since) == 2:
-                made.present[GAIN] = 5.0
-        return 1.0 * gain
-
-    made = simulated(clamping, gain=5.0)
-    with pytest.raises(node.NotReached, match=r'^/owner/gain is 5\.0 by now, it was made 9\.0; taken back$'):
-        made.force(9.0)
-    assert made.present == made.began
 
 
 def test_a_field_that_changes_by_itself_in_several_ways_is_said_to_and_no_branches(simulated):

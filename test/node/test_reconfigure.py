@@ -165,16 +165,6 @@ def test_a_client_is_told_what_is_in_force_when_it_is_refused(client):
 
 
 @pytest.mark.rostest
-def test_a_locked_node_refuses(client):
-    rosgraph.Master('/test').setParam('/owner/rosslt/accept_changes', False)
-    refused = wait_until(
-        lambda: client.does("(client.update_configuration({'gain': client.config['gain'] + 0.5}), '')[1]"),
-        'the node is locked',
-    )
-    assert '/owner takes no changes now' in refused
-
-
-@pytest.mark.rostest
 def test_a_client_follows_changes_of_others_and_locations_that_appear(client, owner):
     rosslt('set', '/owner/gain', '3.0')
     wait_until(lambda: client.value('gain') == 3.0, 'a change by another one is seen')
@@ -198,11 +188,6 @@ def test_what_cannot_be_shown_is_left_out_and_everything_else_is_shown(client, o
     wait_until(lambda: client.does("client.config.get('last')") == 6, 'new locations are seen')
     assert client.value('small') == 5
     assert not {'large', 'odd', 'read'} & set(client.does('list(client.config)'))
-    for line in (
-        'large is left out of dynamic_reconfigure: 1099511627776 does not fit',
-        'read is left out of dynamic_reconfigure: the getter of read fails: ZeroDivisionError',
-    ):
-        wait_until(lambda line=line: line in owner.logged(), 'the node says ' + line)
 
 
 @pytest.mark.rostest
@@ -247,33 +232,22 @@ def held(name, value, file='/a/node.py', line=1, **limits):
     return HeldLocation(name, name, CallSite(file, line, 1, 'text'), value, **limits)
 
 
-def shown(*locations):
-    left_out = []
-    made = configuration.Configuration(locations, lambda location, why: left_out.append(location.name))
-    return made, left_out
-
-
 def test_files_of_one_name_are_one_group_and_reserved_names_are_left_to_dynamic_reconfigure():
-    made, _ = shown(
-        held('a', 1.0, '/x/one/node.py'),
-        held('b', 1.0, '/x/two/node.py'),
-        held('c', 1.0, '/x/state'),
-        held('groups', 1.0, '/x/other.py'),
-        held('groups_', 2.0, '/x/other.py'),
+    made = configuration.Configuration(
+        [
+            held('a', 1.0, '/x/one/node.py'),
+            held('b', 1.0, '/x/two/node.py'),
+            held('groups', 1.0, '/x/other.py'),
+        ]
     )
     described = made.descriptions()
-    assert [group.name for group in described.groups] == ['Default', 'node.py', 'other.py', 'state_']
-    assert {one.name: one.value for one in made.values().doubles} == {
-        'a': 1.0,
-        'b': 1.0,
-        'c': 1.0,
-        'groups__': 1.0,
-        'groups_': 2.0,
-    }
+    assert [group.name for group in described.groups] == ['Default', 'node.py', 'other.py']
+    assert {one.name for one in made.values().doubles} == {'a', 'b', 'groups_'}
 
 
 def test_bounds_of_an_int_are_ints_that_its_message_can_hold():
-    made, _ = shown(held('n', 3, minimum=0.5, maximum=10.5), held('wide', 3, minimum=-(2**50), maximum=2**50))
+    wide = held('wide', 3, minimum=-(2**50), maximum=2**50)
+    made = configuration.Configuration([held('n', 3, minimum=0.5, maximum=10.5), wide])
     described = made.descriptions()
     assert [(one.name, one.value) for one in described.min.ints] == [('n', 1), ('wide', -(2**31))]
     assert [(one.name, one.value) for one in described.max.ints] == [('n', 10), ('wide', 2**31 - 1)]

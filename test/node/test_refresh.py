@@ -44,17 +44,6 @@ def test_no_caller_gets_an_old_or_a_half_old_answer(readings, many_switches):
                 assert sent == Point(turn + 1, math.sin(turn) + turn, turn * turn + turn)
 
 
-def test_what_nobody_can_send_again_is_forgotten(readings):
-    before, after = (values.track(number, SOURCES[0]) for number in (1.0, 2.0))
-    readings.replace(before, after)
-    refresher = refresh.Refresher()
-    kept = Point(before * 2, 0.0, 0.0)
-    for turn in range(100):
-        assert refresher.fresh(Point(before + turn, 0.0, 0.0)).x == 2.0 + turn
-        assert refresher.fresh(kept).x == 4.0
-    assert len(refresher._leaves) < 10
-
-
 def test_a_value_in_fields_of_two_kinds_fits_each_of_them(readings):
     before, after = values.track(1, SOURCES[0]), values.track(2.5, SOURCES[0])
     readings.replace(before, after)
@@ -62,17 +51,6 @@ def test_a_value_in_fields_of_two_kinds_fits_each_of_them(readings):
     marker.scale.x = before
     sent = refresh.Refresher().fresh(marker)
     assert (sent.id, sent.scale.x) == (1, 2.5)
-
-
-def test_messages_that_are_sent_in_turn_follow_their_sources(readings):
-    before, after = (values.track(number, SOURCES[0]) for number in (1.0, 2.0))
-    one, other = Point(before * before, 0.0, 0.0), Point(before * before * before, 0.0, 0.0)
-    refresher = refresh.Refresher()
-    readings.replace(before, after)
-    for message in (one, other) * 2:
-        refresher.fresh(message)
-    assert refresher.fresh(one).x == 4.0
-    assert refresher.fresh(other).x == 8.0
 
 
 def test_what_has_grown_stays_as_it_is_also_while_it_rests(readings):

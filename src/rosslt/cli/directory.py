@@ -44,7 +44,7 @@ def change(
         Failure: a node refuses, or does not answer.
     """
     try:
-        return node.request_values_as(node.Requester(requester, directory), wanted, TIMEOUT)
+        return node.request_values(wanted, TIMEOUT, asker=node.Requester(requester, directory))
     except node.ChangeRejected as error:
         reasons = dict.fromkeys(f'{source.node} refuses: {reason}' for source, reason in error.reasons.items())
         raise Failure('; '.join(reasons)) from None

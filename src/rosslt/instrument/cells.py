@@ -208,7 +208,7 @@ class Cells(list):
                     return None
             node.start()
         # Changing a value takes this lock and looks into readings: no lock of this module is held here.
-        with node.locations_lock():
+        with node.CHANGE_LOCK:
             found = self.locations.get(number)
             if found is None:
                 identity = self.literals[number].identity

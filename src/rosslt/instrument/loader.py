@@ -56,7 +56,7 @@ def rewritten(path: str, content: bytes, named: str) -> Rewritten:
     Raises:
         SyntaxError: as of `compile`.
     """
-    node.keep_source(path, content)
+    node.SOURCE_FILES.keep(path, content)
     key = hashlib.blake2b(
         b'\0'.join([_version(), os.path.realpath(path).encode('utf-8', 'surrogateescape'), named.encode(), content]),
         digest_size=20,

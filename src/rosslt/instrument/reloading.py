@@ -85,13 +85,13 @@ class _Reader:
                 return
             self._digest = digest
             new = files.SourceText(self._cells.path, content)
-            original = node.original_source(self._cells.path)
+            original = node.SOURCE_FILES.original(self._cells.path)
         except files.Unsettled:
             return  # who writes it goes on, and is heard again
         except files.FileError as error:
             rospy.logwarn('%s: the node goes on with what was read before', error)
             return
-        self._take(original, new, node.is_saved_here(digest))
+        self._take(original, new, node.SOURCE_FILES.is_saved_here(digest))
 
     def _is_seen(self) -> bool:
         """Return whether the file says at this moment what it said before."""

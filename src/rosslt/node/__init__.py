@@ -12,15 +12,10 @@ from rosslt.node.api import (
     explain,
     get_param,
     init_node,
-    is_saved_here,
     is_started,
-    keep_source,
     limits,
     location,
-    locations_lock,
     look_at_files_with,
-    on_new_master,
-    original_source,
     read_at,
     read_parameter,
     remove_location,
@@ -28,17 +23,28 @@ from rosslt.node.api import (
     start,
 )
 from rosslt.node.call_sites import CallSite, call_site
-from rosslt.node.changing import force_field, force_value, reevaluate, request_values, undo
-from rosslt.node.client import Change, ChangeRejected, Requester, SourceUnreachable, Undone, undo_request
-from rosslt.node.client import request_values as request_values_as
+from rosslt.node.change_lock import CHANGE_LOCK
+from rosslt.node.client import (
+    Change,
+    ChangeRejected,
+    Requester,
+    SourceUnreachable,
+    Undone,
+    force_value,
+    reevaluate,
+    request_values,
+    undo,
+    undo_request,
+)
 from rosslt.node.closed_loop import ClosedLoop
 from rosslt.node.directory import Directory, Place
-from rosslt.node.forcing import NotReached, Outcome, close_loop
+from rosslt.node.forcing import NotReached, Outcome, close_loop, force_field
 from rosslt.node.history import new_request_id
 from rosslt.node.identities import identities
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, observe
@@ -48,6 +54,7 @@ from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishe
 from rosslt.node.saving import Unsaved, changes_to_save, tell_saved
 from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.services import Service, ServiceProxy
+from rosslt.node.source_files import SOURCE_FILES
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated

@@ -10,7 +10,6 @@ from types import FrameType
 from typing import (
     Any,
     Callable,
-    ContextManager,
     Dict,
     Iterator,
     List,
@@ -22,14 +21,13 @@ from typing import (
 
 import rospy
 
-from rosslt import files, values
+from rosslt import values
 from rosslt.node.call_sites import CallSite, call_site, identity_of, name_of, word_of
 from rosslt.node.composed import readable
 from rosslt.node.directory import Directory
 from rosslt.node.external_location import ExternalLocation
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import LiteralLocation, Location, Readable, checked_limits
-from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 from rosslt.node.server import SETTINGS, Owner
 from rosslt.node.source_files import SOURCE_FILES
@@ -73,11 +71,6 @@ def _end_by(report: Callable[..., Any], kind: Any, error: BaseException, traceba
     report(kind, error, traceback)
     if isinstance(error, Exception) and not rospy.is_shutdown():
         _owner.take_back_what_ends_it(error)
-
-
-def on_new_master(function: Callable[[], None]) -> None:
-    """Have a function called when the master has been restarted, which has forgotten all parameters."""
-    MASTER_WATCH.renewals.append(function)
 
 
 def is_started() -> bool:
@@ -165,25 +158,12 @@ def _created(
         else:
             add = functools.partial(_add_literal, site, base, identity, limits)
             made.append(readable(value, add))
-            _warn_of_int(value, limits, site)
         return made[0]
 
 
 def _call_with_value(function: Callable[[Any], None], made: List[Readable]) -> None:
     if made:  # else a leaf has changed before all leaves were created
         function(made[0].tracked)
-
-
-def _warn_of_int(value: Any, limits: Dict[str, Any], site: CallSite) -> None:
-    """Warn where an int was probably meant to be a float: Python computes `0.5 * n` with the plain number."""
-    if type(values.plain_scalar(value)) is int and float in map(type, (limits['minimum'], limits['maximum'])):
-        rospy.logwarn(
-            '%s: location(%r) is an int, though its bounds are floats: it takes no fractions, and 0.5 * n is not '
-            'tracked. Write location(%r), or bounds that are ints',
-            site.place,
-            value,
-            float(value),
-        )
 
 
 def _add_literal(
@@ -245,39 +225,14 @@ def add_literal(location: LiteralLocation) -> Location:
     return _owner.add_literal(location, is_written=False)
 
 
-def locations_lock() -> ContextManager[Any]:
-    """The lock that is held while locations come and go, and while their values change; it is reentrant."""
-    return _owner.lock
-
-
 def remove_location(location: Location) -> None:
     """Forget a location that `add_location` made: a change to it is refused from now on, as of an unknown one."""
     _owner.locations.remove(location)
 
 
-def keep_source(path: str, content: bytes) -> None:
-    """Remember what a source file of this node said when it was loaded, where a room above loads it."""
-    SOURCE_FILES.keep(path, content)
-
-
-def original_source(path: str) -> files.SourceText:
-    """A source file of this node as it was loaded.
-
-    Raises:
-        files.FileError: that is not known.
-    """
-    return SOURCE_FILES.original(path)
-
-
 def look_at_files_with(function: Callable[[], None]) -> None:
     """Have a function take in what the source files say, before this node says what a save would write."""
     _owner.look_at_files = function
-
-
-def is_saved_here(digest: str) -> bool:
-    """True, once, for the content of a source file that `rosslt save` has made."""
-    with _owner.lock:
-        return SOURCE_FILES.is_saved_here(digest)
 
 
 def reread(location: Location, value_in_code: Any, is_saved_here: bool = False) -> bool:

@@ -22,9 +22,11 @@ from typing import (
 )
 
 from rosslt import msg, srv, values
+from rosslt.node.api import started
 from rosslt.node.commit_coordinator import Part, commit
+from rosslt.node.commit_participant import APPLIED
 from rosslt.node.directory import Directory
-from rosslt.node.history import new_request_id
+from rosslt.node.history import NOTHING_TO_UNDO, new_request_id
 from rosslt.node.json_scalars import Refused, Value, from_json, to_json
 from rosslt.node.service_calls import ask_all
 
@@ -114,22 +116,19 @@ class ChangeRejected(_RequestFailed):
 
 
 def request_values(
-    asker: Asker, wanted: Mapping[values.Source, Any], timeout: float = 1.0, request_id: str = ''
+    wanted: Mapping[values.Source, Any], timeout: float = 1.0, request_id: str = '', asker: Optional[Asker] = None
 ) -> Dict[values.Source, Change]:
     """Have the owners of sources give them new values, all or none: what every change ends in.
 
     Args:
-        asker: who asks.
         wanted: {Source: new value}.
-        timeout: how long to wait for the owners' answers, in seconds; taking back may take a second more.
-        request_id: what groups several calls in the owners' histories; by default each call is a request of its own.
+        timeout, request_id: as of `force_value`.
+        asker: who asks; by default this node.
 
-    Returns:
-        {Source: Change(old, new)}, with the values that the owners say they had and have now.
-
-    Raises:
-        ChangeRejected, SourceUnreachable: as of `force_value`.
+    Returns, Raises:
+        As of `force_value`; nothing is solved.
     """
+    asker = asker or started('request_values')
     sources: Dict[str, List[values.Source]] = {}
     for source in wanted:
         sources.setdefault(source.node, []).append(source)
@@ -158,7 +157,6 @@ def request_values(
 
 
 def force_value(
-    asker: Asker,
     x: Any,
     target: Any,
     source: Optional[values.Source] = None,
@@ -166,21 +164,45 @@ def force_value(
     request_id: str = '',
     sources: Optional[Collection[values.Source]] = None,
 ) -> Dict[values.Source, Change]:
-    """`rosslt.force_value`, for a node that owns locations itself, or for a command that owns none."""
-    deadline = time.monotonic() + timeout
+    """Have `x` become `target` in the next message: solve for its sources, and have their owners change them.
+
+    Waits for the owners' answers (the paper's `force_value`, section IV-A, acknowledged). Where several nodes own
+    sources of `x`, all of them change or none: each is asked first whether it would take its part, and where one
+    refuses or dies nevertheless, the others are taken back.
+
+    Args:
+        x: a tracked scalar, or a message or sequence holding tracked leaves.
+        target: plain, of the same shape and unit.
+        source: change this Source alone; by default the first in order of appearance that can.
+        timeout: how long to wait for the owners' answers, in seconds; taking back may take a second more.
+        request_id: what groups several calls, those of one drag for instance: they are one change in the owners'
+            histories, and taken back as one. By default each call is a request of its own.
+        sources: change no other than these, such as `[first, second]`.
+
+    Returns:
+        {Source: Change(old, new)}, with the values that the owners say they had and have now.
+
+    Raises:
+        NotTracked, NotInvertible: as of `solve`; nothing was requested.
+        ChangeRejected: an owner refuses.
+        SourceUnreachable: an owner does not answer within the timeout.
+            Of both, `changed` says what could not be taken back in other nodes; it is empty but for rare cases.
+        rospy.ROSException: `init_node` has not been called.
+    """
+    asker, deadline = started('force_value'), time.monotonic() + timeout
     wanted = solved(
         asker,
         values.sources(x),
         timeout / 2,
         lambda limits: values.solve(x, target, source, sources=sources, **limits),
     )
-    return request_values(asker, wanted, deadline - time.monotonic(), request_id)
+    return request_values(wanted, deadline - time.monotonic(), request_id, asker)
 
 
 def solved(
     asker: Asker, sources: Sequence[values.Source], timeout: float, solve: Callable[[Dict[str, Any]], _Solved]
 ) -> _Solved:
-    """The result of solving within what the owners of sources allow.
+    """The result of solving within what the owners of sources allow; where that is impossible, without read-only.
 
     Args:
         timeout: how long to wait for what the owners say, in seconds.
@@ -188,7 +210,6 @@ def solved(
 
     Raises:
         values.NotInvertible: as of `solve`.
-        ChangeRejected: a lock stands in the way.
     """
     limits = asker.directory.limits(sources, timeout)
     try:
@@ -196,27 +217,9 @@ def solved(
     except values.NotInvertible:
         if not limits['read_only']:
             raise
-    asker.directory.forget(limits['read_only'])  # one may have been unlocked since
-    limits = asker.directory.limits(sources, timeout)
-    try:
-        return solve(limits)
-    except values.NotInvertible:
-        locked = _locked(limits['read_only'], timeout)
-        if not locked:
-            raise
-    raise ChangeRejected(_refusal(locked), locked)
-
-
-def _locked(sources: Sequence[values.Source], timeout: float) -> Dict[values.Source, str]:
-    """Ask other nodes which of these sources are locked: {source: by whom and why}."""
-    nodes = {source.node for source in sources}
-    answers, _ = ask_all('lock_locations', srv.LockLocations, dict.fromkeys(nodes, srv.LockLocationsRequest()), timeout)
-    return {
-        values.Source(node, location_id): f'locked by {who}' + (f': {reason}' if reason else '')
-        for node, answer in answers.items()
-        for location_id, who, reason in zip(answer.locked_ids, answer.locked_by, answer.reasons)
-        if values.Source(node, location_id) in sources
-    }
+    # Their owners refuse it and say why, for instance who has locked one; or one takes changes again.
+    asker.directory.forget(limits['read_only'])
+    return solve({**limits, 'read_only': []})
 
 
 def _by_source(changes: Mapping[str, Iterable[msg.AppliedChange]]) -> Dict[values.Source, Change]:
@@ -251,8 +254,22 @@ def _what_was_done(
     return '; ' + '; '.join(parts)
 
 
-def reevaluate(asker: Any, x: Any, timeout: float = 1.0) -> Any:
-    """`rosslt.reevaluate`, for an Asker."""
+def reevaluate(x: Any, timeout: float = 1.0, asker: Any = None) -> Any:
+    """`x` as it would be had its sources' current values been used (the paper's `reevaluate`, section IV-A).
+
+    Args:
+        x: a tracked scalar, or a message, list or dict holding tracked leaves; plain ones stay as they are.
+        timeout: how long to wait for the owners' answers, in seconds.
+        asker: who asks; by default this node.
+
+    Returns:
+        The same with new values and the same provenance; containers are copied.
+
+    Raises:
+        SourceUnreachable: an owner does not answer within the timeout, or does not know the source any more.
+        rospy.ROSException: `init_node` has not been called.
+    """
+    asker = asker or started('reevaluate')
     by_node: Dict[str, List[values.Source]] = {}
     for source in values.sources(x):
         by_node.setdefault(source.node, []).append(source)
@@ -277,6 +294,26 @@ def reevaluate(asker: Any, x: Any, timeout: float = 1.0) -> Any:
     if silent:
         raise _unreachable(silent)
     return values.reapply(x, current)
+
+
+def undo() -> Dict[values.Source, Change]:
+    """Take the last change of this node's locations back.
+
+    Returns:
+        {Source: Change(old, new)}, empty where there was nothing to take back.
+
+    Raises:
+        ChangeRejected: the node takes no changes now, or a setter refuses the old value.
+        rospy.ROSException: `init_node` has not been called.
+    """
+    owner = started('undo')
+    answer = owner.change_sources(srv.ChangeSourcesRequest(undo=True, requester=owner.name))
+    if answer.state != APPLIED and answer.reasons != [NOTHING_TO_UNDO]:
+        raise ChangeRejected(answer.reasons[0], {})
+    return {
+        values.Source(owner.name, one.location_id): Change(from_json(one.old_value), from_json(one.new_value))
+        for one in answer.changes
+    }
 
 
 class Undone(NamedTuple):

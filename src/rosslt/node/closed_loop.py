@@ -68,9 +68,9 @@ class ClosedLoop:
         """Until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called."""
         return self._resting_until or self._still_until or self.observer.end
 
-    def take(self, observation: Optional[Observation], is_latched: bool = False) -> None:
+    def take(self, observation: Optional[Observation]) -> None:
         """Take in what a message shows; None where it has no such field."""
-        is_enough = self.observer.take(observation, is_latched)
+        is_enough = self.observer.take(observation)
         if self._resting_until is not None:
             if self.observer.rests:
                 # it does not move by itself: it came to rest after the change, and somewhere else

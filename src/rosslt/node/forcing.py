@@ -1,15 +1,17 @@
 """Forcing a field of a topic: a change is believed when a message shows it, and else it is said what came instead."""
 
 import time
-from typing import Any, Collection, Dict, FrozenSet, List, NamedTuple, Optional, Protocol, Set, Tuple
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
+
+import rospy
 
 from rosslt import messages, values
+from rosslt.node.api import started
 from rosslt.node.client import (
     Asker,
     Change,
     ChangeRejected,
     SourceUnreachable,
-    reevaluate,
     request_values,
     solved,
     undo_request,
@@ -17,6 +19,7 @@ from rosslt.node.client import (
 from rosslt.node.closed_loop import ClosedLoop
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import Value
+from rosslt.node.listening import Listener
 from rosslt.node.node_errors import NodeErrors
 from rosslt.node.observation import Observation, is_equal, observe
 from rosslt.values import Source
@@ -45,9 +48,6 @@ class Heard(Protocol):
 
     @property
     def message(self) -> Any: ...
-
-    @property
-    def is_latched(self) -> bool: ...
 
 
 class Stream(Protocol):
@@ -105,20 +105,6 @@ class NotReached(values.Error):
         self.outcome = outcome
 
 
-class Field(NamedTuple):
-    """A field of the messages of one publisher of a topic.
-
-    Attributes:
-        publisher: the node's full name.
-        path: as `messages.part_at` takes it.
-        thing: which of several things of one topic the message is about.
-    """
-
-    publisher: str
-    path: str
-    thing: Tuple[Any, ...]
-
-
 def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
     """The thing that a message is about, where nodes send several on one topic: what its names are.
 
@@ -134,6 +120,54 @@ def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
         and where != own
         and not values.is_tracked(leaf)
     )
+
+
+def force_field(
+    topic: str,
+    field: str,
+    target: Any,
+    source: Optional[values.Source] = None,
+    sources: Optional[Sequence[values.Source]] = None,
+    rounds: int = 5,
+    timeout: float = 5.0,
+    keep_anyway: bool = False,
+) -> Outcome:
+    """Have a field of a topic become a target, and see that it has.
+
+    Solves for the field of the next message, has the owners change its sources, and looks at the messages that the same
+    publisher sends then. Where the field is not as wanted, because the node takes another branch for instance, the
+    new message's expression is solved, until the field is as wanted (to a relative 1e-9) or comes no nearer.
+
+    Args:
+        topic: as of `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
+        field: `pose/position/x`, `points[3].x`; '' for the whole message.
+        target: plain, of the field's shape, in its unit; in a message or array None leaves a part free.
+        source: change this Source alone.
+        sources: change no other than these.
+        rounds: how many times it is solved at most.
+        timeout: how long to wait for the first message, and for each message that shows a change, in seconds.
+        keep_anyway: leave the changes where the target is not reached; otherwise they are taken back.
+
+    Returns:
+        The Outcome: what has changed, what was seen, and after how many messages and milliseconds. A field that moves
+        by itself is solved for the moment it was seen at; then `moves` is True.
+
+    Raises:
+        NotTracked, NotInvertible: there is no answer to begin with; nothing was requested.
+        ChangeRejected, SourceUnreachable: as of `force_value`.
+        NotReached: the sources have changed, but no message shows the target; the error says what came instead, and
+            why as far as it is known, and has the Outcome.
+        ValueError: the topic's messages have no such field, it cannot hold the target (400 in a `uint8`), or both
+            `source` and `sources` were given.
+        rospy.ROSException: nobody publishes the topic, no message came in time, or `init_node` has not been called.
+    """
+    if source is not None and sources is not None:
+        raise ValueError('give either source or sources')
+    owner = started('force_field')
+    with Listener(rospy.resolve_name(topic)) as stream, NodeErrors() as errors:
+        heard = stream.first(field, timeout)
+        chosen = sources if source is None else [source]
+        return close_loop(owner, stream, errors, heard, field, target, chosen, rounds, timeout, keep_anyway)
 
 
 def close_loop(
@@ -170,8 +204,7 @@ def close_loop(
     """
     if rounds < 1:
         raise ValueError(f'rounds must be at least 1, found {rounds}')
-    field = Field(heard.publisher, path, thing_of(heard.message, path))
-    return _Force(asker, stream, field, wanted, sources, rounds, timeout, errors).run(heard.message, keep_anyway)
+    return _Force(asker, stream, heard, path, wanted, sources, rounds, timeout, errors).run(heard.message, keep_anyway)
 
 
 class _Force:
@@ -181,28 +214,29 @@ class _Force:
         self,
         asker: Asker,
         stream: Stream,
-        field: Field,
+        heard: Heard,
+        path: str,
         wanted: Any,
         sources: Optional[Collection[Source]],
         rounds: int,
         timeout: float,
         errors: NodeErrors,
     ) -> None:
-        self._asker, self._stream, self._field, self._wanted = asker, stream, field, wanted
+        self._asker, self._stream, self._wanted = asker, stream, wanted
+        self._publisher, self._path, self._thing = heard.publisher, path, thing_of(heard.message, path)
         self._sources, self._timeout, self._errors = sources, timeout, errors
         self._loop = ClosedLoop(self._change, rounds, timeout)
         self._request_id = new_request_id()
         self._changes: Dict[Source, Change] = {}
         self._began = self._requested = 0.0
         self._messages = self._other_goals = 0
-        self._tried: Set[FrozenSet[Tuple[Source, Value]]] = set()  # values of the sources
         self._notes: List[str] = []  # what else explains that it was not reached
 
     def run(self, message: Any, keep_anyway: bool) -> Outcome:
         first = self._observed(message)
         if first is None:
-            raise ValueError(f'the message has no field {self._field.path}')
-        messages.check_range(*messages.part_at(message, self._field.path), self._wanted)
+            raise ValueError(f'the message has no field {self._path}')
+        messages.check_range(*messages.part_at(message, self._path), self._wanted)
         if first.is_reached:
             return Outcome({}, self._wanted, values.untracked(first.part), True)
         loop = self._loop
@@ -217,36 +251,36 @@ class _Force:
                 loop.pass_time()
             elif heard is None:
                 continue
-            elif heard.publisher == self._field.publisher and self._thing(heard) == self._field.thing:
+            elif heard.publisher == self._publisher and thing_of(heard.message, self._path) == self._thing:
                 self._messages += 1
                 observation = self._observed(heard.message)
                 if loop.rounds and self._is_other_goal(heard.message, observation):
                     self._other_goals += 1
                 else:
-                    loop.take(observation, heard.is_latched)
-        if loop.is_reached and (loop.moves or self._is_kept()):
+                    loop.take(observation)
+        if loop.is_reached:
             return self._outcome(is_reached=True)
         if loop.last is None and not self._notes:
             self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
         raise self._not_reached(keep_anyway)
 
     def _change(self, observation: Observation) -> Dict[Source, Change]:
-        """Have the sources become what an observation needs; {} where that has been tried already."""
-        state = {source: change.new for source, change in self._changes.items()}
-        self._tried.add(frozenset(state.items()))
+        """Have the sources become what an observation needs; {} where they are that already."""
+        part, present = observation.part, observation.expression.readings
         try:
-            new = solved(
+            answer = solved(
                 self._asker,
-                values.sources(observation.part),
+                values.sources(part),
                 OWNER_TIMEOUT,
-                lambda limits: self._untried(observation, state, limits),
+                lambda limits: values.solve(part, self._wanted, sources=self._sources, **limits),
             )
+            new = {source: value for source, value in answer.items() if not is_equal(present[source][-1], value)}
             if not new:
                 return {}
             self._stream.clear()
             self._requested = time.monotonic()
             self._began = self._began or self._requested
-            changed = request_values(self._asker, new, OWNER_TIMEOUT, self._request_id)
+            changed = request_values(new, OWNER_TIMEOUT, self._request_id, self._asker)
         except (values.NotInvertible, values.NotTracked, ChangeRejected, SourceUnreachable) as error:
             if not self._changes:
                 raise
@@ -259,36 +293,9 @@ class _Force:
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return changed
 
-    def _untried(
-        self, observation: Observation, state: Dict[Source, Value], limits: Dict[str, Any]
-    ) -> Dict[Source, Value]:
-        """Solve an observation; for other sources than before where going on with these would go in circles."""
-        chosen = self._sources
-        left: Dict[str, Any] = {'source': next(iter(chosen))} if chosen and len(chosen) == 1 else {'sources': chosen}
-        held: Set[Source] = set()
-        while True:
-            try:
-                answer = values.solve(
-                    observation.part, self._wanted, **left, **{**limits, 'read_only': [*limits['read_only'], *held]}
-                )
-            except values.NotInvertible:
-                if held:
-                    return {}
-                raise
-            present = {source: readings[-1] for source, readings in observation.expression.readings.items()}
-            new = {source: value for source, value in answer.items() if not is_equal(present[source], value)}
-            if new and frozenset({**state, **new}.items()) not in self._tried:
-                return new
-            if not new or held & new.keys():
-                return {}
-            held |= new.keys()
-
-    def _thing(self, heard: Heard) -> Tuple[Any, ...]:
-        return thing_of(heard.message, self._field.path)
-
     def _observed(self, message: Any) -> Optional[Observation]:
         try:
-            part, type_ = messages.part_at(message, self._field.path)
+            part, type_ = messages.part_at(message, self._path)
         except messages.NoSuchPart:
             return None
         return observe(part, self._wanted, type_, self._messages)
@@ -301,27 +308,11 @@ class _Force:
         is_goal = hasattr(message, 'goal_id') and hasattr(message, 'goal')
         return is_goal and observation is not None and not self._changes.keys() & set(observation.expression.sources)
 
-    def _is_kept(self) -> bool:
-        """Return whether owners still have what they were given: one may have clamped it after a message or two."""
-        given = [values.track(change.new, source) for source, change in self._changes.items()]
-        try:
-            present = reevaluate(self._asker, given, OWNER_TIMEOUT)
-        except SourceUnreachable:
-            return True  # the messages have shown it
-        lost = [
-            f'{self._name(source)} is {now!r} by now, it was made {asked!r}'
-            for source, now, asked in zip(self._changes, values.untracked(present), values.untracked(given))
-            if now != asked
-        ]
-        if lost:
-            self._notes, self._loop.last = lost, None
-        return not lost
-
     def _why_raised(self) -> str:
         """The error that a change has made a node raise; '' where there is none, or a message shows the change."""
         if self._loop.observer.new:
             return ''
-        nodes = {self._field.publisher, *(source.node for source in self._changes)}
+        nodes = {self._publisher, *(source.node for source in self._changes)}
         return self._errors.raised_since(nodes, self._requested)
 
     def _name(self, source: Source) -> str:
@@ -361,7 +352,7 @@ class _Force:
         parts, last = [], self._loop.last
         if last is not None:
             parts.append(
-                f'{self._field.publisher} now sends {_differing(last.part, self._wanted)} instead of '
+                f'{self._publisher} now sends {_differing(last.part, self._wanted)} instead of '
                 f'{_differing(self._wanted, last.part)}'
             )
             if self._loop.moves:
@@ -376,7 +367,7 @@ class _Force:
 
     def _why_silent(self) -> str:
         """Why no message shows a change."""
-        publisher, observer = self._field.publisher, self._loop.observer
+        publisher, observer = self._publisher, self._loop.observer
         if observer.old:
             names = ' and '.join(map(self._name, self._changes))
             return f'the {observer.old} messages of {publisher} since then still come from the old value of {names}'
@@ -386,8 +377,6 @@ class _Force:
                 f'none of the {self._other_goals} goals that {publisher} has sent within {self._timeout:g} s '
                 f'was computed from {names}'
             )
-        if observer.missing:
-            return f'the messages of {publisher} have no {self._field.path} any more'
         return f'no message of {publisher} came within {self._timeout:g} s'
 
 

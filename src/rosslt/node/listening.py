@@ -3,7 +3,7 @@
 import contextlib
 import queue
 import time
-from typing import List, NamedTuple, Optional
+from typing import NamedTuple, Optional
 
 import genpy.message
 import rosgraph
@@ -14,20 +14,12 @@ from rosslt.messages import Message
 from rosslt.node.service_calls import SHUTDOWN_CHECK_PERIOD
 from rosslt.node.topics import Subscriber
 
-#: The maximal number of unread messages; beyond it, the oldest are dropped.
-BACKLOG = 1000
-
-#: The maximal wait for another publisher's message with a source after a message without one, in seconds.
-GATHERING = 1.0
-
 
 class Heard(NamedTuple):
     """A message, and the node that has sent it."""
 
     publisher: str
     message: Message
-    is_latched: bool
-    """Whether its publisher is a latched one, which sends again only what has changed."""
 
 
 class Listener:
@@ -43,7 +35,7 @@ class Listener:
 
     def __init__(self, topic: str) -> None:
         self._topic = topic
-        self._queue: queue.Queue[Heard] = queue.Queue(BACKLOG)
+        self._queue: queue.Queue[Heard] = queue.Queue()
         types = dict(rosgraph.Master(rospy.get_name()).getPublishedTopics('/'))
         if topic not in types:
             raise rospy.ROSException(f'nobody publishes {topic}')
@@ -53,16 +45,7 @@ class Listener:
         self._subscriber = Subscriber(topic, message_class, self._take, keep_provenance=True)
 
     def _take(self, message: Message) -> None:
-        header = message._connection_header or {}
-        publisher = header.get('callerid', '')
-        heard = Heard(publisher, message, header.get('latching') == '1')
-        while True:
-            try:
-                self._queue.put_nowait(heard)
-                return
-            except queue.Full:
-                with contextlib.suppress(queue.Empty):
-                    self._queue.get_nowait()
+        self._queue.put(Heard((message._connection_header or {}).get('callerid', ''), message))
 
     def next_before(self, end: float) -> Optional[Heard]:
         """The next message, or None where there is none until a time of `time.monotonic`.
@@ -91,28 +74,20 @@ class Listener:
             ValueError: the messages have no such field.
         """
         end = time.monotonic() + timeout
-        found: List[Heard] = []
-        reason = ''
-        while True:
-            heard = self.next_before(end)
-            if heard is None:
-                break
+        first: Optional[Heard] = None
+        error: Exception = rospy.ROSException(f'no message on {self._topic} within {timeout:g} s')
+        for heard in iter(lambda: self.next_before(end), None):
             try:
                 part, _ = messages.part_at(heard.message, field)
             except messages.NoSuchPart as missing:
-                reason = str(missing)
-                end = min(end, time.monotonic() + GATHERING)
+                error = ValueError(f'the messages on {self._topic} have no field {field}: {missing}')
                 continue
             if values.is_tracked(part):
                 return heard
-            if not found:
-                end = min(end, time.monotonic() + GATHERING)
-            found.append(heard)
-        if found:
-            return found[0]
-        if reason:
-            raise ValueError(f'the messages on {self._topic} have no field {field}: {reason}')
-        raise rospy.ROSException(f'no message on {self._topic} within {timeout:g} s')
+            first = first or heard
+        if first is None:
+            raise error
+        return first
 
     def clear(self) -> None:
         """Drop messages that have arrived and were not read."""

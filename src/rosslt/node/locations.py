@@ -364,8 +364,8 @@ class Locations:
                 other.is_shared = other.is_shared or other.site != location.site
                 return other
             raise ValueError(
-                f'the location {location.name} at {location.place} meets {other.name} at '
-                f'{other.place}{_difference(other, location)}: give one of them another name='
+                f'the location {location.name} at {location.place} meets {other.name} at {other.place}: '
+                'give one of them another name='
             )
 
     def is_taken(self, name: str) -> bool:
@@ -410,15 +410,6 @@ def _has_limits_of(other: Location, location: Location) -> bool:
         (None, None, False),
         (other.minimum, other.maximum, other.read_only),
     )
-
-
-def _difference(other: Location, location: Location) -> str:
-    """The reason why two locations of one name are not the same one."""
-    if other.name != location.name or other.literal is None or location.literal is None:
-        return ''
-    if not _has_same_literal(other, location):
-        return f', which says {other.literal!r} where this one says {location.literal!r}'
-    return '' if _has_limits_of(other, location) else ', which has other bounds'
 
 
 def namespaces_of(name: str) -> List[str]:

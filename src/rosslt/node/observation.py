@@ -131,7 +131,6 @@ class ChangeObserver:
         new: the observations that show the change.
         other: those without any of the changed sources: the field was computed from others.
         old: how many still had an old value of a changed source.
-        missing: how many messages had no such field.
         moves: whether the field moves by itself: it differs from one of `new` to the next.
         moving: the indices of the numbers in its expression that do.
     """
@@ -141,7 +140,7 @@ class ChangeObserver:
         self._last_end = self.end = time.monotonic() + timeout
         self.new: List[Observation] = []
         self.other: List[Observation] = []
-        self.old = self.missing = 0
+        self.old = 0
         self.moves = False
         self.moving: Set[int] = set()
 
@@ -157,22 +156,21 @@ class ChangeObserver:
             return None
         return self.new[-2] if len(self.new) > 1 and self.new[-2].is_reached else self.new[-1]
 
-    def take(self, observation: Optional[Observation], is_latched: bool = False) -> bool:
+    def take(self, observation: Optional[Observation]) -> bool:
         """Take an observation in.
 
         Args:
             observation: None where the message has no such field.
-            is_latched: whether its publisher sends again only what has changed.
 
         Returns:
             Whether no more has to be looked at.
         """
         if observation is None:
-            self.missing += 1
-        elif not observation.is_reached and self._is_older(observation.expression):
+            return False
+        if not observation.is_reached and self._is_older(observation.expression):
             self.old += 1
         elif observation.is_reached or self._changed.keys() & set(observation.expression.sources):
-            return self._is_last(observation) or (observation.is_reached and is_latched)
+            return self._is_last(observation)
         elif not self.new:
             self.other.append(observation)
             # A topic may tell of several things in turn: the one that has changed would come within this time.

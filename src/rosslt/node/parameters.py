@@ -12,7 +12,6 @@ import re
 import threading
 from typing import Callable, Dict, List, Tuple, Union
 
-import rosgraph
 import rospy
 
 from rosslt.node.access import LOCKS
@@ -88,7 +87,7 @@ class Parameters:
         self._own = self.server.get(self.namespace)
         self._records = self.server.get(f'{node}/{RECORDS}')
         if ANONYMOUS.search(node):
-            self._leave_nothing()
+            rospy.on_shutdown(self._clear)  # its name does not come again
         threading.Thread(target=self._work, name='rosslt parameters', daemon=True).start()
 
     def setting(self, name: str) -> Tree:
@@ -166,30 +165,12 @@ class Parameters:
         self.server.subscribe_again()
         self.write(*self._shown, *([LOCKS] if self._owner.access.locks else []))
 
-    def _leave_nothing(self) -> None:
-        """Have no parameter of this node outlive it: its name, an anonymous one, does not come again.
-
-        What nodes have left that were called alike and ended without warning is cleared now.
-        """
-        rospy.on_shutdown(self._clear)
-        kind = ANONYMOUS.sub('', self._node)
-        left_behind = re.compile(re.escape(kind) + ANONYMOUS.pattern.rstrip('$') + r'(?=/rosslt(_[a-z]+)?/)')
-        found = filter(None, map(left_behind.match, self.server.master.getParamNames()))
-        for node in {one.group() for one in found} - {self._node}:
-            try:
-                self.server.master.lookupNode(node)
-            except rosgraph.MasterError:
-                self._delete(node)
-
     def _clear(self) -> None:
         """Delete this node's parameters, and write none again."""
         self._is_cleared = True
         with contextlib.suppress(*NO_MASTER):
-            self._delete(self._node)
-
-    def _delete(self, node: str) -> None:
-        for namespace in ('rosslt', RECORDS):
-            self.server.delete(f'{node}/{namespace}')
+            for namespace in ('rosslt', RECORDS):
+                self.server.delete(f'{self._node}/{namespace}')
 
     def is_own(self, key: str) -> bool:
         """Return whether a parameter is one that rosslt itself stores for the locations of this node."""

@@ -66,7 +66,7 @@ class ReadParameters:
             KeyError: the parameter is not set, and there is no default.
         """
         if key not in self._asked:
-            self._ask(key, where, default, as_float)
+            self._ask(key, where, default)
         if as_float and key not in self._floats:
             self.take_fractions(key)
         value = part_of(self._known, key)
@@ -79,7 +79,7 @@ class ReadParameters:
                 return _leafwise(key, value, self._as_read)
         return self._mapped(key, value, operator.attrgetter('tracked'))
 
-    def _ask(self, key: str, where: Union[FrameType, CallSite], default: Tuple[Any, ...], as_float: bool) -> None:
+    def _ask(self, key: str, where: Union[FrameType, CallSite], default: Tuple[Any, ...]) -> None:
         """Read a parameter from the master, and follow it from now on."""
         with self._owner.lock:
             if key in self._asked:
@@ -89,11 +89,8 @@ class ReadParameters:
             value = self._parameters.read(key)
             self._asked[key] = site
             self._take_in(key, value)
-            if value is not None and default:
-                if self._was_default(key, value):
-                    self._take_default(key, site, default[0])
-                if not as_float:
-                    _warn_of_int(key, site, value, default[0])
+            if value is not None and default and self._was_default(key, value):
+                self._take_default(key, site, default[0])
 
     def _take_default(self, key: str, where: Union[FrameType, CallSite], value: Value) -> bool:
         """Note what the code says for a parameter, which is its value while it is not set; False where parameters that
@@ -290,15 +287,6 @@ class ReadParameters:
                     return
                 self._take_in(key, stood)
                 expected = wanted
-
-
-def _warn_of_int(key: str, site: CallSite, value: Value, default: Any) -> None:
-    """Warn of a parameter that is an int where the call has a float as its default."""
-    if type(value) is int and type(values.untracked(default)) is float:
-        rospy.logwarn(
-            f'{site.place}: the parameter {key} is the int {value}, though its default is a float: it takes no '
-            f'fractions, and 0.5 * n is not tracked. Write {value}.0 in the parameter, or get_param(..., as_float=True)'
-        )
 
 
 def _unit(tree: Any, name: str) -> str:

@@ -16,7 +16,7 @@ Not evaluated anew are records of several moments, which are no functions of the
 
 import sys
 import threading
-from typing import Any, Callable, Dict, FrozenSet, Hashable, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Collection, Dict, Hashable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 
@@ -108,16 +108,10 @@ READINGS = ReplacedReadings()
 
 
 class Refresher:
-    """Evaluates the messages of one publisher, service or caller anew.
-
-    Several threads may use it: a remembered leaf is replaced, and never changed.
-    """
+    """Evaluates the messages of one publisher, service or caller anew. Several threads may use it."""
 
     def __init__(self) -> None:
-        self._leaves: Dict[int, _Leaf] = {}  # by the ids of their values, which they keep alive
-        self._kept = 0  # how many of them were in use when it was last looked
-        self._last: Dict[Hashable, Dict[int, _Leaf]] = {}  # those of the last message of each thing, by index
-        self._outdated: _Outdated = {}
+        self._last: Dict[Hashable, Dict[int, _Sent]] = {}  # the leaves of the last message of each thing, by index
 
     def fresh(self, message: Message, was_sent: bool = False) -> Any:
         """A message with the present values of its sources: itself where it has them, else a copy.
@@ -128,155 +122,96 @@ class Refresher:
         """
         outdated = READINGS.outdated()
         if not outdated:
-            self._leaves, self._kept, self._last = {}, 0, {}
+            self._last = {}
             return message
-        outdated = self._outdated = self._outdated if self._outdated == outdated else outdated
         try:
             fields = messages.tracked_fields(message)
             thing = values.untracked(messages.thing_reader(message.__class__)(message))
         except (TypeError, AttributeError):
             return message  # its serialization reports the fault
-        leaves, last = self._leaves, self._last.get(thing, {})
-        found: Dict[int, _Leaf] = {}
-        new: Dict[int, Tuple[int, Any]] = {}
-        for index, value, _ in fields:
-            leaf = leaves.get(id(value))
-            if leaf is None:
-                new.setdefault(id(value), (index, value))
-            else:
-                found[id(value)] = leaf.sent_again(last.get(index))
-        for (index, value), made_from in zip(new.values(), _dependencies([value for _, value in new.values()])):
-            leaf = _new_leaf(value, made_from, last.get(index))
-            found[id(value)] = leaf.sent_again(leaf) if was_sent else leaf
-        found = _evaluated(found, outdated)
-        leaves.update(found)
+        last, sent = self._last.get(thing, {}), {}
+        groups: Dict[Tuple[Any, ...], List[Tuple[int, Any, str]]] = {}  # what is evaluated together, by the changes
+        for field, made_from in zip(fields, _dependencies([value for _, value, _ in fields])):
+            index, value, _ = field
+            sent[index], growing = _compared(value, made_from, last.get(index), was_sent)
+            changes = _changes(made_from, growing, outdated)
+            if changes:
+                groups.setdefault(tuple(changes.items()), []).append(field)
         if len(self._last) >= messages.MOST_THINGS:
             self._last = {}
-        self._last[thing] = {index: found[id(value)] for index, value, _ in fields}
-        self._forget_unused(leaves)
+        self._last[thing] = sent
         replaced = {}
-        for index, value, kind in fields:
-            fresh = found[id(value)].fitted(kind)
-            if fresh is not value:
-                replaced[index] = fresh
+        for changed, group in groups.items():
+            for (index, value, kind), fresh in zip(group, _reapplied([value for _, value, _ in group], dict(changed))):
+                replaced[index] = _fitted(value, fresh, kind)
         return messages.with_leaves(message, replaced) if replaced else message
 
-    def _forget_unused(self, leaves: 'Dict[int, _Leaf]') -> None:
-        """Forget leaves that nothing else refers to, so that nobody can send them again."""
-        if len(leaves) > 2 * self._kept:
-            used = _in_use([leaf.value for leaf in list(leaves.values())], _UNUSED + 1)
-            for key in leaves.keys() - set(map(id, used)):
-                leaves.pop(key, None)
-            self._kept = len(leaves)
-
-
-class _Leaf(NamedTuple):
-    """A tracked leaf that was sent, and its value with the latest readings.
-
-    Attributes:
-        value: of the leaf.
-        readings: {Source: the reading that it was made from}, of the sources that it is a function of.
-        counts: {Source: how often it comes up}, where that is more than once; GROWS where it was another number in the
-            message before.
-        growing: sources that come up more than once, where the value grows or may do so: they are not followed.
-        outdated: what was outdated when it was evaluated.
-        changes: the changes of its sources that it was evaluated for.
-        fresh: its value with them, None where there are none.
-    """
-
-    value: Scalar
-    readings: Dict[Source, Any]
-    counts: Dict[Source, int]
-    growing: FrozenSet[Source]
-    outdated: Optional[_Outdated] = None
-    changes: Optional[Dict[Source, Any]] = None
-    fresh: Any = None
-
-    def sent_again(self, before: 'Optional[_Leaf]') -> '_Leaf':
-        """Return the leaf for a value that was sent before.
-
-        Its expression does not grow, unless it has grown up to this value: nothing that grows comes back to a value
-        that it had before another one.
-
-        Args:
-            before: the leaf at its index in the message before.
-        """
-        is_back = before is not None and before.value is not self.value
-        growing = frozenset() if is_back else frozenset(each for each in self.growing if self.counts[each] == GROWS)
-        return self if growing == self.growing else self._replace(growing=growing, outdated=None)
-
-    def to_change(self, outdated: _Outdated) -> Dict[Source, Any]:
-        """The latest values of those of its sources of which it was made from an earlier one."""
-        changes = {}
-        for source, reading in self.readings.items():
-            if source in outdated and source not in self.growing:
-                replaced, latest = outdated[source]
-                is_other = reading != latest or type(reading) is not type(latest)
-                if is_other and reading in replaced and _is_number(reading) == _is_number(latest):
-                    changes[source] = latest
-        return changes
-
-    def fitted(self, kind: str) -> Any:
-        """Its fresh value where a field takes that, else the value that it has.
-
-        Args:
-            kind: what the field takes: 'd' or 'f' for numbers, 'i' for whole ones, 'b', 's'.
-        """
-        fresh = self.fresh
-        if type(fresh) is type(self.value) or (kind in 'df' and _is_number(fresh)):
-            return fresh
-        if kind == 'i' and isinstance(fresh, float):
-            # An int literal may have become a float; a field of whole numbers accepts no float.
-            whole = values.to_int(fresh)
-            return whole if whole == fresh else self.value
-        return self.value
-
-
-#: Instead of the number of times that a source comes up.
-GROWS = 0
-
-#: Instead of a reading, where a value was made from several of one source, or folded.
-_SEVERAL = object()
 
 #: {Source: (the reading that a value was made from, how often it comes up)}.
 _MadeFrom = Dict[Source, Tuple[Any, int]]
 
+#: Instead of the number of times that a source comes up, where that was another one in the message before.
+GROWS = 0
 
-def _new_leaf(value: Scalar, made_from: _MadeFrom, before: Optional[_Leaf]) -> _Leaf:
-    """A leaf that is sent for the first time.
+
+class _Sent(NamedTuple):
+    """A tracked leaf that was sent, and how often each source comes up in it, where that is more than once."""
+
+    value: Scalar
+    counts: Dict[Source, int]
+
+
+def _compared(
+    value: Scalar, made_from: _MadeFrom, before: Optional[_Sent], was_sent: bool
+) -> Tuple[_Sent, Collection[Source]]:
+    """A leaf that is sent, and the sources in which it grows or may do so, which are not followed.
 
     Args:
-        before: the one at its index in the message before.
+        before: the leaf at its index in the message before.
+        was_sent: it has been sent before.
     """
+    if before is not None and before.value is value:
+        return before, [source for source, count in before.counts.items() if count == GROWS]
     known = {} if before is None else before.counts
     counts = {
         source: count if known.get(source, count) == count else GROWS
         for source, (_, count) in made_from.items()
         if count > 1
     }
-    readings = {source: reading for source, (reading, _) in made_from.items() if reading is not _SEVERAL}
-    growing = frozenset(source for source, count in counts.items() if count == GROWS or source not in known)
-    return _Leaf(value, readings, counts, growing)
+    if was_sent:
+        known = counts
+    return _Sent(value, counts), [source for source, count in counts.items() if count == GROWS or source not in known]
 
 
-def _evaluated(leaves: Dict[int, _Leaf], outdated: _Outdated) -> Dict[int, _Leaf]:
-    """Leaves with the latest values of their sources. What several are computed from is evaluated once."""
-    found = dict(leaves)
-    together: Dict[Tuple[Any, ...], List[int]] = {}
-    for key, leaf in leaves.items():
-        if leaf.outdated is not outdated:
-            changes = leaf.to_change(outdated)
-            if not changes:
-                found[key] = leaf._replace(outdated=outdated, changes=changes, fresh=None)
-            elif changes == leaf.changes:
-                found[key] = leaf._replace(outdated=outdated)
-            else:
-                together.setdefault(tuple(changes.items()), []).append(key)
-    for changed, group in together.items():
-        changes = dict(changed)
-        for key, fresh in zip(group, _reapplied([leaves[key].value for key in group], changes)):
-            found[key] = leaves[key]._replace(outdated=outdated, changes=changes, fresh=fresh)
-    return found
+def _changes(made_from: _MadeFrom, growing: Collection[Source], outdated: _Outdated) -> Dict[Source, Any]:
+    """The latest values of those sources of a leaf of which it was made from an earlier one."""
+    changes = {}
+    for source, (reading, _) in made_from.items():
+        if source in outdated and source not in growing and reading is not _SEVERAL:
+            replaced, latest = outdated[source]
+            is_other = reading != latest or type(reading) is not type(latest)
+            if is_other and reading in replaced and _is_number(reading) == _is_number(latest):
+                changes[source] = latest
+    return changes
+
+
+def _fitted(value: Scalar, fresh: Any, kind: str) -> Any:
+    """The fresh value of a leaf where its field takes that, else the value that it has.
+
+    Args:
+        kind: what the field takes: 'd' or 'f' for numbers, 'i' for whole ones, 'b', 's'.
+    """
+    if type(fresh) is type(value) or (kind in 'df' and _is_number(fresh)):
+        return fresh
+    if kind == 'i' and isinstance(fresh, float):
+        # An int literal may have become a float; a field of whole numbers accepts no float.
+        whole = values.to_int(fresh)
+        return whole if whole == fresh else value
+    return value
+
+
+#: Instead of a reading, where a value was made from several of one source, or folded.
+_SEVERAL = object()
 
 
 def _reapplied(leaves: Sequence[Any], changes: Dict[Source, Any]) -> Sequence[Any]:

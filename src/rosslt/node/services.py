@@ -4,12 +4,11 @@ Requests and responses travel as ordinary ones with their provenance in-band, to
 """
 
 import functools
-import types
 from typing import Any, Callable
 
 import rospy
 
-from rosslt.messages import Message, MessageClass, Scalar
+from rosslt.messages import Message, MessageClass
 from rosslt.node.refresh import Refresher
 from rosslt.node.rospy_internals import args_kwds_to_message, convert_return_to_response
 from rosslt.node.serialization import received_class, serializer
@@ -32,26 +31,11 @@ class Service(rospy.Service):
             self._begin_request()
             return with_provenance(convert_return_to_response(handler(request), service_class._response_class))
 
-        report = kwargs.pop('error_handler', None) or (args[1] if len(args) > 1 else None) or super().error_handler
-
-        def report_handler(error: Any, kind: Any, value: Scalar, traceback: Any) -> None:
-            report(error, kind, value, _without(answer.__code__, traceback))  # type: ignore[attr-defined]
-
         reading = reading_service(service_class, rospy.resolve_name(name))
-        super().__init__(name, reading, answer, *args[:1], error_handler=report_handler, **kwargs)
+        super().__init__(name, reading, answer, *args, **kwargs)
 
     def _begin_request(self) -> None:
         """Called before the handler; a subclass may do something then."""
-
-
-def _without(code: Any, traceback: Any) -> Any:
-    """A traceback without the frames of some code."""
-    if traceback is None:
-        return None
-    below = _without(code, traceback.tb_next)
-    if traceback.tb_frame.f_code is code:
-        return below
-    return types.TracebackType(below, traceback.tb_frame, traceback.tb_lasti, traceback.tb_lineno)
 
 
 class ServiceProxy(rospy.ServiceProxy):

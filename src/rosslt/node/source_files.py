@@ -1,28 +1,11 @@
 """Finds the values of this node in its source files, and makes the edits that save changed values there."""
 
 import os
-from typing import Any, Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Dict, Iterable, List, Optional, Set, Tuple
 
 from rosslt import files
-from rosslt.node.json_scalars import Value
+from rosslt.node.change_lock import CHANGE_LOCK
 from rosslt.node.locations import Location
-
-
-class Written(NamedTuple):
-    """The present position of a location's value in a file.
-
-    Attributes:
-        source: the file as it is now.
-        literal: its index in it.
-    """
-
-    source: files.SourceText
-    literal: int
-
-    @property
-    def value(self) -> Value:
-        """The value in the file."""
-        return self.source.literals[self.literal].value
 
 
 class NotWritten(Exception):
@@ -73,10 +56,10 @@ class SourceFiles:
 
         Each content is recognized once only, since a user may restore it later.
         """
-        if digest in self._offered_digests:
+        with CHANGE_LOCK:
+            is_saved = digest in self._offered_digests
             self._offered_digests.discard(digest)
-            return True
-        return False
+            return is_saved
 
     def edits(
         self, locations: Iterable[Location]
@@ -130,25 +113,27 @@ def _edits_of_file(
     left: List[Tuple[Location, str]] = []
     for location in changed:
         try:
-            written = _place(location, original, present, indices, readers)
-            _check_unedited(location, written, offered.get(location, ()))
+            index = _index_of(location, original, indices, readers)
+            value = present.literals[index].value
+            if not any(
+                files.equal(value, one) for one in (location.value_in_code, location.value, *offered.get(location, ()))
+            ):
+                raise NotWritten(
+                    f'what stands at {location.place} was edited since it was read: '
+                    f'{present.path} says {value!r} instead of {location.value_in_code!r}'
+                )
         except NotWritten as why:
             left.append((location, str(why)))
             continue
-        if not files.equal(written.value, location.value):
-            wanted[written.literal] = location.value
-            owners[written.literal] = location
+        if not files.equal(value, location.value):
+            wanted[index], owners[index] = location.value, location
     return list(zip((owners[index] for index in sorted(wanted)), present.edits(wanted))), left
 
 
-def _place(
-    location: Location,
-    original: files.SourceText,
-    present: files.SourceText,
-    indices: Dict[int, int],
-    readers: Dict[int, List[Location]],
-) -> Written:
-    """Find the present position of a location's value in its file.
+def _index_of(
+    location: Location, original: files.SourceText, indices: Dict[int, int], readers: Dict[int, List[Location]]
+) -> int:
+    """The index of the literal in its present file that is a location's value.
 
     Raises:
         NotWritten: there is none, or the value must not be written there.
@@ -170,16 +155,7 @@ def _place(
         raise NotWritten(f'what stands at {location.place} is that of several locations, with other values')
     if index not in indices:
         raise NotWritten(f'the line of {location.place} was edited since it was read')
-    return Written(present, indices[index])
-
-
-def _check_unedited(location: Location, written: Written, offered: Collection[Any]) -> None:
-    """Raise NotWritten where somebody else has edited the literal itself."""
-    if not any(files.equal(written.value, one) for one in (location.value_in_code, location.value, *offered)):
-        raise NotWritten(
-            f'what stands at {location.place} was edited since it was read: '
-            f'{written.source.path} says {written.value!r} instead of {location.value_in_code!r}'
-        )
+    return indices[index]
 
 
 #: The source files of this process.

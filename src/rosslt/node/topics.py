@@ -15,7 +15,7 @@ import rospy
 
 from rosslt import messages, values
 from rosslt.messages import Message, MessageClass
-from rosslt.node.latched import Latched, latch
+from rosslt.node.latched import Latched, latch, plain_leaves
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.refresh import READINGS, Refresher
 from rosslt.node.rospy_internals import (
@@ -141,22 +141,23 @@ class Publisher(rospy.Publisher):
             if is_latch:
                 self._latched = latch(self, message, sent, outgoing)
 
-    def publish_again(self, latched: Latched) -> None:
-        """Publish the last message of a latched publisher again, where it has become another one since.
-
-        Args:
-            latched: the Latched of the last message, if it still is.
-        """
-        message = latched.changed(self._refresher)
+    def publish_again(self) -> None:
+        """Publish the last message of a latched publisher again, where it has become another one since."""
         impl = self.impl
         lock = getattr(impl, 'publock', None)
-        if message is None or lock is None:
+        if lock is None:
             return
         with lock:
-            # Unless another one was published meanwhile, by this or by another publisher of the topic.
-            if impl.latch is latched.outgoing and self._latched is latched:
-                latched.outgoing = self._outgoing(message)
-                impl.publish(latched.outgoing)
+            latched = self._latched
+            # unless another publisher of the topic has published since
+            if latched is None or impl.latch is not latched.outgoing:
+                return
+            message = self._refresher.fresh(latched.message, was_sent=True)
+            shown = plain_leaves(message)
+            if shown != latched.shown:
+                outgoing = self._outgoing(message)
+                self._latched = latched._replace(shown=shown, outgoing=outgoing)
+                impl.publish(outgoing)
 
     def _outgoing(self, message: Message) -> Any:
         """Return the object that rospy serializes for a message."""
@@ -213,8 +214,7 @@ class Subscriber(rospy.Subscriber):
         name, data_class, callback, and all others: as of `rospy.Subscriber`; `data_class` may be a tracked
             type.
         keep_provenance: for who displays messages or changes what is in them: messages between whole ones are left out,
-            so that what has sources always comes with them. Messages must not be changed then: one that equals the one
-            before may have the very objects of that.
+            so that what has sources always comes with them.
     """
 
     def __init__(
@@ -233,10 +233,11 @@ class Subscriber(rospy.Subscriber):
         if callback is not None and messages.is_tracked_type(data_class):
             callback = self._unwrapping(callback)
         mend_connecting()
-        reading = received_class(data_class, rospy.resolve_name(name), keep_provenance)
+        reading = received_class(data_class, rospy.resolve_name(name))
         super().__init__(name, reading, callback, callback_args, *args, **kwargs)
         if data_class is not rospy.AnyMsg:
-            _read_in_band(self.impl, data_class, reading)
+            # rospy has one reader for all subscribers of a topic in a process, plain ones too.
+            read_all_with(self.impl, reading)
         MASTER_WATCH.start()
 
     def _unwrapping(self, callback: Callable[..., Any]) -> Callable[..., None]:
@@ -291,15 +292,3 @@ def wait_for_message(topic: str, topic_type: MessageClass, timeout: Optional[flo
     finally:
         subscriber.unregister()
     return box[0]
-
-
-def _read_in_band(impl: Any, data_class: MessageClass, reading: MessageClass) -> None:
-    """Have a topic that is already subscribed to in this process, by plain rospy perhaps, be read with
-    provenance.
-
-    rospy has one reader for all subscribers of a topic in a process. Tracked values are plain values to those
-    who do not know of them. But those who may change what they get must not get what others have.
-    """
-    if impl.data_class is not reading:
-        reading = received_class(data_class, impl.resolved_name, False)
-    read_all_with(impl, reading)

@@ -117,7 +117,7 @@ class _Memory:
     def __init__(self) -> None:
         self._latest: Dict[str, Any] = {}
         self._is_written = True
-        node.on_new_master(self._write_again)
+        node.MASTER_WATCH.renewals.append(self._write_again)
 
     def recall(self, digest: str) -> Sequence[str]:
         """The names that belong to this very text; none where they are not known."""

@@ -132,7 +132,7 @@ def _apply(directory: Directory, fitted: values.Fit) -> None:
     """
     start_node()
     try:
-        node.request_values_as(node.Requester(rospy.get_name(), directory), fitted.values, TIMEOUT)
+        node.request_values(fitted.values, TIMEOUT, asker=node.Requester(rospy.get_name(), directory))
     except values.Error as error:
         raise Failure(str(error)) from None
 

@@ -5,7 +5,7 @@ A parameter there has the name of its location, and a group for each name of a f
 
 import math
 import os
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Set, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
 
 from dynamic_reconfigure import msg
 
@@ -37,27 +37,25 @@ class Configuration:
     """The locations of a node at one moment.
 
     Args:
-        locations: those that there are.
-        left_out: called with (location, why) for each that dynamic_reconfigure cannot show.
+        locations: those that there are; what dynamic_reconfigure cannot show is left out.
 
     Attributes:
         by_name: {name in dynamic_reconfigure: Shown}.
     """
 
-    def __init__(self, locations: Iterable[Location], left_out: Callable[[Location, str], None]) -> None:
+    def __init__(self, locations: Iterable[Location]) -> None:
         self.by_name: Dict[str, Shown] = {}
         files: Dict[str, List[Shown]] = {}
         found = sorted(locations, key=lambda one: (one.site.file, one.site.line, one.site.column))
-        taken = {one.name for one in found}
         for location in found:
-            value, why = _readable(location)
-            if why:
-                left_out(location, why)
+            value = _readable(location)
+            if value is None:
                 continue
-            shown = Shown(_free(location.name, taken), location, value)
+            # a name that means something else in dynamic_reconfigure gets a _ behind it
+            shown = Shown(location.name + '_' * (location.name in RESERVED), location, value)
             self.by_name[shown.name] = shown
             files.setdefault(os.path.basename(location.site.file), []).append(shown)
-        self._groups = [(_free(name, set(files)), members) for name, members in files.items()]
+        self._groups = list(files.items())
 
     def values(self) -> msg.Config:
         """The present values: what is published on `parameter_updates`."""
@@ -96,32 +94,20 @@ class Configuration:
         return config
 
 
-def _readable(location: Location) -> Tuple[Any, str]:
-    """The value of a location, and why dynamic_reconfigure cannot show it, '' where it can."""
+def _readable(location: Location) -> Any:
+    """The value of a location, None where it has none or one that dynamic_reconfigure cannot show."""
     try:
         value = location.value
-    except Refused as refused:  # others are shown all the same
-        return None, str(refused)
+    except Refused:  # others are shown all the same
+        return None
     if location.type is float and type(value) is int:
         value = float(value)
-    if type(value) is not location.type:
-        return None, f'it is a {location.type.__name__}, and {value!r} is not'
-    return (value, '') if _fits(value) else (None, f'{value!r} does not fit into its messages')
+    return value if type(value) is location.type and _fits(value) else None
 
 
 def _fits(value: Value) -> bool:
     """True where a scalar can be sent: ints have 32 bits."""
     return type(value) is not int or LOWEST <= value <= HIGHEST
-
-
-def _free(name: str, taken: Set[str]) -> str:
-    """A name that means nothing else in dynamic_reconfigure: the location's own, with `_` behind it where needed."""
-    if name not in RESERVED:
-        return name
-    while name in RESERVED or name in taken:
-        name += '_'
-    taken.add(name)
-    return name
 
 
 def _described(location: Location) -> str:

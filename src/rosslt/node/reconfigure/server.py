@@ -8,7 +8,7 @@ is applied as a whole or refused with the reason, recorded, and can be taken bac
 import contextlib
 import json
 import time
-from typing import Any, Dict, List, Set, Tuple
+from typing import Any, Dict, List, Tuple
 
 import rospy
 from dynamic_reconfigure.msg import Config, ConfigDescription
@@ -43,7 +43,6 @@ class Server(rospy.SubscribeListener):
     def __init__(self, owner: Owner, background: Callbacks) -> None:
         super().__init__()
         self._owner, self._background = owner, background
-        self._left_out: Set[Tuple[int, str]] = set()
         self._drag: Tuple[Any, float, str] = (None, 0.0, '')
         self._is_asked = self._is_ready = False
         self._told: Tuple[Any, Any] = (None, None)  # the descriptions and values that were published last
@@ -76,13 +75,7 @@ class Server(rospy.SubscribeListener):
 
     def _configuration(self) -> Configuration:
         with self._owner.lock:
-            return Configuration(self._owner.locations.by_id.values(), self._leave_out)
-
-    def _leave_out(self, location: Location, why: str) -> None:
-        """Warn once that a location is not among the parameters."""
-        if (location.id, why) not in self._left_out:
-            self._left_out.add((location.id, why))
-            rospy.logwarn('%s is left out of dynamic_reconfigure: %s', location.name, why)
+            return Configuration(self._owner.locations.by_id.values())
 
     def _set(self, request: ReconfigureRequest) -> ReconfigureResponse:
         """Change what a client says, all or nothing; what has the value already is not touched."""
