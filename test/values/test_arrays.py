@@ -336,7 +336,8 @@ def test_large_arrays_are_one_value():
 
 def test_elements_of_an_array_are_read_without_a_map_of_its_memory():
     array = tracked_np.array([X, 2.0, Y])
-    assert sources(array[0]) == sources(X) and sources(array[-1]) == sources(Y)
+    assert sources(array[0]) == sources(X)
+    assert sources(array[-1]) == sources(Y)
     assert array._memory._codes is None
     array[2] = 3.0
     assert not sources(array[-1])
