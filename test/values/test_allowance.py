@@ -44,6 +44,15 @@ def test_without_allowance_results_are_plain(compute):
     assert plain == recorded
 
 
+def test_without_allowance_numbers_of_other_classes_compute_as_without_provenance():
+    numpy = pytest.importorskip('numpy')
+    x, two = track(1.5, A), numpy.float64(2.0)
+    limit_recording(lambda overdrawn: 0)
+    for result, expected in ((x + two, 3.5), (x - two, -0.5), (x * two, 3.0), (x / two, 0.75)):
+        assert result == expected
+        assert type(result) is numpy.float64
+
+
 def test_an_allowance_is_used_up_and_refilled():
     allowances = [40, 40, 0]
     limit_recording(lambda overdrawn: allowances.pop(0))

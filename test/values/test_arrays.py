@@ -241,6 +241,15 @@ def test_large_arrays_are_one_value():
     assert evaluate(curve[77_777], {A: 3.0}) == 3.0 * np.sin(times[77_777]) + times[-77_778]
 
 
+def test_elements_of_an_array_are_read_without_a_map_of_its_memory():
+    array = tracked_np.array([X, 2.0, Y])
+    assert sources(array[0]) == sources(X)
+    assert sources(array[-1]) == sources(Y)
+    assert array._memory._codes is None
+    array[2] = 3.0
+    assert not sources(array[-1])
+
+
 def test_an_array_that_feeds_on_itself_is_plain_in_the_end():
     state, step = tracked_np.zeros(2), track(0.5, A)
     for _ in range(9000):

@@ -12,11 +12,8 @@ from rosslt.instrument.budget import BUDGET
 from rosslt.instrument.cells import decide_shapes, location_of
 from rosslt.instrument.losses import LOSSES
 
-#: The period of inspecting a publisher's messages, in seconds; the number of first messages that are always inspected;
-#: the maximal share of a core that this may take.
+#: The period of inspecting a publisher's messages, in seconds.
 PERIOD = 0.5
-FIRST_MESSAGES = 3
-SHARE = 0.05
 
 
 class Publisher(node.Publisher):
@@ -26,7 +23,6 @@ class Publisher(node.Publisher):
         as of `rospy.Publisher`.
     """
 
-    _looked = 0
     _look_again = 0.0
     _stops = 0
     _is_recorded = True
@@ -35,14 +31,12 @@ class Publisher(node.Publisher):
         """Publish a message, as `rospy.Publisher.publish` does."""
         self._is_recorded = self._stops == BUDGET.stops and not BUDGET.stops % 2
         now = time.monotonic()
-        if (now >= self._look_again or self._looked < FIRST_MESSAGES) and node.is_started():
-            self._looked += 1
+        if now >= self._look_again and node.is_started():
             LOSSES.published(now)
-            start = time.thread_time()
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, AttributeError, rospy.ROSException):
                 reach(node.args_kwds_to_message(self.data_class, args, kwds))
-            self._look_again = now + max(PERIOD, (time.thread_time() - start) / SHARE)
+            self._look_again = now + PERIOD
         super().publish(*args, **kwds)
         BUDGET.begin_round()
         self._stops = BUDGET.stops

@@ -108,10 +108,13 @@ def computing(name: str, operation: Operation) -> Callable[[Value, Value], Value
     """A function of two operands that computes and records an operator.
 
     It gives way to the right operand where Python asks that first: a subclass with a reflected operator of its own.
+    Where nothing more is recorded, the result is the program's own: of plain numbers, whatever their classes.
     """
-    reflected = '__r%s__' % name
+    reflected, forward = '__r%s__' % name, operation.forward
 
     def compute(a: Value, b: Value) -> Value:
+        if not spend(0):
+            return forward(plain(a), plain(b))
         kind, left = type(b), type(a).__base__ or object
         is_other = type(a) in NUMBERS and issubclass(kind, left) and kind not in TRACKED and not hasattr(kind, 'dtype')
         if is_other and getattr(kind, reflected) is not getattr(left, reflected):

@@ -4,6 +4,7 @@ The tables come first, then the instructions of what is not affine, then the fie
 of which sources, with which coefficients.
 """
 
+import itertools
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.expressions import (
@@ -132,10 +133,10 @@ def _encoded(message_type: str, leaves: List[Leaf], full_history: bool) -> bytes
 
 def _columns_of(fields: Sequence[Tuple[int, int, int]], has_coefficients: bool) -> bytes:
     """The columns of fields, their leaves rising."""
-    indices = [index for index, _, _ in fields]
-    columns = packed([len(fields)]) + packed([index - before - 1 for index, before in zip(indices, [-1, *indices])])
-    columns += packed([origin for _, origin, _ in fields])
-    return columns + packed([slope for _, _, slope in fields]) if has_coefficients else columns
+    indices, origins, slopes = zip(*fields)
+    gaps = [index - before - 1 for index, before in zip(indices, (-1, *indices))]
+    columns = packed([len(fields)]) + packed(gaps) + packed(origins)
+    return columns + packed(slopes) if has_coefficients else columns
 
 
 def _affine(value: Scalar) -> Optional[Terms]:
@@ -160,10 +161,21 @@ class _Encoder:
 
     def add_affine(self, leaf: Leaf, terms: Terms) -> None:
         """Add a leaf that is affine in its sources."""
+        tables = self.tables
+        index, value, kind = leaf
         try:
-            self._add_affine(leaf, terms)
+            if len(terms) > 1:
+                readings = tuple([tables.reading(source, at) for source, at, _ in terms])
+                keys = tuple([tables.coefficient(slope) for _, _, slope in terms])
+                self.fields.append((index, *tables.lists(readings, keys), True))
+                return
+            source, at, slope = terms[0]
+            if slope == 1 and type(at) is TYPE_OF_KIND[kind] and _is_same(at, value):
+                self.fields.append((index, tables.source(source), None, False))
+            else:
+                self.fields.append((index, tables.reading(source, at), tables.coefficient(slope), False))
         except Unencodable as error:
-            self._leave_out(leaf[0], error)
+            self._leave_out(index, error)
 
     def add_expressions(self, leaves: Sequence[Leaf], full_history: bool) -> bool:
         """Add leaves that are sent as instructions; returns False where the full history of them is too long."""
@@ -180,22 +192,6 @@ class _Encoder:
         warn_once(
             (self._message_type, fault), 'leaf %d of a %s is sent untracked: %s', index, self._message_type, fault
         )
-
-    def _add_affine(self, leaf: Leaf, terms: Terms) -> None:
-        tables = self.tables
-        index, value, kind = leaf
-        if len(terms) > 1:
-            numbers, keys = tables.lists(
-                tuple([tables.reading(source, at) for source, at, _ in terms]),
-                tuple([tables.coefficient(slope) for _, _, slope in terms]),
-            )
-            self.fields.append((index, numbers, keys, True))
-            return
-        source, at, slope = terms[0]
-        if slope == 1 and type(at) is TYPE_OF_KIND[kind] and _is_same(at, value):
-            self.fields.append((index, tables.source(source), None, False))
-        else:
-            self.fields.append((index, tables.reading(source, at), tables.coefficient(slope), False))
 
     def _linearized(self, leaves: Sequence[Leaf]) -> Tuple[List[Leaf], List[tuple], List[int]]:
         """Linearize each leaf, as the exact expressions have too many instructions to be sent."""
@@ -263,8 +259,8 @@ class _Encoder:
         if not (self.fields or self._roots):
             return b''
         tables = self.tables
-        numbers = tables.coefficient_numbers()
-        numbers[None] = IDENTITY
+        sorted_keys = tables.sorted_coefficients()
+        numbers = {key: number for number, key in enumerate([None, *itertools.chain(*sorted_keys)], IDENTITY)}
         # Lists come behind the single ones, of which there are as many as there are by now.
         sources, slopes = tables.source_count, 1 + tables.coefficient_count
         fields = [
@@ -275,7 +271,7 @@ class _Encoder:
         fields += [(index, instructions + root, IDENTITY) for index, root in self._roots.items()]
         fields.sort()
         flags = tables.flags() | (HAS_INSTRUCTIONS if self._instructions else 0)
-        parts = [bytes((VERSION, flags)), tables.packed(numbers)]
+        parts = [bytes((VERSION, flags)), tables.packed(sorted_keys, numbers)]
         if self._instructions:
             parts.append(packed_instructions(self._instructions, tables, numbers))
         parts.append(_columns_of(fields, bool(flags & HAS_COEFFICIENTS)))

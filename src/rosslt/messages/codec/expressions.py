@@ -60,38 +60,39 @@ def packed_instructions(instructions: Sequence[tuple], tables: TableWriter, numb
         tables: the tables of the message.
         numbers: the numbers of the coefficients.
     """
-    parts = [packed([len(instructions)])]
+    parts: List[bytes] = []
+    varints = [len(instructions)]
+
+    def add(value: Scalar, of_float: int, of_int: int) -> None:
+        if type(value) is float:
+            parts.append(packed([*varints, of_float]) + struct.pack('<d', value))
+            varints.clear()
+        else:
+            varints.extend((of_int, zigzag(value)))
+
     for at, (kind, *operands) in enumerate(instructions):
         if kind == SOURCE:
-            parts.append(packed([FROM_SOURCE, tables.reading(*operands)]))
-        elif kind == CONSTANT:
-            parts.append(_packed_constant(operands[0]))
+            varints += FROM_SOURCE, tables.reading(*operands)
+        elif kind == CONSTANT or (kind == AFFINE and not operands[1]):
+            value = operands[0]
+            if type(value) is str:
+                parts.append(packed([*varints, STRING]) + packed_strings([value]))
+                varints.clear()
+            elif type(value) is bool:
+                varints.append(TRUE if value else FALSE)
+            else:
+                add(value, FLOAT, INT)
         elif kind == AFFINE:
             value, terms, is_exact = operands
-            if not terms:
-                parts.append(_packed_constant(value))
-                continue
-            code = (EXACT if is_exact else LINEAR) + (type(value) is int)
-            parts.append(
-                packed([code])
-                + (packed([zigzag(value)]) if type(value) is int else struct.pack('<d', value))
-                + packed([len(terms)])
-            )
+            code = EXACT if is_exact else LINEAR
+            add(value, code, code + 1)
+            varints.append(len(terms))
             for index, slope in terms:
-                parts.append(packed([at - index, numbers[tables.coefficient(slope)]]))
+                varints += at - index, numbers[tables.coefficient(slope)]
         else:
-            parts.append(packed([OPERATION + kind.code] + [at - index for index in operands]))
-    return b''.join(parts)
-
-
-def _packed_constant(value: Scalar) -> bytes:
-    if type(value) is float:
-        return packed([FLOAT]) + struct.pack('<d', value)
-    if type(value) is int:
-        return packed([INT, zigzag(value)])
-    if type(value) is str:
-        return packed([STRING]) + packed_strings([value])
-    return packed([TRUE if value else FALSE])
+            varints.append(OPERATION + kind.code)
+            varints += [at - index for index in operands]
+    return b''.join([*parts, packed(varints)])
 
 
 def register(instructions: Sequence[tuple], tables: TableWriter) -> None:

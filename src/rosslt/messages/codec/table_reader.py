@@ -157,12 +157,11 @@ def _read_lists(reader: Reader, count: int, end: int, start: int, what: str) -> 
     total = sum(sizes)
     if total > LISTED_LIMIT or (count and min(sizes) < 2):
         raise reader.fail('found lists of %d %s, the shortest of %d', total, what, min(sizes))
-    numbers = iter(reader.column(total, 'lists of ' + what))
-    lists = [tuple(itertools.islice(numbers, size)) for size in sizes]
-    for each in lists:
-        if not start <= min(each) <= max(each) < end:
-            raise reader.fail('found a list of %s with number %d of %d', what, max(each), end)
-    return lists
+    numbers = reader.column(total, 'lists of ' + what)
+    if total and not start <= min(numbers) <= max(numbers) < end:
+        raise reader.fail('found a list of %s with number %d of %d', what, max(numbers), end)
+    following = iter(numbers)
+    return [tuple(itertools.islice(following, size)) for size in sizes]
 
 
 def _check_sources_differ(reader: Reader, lists: Sequence[Tuple[int, ...]], sources: SourceTable) -> None:

@@ -6,7 +6,7 @@ What several fields share stands here once, and the fields name it by its number
 
 import math
 import struct
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 from rosslt.messages.codec.varint import is_whole, packed, packed_strings, zigzag
 from rosslt.messages.codec.wire_format import (
@@ -57,8 +57,7 @@ def checked(value: Scalar) -> Any:
 
 def _key(value: Scalar) -> Any:
     """A key that is different for different values, also for 0.0 and -0.0, and for 1, 1.0 and True."""
-    kind = type(value)
-    return (kind, value) if value or kind is not float else (kind, str(value))
+    return type(value), value or str(value)
 
 
 class TableWriter:
@@ -138,20 +137,15 @@ class TableWriter:
             self._slope_lists.setdefault(keys, len(self._slope_lists)),
         )
 
-    def _sorted_coefficients(self) -> Tuple[List[Any], List[Any], List[Any]]:
+    def sorted_coefficients(self) -> Tuple[List[Any], List[Any], List[Any]]:
         """The keys of the coefficients by the way in which they are written: as floats, as whole numbers that are
-        floats, as integers."""
+        floats, as integers. Their numbers, from 1, follow this order."""
         floats: List[Any] = []
         whole: List[Any] = []
         ints: List[Any] = []
         for key, slope in self._coefficients.items():
             (ints if type(slope) is int else whole if is_whole(slope) else floats).append(key)
         return floats, whole, ints
-
-    def coefficient_numbers(self) -> Dict[Any, int]:
-        """The numbers of the coefficients, from 1, by their keys: in the order in which they are written."""
-        floats, whole, ints = self._sorted_coefficients()
-        return {key: number for number, key in enumerate(floats + whole + ints, 1)}
 
     @property
     def source_count(self) -> int:
@@ -173,11 +167,12 @@ class TableWriter:
             | (HAS_LISTS if self._source_lists else 0)
         )
 
-    def packed(self, numbers: Dict[Any, int]) -> bytes:
+    def packed(self, sorted_keys: Sequence[List[Any]], numbers: Dict[Any, int]) -> bytes:
         """The tables as bytes.
 
         Args:
-            numbers: the `coefficient_numbers`.
+            sorted_keys: the `sorted_coefficients`.
+            numbers: the numbers of the coefficients by their keys.
         """
         flags = self.flags()
         parts = [
@@ -195,7 +190,7 @@ class TableWriter:
                 packed_strings([value for value in self._values if type(value) is str]),
             ]
         if flags & HAS_COEFFICIENTS:
-            floats, whole, ints = [[self._coefficients[key] for key in keys] for keys in self._sorted_coefficients()]
+            floats, whole, ints = [[self._coefficients[key] for key in keys] for keys in sorted_keys]
             parts += [
                 packed([len(floats), len(whole), len(ints)]),
                 _packed_floats(floats),

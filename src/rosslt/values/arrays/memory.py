@@ -49,6 +49,16 @@ class Memory:
             of_root[...] = numpy.arange(root.size).reshape(root.shape) if self.entries else -1
         return self._codes_at(view)
 
+    def code_at(self, view: Any, key: Any) -> int:
+        """The code of one element of a view, by its index."""
+        if type(key) is int and self._is_as_made(view):
+            return key % self.root.size
+        return int(view.codes[key])
+
+    def _is_as_made(self, view: Any) -> bool:
+        """Return True for the array as it was made: its elements are those of its only entry, in that order."""
+        return self._codes is None and view._is_whole and view.shape == self.root.shape
+
     def _codes_at(self, view: Any) -> Any:
         width = view.itemsize
         if not view.size or width != self.root.itemsize:  # the program has made it an array of other numbers
@@ -61,10 +71,9 @@ class Memory:
         """Return the node of the elements of a view; None if all of them are plain."""
         if not self.entries:
             return None
-        if view._is_whole and self._codes is None:
+        if self._is_as_made(view):
             whole: Node = self.entries[0]
-            if view.shape == whole.shape:
-                return whole
+            return whole
         return self.gathered(view.codes, view)
 
     def gathered(self, codes: Any, numbers: Any) -> Optional[Node]:
@@ -120,8 +129,7 @@ class Memory:
         if code < 0:
             return number
         at = bisect.bisect(self.starts, code) - 1 if len(self.entries) > 1 else 0
-        entry = self.entries[at]
-        return lazy_number(number, entry, code - self.starts[at], self.root.dtype.type)
+        return lazy_number(number, self.entries[at], code - self.starts[at], self.root.dtype.type)
 
 
 def _address(array: Any) -> int:

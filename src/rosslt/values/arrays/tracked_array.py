@@ -14,7 +14,7 @@ import numpy
 from ..recording import OF_PYTHON, spend
 from .graph import MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node, of_elements
 from .memory import Memory
-from .numbers import CLASSES, WITH_PROVENANCE, plain_number, python_number
+from .numbers import CLASSES, PYTHON_NUMBERS, WITH_PROVENANCE, plain_number, python_number
 
 Argument = Any
 """What NumPy's functions take, or give."""
@@ -79,7 +79,7 @@ class TrackedArray(numpy.ndarray):
             return found if found._memory is not None else self._moved(found, lambda codes: codes[plain(key)])
         if memory is None or not memory.entries or type(found) not in CLASSES or not spend(OF_PYTHON):
             return found
-        return memory.read(found, int(self.codes[key if type(key) is int else plain(key)]))
+        return memory.read(found, memory.code_at(self, plain(key)))
 
     def _moved(self, found: Any, move: Callable[[Any], Any]) -> Any:
         """A copy of some elements with their provenance.
@@ -318,10 +318,12 @@ def of_list(numbers: Argument, dtype: Any) -> Any:
 
 def _flatten(numbers: Argument, elements: List[Any]) -> None:
     for part in numbers:
-        if type(part) is TrackedArray or isinstance(part, numpy.ndarray):
-            part = part.tolist()
-        if type(part) in (list, tuple):
+        if type(part) in PYTHON_NUMBERS or type(part) is float:  # most are
+            elements.append(part)
+        elif type(part) in (list, tuple):
             _flatten(part, elements)
+        elif isinstance(part, numpy.ndarray):
+            _flatten([part.tolist()], elements)
         else:
             elements.append(python_number(part))
 
