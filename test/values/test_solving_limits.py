@@ -360,8 +360,22 @@ def test_many_poses_with_a_common_offset_are_solved_together():
     assert len(answer) == 603
 
 
+def test_many_poses_in_a_map_that_turns_are_solved_together():
+    chance = random.Random(1)
+    x, y, turn = (track(chance.uniform(-1, 1), Source('/map', axis)) for axis in range(3))
+    points = []
+    for number in range(0, 1600, 2):
+        a, b = (track(chance.uniform(-1, 1), Source('/pose', number + axis)) for axis in range(2))
+        points += [
+            x + math.cos(turn) * a - math.sin(turn) * b,
+            y + math.sin(turn) * a + math.cos(turn) * b,
+        ]
+    targets = [float(point) + chance.uniform(-0.1, 0.1) for point in points]
+    assert evaluate(points, solve(points, targets)) == pytest.approx(targets, rel=1e-9, abs=1e-12)
+
+
 def test_the_cost_of_many_poses_grows_with_their_number_not_its_square():
-    few, many = (poses(count) for count in (50, 400))
+    few, many = (poses(count) for count in (100, 800))
     solve(*few)  # what is imported and made once is not counted
     assert instructions_run(lambda: solve(*many)) < 10 * instructions_run(lambda: solve(*few))
 

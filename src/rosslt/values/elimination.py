@@ -31,12 +31,12 @@ def eliminate(rows: List[List[Value]]) -> Value:
         determinant = factor if determinant is None else determinant * factor
         if head[column] == 0:
             break
+        filled = [at for at in range(column + 1, len(head)) if not is_plain_zero(head[at])]
         for row in rows[column + 1 :]:
             if not is_plain_zero(row[column]):
                 factor = row[column] / head[column]
-                for at in range(column + 1, len(row)):
-                    if not is_plain_zero(head[at]):
-                        row[at] = row[at] - factor * head[at]
+                for at in filled:
+                    row[at] = row[at] - factor * head[at]
     return 1.0 if determinant is None else determinant
 
 
@@ -59,9 +59,8 @@ def solved(matrix: Sequence[Sequence[Value]], right: Sequence[Sequence[Value]]) 
     for at in range(size - 1, -1, -1):
         row = rows[at]
         result = row[size:]
-        for other in range(at + 1, size):
-            factor = row[other]
+        for factor, known in zip(row[at + 1 : size], results[at + 1 :]):
             if not is_plain_zero(factor):
-                result = [part - factor * known for part, known in zip(result, results[other])]
+                result = [part - factor * other for part, other in zip(result, known)]
         results[at] = [part if is_plain_zero(part) else part / row[at] for part in result]
     return results

@@ -1,18 +1,23 @@
 """The linear steps of solving several results: least squares with sparse rows, damped, shortest in the unknowns.
 
-Small systems are solved in plain Python, larger ones with NumPy where there is NumPy.
+Small systems are solved in plain Python, larger ones with NumPy where there is NumPy, and the largest with SciPy's LSMR
+where there is SciPy: its work grows with the entries that are not 0, not with the cube of the size.
 """
 
+import contextlib
+import itertools
 import math
 from typing import Dict, List, Sequence
 
-from ..annotations import Value
 from ..elimination import solved
 
 Rows = List[Dict[int, float]]
 
 LARGE = 8
 """Systems from this size on are worth the way to NumPy."""
+
+HUGE = 300
+"""Systems from this size on are worth the way to SciPy."""
 
 
 def shortest_step(
@@ -57,18 +62,18 @@ def work_of_step(rows: Rows, unknowns: int) -> float:
     width = min(len(rows), unknowns)
     if width < LARGE:
         return 0.3 * width**3 + 10 * unknowns
-    return 5e-4 * width**3 + 2 * sum([len(row) for row in rows]) + 10 * unknowns
+    return 5e-4 * min(width, HUGE) ** 3 + 2 * sum([len(row) for row in rows]) + 10 * unknowns
 
 
 def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
     wide = len(rows) <= len(columns)
-    if min(len(rows), len(columns)) >= LARGE:
-        try:
-            import numpy
-        except ImportError:
-            pass
-        else:
-            return _with_numpy(numpy, rows, right, columns, damping)
+    size = min(len(rows), len(columns))
+    with contextlib.suppress(ImportError):
+        if size >= HUGE:
+            return _with_scipy(rows, right, columns, damping)
+    with contextlib.suppress(ImportError):
+        if size >= LARGE:
+            return _with_numpy(rows, right, columns, damping)
     if wide:
         weights = solved(_products(rows, damping), [[value] for value in right])
         step = [0.0] * len(columns)
@@ -84,7 +89,9 @@ def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: flo
     return [part for (part,) in solved(_products(turned, damping), sums)]
 
 
-def _with_numpy(numpy: Value, rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
+def _with_numpy(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
+    import numpy
+
     matrix = numpy.zeros((len(rows), len(columns)))
     for line, row in zip(matrix, rows):
         line[[columns[place] for place in row]] = list(row.values())
@@ -99,6 +106,18 @@ def _with_numpy(numpy: Value, rows: Rows, right: List[float], columns: Dict[int,
         return numpy.linalg.solve(square, matrix.T @ target).tolist()
     except numpy.linalg.LinAlgError as error:
         raise ArithmeticError(str(error)) from None
+
+
+def _with_scipy(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.linalg import lsmr
+
+    ends = [0, *itertools.accumulate([len(row) for row in rows])]
+    parts = [part for row in rows for part in row.values()]
+    places = [columns[place] for row in rows for place in row]
+    matrix = csr_matrix((parts, places, ends), (len(rows), len(columns)))
+    limit = 2 * len(rows) + 100
+    return lsmr(matrix, right, math.sqrt(damping), atol=1e-15, btol=1e-15, conlim=0, maxiter=limit)[0].tolist()
 
 
 def _products(vectors: Rows, damping: float) -> List[List[float]]:
