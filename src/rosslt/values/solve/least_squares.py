@@ -13,7 +13,7 @@ from ..elimination import solved
 
 Rows = List[Dict[int, float]]
 
-LARGE = 8
+LARGE = 5
 """Systems from this size on are worth the way to NumPy."""
 
 HUGE = 300
