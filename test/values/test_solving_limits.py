@@ -397,6 +397,21 @@ def test_a_joint_system_of_many_results_is_solved(size):
     assert 'sin takes values in [-1, 1]' in refusal(values, targets)
 
 
+def test_six_results_with_waves_in_six_sources_are_solved():
+    chance = random.Random('52/4/1.0')
+    names = [Source('/joint', number) for number in range(6)]
+    starts = [round(chance.uniform(-3, 3), 4) for _ in names]
+    leaves = [track(start, name) for start, name in zip(starts, names)]
+    values = []
+    for _ in names:
+        value = chance.uniform(-1, 1)
+        for leaf in leaves:
+            value = value + chance.uniform(-1, 1) * leaf
+        values.append(value + 0.3 * math.sin(chance.choice(leaves) * chance.choice(leaves)))
+    targets = evaluate(values, {name: start + chance.uniform(-1, 1) for name, start in zip(names, starts)})
+    assert evaluate(values, solve(values, targets)) == pytest.approx(targets, rel=1e-9, abs=1e-12)
+
+
 def test_a_dense_joint_system_is_solved():
     chance = random.Random(4)
     leaves = [track(chance.uniform(-1, 1), Source('/joint', number)) for number in range(100)]

@@ -75,6 +75,7 @@ LONG = 256
 MOST_IN_STATE = 256
 
 
+@values.stripper
 def plain(value: Any) -> Any:
     """A value without its provenance, to carry a state on.
 
@@ -82,8 +83,6 @@ def plain(value: Any) -> Any:
     covariance of a filter, have expressions that grow from step to step; they lose their provenance once it is long.
     """
     kind = type(value)
-    if kind is float or kind is int:
-        return value
     strip = _stripped_by.get(kind)
     if strip is not None:
         return strip(value)

@@ -15,7 +15,7 @@ from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
 from .fit import Fit, fit
-from .functions import MATH, keeping, recorder, reflecting, to_bool, to_float, to_int
+from .functions import MATH, keeping, recorder, reflecting, stripper, to_bool, to_float, to_int
 from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .operations import BY_CODE as OPERATIONS
@@ -86,6 +86,7 @@ __all__ = [
     'source_values',
     'sources',
     'spend',
+    'stripper',
     'to_bool',
     'to_float',
     'to_int',

@@ -111,6 +111,15 @@ def reflecting(
     return function
 
 
+def stripper(function: Decorated) -> Decorated:
+    """A decorator for a function that gives a value without provenance, and plain numbers and texts as they are: the
+    compiled core, where there is one, does it for floats and ints."""
+    if CORE is None:
+        return function
+    made: Decorated = CORE.stripper(function, function.__name__, documented(function))
+    return made
+
+
 @recorder(ops.LOG)
 def log(x: Value, base: Value = None) -> Value:
     """math.log, keeping provenance: the natural logarithm, or the one to a base."""

@@ -259,6 +259,7 @@ PyObject *affine_terms(PyObject *module, PyObject *value); /* terms.c */
 PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);
 PyObject *make_reflector(PyObject *module, PyObject *args);
+PyObject *make_stripper(PyObject *module, PyObject *args);
 
 #pragma GCC visibility pop
 

@@ -155,3 +155,24 @@ static PyObject *call_reflector(PyObject *self, PyObject *const *args, Py_ssize_
 
 /* As `reflecting` in functions.py. */
 PyObject *make_reflector(PyObject *module, PyObject *args) { return made_of_three(args, call_reflector); }
+
+/* --- without provenance ---------------------------------------------------------------------------------------- */
+
+static PyObject *call_stripper(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words)
+{
+    if (words == NULL && count == 1) {
+        PyObject *x = args[0], *plain = PyUnicode_CheckExact(x) ? Py_NewRef(x) : plain_of(x);
+        if (plain != NULL || PyErr_Occurred()) return plain;
+    }
+    return PyObject_Vectorcall(PyCapsule_GetPointer(self, NULL), args, (size_t)count, words);
+}
+
+/* As `stripper` in functions.py. */
+PyObject *make_stripper(PyObject *module, PyObject *args)
+{
+    PyObject *otherwise;
+    const char *name, *doc;
+    if (!PyArg_ParseTuple(args, "Oss:stripper", &otherwise, &name, &doc)) return NULL;
+    Py_INCREF(args);
+    return made_function(call_stripper, otherwise, otherwise, name, doc);
+}

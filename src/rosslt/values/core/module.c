@@ -2,7 +2,7 @@
 
 #include "core.h"
 
-#define INTERFACE 18 /* what `accelerator.py` asks for */
+#define INTERFACE 17 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python,
@@ -60,6 +60,7 @@ static PyMethodDef functions[] = {
      "recorder(forward, (left, right, both), arity, otherwise, name, doc): as in functions.py."},
     {"keeping", make_keeper, METH_VARARGS, "keeping(of_plain, of_tracked, name, doc): as in functions.py."},
     {"reflecting", make_reflector, METH_VARARGS, "reflecting(plain, reflected, kinds, name, doc): as in functions.py."},
+    {"stripper", make_stripper, METH_VARARGS, "stripper(otherwise, name, doc): as in functions.py."},
     {NULL, NULL, 0, NULL},
 };
 

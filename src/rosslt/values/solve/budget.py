@@ -13,8 +13,8 @@ from ..operations.inverses import NoPreimage
 from ..operations.table import MOST_BITS
 from ..sources import Source
 
-WORK = 300_000
-"""The work that may be done in an expression of ordinary size: 80 milliseconds ..."""
+WORK = 450_000
+"""The work that may be done in an expression of ordinary size: 150 milliseconds ..."""
 
 WORK_PER_NODE = 400
 """... and for each node besides, as a long chain may need many evaluations."""

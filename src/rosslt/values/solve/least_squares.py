@@ -9,12 +9,11 @@ import itertools
 import math
 from typing import Dict, List, Sequence
 
-from ..annotations import Value
 from ..elimination import solved
 
 Rows = List[Dict[int, float]]
 
-LARGE = 8
+LARGE = 5
 """Systems from this size on are worth the way to NumPy."""
 
 HUGE = 300
