@@ -33,6 +33,7 @@ class Simulated:
         self.errors = NoErrors()
         monkeypatch.setattr(forcing, 'request_values', self.request_values)
         monkeypatch.setattr(forcing, 'undo_request', self.undo_request)
+        monkeypatch.setattr(forcing, 'reevaluate', lambda x, timeout, asker: values.reapply(x, self.present))
         self.began = dict(self.present)
 
     def limits(self, sources, timeout):
@@ -126,6 +127,23 @@ def test_what_came_instead_is_said_with_the_branches(simulated):
         '/node now sends 18.0 instead of 12.0; it is computed in another way than before: '
         'the node takes another branch; taken back'
     )
+
+
+def test_what_is_clamped_after_a_message_or_two_is_not_reached(simulated):
+    """The owner takes the value, and its server of parameters clamps it a little later."""
+    made, since = None, []
+
+    def clamping(gain, bias, tick):
+        if gain > 5.0:
+            since.append(tick)
+            if len(since) == 2:
+                made.present[GAIN] = 5.0
+        return 1.0 * gain
+
+    made = simulated(clamping, gain=5.0)
+    with pytest.raises(node.NotReached, match=r'^/owner/gain is 5\.0 by now, it was made 9\.0; taken back$'):
+        made.force(9.0)
+    assert made.present == made.began
 
 
 def test_a_field_that_changes_by_itself_in_several_ways_is_said_to_and_no_branches(simulated):

@@ -12,6 +12,7 @@ from rosslt.node.client import (
     Change,
     ChangeRejected,
     SourceUnreachable,
+    reevaluate,
     request_values,
     solved,
     undo_request,
@@ -258,7 +259,7 @@ class _Force:
                     self._other_goals += 1
                 else:
                     loop.take(observation)
-        if loop.is_reached:
+        if loop.is_reached and (loop.moves or self._is_kept()):
             return self._outcome(is_reached=True)
         if loop.last is None and not self._notes:
             self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
@@ -307,6 +308,22 @@ class _Force:
         """
         is_goal = hasattr(message, 'goal_id') and hasattr(message, 'goal')
         return is_goal and observation is not None and not self._changes.keys() & set(observation.expression.sources)
+
+    def _is_kept(self) -> bool:
+        """Return whether owners still have what they were given: one may have clamped it after a message or two."""
+        given = [values.track(change.new, source) for source, change in self._changes.items()]
+        try:
+            present = reevaluate(given, OWNER_TIMEOUT, self._asker)
+        except SourceUnreachable:
+            return True  # the messages have shown it
+        lost = [
+            f'{self._name(source)} is {now!r} by now, it was made {asked!r}'
+            for source, now, asked in zip(self._changes, values.untracked(present), values.untracked(given))
+            if now != asked
+        ]
+        if lost:
+            self._notes, self._loop.last = lost, None
+        return not lost
 
     def _why_raised(self) -> str:
         """The error that a change has made a node raise; '' where there is none, or a message shows the change."""
