@@ -56,7 +56,7 @@ FAULTS = [
     ),
     Fault(
         'answer_beyond_a_bound',
-        'values/solve/one.py',
+        'values/solve/scalar.py',
         'if is_beyond:\n',
         'if is_beyond and value != value:\n',
         ('test/values/test_solving.py', 'test/values/test_solving_limits.py'),
@@ -78,24 +78,24 @@ FAULTS = [
     # --- files
     Fault(
         'file_that_was_saved_meanwhile_is_overwritten',
-        'files/replacing.py',
+        'files/atomic_replacement.py',
         '    if displaced == expected:\n        return True',
         '    if displaced != placed:\n        return True',
-        ('test/files/test_replacing.py', 'test/files/test_failures.py'),
+        ('test/files/test_atomic_replacement.py', 'test/files/test_failures.py'),
     ),
     Fault(
         'file_with_two_names_is_overwritten',
-        'files/replacing.py',
+        'files/atomic_replacement.py',
         '        if file.read() != expected:\n            return False',
         '        file.read()',
-        ('test/files/test_replacing.py', 'test/files/test_failures.py'),
+        ('test/files/test_atomic_replacement.py', 'test/files/test_failures.py'),
     ),
     Fault(
         'first_of_several_files_stays_changed',
         'files/transaction.py',
         'for path in reversed(done):',
         'for path in reversed(done[1:]):',
-        ('test/files/test_source_text.py',),
+        ('test/files/test_python_source.py',),
     ),
     # --- messages
     Fault(
@@ -164,7 +164,7 @@ FAULTS = [
     ),
     Fault(
         'lock_that_refuses_nobody',
-        'node/access.py',
+        'node/locks.py',
         '            if lock is not None:\n                raise Refused',
         '            if lock is not None and lock.who == requester:\n                raise Refused',
         suite('node/commit'),
@@ -182,14 +182,14 @@ FAULTS = [
         'instrument/states.py',
         'if change.target in states and change.refers_to_itself:',
         'if change.target in states and not change.refers_to_itself:',
-        ('test/instrument/test_verdicts.py', 'test/instrument/test_rewriting.py'),
+        ('test/instrument/test_location_rules.py', 'test/instrument/test_tree_rewriting.py'),
     ),
     Fault(
         'comment_with_swapped_bounds',
         'instrument/literals.py',
         '(_bound(low), _bound(high))',
         '(_bound(high), _bound(low))',
-        ('test/instrument/test_verdicts.py',),
+        ('test/instrument/test_location_rules.py',),
     ),
     Fault(
         'cell_that_ignores_a_change',
@@ -208,10 +208,10 @@ FAULTS = [
     ),
     Fault(
         'numbers_below_an_edit_that_are_lost',
-        'files/source_text.py',
+        'files/python_source.py',
         "template = source.text[start:end].rstrip('\\r\\n')",
         "template = f'{line}:' + source.text[start:end].rstrip('\\r\\n')",
-        ('test/files/test_source_text.py',),
+        ('test/files/test_python_source.py',),
     ),
     Fault(
         'script_that_is_overwritten_by_a_drag',
@@ -260,10 +260,10 @@ FAULTS = [
     # --- web
     Fault(
         'field_that_shows_the_old_value',
-        'web/numbers.py',
+        'web/location_inputs.py',
         'if is_quiet and field.widget.value != _shown(place):',
         'if is_quiet and field.widget.value is None:',
-        ('test/web/test_numbers.py',),
+        ('test/web/test_location_inputs.py',),
     ),
     # --- cli
     Fault(

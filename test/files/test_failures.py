@@ -9,7 +9,7 @@ import threading
 import pytest
 
 from rosslt import files
-from rosslt.files import FileError, replacing
+from rosslt.files import FileError, atomic_replacement
 
 OLD, NEW = b'a = 1\n' * 500, b'a = 2\n' * 500
 
@@ -21,8 +21,8 @@ CALLS = [
     (os, 'fsync'),
     (os, 'chmod'),
     (os, 'chown'),
-    (replacing, '_exchange'),
-    (replacing, 'read_bytes'),
+    (atomic_replacement, '_exchange'),
+    (atomic_replacement, 'read_bytes'),
     (os, 'replace'),
     (os, 'unlink'),
     (os, 'open'),
@@ -68,7 +68,7 @@ def outcome_of(path, number, error, is_last, can_exchange):
     """(what replacing gave or raised, the calls that it made, the text afterwards)."""
     with pytest.MonkeyPatch.context() as patch:
         if not can_exchange:
-            patch.setattr(replacing, '_exchange', lambda first, second: False)
+            patch.setattr(atomic_replacement, '_exchange', lambda first, second: False)
         made = failing(patch, number, error, is_last)
         try:
             result = files.replace_bytes(str(path), OLD, NEW)
@@ -113,7 +113,7 @@ def test_a_power_cut_between_any_two_calls_leaves_the_old_or_the_new_text(path, 
 
 
 def test_what_cannot_be_looked_at_nor_put_back_is_kept_and_named(path, monkeypatch):
-    real, calls = replacing._exchange, []
+    real, calls = atomic_replacement._exchange, []
 
     def once(first, second):
         calls.append(first)
@@ -125,8 +125,8 @@ def test_what_cannot_be_looked_at_nor_put_back_is_kept_and_named(path, monkeypat
     def unreadable(name):
         raise FileError(name, None, None, 'it cannot be read: no idea')
 
-    monkeypatch.setattr(replacing, '_exchange', once)
-    monkeypatch.setattr(replacing, 'read_bytes', unreadable)
+    monkeypatch.setattr(atomic_replacement, '_exchange', once)
+    monkeypatch.setattr(atomic_replacement, 'read_bytes', unreadable)
     with pytest.raises(FileError, match='what was there before is in ') as caught:
         files.replace_bytes(str(path), OLD, NEW)
     kept = str(caught.value).split(' is in ')[1].split(': ')[0]

@@ -7,7 +7,7 @@ from geometry_msgs.msg import Point, PointStamped
 
 from rosslt import node, values
 from rosslt.instrument import cells
-from rosslt.instrument.rewriting import CELLS
+from rosslt.instrument.tree_rewriting import CELLS
 from rosslt.node import refresh
 from support.programs import run_rewritten
 from support.shell import rosslt as command

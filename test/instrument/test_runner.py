@@ -12,7 +12,7 @@ import pytest
 
 from rosslt.instrument import loader
 from rosslt.instrument.loader import OwnModules
-from rosslt.instrument.rewriting import CELLS
+from rosslt.instrument.tree_rewriting import CELLS
 from support.shell import rosslt
 from support.unmodified import Unmodified
 

@@ -160,13 +160,13 @@ class Told(unittest.TestCase):
 
     def test_nobody_reads_the_literal_of_a_location_whose_value_is_remembered(self):
         code = """
-            from rosslt.node import parameters
-            take_over = parameters.Parameters.take_over
+            from rosslt.node import parameter_mirror
+            take_over = parameter_mirror.Parameters.take_over
             def slowly(self, location):
                 print('taking over', flush=True)
                 sys.stdin.readline()
                 take_over(self, location)
-            parameters.Parameters.take_over = slowly
+            parameter_mirror.Parameters.take_over = slowly
             """ + textwrap.dedent(OWNER).replace('\n', '\n            ')
         with Node('early', OWNER) as node:
             gain = tracked(node, 'gain')

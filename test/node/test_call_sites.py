@@ -68,7 +68,7 @@ Thing().method(), Thing().nested(), lines(), decorated()
 
 PROBE = """\
 import importlib.util, json, sys
-for name in ('identities', 'call_sites'):
+for name in ('literal_identities', 'call_sites'):
     spec = importlib.util.spec_from_file_location(name, sys.argv[1] + name + '.py')
     call_sites = sys.modules['rosslt.node.' + name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(call_sites)

@@ -9,9 +9,9 @@ from typing import Any, Dict, List, Set, Tuple
 import rospy
 
 from rosslt import srv
-from rosslt.node.access import WHOLE
 from rosslt.node.call_sites import CallSite
 from rosslt.node.locations import HeldLocation
+from rosslt.node.locks import WHOLE
 from rosslt.node.server import Owner
 
 TEXTS = [

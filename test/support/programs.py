@@ -4,8 +4,8 @@ import ast
 
 from rosslt.instrument import loader, routing
 from rosslt.instrument.literals import SourceText, find_literals
-from rosslt.instrument.rewriting import rewrite
 from rosslt.instrument.states import find_states
+from rosslt.instrument.tree_rewriting import rewrite
 
 
 def literals_of(text):

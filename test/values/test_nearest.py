@@ -7,7 +7,7 @@ import pytest
 
 from rosslt import Source, evaluate, math, track
 from rosslt.values import nearest, slopes, source_values
-from rosslt.values.closeness import is_at
+from rosslt.values.tolerances import is_at
 
 A, B, C = Source('/arm', 1), Source('/arm', 2), Source('/arm', 3)
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from rosslt.values.operations.inverses import NoPreimage
-from rosslt.values.solve.one import undone
+from rosslt.values.solve.scalar import undone
 from support.expressions import ROWS
 
 NUMBERS = [-4.1, -2.5, -1.3, -0.6, -0.2, 0.3, 0.7, 1.4, 2.2, 3.7, -3, -1, 1, 2, 5]

@@ -1,18 +1,18 @@
 """The room of text files: how is one value in a file changed, and nobody's edit lost?
 
-It may import the room `values`. `python_literals` finds the literals of a Python text, `source_text` replaces them and
-follows them through edits, `yaml_text` and `launch_text` do so for YAML and launch files; `notation` writes a value in
-the manner of the one before. `replacing` reads and replaces files as a whole, `transaction` several of them, and
-`watching` notices what others write.
+It may import the room `values`. `python_literals` finds the literals of a Python text, `python_source` replaces them
+and follows them through edits, `yaml_text` and `launch_text` do so for YAML and launch files; `notation` writes a
+value in the manner of the one before. `atomic_replacement` reads and replaces files as a whole, `transaction` several
+of them, and `watching` notices what others write.
 """
 
+from rosslt.files.atomic_replacement import Unsettled, holds, overwrite, read_bytes, read_settled_bytes, replace_bytes
 from rosslt.files.errors import FileError
 from rosslt.files.inline_yaml import inline_edits
 from rosslt.files.launch_text import ORIGINS, ParamChange, param_edits
 from rosslt.files.notation import alike, equal, in_manner_of, is_scalar
 from rosslt.files.python_literals import LITERALS, Literal
-from rosslt.files.replacing import Unsettled, holds, overwrite, read_bytes, read_settled_bytes, replace_bytes
-from rosslt.files.source_text import Edit, SourceText, changed_elsewhere, digest_of, followed, replaced
+from rosslt.files.python_source import Edit, SourceText, changed_elsewhere, digest_of, followed, replaced
 from rosslt.files.transaction import unified_diff, write
 from rosslt.files.watching import FileWatch
 from rosslt.files.yaml_text import YamlChange, yaml_edits

@@ -3,7 +3,7 @@
 from typing import List, Sequence, Tuple
 
 from rosslt.files.launch_text import Event, becomes, events_of, tags_in
-from rosslt.files.source_text import Edit, digest_of, replaced
+from rosslt.files.python_source import Edit, digest_of, replaced
 from rosslt.files.yaml_text import YamlChange, yaml_edits
 
 

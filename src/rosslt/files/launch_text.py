@@ -7,7 +7,7 @@ from xml.sax.saxutils import escape
 
 from rosslt.files.errors import FileError
 from rosslt.files.notation import Scalar, check_replaceable, equal, notations, same
-from rosslt.files.source_text import Edit, digest_of, replaced
+from rosslt.files.python_source import Edit, digest_of, replaced
 
 #: The ROS parameter in which `rosslt launch` notes which file says a parameter, as JSON: {full name: {'file': ...}}.
 ORIGINS = '/rosslt/parameter_origins'

@@ -5,9 +5,9 @@ import os
 import re
 from typing import Dict, List, Sequence, Tuple
 
+from rosslt.files.atomic_replacement import read_bytes, replace_bytes
 from rosslt.files.errors import FileError
-from rosslt.files.replacing import read_bytes, replace_bytes
-from rosslt.files.source_text import Edit, digest_of, replaced
+from rosslt.files.python_source import Edit, digest_of, replaced
 
 _EDITED = 'it was edited at this moment; try again'
 

@@ -8,7 +8,7 @@ import yaml
 
 from rosslt.files.errors import FileError
 from rosslt.files.notation import Scalar, check_replaceable, equal, notations, same
-from rosslt.files.source_text import Edit, digest_of
+from rosslt.files.python_source import Edit, digest_of
 
 #: An anchor or a tag, which stands in front of a scalar and stays there.
 PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')

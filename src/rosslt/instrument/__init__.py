@@ -1,19 +1,19 @@
 """Runs rospy nodes that were not written for rosslt with provenance.
 
 It may import the rooms `node`, `messages`, `files` and `values`, and rospy. From the bottom up: `lifetimes`, `states`
-and `verdicts` judge which number literals of a program are locations, by its text alone; `literals` finds them;
-`rewriting` replaces them by reads of cells, and `loader` loads the rewritten code, mostly from a cache; `cells` holds
-their values and registers those that reach a message; `routing` replaces what the node imports by counterparts that
-keep provenance; `reloading` applies edits of the source file, and `rebinding` carries a change to where the node keeps
-a number; `budget` limits what recording costs, and `losses` says where provenance is lost; `runner` runs the node as
-Python would.
+and `location_rules` judge which number literals of a program are locations, by its text alone; `literals` finds them;
+`tree_rewriting` replaces them by reads of cells, and `loader` loads the rewritten code, mostly from a cache; `cells`
+holds their values and registers those that reach a message; `routing` replaces what the node imports by counterparts
+that keep provenance; `reloading` applies edits of the source file, and `rebinding` carries a change to where the node
+keeps a number; `budget` limits what recording costs, and `losses` says where provenance is lost; `runner` runs the
+node as Python would.
 """
 
 from typing import Any
 
 from rosslt.instrument.literals import digest_of
+from rosslt.instrument.location_rules import RULES
 from rosslt.instrument.runner import NoNode, find_node, run_file
-from rosslt.instrument.verdicts import RULES
 
 __all__ = ['RULES', 'NoNode', 'NotLaunched', 'digest_of', 'find_node', 'launch', 'run_file']
 

@@ -12,7 +12,7 @@ from collections import Counter
 from typing import Any, Callable
 
 from rosslt import node, values
-from rosslt.instrument.rewriting import CELLS
+from rosslt.instrument.tree_rewriting import CELLS
 
 MOST = 0.25
 """The CPU time in seconds by which recording may be ahead of the node: half of that of half a second."""

@@ -17,7 +17,7 @@ import rospy
 
 from rosslt import files, node, values
 from rosslt.instrument.literals import Literal
-from rosslt.instrument.verdicts import NUMBER
+from rosslt.instrument.location_rules import NUMBER
 
 _files: Dict[str, 'Cells'] = {}
 _by_source: Dict[values.Source, 'CellLocation'] = {}

@@ -9,8 +9,8 @@ import tokenize
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 from rosslt import node
+from rosslt.instrument.location_rules import FORM, NUMBER, PLAIN, judge
 from rosslt.instrument.states import States
-from rosslt.instrument.verdicts import FORM, NUMBER, PLAIN, judge
 
 #: The rank at which a drag changes a literal, by its rule; it changes rank 0 first, as for parameters.
 RANKS = {'named': 0, 'parameter': 0, 'value': 1, 'term': 2}
@@ -29,7 +29,7 @@ class Literal(NamedTuple):
             are counted from 1, in characters, and the end is the position after the last one.
         text: as it is written, `-2.50`.
         value: the number.
-        verdict, rule: as of `verdicts.RULES`.
+        verdict, rule: as of `location_rules.RULES`.
         identity: a key of the literal that stays the same after a restart and after edits elsewhere in the file.
         name: what it is the value of (`speed`), None where it is part of something else.
         minimum, maximum: bounds from a comment, or None.

@@ -20,7 +20,7 @@ from typing import Any, Collection, Dict, List, Optional
 from rosslt import node
 from rosslt.instrument import cells, functions, reloading
 from rosslt.instrument.literals import Literal, digest_of
-from rosslt.instrument.rewriting import (
+from rosslt.instrument.tree_rewriting import (
     CELLS,
     CONVERSIONS,
     CONVERT,
@@ -88,8 +88,11 @@ def _keep(file: str, data: bytes) -> None:
 
 #: The modules on which it depends what a file is rewritten to.
 _REWRITING = (
-    *(f'instrument/{name}' for name in ('callees', 'lifetimes', 'literals', 'rewriting', 'states', 'verdicts')),
-    'node/identities',
+    *(
+        f'instrument/{name}'
+        for name in ('callees', 'lifetimes', 'literals', 'location_rules', 'states', 'tree_rewriting')
+    ),
+    'node/literal_identities',
 )
 _made_by: List[bytes] = []
 

@@ -21,7 +21,7 @@ import rospy
 
 from rosslt import srv, values
 from rosslt.instrument.budget import BUDGET
-from rosslt.instrument.rewriting import CELLS
+from rosslt.instrument.tree_rewriting import CELLS
 
 #: Duration of the search after a node's first message, in seconds.
 START = 5.0

@@ -8,7 +8,7 @@ import gc
 import sys
 from typing import Any, List
 
-from rosslt.instrument.rewriting import CELLS
+from rosslt.instrument.tree_rewriting import CELLS
 
 
 def rebind(before: Any, following: Any) -> None:

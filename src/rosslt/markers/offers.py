@@ -4,7 +4,7 @@ from typing import Any, Collection, List, NamedTuple, Optional, Sequence, Set
 
 from rosslt import values
 from rosslt.markers.describing import Descriptions
-from rosslt.markers.drags.drags import Drags
+from rosslt.markers.drags.scene_drags import Drags
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
 

@@ -16,7 +16,7 @@ import re
 from types import CodeType, FrameType
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
-from rosslt.node.identities import identities
+from rosslt.node.literal_identities import identities
 
 #: Line numbers from here on are in no file; they distinguish calls in code that is compiled from a changed tree.
 _FIRST_MARK = 1_000_000

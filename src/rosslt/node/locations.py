@@ -1,7 +1,7 @@
 """Locations: the values of this node that can be changed from outside (the paper's `create_location`, section IV-A).
 
 A location has an identity that outlives a restart, a name, and a current value. The ROS parameters behind locations are
-in `parameters`, the services that change them in `server`.
+in `parameter_mirror`, the services that change them in `server`.
 """
 
 import hashlib

@@ -3,10 +3,10 @@
 from typing import ContextManager, FrozenSet, Iterable, List, Protocol, Sequence, Tuple
 
 from rosslt import srv
-from rosslt.node.access import Access
 from rosslt.node.history import History, Request
 from rosslt.node.json_scalars import Value
 from rosslt.node.locations import Change, Location, Locations
+from rosslt.node.locks import Access
 
 
 class Owner(Protocol):

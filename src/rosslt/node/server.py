@@ -11,8 +11,7 @@ from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 import rospy
 
 from rosslt import msg, srv, values
-from rosslt.node import access, reconfigure
-from rosslt.node.access import Access
+from rosslt.node import locks, reconfigure
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.commit_participant import APPLIED, CommitParticipant
 from rosslt.node.description import described
@@ -20,11 +19,12 @@ from rosslt.node.directory import Directory
 from rosslt.node.history import History, Request, applied_change, differing
 from rosslt.node.json_scalars import Refused, Value, to_json
 from rosslt.node.locations import Change, HeldLocation, LiteralLocation, Location, Locations, ParameterLocation
-from rosslt.node.locking import Locking
+from rosslt.node.lock_service import Locking
+from rosslt.node.locks import Access
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.node_errors import ENDS
-from rosslt.node.parameters import Parameters
-from rosslt.node.read_parameters import ReadParameters
+from rosslt.node.parameter_mirror import Parameters
+from rosslt.node.parameter_sources import ReadParameters
 from rosslt.node.refresh import READINGS
 from rosslt.node.serialization import Sending
 from rosslt.node.source_files import SOURCE_FILES
@@ -33,7 +33,7 @@ from rosslt.node.source_files import SOURCE_FILES
 FOLLOW_TIMEOUT = 1.0
 
 #: Parameters in the namespace of the locations that are settings of the node.
-SETTINGS = Sending.NAMES | access.SETTINGS
+SETTINGS = Sending.NAMES | locks.SETTINGS
 
 #: Many locations are created together: they are published so long after the first one, in seconds.
 SETTLING = 0.2
@@ -334,7 +334,7 @@ class Owner:
     def set_setting(self, name: str, value: Value) -> None:
         """Take over one of the node's settings that was set; None where it was deleted."""
         value = {} if value is None else value
-        if name in access.SETTINGS:
+        if name in locks.SETTINGS:
             try:
                 self.access.set(name, value)
             except Refused as refused:

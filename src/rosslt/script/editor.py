@@ -27,7 +27,7 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QApplication, QMainWindow, QMessageBox, QPlainTextEdit, QShortcut, QTextEdit, QWidget
 
 from rosslt import files
-from rosslt.script import running
+from rosslt.script import execution
 
 #: The time for which a number that was changed from outside is marked, in milliseconds.
 MARKED = 1000
@@ -190,7 +190,7 @@ class Editor(QMainWindow):
         """Show what is wrong with the script, at its line."""
         try:
             source = self._source(self._saved)
-            running.run(source, [literal.value for literal in source.numbers], say=lambda *_words: None)
+            execution.run(source, [literal.value for literal in source.numbers], say=lambda *_words: None)
         except files.FileError as error:
             self._text.show_error(error.line)
             self.statusBar().showMessage(str(error))

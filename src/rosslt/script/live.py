@@ -13,8 +13,8 @@ from decimal import Decimal
 from typing import Any, Callable, Collection, Iterable, List, NamedTuple, Optional, Sequence
 
 from rosslt import files, node, values
-from rosslt.script import running
-from rosslt.script.running import Step
+from rosslt.script import execution
+from rosslt.script.execution import Step
 
 #: A script, or a change of one, that cannot come into force.
 ScriptError = files.FileError
@@ -30,7 +30,7 @@ class Settings(NamedTuple):
     step_limit: int
 
 
-DEFAULT_SETTINGS = Settings(0.001, running.STEP_LIMIT)
+DEFAULT_SETTINGS = Settings(0.001, execution.STEP_LIMIT)
 
 
 class _State(NamedTuple):
@@ -208,7 +208,7 @@ class LiveScript:
         tracked = [
             values.track(literal.value, number.location.source) for literal, number in zip(source.numbers, numbers)
         ]
-        return running.run(source, tracked, self._settings.step_limit)
+        return execution.run(source, tracked, self._settings.step_limit)
 
     def _come_into_force(self, state: _State, is_same_but_for_numbers: bool) -> None:
         self._state, self._refused = state, None

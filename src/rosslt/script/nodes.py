@@ -10,9 +10,9 @@ from std_srvs.srv import Trigger, TriggerResponse
 from rosslt import files, node
 from rosslt.msg import PoseStampedTracked
 from rosslt.script import parameters
+from rosslt.script.execution import Step
 from rosslt.script.live import DEFAULT_SETTINGS, LiveScript, ScriptError, Settings
 from rosslt.script.player import make_player
-from rosslt.script.running import Step
 
 #: The rate of checking whether a step is done, in Hz.
 RATE = 20.0

@@ -6,7 +6,7 @@ import rospy
 import yaml
 
 from rosslt import files, node, values
-from rosslt.script.running import Goto, Step, Wait
+from rosslt.script.execution import Goto, Step, Wait
 
 
 class Waypoints:

@@ -8,7 +8,7 @@ import tf2_ros
 from geometry_msgs.msg import Point, PoseStamped
 
 from rosslt import node
-from rosslt.script.running import Goto, Step
+from rosslt.script.execution import Goto, Step
 
 #: The time after which a missing frame of the robot is warned of, in seconds.
 TF_PATIENCE = 5.0

@@ -11,7 +11,6 @@ from typing import Any, Callable, Dict
 from . import operators
 from .affine import affine, linearized
 from .calls import operation
-from .closeness import is_same
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
 from .fit import Fit, fit
@@ -23,6 +22,7 @@ from .operations import Operation
 from .recording import OPERATION, allow, limit_recording, reapply, spend, widened
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_sources_with
+from .tolerances import is_same
 from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import (
     from_affine,

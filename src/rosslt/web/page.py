@@ -25,9 +25,9 @@ from rosslt.web.buttons import Buttons
 from rosslt.web.details import Details
 from rosslt.web.flows import Flows
 from rosslt.web.frames import Frames
+from rosslt.web.location_inputs import Numbers
 from rosslt.web.locations import Locations
 from rosslt.web.notices import Notices
-from rosslt.web.numbers import Numbers
 from rosslt.web.plots import Plots
 from rosslt.web.things import Things
 

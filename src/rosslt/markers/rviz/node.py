@@ -6,7 +6,7 @@ from typing import List
 import rospy
 
 from rosslt.markers.describing import Descriptions
-from rosslt.markers.drags.drags import Drags, Rules
+from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.faults import contained
 from rosslt.markers.offers import Offers
 from rosslt.markers.rviz.display import Display

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Callable, Iterable
 
 from ..annotations import Value
-from ..closeness import is_rounded
+from ..tolerances import is_rounded
 
 TURN = 2 * math.pi
 

@@ -15,7 +15,7 @@ from math import inf
 from typing import Callable, NoReturn
 
 from ..annotations import Value
-from ..closeness import is_same
+from ..tolerances import is_same
 from .inverses import (
     TURN,
     angle_adjacent,

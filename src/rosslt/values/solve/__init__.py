@@ -7,8 +7,8 @@ follows a target along a path. `root_finding.py` and `least_squares.py` do the n
 an angle can be turned without a difference, and `budget.py` says what it may cost.
 """
 
-from .choice import solve
 from .continuation import continued
 from .nearest import nearest, slopes, source_values
+from .solving import solve
 
 __all__ = ['continued', 'nearest', 'slopes', 'solve', 'source_values']

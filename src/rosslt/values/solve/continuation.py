@@ -10,18 +10,18 @@ import math
 from typing import Collection, Dict, Iterator, List, Mapping, Optional, Sequence
 
 from ..annotations import Value
-from ..closeness import RELATIVE
 from ..errors import NotInvertible
 from ..graph import UNDEFINED, Graph
 from ..sources import Source
+from ..tolerances import RELATIVE
 from .budget import Budget
-from .choice import holds_floats, solve, solve_one, target_of, tracked_parts
 from .components import connected
 from .equations import Goal, Point
 from .freedom import Bounds, Freedom, Rank, rank_of
 from .least_squares import shortest_step
 from .periods import turns_too_many
-from .several import FOLLOWED_STEPS, System
+from .solving import holds_floats, solve, solve_one, target_of, tracked_parts
+from .system import FOLLOWED_STEPS, System
 
 JUMP = 5.0
 """A step is a jump if it is this many times as long as its slopes predict."""

@@ -5,13 +5,13 @@ import math
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from ..annotations import Value
-from ..closeness import almost_meets
 from ..graph import UNDEFINED, Graph
 from ..sources import Source
+from ..tolerances import almost_meets
 from .budget import Budget, Trial
 from .least_squares import Rows
-from .one import undone
 from .periods import Periods
+from .scalar import undone
 
 Goal = Tuple[str, Value, Value]
 """`(path, tracked value, wanted value)`."""

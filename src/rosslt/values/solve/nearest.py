@@ -13,7 +13,7 @@ from ..sources import Source
 from ..tracked import TRACKED
 from .budget import Budget
 from .freedom import Bounds, Freedom
-from .several import System
+from .system import System
 
 
 def source_values(xs: Sequence[Value]) -> Dict[Source, Value]:

@@ -14,9 +14,9 @@ from typing import Callable, Dict, List, Tuple, Union
 
 import rospy
 
-from rosslt.node.access import LOCKS
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import LiteralLocation, Location
+from rosslt.node.locks import LOCKS
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.owner import Owner
 from rosslt.node.parameter_server import (

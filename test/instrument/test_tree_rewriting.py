@@ -7,7 +7,7 @@ import types
 import pytest
 
 from rosslt import values
-from rosslt.instrument.rewriting import rewrite
+from rosslt.instrument.tree_rewriting import rewrite
 from support.programs import run_rewritten
 
 PROGRAMS = {

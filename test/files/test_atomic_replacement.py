@@ -10,7 +10,7 @@ import time
 import pytest
 
 from rosslt import files
-from rosslt.files import FileError, replacing
+from rosslt.files import FileError, atomic_replacement
 from support.processes import wait_until
 
 
@@ -25,7 +25,7 @@ def path(tmp_path):
 def system(request, monkeypatch):
     """A system that can exchange two files atomically, and one that cannot."""
     if request.param == 'rename':
-        monkeypatch.setattr(replacing, '_exchange', lambda first, second: False)
+        monkeypatch.setattr(atomic_replacement, '_exchange', lambda first, second: False)
 
 
 def test_a_file_that_cannot_be_read_says_why(path):
@@ -80,7 +80,7 @@ def test_a_text_that_was_not_expected_is_not_replaced(path):
 
 def test_what_is_saved_in_the_very_moment_of_replacing_is_not_lost(path, monkeypatch):
     saves = iter(['a = 10\n', 'a = 20\n'])
-    exchange = replacing._exchange
+    exchange = atomic_replacement._exchange
 
     def interrupted(first, second):
         text = next(saves, None)
@@ -89,7 +89,7 @@ def test_what_is_saved_in_the_very_moment_of_replacing_is_not_lost(path, monkeyp
             path.with_suffix('.new').replace(path)
         return exchange(first, second)
 
-    monkeypatch.setattr(replacing, '_exchange', interrupted)
+    monkeypatch.setattr(atomic_replacement, '_exchange', interrupted)
     assert not files.replace_bytes(str(path), b'a = 1\n', b'a = 2\n')
     assert path.read_text() == 'a = 20\n'
     assert os.listdir(str(path.parent)) == ['tour.script']
@@ -181,13 +181,13 @@ def test_a_file_that_is_written_once_while_the_machine_is_busy_is_read(path, mon
         wait(seconds + 1.0)
         path.write_text('a = 2\n')
 
-    monkeypatch.setattr(replacing.time, 'sleep', come_back_late)
+    monkeypatch.setattr(atomic_replacement.time, 'sleep', come_back_late)
     assert files.read_settled_bytes(str(path)) == b'a = 2\n'
 
 
 def test_a_file_that_is_written_all_the_time_is_said_to_be(path, monkeypatch):
     """Another program that writes in each moment is played by the waiting itself."""
     numbers = itertools.count()
-    monkeypatch.setattr(replacing.time, 'sleep', lambda _: path.write_text(f'a = {next(numbers)}\n'))
+    monkeypatch.setattr(atomic_replacement.time, 'sleep', lambda _: path.write_text(f'a = {next(numbers)}\n'))
     with pytest.raises(files.Unsettled, match='other programs keep writing it'):
         files.read_settled_bytes(str(path))

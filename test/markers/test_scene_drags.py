@@ -12,8 +12,8 @@ from rosslt.markers.drags import changes, wording
 from rosslt.markers.drags import drags as drags_module
 from rosslt.markers.drags import drop as drop_module
 from rosslt.markers.drags.drag import Drag
-from rosslt.markers.drags.drags import Drags, Rules
 from rosslt.markers.drags.drop import Drop
+from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.geometry import IDENTITY
 from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Settings

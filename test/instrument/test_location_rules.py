@@ -9,7 +9,7 @@ import pytest
 
 from rosslt.instrument import RULES
 from rosslt.instrument.literals import SourceText
-from rosslt.instrument.verdicts import judge
+from rosslt.instrument.location_rules import judge
 from support.programs import literals_of, verdict_of
 
 

@@ -11,8 +11,8 @@ import random
 from typing import Callable, Iterator, List, Optional, Sequence
 
 from ..annotations import Value
-from ..closeness import ROUNDING, ULPS, almost_meets, is_at
 from ..graph import UNDEFINED
+from ..tolerances import ROUNDING, ULPS, almost_meets, is_at
 from .budget import Exhausted
 from .descent import CONVERGED, ROUNDS, Descent, Descents
 from .equations import Point

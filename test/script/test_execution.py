@@ -5,7 +5,7 @@ import pytest
 import rosslt
 from rosslt.files import SourceText
 from rosslt.script import ScriptError
-from rosslt.script.running import Goto, Wait, run
+from rosslt.script.execution import Goto, Wait, run
 
 NODE = '/interactive_script'
 

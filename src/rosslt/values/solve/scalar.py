@@ -11,12 +11,12 @@ from fractions import Fraction
 from typing import Any, Callable, List, Optional, Tuple
 
 from ..annotations import Value
-from ..closeness import almost_meets, is_at, is_same, meets
 from ..graph import UNDEFINED, Graph
 from ..operations import SOURCE, Form
 from ..operations.inverses import NoPreimage, refuse
 from ..operations.table import MOST_BITS
 from ..sources import Source
+from ..tolerances import almost_meets, is_at, is_same, meets
 from .budget import Budget, Exhausted, Trial
 from .freedom import in_floats
 from .periods import Periods, turns_too_many

@@ -5,12 +5,12 @@ from typing import Callable, Iterable
 import rospy
 
 from rosslt import srv
-from rosslt.node.access import LOCKS, WHOLE, Lock
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import Location
+from rosslt.node.locks import LOCKS, WHOLE, Lock
 from rosslt.node.owner import Owner
+from rosslt.node.parameter_mirror import Parameters
 from rosslt.node.parameter_server import as_sent
-from rosslt.node.parameters import Parameters
 
 LOCK, UNLOCK, ASK = 'lock', 'unlock', ''
 

@@ -19,6 +19,7 @@ from rosslt.node.call_sites import CallSite, call_site
 from rosslt.node.json_scalars import Refused, Value
 from rosslt.node.locations import Change, ParameterLocation
 from rosslt.node.owner import Owner
+from rosslt.node.parameter_mirror import Parameters
 from rosslt.node.parameter_server import (
     Tree,
     as_sent,
@@ -29,7 +30,6 @@ from rosslt.node.parameter_server import (
     part_of,
     with_part,
 )
-from rosslt.node.parameters import Parameters
 from rosslt.node.source_files import SOURCE_FILES
 
 #: The requester's name for a change that came by setting a parameter.

@@ -20,20 +20,20 @@ from typing import (
 
 from ..accelerator import CORE
 from ..annotations import Value
-from ..closeness import RELATIVE, is_same, meets
 from ..errors import NotInvertible, NotTracked
 from ..explain import brief
 from ..graph import UNDEFINED, Graph, evaluate
 from ..operations.inverses import refuse
 from ..sources import Source, describe_source
+from ..tolerances import RELATIVE, is_same, meets
 from ..tracked import TRACKED, plain_scalar
 from ..tree import paired
 from .budget import Budget
 from .components import connected
 from .equations import Goal, missed
 from .freedom import Bounds, Freedom, Rank, rank_of
-from .one import Attempt, written
-from .several import System
+from .scalar import Attempt, written
+from .system import System
 
 MOST_ROUNDINGS = 16
 """The most combinations of rounding whole numbers up or down."""
