@@ -88,7 +88,7 @@ def main():
     parser.add_argument('suites', nargs='*', metavar='SUITE')
     parser.add_argument('--include', nargs='+', default=[], metavar='MODULE')
     parser.add_argument('--path', nargs='+', default=[], metavar='FOLDER', help='where packages are besides')
-    parser.add_argument('--timeout', type=float, default=240, metavar='SECONDS', help='a suite that takes longer is ended')
+    parser.add_argument('--timeout', type=float, default=240, metavar='SECONDS', help='end a suite that takes longer')
     parser.add_argument('--verbose', action='store_true', help='print what the failing tests say')
     options = parser.parse_args()
     passed = kept = 0

@@ -5,6 +5,7 @@ from typing import Any, Callable, Dict, Iterable, List, Mapping, Sequence, Tuple
 import numpy
 
 from ..recording import spend
+from ..tracked import TRACKED
 from .graph import ELEMENTWISE, MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node
 from .memory import lazy_number
 from .numbers import CLASSES, WITH_PROVENANCE, complete, plain_number, python_number, recorded
@@ -164,7 +165,9 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
 
 
 def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[str, Argument]) -> Any:
-    """`compute` with methods, options and lists."""
+    """`compute` with methods, options and lists; NotImplemented where another operand's class says what is computed."""
+    if any(map(_has_ufuncs, (*inputs, *(options.get('out') or ())))):
+        return NotImplemented
     numbers = [plain(one) for one in inputs]
     out = options.pop('out', None)
     plain_options = plain(options)
@@ -186,6 +189,17 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
     if out is None:
         return made
     return _written(out, made) if type(made) is tuple else _written(out, (made,))[0]
+
+
+_PLAIN_UFUNC = numpy.ndarray.__array_ufunc__
+
+
+def _has_ufuncs(operand: Argument) -> bool:
+    """Return True for an operand of a class that computes ufuncs in a way of its own: NEP 13."""
+    kind = type(operand)
+    if kind is TrackedArray or kind in TRACKED:
+        return False
+    return getattr(kind, '__array_ufunc__', None) not in (None, _PLAIN_UFUNC)
 
 
 def _function_of(ufunc: Any) -> Callable[..., Any]:
@@ -222,7 +236,7 @@ def _written(out: Sequence[Any], made: Sequence[Any]) -> Tuple[Any, ...]:
     for target, part in zip(out, made):
         if type(target) is TrackedArray:
             target.write_provenance(..., provenance_of(part) if target is not part else None)
-    return tuple(out)
+    return tuple(part if target is None else target for target, part in zip(out, made))
 
 
 #: The functions that write to their first argument, and how that is called. What they write has no provenance.
