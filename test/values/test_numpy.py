@@ -293,7 +293,21 @@ def test_a_class_that_computes_ufuncs_itself_is_asked(x):
     assert np.add(x, 1.0, out=other) == (np.add, '__call__', (x, 1.0), {'out': (other,)})
     assert numpy_functions()['multiply'](x, other, 'out') == (np.multiply, '__call__', (x, other), {'out': ('out',)})
     array = numpy_functions()['array']([x, 1.0])
-    assert np.add(array, other)[2] == (array, other)
+    assert np.add(array, other)[2][1] is other
+
+
+class OfArrays(np.ndarray):
+    """An array that hands ufuncs on to NumPy's arrays, as NumPy's pages have it."""
+
+    def __array_ufunc__(self, ufunc, method, *inputs, **options):
+        plain = [one.view(np.ndarray) if type(one) is OfArrays else one for one in inputs]
+        return super().__array_ufunc__(ufunc, method, *plain, **options)
+
+
+def test_a_class_of_arrays_that_hands_ufuncs_on_gets_numpys_own_arrays(x):
+    array = numpy_functions()['array']([x, 1.0])
+    assert np.add(np.ones(2).view(OfArrays), array).tolist() == [1.5, 2.0]
+    assert np.add(array, np.ones(2).view(OfArrays)).tolist() == [1.5, 2.0]
 
 
 def test_a_result_without_an_array_to_write_to_is_returned(x):

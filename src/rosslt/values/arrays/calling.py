@@ -5,7 +5,6 @@ from typing import Any, Callable, Dict, Iterable, List, Mapping, Sequence, Tuple
 import numpy
 
 from ..recording import spend
-from ..tracked import TRACKED
 from .graph import ELEMENTWISE, MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node
 from .memory import lazy_number
 from .numbers import CLASSES, WITH_PROVENANCE, complete, plain_number, python_number, recorded
@@ -165,9 +164,7 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
 
 
 def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[str, Argument]) -> Any:
-    """`compute` with methods, options and lists; NotImplemented where another operand's class says what is computed."""
-    if any(map(_has_ufuncs, (*inputs, *(options.get('out') or ())))):
-        return NotImplemented
+    """`compute` with methods, options and lists."""
     numbers = [plain(one) for one in inputs]
     out = options.pop('out', None)
     plain_options = plain(options)
@@ -180,7 +177,11 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
     if out is None:
         result = function(*numbers, **plain_options)
     else:
-        result = function(*numbers, out=tuple(map(plain, out)), **plain_options)
+        given = tuple(map(plain, out))
+        result = function(*numbers, out=given, **plain_options)
+        # An operand of another class may give what it likes instead (NEP 13).
+        results = result if len(given) > 1 else (result,)
+        out = [target if part is one else None for target, one, part in zip(out, given, results)]
     if method == 'at' and type(inputs[0]) is TrackedArray:
         inputs[0].forget()
     made = result
@@ -188,18 +189,7 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
         made = wrapped(result, Call(function, args, plain_options), captured.operands, captured.copied)
     if out is None:
         return made
-    return _written(out, made) if type(made) is tuple else _written(out, (made,))[0]
-
-
-_PLAIN_UFUNC = numpy.ndarray.__array_ufunc__
-
-
-def _has_ufuncs(operand: Argument) -> bool:
-    """Return True for an operand of a class that computes ufuncs in a way of its own: NEP 13."""
-    kind = type(operand)
-    if kind is TrackedArray or kind in TRACKED:
-        return False
-    return getattr(kind, '__array_ufunc__', None) not in (None, _PLAIN_UFUNC)
+    return _written(out, made) if len(out) > 1 else _written(out, (made,))[0]
 
 
 def _function_of(ufunc: Any) -> Callable[..., Any]:
@@ -232,7 +222,7 @@ _OPERATORS: Dict[str, Callable[..., Any]] = {
 
 
 def _written(out: Sequence[Any], made: Sequence[Any]) -> Tuple[Any, ...]:
-    """The arrays that results were written to, with the provenance of these."""
+    """The arrays that results were written to, with the provenance of these; the result itself where there is None."""
     for target, part in zip(out, made):
         if type(target) is TrackedArray:
             target.write_provenance(..., provenance_of(part) if target is not part else None)

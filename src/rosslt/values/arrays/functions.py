@@ -34,12 +34,10 @@ def noticing(function: Any) -> Any:
 
 def _call_ufunc(ufunc: Any, arguments: Tuple[Argument, ...], options: Dict[str, Argument]) -> Any:
     """Call a ufunc with its results' arrays wherever NumPy takes them: behind the operands, or as `out`."""
-    given = dict(options)
-    results = arguments[ufunc.nin :] or given.pop('out', None)
+    results = arguments[ufunc.nin :] or options.pop('out', None)
     if results is not None:
-        given['out'] = results if type(results) is tuple else (results,)
-    made = compute(ufunc, '__call__', arguments[: ufunc.nin], given)
-    return ufunc(*arguments, **options) if made is NotImplemented else made
+        options['out'] = results if type(results) is tuple else (results,)
+    return compute(ufunc, '__call__', arguments[: ufunc.nin], options)
 
 
 def _making_array(original: Any) -> Any:
