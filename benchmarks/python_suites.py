@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """Runs test suites of other projects plain and under `rosslt run`, and compares them test by test.
 
-    ./run bench python_suites [SUITE...] [--include MODULE...] [--verbose]
+    ./run bench python_suites [SUITE...] [--include MODULE...] [--path FOLDER...] [--timeout SECONDS] [--verbose]
+    ./run bench python_suites numpy.core.tests numpy.linalg.tests numpy.lib.tests numpy.random.tests --timeout 900
 
 By default these are suites of Python itself, from Debian's libpython3.11-testsuite; their modules are rewritten. SUITE
-is any module that pytest finds (`test.test_math`, `uncertainties`); with --include, other modules are rewritten instead
-of it. It prints the tests that pass plain and fail rewritten, and counts. It takes half an hour.
+is any module or package that pytest finds (`test.test_math`, `numpy.linalg.tests`), in the folders of --path too, where
+`pip install --target FOLDER` put a package with its tests, or where its source was unpacked; with --include, other
+modules are rewritten instead of it. It prints the tests that pass plain and fail rewritten, and counts. It takes half
+an hour.
 """
 
 import argparse
@@ -38,9 +41,6 @@ SUITES = re.findall(
     """,
 )
 
-#: A suite that takes longer is ended, in seconds.
-TIMEOUT = 240
-
 RUNNER = """
 import json, sys
 import pytest
@@ -58,25 +58,26 @@ sys.exit(pytest.main([*options, sys.argv[1]], plugins=[Outcomes(sys.argv[2])]))
 """
 
 
-def run(suite, include, folder):
+def run(suite, include, folder, options):
     """{test: (outcome, what was said)} of a suite; with modules to include, rewritten."""
     runner, outcomes = Path(folder, 'runner.py'), Path(folder, 'outcomes')
     runner.write_text(RUNNER, encoding='utf-8')
     outcomes.write_text('', encoding='utf-8')
+    path = os.pathsep.join([*map(os.path.abspath, options.path), os.environ.get('PYTHONPATH', '')])
     how = ['rosslt', 'run', *(f'--include={one}' for one in include)] if include else [sys.executable]
     try:
         subprocess.run(
             [*how, runner, suite, outcomes],
             cwd=folder,
-            timeout=TIMEOUT,
+            timeout=options.timeout,
             check=False,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            env={**os.environ, 'PYTHONHASHSEED': '0'},
+            env={**os.environ, 'PYTHONHASHSEED': '0', 'PYTHONPATH': path},
         )
     except subprocess.TimeoutExpired:
-        print(f'{suite}: took longer than {TIMEOUT} s', flush=True)
+        print(f'{suite}: took longer than {options.timeout} s', flush=True)
     lines = outcomes.read_text(encoding='utf-8').splitlines()
     return {name: (outcome, said) for name, outcome, said in map(json.loads, lines)}
 
@@ -86,13 +87,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('suites', nargs='*', metavar='SUITE')
     parser.add_argument('--include', nargs='+', default=[], metavar='MODULE')
+    parser.add_argument('--path', nargs='+', default=[], metavar='FOLDER', help='where packages are besides')
+    parser.add_argument('--timeout', type=float, default=240, metavar='SECONDS', help='end a suite that takes longer')
     parser.add_argument('--verbose', action='store_true', help='print what the failing tests say')
     options = parser.parse_args()
     passed = kept = 0
     for suite in options.suites or [f'test.test_{name}' for name in SUITES]:
         with tempfile.TemporaryDirectory() as folder:
-            plain = run(suite, [], folder)
-            rewritten = run(suite, options.include or [suite], folder)
+            plain = run(suite, [], folder, options)
+            rewritten = run(suite, options.include or [suite], folder, options)
         passing = [name for name, (outcome, _) in plain.items() if outcome == 'passed']
         lost = [name for name in passing if rewritten.get(name, ('missing', ''))[0] != 'passed']
         passed, kept = passed + len(passing), kept + len(passing) - len(lost)

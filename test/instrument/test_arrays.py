@@ -401,6 +401,12 @@ def resized(a):
     return a
 
 
+def test_resize_takes_what_numpy_takes_alone():
+    for a in (np.eye(3), np.array(tracked([1.0, 2.0]))):
+        with pytest.raises(TypeError):
+            a.resize(refcheck='hi')
+
+
 def shaped(n, a, x):
     a.shape = (2, 2)
     a[1, 1] = x

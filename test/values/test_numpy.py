@@ -6,7 +6,7 @@ import operator as op
 import pytest
 
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track, untracked
-from rosslt.values import leaves
+from rosslt.values import leaves, numpy_functions
 
 np = pytest.importorskip('numpy')
 
@@ -214,3 +214,68 @@ def test_a_six_joint_arm_reaches_a_point_nobody_wrote_the_inverse_for():
     assert evaluate(tip, answer).tolist() == pytest.approx(list(target), rel=1e-9)
     assert len(answer) >= 4
     assert sum((value - joints[source.location_id]) ** 2 for source, value in answer.items()) < 0.2
+
+
+@pytest.mark.parametrize('kind', [np.float64, np.float32, np.int32, np.uint8])
+@pytest.mark.parametrize('operator', [op.add, op.sub, op.mul, op.truediv, op.floordiv, op.mod, op.pow, divmod])
+def test_a_number_of_numpy_makes_its_own_results_of_a_tracked_one(x, kind, operator):
+    made, of_plain = operator(x, kind(2)), operator(0.5, kind(2))
+    assert isinstance(made, type(of_plain))
+    assert made == of_plain
+    if operator is divmod:
+        made, of_plain = made[1], of_plain[1]
+    assert isinstance(made, np.float64)
+    expected = operator(0.75, 2.0)
+    assert evaluate(made, {A: 0.75}) == pytest.approx(expected[1] if operator is divmod else expected)
+
+
+def test_a_zero_of_numpy_divides_as_numpy_says(x):
+    with np.errstate(all='ignore'):
+        assert x / np.float64(0) == plain_math.inf
+        assert plain_math.isnan(x % np.float64(0))
+
+
+class Recorder:
+    """An operand that computes ufuncs in a way of its own."""
+
+    def __array_ufunc__(self, ufunc, method, *inputs, **options):
+        return ufunc, method, inputs, options
+
+
+def test_a_class_that_computes_ufuncs_itself_is_asked(x):
+    other = Recorder()
+    assert np.multiply(x, other) == (np.multiply, '__call__', (x, other), {})
+    assert np.add(x, 1.0, out=other) == (np.add, '__call__', (x, 1.0), {'out': (other,)})
+    assert numpy_functions()['multiply'](x, other, 'out') == (np.multiply, '__call__', (x, other), {'out': ('out',)})
+    array = numpy_functions()['array']([x, 1.0])
+    assert np.add(array, other)[2][1] is other
+
+
+class OfArrays(np.ndarray):
+    """An array that hands ufuncs on to NumPy's arrays, as NumPy's pages have it."""
+
+    def __array_ufunc__(self, ufunc, method, *inputs, **options):
+        plain = [one.view(np.ndarray) if type(one) is OfArrays else one for one in inputs]
+        return super().__array_ufunc__(ufunc, method, *plain, **options)
+
+
+def test_a_class_of_arrays_that_hands_ufuncs_on_gets_numpys_own_arrays(x):
+    array = numpy_functions()['array']([x, 1.0])
+    assert np.add(np.ones(2).view(OfArrays), array).tolist() == [1.5, 2.0]
+    assert np.add(array, np.ones(2).view(OfArrays)).tolist() == [1.5, 2.0]
+
+
+def test_a_result_without_an_array_to_write_to_is_returned(x):
+    mantissa = np.empty(1)
+    of_mantissa, exponent = np.frexp(numpy_functions()['array']([x]), mantissa)
+    assert of_mantissa is mantissa
+    assert exponent.tolist() == [0]
+
+
+def test_a_tracked_number_that_does_not_fit_the_objects_is_refused_as_by_numpy(x):
+    texts = np.array(['a', 1], dtype=object)
+    with pytest.raises(TypeError):
+        np.add.at(texts, [0, 1], x)
+    numbers = np.array([1, 2], dtype=object)
+    np.add.at(numbers, [0, 0], x)
+    assert numbers.tolist() == [2.0, 2]

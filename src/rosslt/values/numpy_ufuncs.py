@@ -25,8 +25,13 @@ ON_OBJECTS = frozenset(
 
 
 def is_array(x: Any) -> bool:
-    """Return True if `x` is a NumPy array or number; does not import NumPy."""
-    return hasattr(x, '__array_ufunc__') and hasattr(x, 'dtype') and hasattr(x, 'astype')
+    """Return True if `x` is a NumPy array, or a number of NumPy with provenance; does not import NumPy."""
+    return hasattr(x, '__array_ufunc__') and is_of_numpy(x)
+
+
+def is_of_numpy(x: Any) -> bool:
+    """Return True if `x` is a NumPy array or number, whose operators give NumPy's: `x / np.float64(0)` is infinite."""
+    return hasattr(x, 'dtype') and hasattr(x, 'astype')
 
 
 def compute(ufunc: Any, method: str, operands: Any, options: Any) -> Any:
@@ -75,7 +80,7 @@ def array_ufunc(apply: Callable[..., Any]) -> Callable[..., Any]:
             return compute(ufunc, method, inputs, options)
         numpy = sys.modules['numpy']
         row = BY_UFUNC.get(ufunc.__name__)
-        if row is not None or ufunc.__name__ in ON_OBJECTS:
+        if method != 'at' and (row is not None or ufunc.__name__ in ON_OBJECTS):
             try:
                 if row is not None and row.arity == len(inputs) and method == '__call__' and not options:
                     return broadcast(apply, row, *inputs)

@@ -7,7 +7,7 @@ from .affine import LIMIT, MAX_SHARED_SIZE, affine_of_python, joint_size
 from .annotations import Value
 from .graph import slopes_or_zeros
 from .instructions import assemble, disassemble
-from .numpy_ufuncs import array_ufunc, broadcast, is_array
+from .numpy_ufuncs import array_ufunc, broadcast, is_array, is_of_numpy
 from .operations import AFFINE, BY_CODE, FUNCTION, LAZY, SOURCE, Operation
 from .operations import table as ops
 from .recording import ALLOWANCE, apply, shorten_and_count, spend
@@ -162,7 +162,7 @@ def give_method(cls: type, name: str, operation: Operation) -> None:
 
 def operate(operation: Operation, first: Value, second: Value) -> Value:
     """The result of an operator: as of `apply`, and of NumPy's numbers what NumPy makes of them."""
-    if is_array(second) or is_array(first):
+    if is_of_numpy(second) or is_of_numpy(first):
         # A number of NumPy with provenance has operators of its own.
         return NotImplemented if type(second) in TRACKED else broadcast(apply, operation, first, second)
     return apply(operation, first, second)
@@ -175,7 +175,7 @@ def power(self: Value, other: Value, modulo: Optional[int] = None) -> Value:
 
 def floor_and_rest(self: Value, other: Value) -> Value:
     """divmod(self, other)."""
-    if not is_array(other):
+    if not is_of_numpy(other):
         divisor = plain_scalar(other)
         if divisor is None:
             return NotImplemented
@@ -185,7 +185,7 @@ def floor_and_rest(self: Value, other: Value) -> Value:
 
 def reflected_floor_and_rest(self: Value, other: Value) -> Value:
     """divmod(other, self)."""
-    if not is_array(other):
+    if not is_of_numpy(other):
         dividend = plain_scalar(other)
         if dividend is None:
             return NotImplemented

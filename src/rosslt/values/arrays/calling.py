@@ -177,7 +177,11 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
     if out is None:
         result = function(*numbers, **plain_options)
     else:
-        result = function(*numbers, out=tuple(map(plain, out)), **plain_options)
+        given = tuple(map(plain, out))
+        result = function(*numbers, out=given, **plain_options)
+        # An operand of another class may give what it likes instead (NEP 13).
+        results = result if len(given) > 1 else (result,)
+        out = [target if part is one else None for target, one, part in zip(out, given, results)]
     if method == 'at' and type(inputs[0]) is TrackedArray:
         inputs[0].forget()
     made = result
@@ -185,7 +189,7 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
         made = wrapped(result, Call(function, args, plain_options), captured.operands, captured.copied)
     if out is None:
         return made
-    return _written(out, made) if type(made) is tuple else _written(out, (made,))[0]
+    return _written(out, made) if len(out) > 1 else _written(out, (made,))[0]
 
 
 def _function_of(ufunc: Any) -> Callable[..., Any]:
@@ -218,11 +222,11 @@ _OPERATORS: Dict[str, Callable[..., Any]] = {
 
 
 def _written(out: Sequence[Any], made: Sequence[Any]) -> Tuple[Any, ...]:
-    """The arrays that results were written to, with the provenance of these."""
+    """The arrays that results were written to, with the provenance of these; the result itself where there is None."""
     for target, part in zip(out, made):
         if type(target) is TrackedArray:
             target.write_provenance(..., provenance_of(part) if target is not part else None)
-    return tuple(out)
+    return tuple(part if target is None else target for target, part in zip(out, made))
 
 
 #: The functions that write to their first argument, and how that is called. What they write has no provenance.

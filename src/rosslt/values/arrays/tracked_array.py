@@ -182,7 +182,7 @@ class TrackedArray(numpy.ndarray):
         if self._memory is None or self.size != self._memory.root.size:
             numpy.ndarray.resize(self, *shape, refcheck=refcheck)  # which says that it is a view
         made = plain(self).copy()
-        made.resize(*shape, refcheck=False)
+        made.resize(*shape, refcheck=refcheck)
         self._memory = self._codes = None
         self.__setstate__((1, made.shape, made.dtype, False, made.tobytes()))
 
