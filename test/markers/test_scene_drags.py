@@ -9,7 +9,7 @@ from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
 from rosslt.markers.drags import changes, wording
-from rosslt.markers.drags import drags as drags_module
+from rosslt.markers.drags import scene_drags as drags_module
 from rosslt.markers.drags import drop as drop_module
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drop import Drop

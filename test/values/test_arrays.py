@@ -1,6 +1,8 @@
 """NumPy's functions on tracked values: the numbers are NumPy's, and provenance is kept."""
 
 import pickle
+import resource
+from pathlib import Path
 
 import pytest
 
@@ -346,3 +348,16 @@ def test_ufuncs_keep_their_methods_and_take_results_wherever_numpy_does():
     for subtracted in (tracked_np.subtract(array, X, out=array), tracked_np.subtract(array, 0.0, array)):
         assert subtracted is array
         assert evaluate(array[1], {sources(X)[0]: 2.0}) == 1.0
+
+
+def test_a_number_in_a_large_array_takes_no_memory_for_the_others():
+    def resident():
+        pages = int(Path('/proc/self/statm').read_text(encoding='ascii').split()[1])
+        return pages * resource.getpagesize()
+
+    before = resident()
+    array = tracked_np.zeros(1 << 26)  # half a GiB, of which the machine provides what is written
+    array[7] = X
+    assert sources(array[7]) == [A]
+    assert sources(array[8]) == []
+    assert resident() - before < 1 << 26

@@ -89,7 +89,7 @@ class Gathering:
     """An array of elements that come from several nodes and numbers, or from a part of one. It is used as a Call.
 
     Args:
-        codes: for each element where it is found, -1 if it is plain.
+        codes: for each element where it is found, 0 if it is plain.
         numbers: an array with the plain numbers.
         starts: the code of the first element of each entry.
         entries: nodes, and tracked numbers.
@@ -101,7 +101,7 @@ class Gathering:
 
     def __init__(self, codes: Any, numbers: Any, starts: List[int], entries: List[Operand]) -> None:
         self.codes, self.numbers, self.starts = codes, numbers, starts
-        used = {0} if len(entries) == 1 else {self._entry_of(code) for code in codes.ravel().tolist() if code >= 0}
+        used = {0} if len(entries) == 1 else {self._entry_of(code) for code in codes.ravel().tolist() if code}
         self.entries = {at: entries[at] for at in used}
 
     def _entry_of(self, code: int) -> int:
@@ -114,7 +114,7 @@ class Gathering:
         result = self.numbers.astype(kind, 'C')
         flat = result.reshape(-1)
         for index, code in enumerate(self.codes.ravel().tolist()):
-            if code >= 0:
+            if code:
                 at = self._entry_of(code)
                 flat[index] = parts[at][code - self.starts[at]]
         return result.view(Objects) if is_of_objects else result

@@ -18,7 +18,8 @@ _CODE = numpy.dtype(numpy.int64)
 class Memory:
     """The provenance of the elements of an array, which all its views share.
 
-    The elements of entries have codes: those of an entry follow each other, from its start on.
+    The elements of entries have codes: those of an entry follow each other, from its start on. The
+    code of a plain element is 0, so that of a large array that is written in few places little memory is used.
 
     Args:
         root: the plain array, whose elements follow each other in the memory.
@@ -36,23 +37,23 @@ class Memory:
     def __init__(self, root: Any, node: Optional[Node] = None) -> None:
         self.root = root
         self.entries: List[Any] = [] if node is None else [node]
-        self.starts = [0]
+        self.starts = [1]
         self.is_tracked = node is not None
         self._codes: Any = None
 
     def codes_of(self, view: Any) -> Any:
-        """The codes of the elements of a view, -1 where they are plain. All views see what is written to them."""
+        """The codes of the elements of a view, 0 where they are plain. All views see what is written to them."""
         root = self.root
         if self._codes is None:
-            self._codes = numpy.empty(root.size, _CODE)
-            of_root = self._codes_at(root)
-            of_root[...] = numpy.arange(root.size).reshape(root.shape) if self.entries else -1
+            self._codes = numpy.zeros(root.size, _CODE)
+            if self.entries:
+                self._codes_at(root)[...] = numpy.arange(1, root.size + 1).reshape(root.shape)
         return self._codes_at(view)
 
     def code_at(self, view: Any, key: Any) -> int:
         """The code of one element of a view, by its index."""
         if type(key) is int and self._is_as_made(view):
-            return key % self.root.size
+            return key % self.root.size + 1
         return int(view.codes[key])
 
     def _is_as_made(self, view: Any) -> bool:
@@ -62,7 +63,7 @@ class Memory:
     def _codes_at(self, view: Any) -> Any:
         width = view.itemsize
         if not view.size or width != self.root.itemsize:  # the program has made it an array of other numbers
-            return numpy.full(view.shape, -1, _CODE)
+            return numpy.zeros(view.shape, _CODE)
         offset = _address(view) - _address(self.root)
         strides = [stride // width * _CODE.itemsize for stride in view.strides]
         return numpy.ndarray(view.shape, _CODE, self._codes, offset // width * _CODE.itemsize, strides)
@@ -78,7 +79,7 @@ class Memory:
 
     def gathered(self, codes: Any, numbers: Any) -> Optional[Node]:
         """Return the node of an array of elements with such codes; None if all of them are plain."""
-        if not self.is_tracked and not (codes >= 0).any():
+        if not self.is_tracked and not codes.any():
             return None
         spend(OF_ARRAY)
         call = Gathering(codes.copy(), numpy.array(numbers), self.starts, self.entries)
@@ -94,11 +95,11 @@ class Memory:
         """
         if made is None:
             self.is_tracked = False
-            codes[key] = -1
+            codes[key] = 0
             return
         if len(self.entries) > 2 * self.root.size + 16:
             self._forget_overwritten()
-        start = 0
+        start = 1
         if self.entries:
             last = self.entries[-1]
             start = self.starts[-1] + (math.prod(last.shape) if type(last) is Node else 1)
@@ -114,19 +115,19 @@ class Memory:
     def _forget_overwritten(self) -> None:
         flat = self._codes
         at = numpy.searchsorted(self.starts, flat, 'right') - 1
-        entries, starts, begin = [], [], 0
-        for used in numpy.unique(at[flat >= 0]).tolist():
+        entries, starts, begin = [], [], 1
+        for used in numpy.unique(at[flat > 0]).tolist():
             entry = self.entries[used]
             entries.append(entry)
             starts.append(begin)
             chosen = at == used
             flat[chosen] += begin - self.starts[used]
             begin += math.prod(entry.shape) if type(entry) is Node else 1
-        self.entries, self.starts = entries, starts
+        self.entries, self.starts = entries, starts or [1]
 
     def read(self, number: Any, code: int) -> Any:
         """A number that was read from the array, of NumPy or of Python, with the provenance of an element."""
-        if code < 0:
+        if not code:
             return number
         at = bisect.bisect(self.starts, code) - 1 if len(self.entries) > 1 else 0
         return lazy_number(number, self.entries[at], code - self.starts[at], self.root.dtype.type)
