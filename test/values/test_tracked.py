@@ -362,3 +362,12 @@ def test_errors_are_shown_by_their_public_names(x):
     for error in (rosslt.Error, rosslt.NotInvertible, rosslt.NotTracked):
         assert pickle.loads(pickle.dumps(error('why'))).args == ('why',)
         assert error.__module__ == 'rosslt'
+
+
+@pytest.mark.parametrize('repeated', [[1.5], bytearray(b'ab')])
+def test_what_is_repeated_in_place_stays_the_same_object(repeated):
+    other, expected = repeated, repeated * 3
+    repeated *= track(3, A)
+    assert repeated is other
+    assert repeated == expected
+    assert track(2, A) * repeated == repeated * track(2, A) == expected * 2

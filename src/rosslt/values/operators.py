@@ -202,9 +202,7 @@ def rounded(self: Value, digits: Value = None) -> Value:
 
 
 def product(self: Value, other: Value) -> Value:
-    """`self * other` of a whole number, which may repeat a text or a list."""
-    if isinstance(other, (bytes, bytearray, list, tuple)):
-        return self._plain * other
+    """`self * other` of a whole number, which may repeat a text. Lists repeat themselves, in place with `*=`."""
     return apply(ops.REPEAT, other, self) if isinstance(other, str) else multiply(self, other)
 
 
