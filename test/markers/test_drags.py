@@ -296,13 +296,13 @@ def test_a_drag_that_fails_is_told_and_tried_once_and_let_go_once(monkeypatch):
 
 
 def test_a_hand_of_which_nothing_is_heard_any_more_has_let_go(asked, monkeypatch):
-    monkeypatch.setattr(drags_module, 'SILENCE', 0.0)
     scene = box_scene()
     notes = Notes(scene)
     (name,) = scene.names()
     drags = Drags(scene, Rules(is_live=False), str)
     assert drags.hold(name, 'first', 'world', at(1.0))
     drags.move(name, 'world', at(2.0), 'first')
+    monkeypatch.setattr(drags_module, 'SILENCE', 0.0)
     wait_until(lambda: asked == [{HEIGHT: 2.0}], 'the source to be asked for where it has been let go')
     wait_until(lambda: drags.hold(name, 'second'), 'another hand to get it')
     assert notes.said == []
