@@ -5,6 +5,7 @@ import threading
 from types import SimpleNamespace
 
 import pytest
+from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
@@ -215,29 +216,53 @@ def asked(monkeypatch):
     return result
 
 
-def drag_while(before, during, end):
-    """Drag a box from x = 1 while a message comes."""
+def line_through(*points):
+    """A line through points on the x axis."""
+    marker = Marker(type=Marker.LINE_STRIP, points=[Point(x, 0.0, 0.0) for x in points])
+    marker.header.frame_id = 'world'
+    marker.scale.x = 0.1
+    return marker
+
+
+def drag_while(name, before, during, end):
+    """Drag a handle from x = 1 while a message comes; gives what is said."""
     scene = Scene(Settings())
+    notes = Notes(scene)
     take(scene, before)
     drags = Drags(scene, Rules(is_live=False), str)
-    assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
+    assert drags.hold(name, frame='world', pose=at(1.0))
     take(scene, during)
-    assert drags.release('/boxes::0', 'world', at(end))
+    assert drags.release(name, 'world', at(end))
+    return notes
 
 
-A, B = values.Source('/owner', 11), values.Source('/owner', 12)
+A, B, C = (values.Source('/owner', number) for number in (11, 12, 13))
 
 
-def test_a_thing_that_the_next_message_shows_in_another_frame_follows_the_hand_in_the_frame_that_it_had(asked):
-    """Its x in the new frame is 100 less."""
-    x = values.track(1.0, A)
-    drag_while(box_at(x), box_at(x - 100.0, 'odom'), 2.0)
+def test_a_thing_that_the_next_message_shows_in_the_same_frame_follows_the_hand(asked):
+    drag_while('/boxes::0', box_at(values.track(1.0, A)), box_at(values.track(1.1, A), '/world'), 2.0)
     wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
 
 
-def test_a_thing_follows_the_hand_also_where_it_comes_from_another_source_now(asked):
+def test_a_thing_that_is_in_another_frame_now_does_not_follow_the_hand(asked):
+    """Its x in the new frame is 100 less."""
+    x = values.track(1.0, A)
+    notes = drag_while('/boxes::0', box_at(x), box_at(x - 100.0, 'odom'), 2.0)
+    wait_until(lambda: notes.said == ['it is in the frame odom now instead of world'], 'the hand to be told')
+    assert asked == []
+
+
+@pytest.mark.parametrize('shift', [0.0, values.track(0.0, C)], ids=['alone', 'shared'])
+def test_a_point_in_whose_place_there_is_another_one_now_does_not_follow_the_hand(asked, shift):
+    a, b = values.track(0.0, A), values.track(1.0, B)
+    notes = drag_while('/boxes::0:points[1]', line_through(a, shift + b), line_through(-1.0, shift + a, b), 2.0)
+    wait_until(lambda: notes.said == ['another thing has taken its place'], 'the hand to be told')
+    assert asked == []
+
+
+def test_a_thing_with_a_name_of_its_own_follows_the_hand_also_where_it_comes_from_another_source_now(asked):
     """A limit that it has come to, say."""
-    drag_while(box_at(values.track(1.0, A)), box_at(values.track(1.5, B)), 2.0)
+    drag_while('/boxes::0', box_at(values.track(1.0, A)), box_at(values.track(1.5, B)), 2.0)
     wait_until(lambda: asked == [{B: 2.0}], 'the source to be asked for')
 
 
@@ -271,13 +296,13 @@ def test_a_drag_that_fails_is_told_and_tried_once_and_let_go_once(monkeypatch):
 
 
 def test_a_hand_of_which_nothing_is_heard_any_more_has_let_go(asked, monkeypatch):
-    monkeypatch.setattr(drags_module, 'SILENCE', 0.0)
     scene = box_scene()
     notes = Notes(scene)
     (name,) = scene.names()
     drags = Drags(scene, Rules(is_live=False), str)
     assert drags.hold(name, 'first', 'world', at(1.0))
     drags.move(name, 'world', at(2.0), 'first')
+    monkeypatch.setattr(drags_module, 'SILENCE', 0.0)
     wait_until(lambda: asked == [{HEIGHT: 2.0}], 'the source to be asked for where it has been let go')
     wait_until(lambda: drags.hold(name, 'second'), 'another hand to get it')
     assert notes.said == []
@@ -329,6 +354,52 @@ def test_a_drag_that_begins_at_a_leap_makes_it_when_the_hand_lets_go(fold, monke
     assert -1.01 <= box.fold <= 0.0
     assert box.drags.release('/boxes::0', 'world', at(0.72))
     wait_until(lambda: box.fold > 2.0, lambda: f'fold is {box.fold}')
+
+
+ERROR = 'raises ZeroDivisionError: float division by zero'
+
+
+class Raising:
+    """Drags of a box that come to an error in a node once its source was asked for; notes what is taken back."""
+
+    def __init__(self, asked, monkeypatch, bad, is_live):
+        self.taken_back = []
+        monkeypatch.setattr(node, 'undo_request', self._undo)
+        self.scene = Scene(Settings())
+        self.notes = Notes(self.scene)
+        marker = box_at(values.track(1.0, A))
+        marker._connection_header = {'callerid': '/publisher'}
+        self.scene.take('/boxes', marker, is_shown=True)
+        self.drags = Drags(
+            self.scene,
+            Rules(is_live=is_live),
+            str,
+            lambda nodes, since: f'{bad} {ERROR}' if asked and bad in nodes and since < plain_math.inf else '',
+        )
+        assert self.drags.hold('/boxes::0', frame='world', pose=at(1.0))
+
+    def _undo(self, _request_id, nodes, *_):
+        self.taken_back.append(set(nodes))
+        return node.Undone({}, {})
+
+
+@pytest.mark.parametrize('bad', ['/owner', '/publisher'])
+def test_a_drag_that_makes_a_node_raise_is_taken_back_although_the_hand_rests_and_it_is_told(asked, monkeypatch, bad):
+    one = Raising(asked, monkeypatch, bad, is_live=True)
+    one.drags.move('/boxes::0', 'world', at(2.0))
+    wait_until(lambda: f'{bad} {ERROR}; taken back' in one.notes.said, 'the hand to be told')
+    assert one.drags.release('/boxes::0', 'world', at(4.0))
+    wait_until(lambda: not one.scene.is_held('/boxes::0'), 'it goes back')
+    assert (asked, one.taken_back) == ([{A: 2.0}], [{'/owner'}])
+
+
+@pytest.mark.parametrize('bad', ['/owner', '/publisher'])
+def test_a_drop_that_makes_a_node_raise_is_taken_back_and_the_handle_goes_back(asked, monkeypatch, bad):
+    one = Raising(asked, monkeypatch, bad, is_live=False)
+    assert one.drags.release('/boxes::0', 'world', at(2.0))
+    wait_until(lambda: f'{bad} {ERROR}; taken back' in one.notes.said, 'the hand to be told')
+    wait_until(lambda: not one.scene.is_held('/boxes::0'), 'it goes back')
+    assert (asked, one.taken_back) == ([{A: 2.0}], [{'/owner'}])
 
 
 def dropped_at_two(scene, change=dict):

@@ -1,11 +1,13 @@
 """The numbers on the page, in a real browser."""
 
+import signal
+
 import pytest
 from selenium.webdriver.common.keys import Keys
 
 from support import scenery
 from support.browser import PATIENCE
-from support.processes import wait_until
+from support.processes import Node, wait_until
 from support.shell import rosslt
 
 pytestmark = pytest.mark.rostest
@@ -101,3 +103,16 @@ def test_save_shows_the_diff_and_writes_it_where_the_number_stands(talker, brows
             return "location(-3.5, name='side')" in file.read()
 
     wait_until(is_saved, 'the file has the number', PATIENCE)
+
+
+def test_undo_takes_nothing_back_where_a_node_hangs_that_may_have_a_part_in_it(talker, browser):
+    with Node('zealous', "rosslt.location(1.0, name='share')\nrospy.spin()") as other:
+        browser.wait(lambda: 'share' in browser.labels(), 'its location is there')
+        rosslt('set', '/talker/radius', '2.5')
+        other.process.send_signal(signal.SIGSTOP)
+        browser.click('undo')
+        browser.wait_for_text('/zealous may have changed, too, and does not answer')
+        assert value('radius') == 2.5
+        other.process.send_signal(signal.SIGCONT)
+        browser.click('undo')
+        has_become('radius', 1.0)

@@ -108,11 +108,6 @@ def default_timeout(timeout: float) -> Iterator[None]:
         socket.setdefaulttimeout(before)
 
 
-def has_ended(master: rosgraph.Master, node: str) -> bool:
-    """Return True if a node has ended, although the master may still list it."""
-    return _is_refused(_connections(master, node))
-
-
 def problem_of(master: rosgraph.Master, node: str) -> Optional[str]:
     """Explain why a node's addresses cannot be reached and what to do about it; None if they can."""
     found = _connections(master, node)

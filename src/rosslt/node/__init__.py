@@ -59,4 +59,4 @@ from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics import Publisher, Subscriber, wait_for_message
-from rosslt.node.undoing import histories, last_change, values_in_code
+from rosslt.node.undoing import histories, last_change, taking_part, values_in_code

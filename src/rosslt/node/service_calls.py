@@ -1,5 +1,7 @@
 """Calling a service of several nodes at once, within a timeout, which rospy's own calls do not have."""
 
+import errno
+import os
 import threading
 import time
 from typing import Any, Dict, Tuple
@@ -40,6 +42,11 @@ def ask_all(
         except rospy.ServiceException as error:
             silent[call.node] = str(error)
     return answers, silent
+
+
+def has_ended(reason: str) -> bool:
+    """Return whether there is no response because the node has ended: nothing listens there, or no master knows it."""
+    return os.strerror(errno.ECONNREFUSED) in reason or reason.endswith('] unavailable')
 
 
 class _Call(threading.Thread):

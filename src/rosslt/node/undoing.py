@@ -5,7 +5,7 @@ from typing import Any, Dict, Iterable, List, Optional, Tuple
 from rosslt import msg, srv, values
 from rosslt.node.directory import Place
 from rosslt.node.json_scalars import Value, from_json
-from rosslt.node.service_calls import ask_all
+from rosslt.node.service_calls import ask_all, has_ended
 
 
 def histories(
@@ -25,6 +25,17 @@ def histories(
     requests: Dict[str, Any] = dict.fromkeys(nodes, srv.GetHistoryRequest(request_id, limit))
     answers, silent = ask_all('get_history', srv.GetHistory, requests, timeout)
     return {name: list(answer.changes) for name, answer in answers.items() if answer.changes}, silent
+
+
+def taking_part(
+    nodes: Iterable[str], request_id: str, timeout: float
+) -> Tuple[Dict[str, List[msg.RecordedChange]], Dict[str, str]]:
+    """Like `histories`, but without nodes that have ended, which have nothing to take back.
+
+    Where another one is silent, what it has changed is not known: nothing is to be taken back.
+    """
+    found, silent = histories(nodes, request_id, timeout)
+    return found, {name: reason for name, reason in silent.items() if not has_ended(reason)}
 
 
 def last_change(found: Dict[str, List[msg.RecordedChange]]) -> Optional[msg.RecordedChange]:

@@ -50,7 +50,11 @@ class Buttons:
         if last is None:
             self._tell(client, name, 'there is no change to take back')
             return
-        concerned, _ = node.histories(self._locations.nodes(), last.request_id, TIMEOUT)
+        concerned, unknown = node.taking_part(self._locations.nodes(), last.request_id, TIMEOUT)
+        if unknown:
+            which = ' and '.join(unknown)
+            self._tell(client, name, f'nothing is taken back: {which} may have changed, too, and does not answer')
+            return
         undone = node.undo_request(last.request_id, concerned, rospy.get_name(), TIMEOUT)
         for other, reason in undone.reasons.items():
             self._tell(client, other, 'cannot undo: ' + reason)

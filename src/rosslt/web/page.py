@@ -75,7 +75,7 @@ class Page:
         server.initial_camera.look_at = (0.0, 0.0, 0.5)
         self._scene = scene = Scene(Settings(draws_all=True))
         descriptions = Descriptions()
-        drags = Drags(scene, Rules(), descriptions.name)
+        drags = Drags(scene, Rules(), descriptions.name, node.NodeErrors().raised_since)
         offers = Offers(scene, drags, descriptions)
         self._lock = lock = threading.RLock()
         self._frames = Frames(server, lock, fixed_frame)

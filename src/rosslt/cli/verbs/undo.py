@@ -2,14 +2,14 @@
 
 import argparse
 import sys
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, List
 
 import rosgraph
 
 from rosslt import node, values
 from rosslt.cli.directory import cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
-from rosslt.cli.master import TIMEOUT, find_master, has_ended, problem_of, tracked_nodes
+from rosslt.cli.master import TIMEOUT, find_master, problem_of, tracked_nodes
 from rosslt.cli.output import write_change
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
@@ -35,13 +35,13 @@ ARGUMENTS = [
 def run(options: argparse.Namespace) -> int:
     master = find_master()
     asked = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
-    histories = _histories(master, asked, '', options.node and asked[0])
-    last = node.last_change(histories)
+    histories = node.histories if options.node else node.taking_part
+    last = node.last_change(_complete(master, *histories(asked, '', TIMEOUT)))
     if last is None:
         raise Failure(
             f'{asked[0]}: there is no change to take back' if options.node else 'there is no change to take back'
         )
-    taking_part = _histories(master, tracked_nodes(master), last.request_id, None)
+    taking_part = _complete(master, *node.taking_part(tracked_nodes(master), last.request_id, TIMEOUT))
     undone = node.undo_request(last.request_id, taking_part, 'rosslt undo', TIMEOUT)
     directory = Directory()
     directory.ask(sorted(undone.changes))
@@ -55,17 +55,12 @@ def run(options: argparse.Namespace) -> int:
     return 1 if undone.reasons else 0
 
 
-def _histories(
-    master: rosgraph.Master, nodes: List[str], request_id: str, asked: Optional[str]
-) -> Dict[str, List[Any]]:
-    """{node: its rosslt/RecordedChange} of nodes that have any, of one request or of all ('').
+def _complete(master: rosgraph.Master, found: Dict[str, List[Any]], silent: Dict[str, str]) -> Dict[str, List[Any]]:
+    """{node: its rosslt/RecordedChange} of nodes that have any.
 
     Raises:
-        Failure: a node does not answer that is still there: what it has changed is not known, and would not be taken
-            back. A node that has ended has nothing to take back, but for the one that was asked for.
+        Failure: a node does not answer: what it has changed is not known, and would not be taken back.
     """
-    found, silent = node.histories(nodes, request_id, TIMEOUT)
     for name, reason in silent.items():
-        if name == asked or not has_ended(master, name):
-            raise cannot_reach(master, name, reason)
+        raise cannot_reach(master, name, reason)
     return found

@@ -28,7 +28,8 @@ class Drag:
         is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
         heard: when the hand last did something.
-        fault: what is wrong with what the hand reports, or None.
+        requested: when the owners were first asked.
+        fault: why it asks for nothing more, or None.
         refusal: the error of the last request, or None.
         before, after: {Source: value} of what it has changed.
         followed: {Source: value} of the last answer that brought the handle to where the hand was.
@@ -42,7 +43,7 @@ class Drag:
         self.start: PoseTuple = handle.pose
         self.is_moved = self.is_turned = self.is_over = False
         self.is_exact = False
-        self.heard, self.due = time.monotonic(), 0.0
+        self.heard, self.due, self.requested = time.monotonic(), 0.0, math.inf
         self.fault: Optional[str] = None
         self.refusal: Optional[Exception] = None
         self.before: Dict[values.Source, Any] = {}
@@ -62,6 +63,15 @@ class Drag:
         # Only what the hand has changed is asked for, and that even where it goes back to where it was.
         self.is_moved = self.is_moved or self.pose[:3] != self.start[:3]
         self.is_turned = self.is_turned or not are_same_rotation(self.pose[3:], self.start[3:], NOISE**2)
+
+    def misfit(self, handle: Handle) -> Optional[str]:
+        """Why a pose of this drag means nothing for a handle of the same name in a later message, or None."""
+        if handle.frame.lstrip('/') != self.handle.frame.lstrip('/'):
+            return 'it is in the frame {} now instead of {}'.format(handle.frame, self.handle.frame)
+        # An element of a list has an index for a name: where elements were added or removed, it is another one. A thing
+        # with a name of its own stays the same, also where its node computes it from other sources.
+        held, present = (set(values.sources(list(one.tracked))) for one in (self.handle, handle))
+        return 'another thing has taken its place' if handle.name.endswith(']') and held != present else None
 
     def _is_sound(self, frame: str, pose: PoseTuple) -> bool:
         """Return whether a reported pose can be used; `fault` says what is wrong with it."""

@@ -35,7 +35,7 @@ class Drop:
 
     def see(self, handle: Optional[Handle]) -> None:
         """Take in the thing as the latest message has it, or None."""
-        if handle is not None and handle is not self._handle and handle.frame == self._handle.frame:
+        if handle is not None and handle is not self._handle and self.drag.misfit(handle) is None:
             self._handle = handle
             if not self._is_of_the_way(handle):
                 self.loop.take(self._observed(handle))

@@ -11,7 +11,7 @@ import contextlib
 import threading
 import time
 import traceback
-from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Callable, Collection, Deque, Dict, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
 
@@ -56,13 +56,20 @@ class Drags:
         scene: has the handles.
         rules: how sources follow.
         name_of: what a source is called, for people.
+        raised_since: the first new error in one of these nodes since a time, as `NodeErrors` says it.
 
     Attributes:
         chosen: {name of a handle: the Source that its drags change}.
     """
 
-    def __init__(self, scene: Scene, rules: Rules, name_of: Callable[[values.Source], str]) -> None:
-        self._scene, self._rules, self._name_of = scene, rules, name_of
+    def __init__(
+        self,
+        scene: Scene,
+        rules: Rules,
+        name_of: Callable[[values.Source], str],
+        raised_since: Callable[[Collection[str], float], str] = lambda nodes, since: '',
+    ) -> None:
+        self._scene, self._rules, self._name_of, self._raised_since = scene, rules, name_of, raised_since
         self._held: Dict[str, Drag] = {}
         self._over: Deque[Drag] = collections.deque()
         self._drops: Dict[str, Drop] = {}  # by the names of handles
@@ -174,20 +181,35 @@ class Drags:
 
     def _look_at(self, name: str, drop: Drop) -> None:
         """Take back what is not shown where it was dropped, although its sources were changed again and again."""
-        drop.see(self._scene.handle(name))
-        if not drop.loop.is_over or self._drops.get(name) is not drop:
+        drag = drop.drag
+        error = '' if drop.loop.observer.new else self._why_raised(drag)
+        if not error:
+            drop.see(self._scene.handle(name))
+        if not (error or drop.loop.is_over) or self._drops.get(name) is not drop:
             return
         del self._drops[name]
-        drag = drop.drag
-        if not drop.is_seen:
+        if error:
+            self._scene.say(drag.handle, f'{error}; {self._take_back(drag)}')
+            self._scene.let_go(name)
+        elif not drop.is_seen:
             self._scene.say(drag.handle, 'changed, but not shown yet')
-        elif drop.is_elsewhere and self._is_in_force(drag):
+        elif drag.is_exact and drop.is_elsewhere and self._is_in_force(drag):
             parts = ['its node shows it elsewhere than it was dropped, and computes it in another way']
             if drag.refusal:
                 parts.append(wording.refusal(drag.refusal))
-            reason = self._undo(name)
-            parts.append('it could not be taken back: ' + reason if reason else 'taken back')
-            self._scene.say(drag.handle, '; '.join(parts))
+            self._scene.say(drag.handle, '; '.join([*parts, self._take_back(drag)]))
+
+    def _why_raised(self, drag: Drag) -> str:
+        """The error that a drag has made the publisher, or a node with a changed source, raise; '' for none."""
+        nodes = {self._scene.origin(drag.handle.name)[1], *(source.node for source in drag.before)}
+        return self._raised_since(nodes, drag.requested)
+
+    def _take_back(self, drag: Drag) -> str:
+        """Restore what the sources were before a drag; what came of it."""
+        self._remember(drag)
+        reason = self._undo(drag.handle.name)
+        drag.before, drag.after = {}, {}
+        return 'it could not be taken back: ' + reason if reason else 'taken back'
 
     def _is_in_force(self, drag: Drag) -> bool:
         """Return whether all sources still have what a drag gave them: what others have changed since is left alone."""
@@ -200,7 +222,7 @@ class Drags:
     def _change_again(self, drag: Drag) -> Dict[values.Source, node.Change]:
         """Solve again for a thing that is shown elsewhere than it was dropped; gives what its drag has changed by now,
         {} where it has changed nothing more."""
-        if not self._is_in_force(drag):
+        if not drag.is_exact or not self._is_in_force(drag):
             return {}
         before = dict(drag.after)
         drag.refusal = self._force(drag, drag.pose, may_leap=True)
@@ -225,8 +247,10 @@ class Drags:
             drag = self._over.popleft()
             drag.is_over = True
             return drag
-        wait = 1.0 / self._rules.rate if self._drops else PERIOD
+        wait = 1.0 / self._rules.rate if self._drops or self._held else PERIOD
         for drag in self._held.values():
+            if drag.before and drag.fault is None and self._why_raised(drag):
+                return drag
             if self._rules.is_live and drag.asked != drag.pose:
                 wait = min(wait, drag.due - now)
                 if wait <= 0.0:
@@ -254,6 +278,9 @@ class Drags:
         """Ask the owners where the hand has gone on since they were last asked, or lets go."""
         pose, asked = drag.pose, drag.asked
         drag.asked = pose
+        error = self._why_raised(drag) if drag.before and drag.fault is None else ''
+        if error:
+            drag.fault = f'{error}; {self._take_back(drag)}'
         # An answer that can only be reached by a leap is one when the hand lets go, where nothing has followed it yet.
         may_leap = drag.is_over and not drag.followed and pose != drag.start
         has_no_answer = drag.refusal is None or isinstance(drag.refusal, values.NotInvertible)
@@ -266,16 +293,18 @@ class Drags:
             self._remember(drag)
         if name not in self._held:  # no hand has taken it again meanwhile
             self._scene.let_go(name, None if refusal else drag.after)
-            if not refusal and drag.after and drag.is_exact:
+            if not refusal and drag.after:
                 self._drops[name] = Drop(drag, lambda: self._change_again(drag))
         if refusal:
             rospy.logwarn('%s snaps back: %s', name, refusal)
 
     def _force(self, drag: Drag, pose: PoseTuple, may_leap: bool) -> Optional[Exception]:
         """Ask the owners for what a drag wants; the refusal, or None."""
-        handle = self._scene.handle(drag.handle.name)
-        if handle is None or handle.frame != drag.handle.frame:  # the pose means nothing in another frame
-            handle = drag.handle
+        handle = self._scene.handle(drag.handle.name) or drag.handle
+        misfit = drag.misfit(handle)
+        if misfit is not None:
+            drag.fault = drag.fault or misfit
+            return None
         tracked, targets = handle.wanted(pose, drag.is_moved, drag.is_turned)
         if not tracked:
             return None
@@ -285,7 +314,7 @@ class Drags:
             plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.before, drag.followed, may_leap)
             wanted = changes.to_request(plan, drag.after)
             if wanted:
-                drag.solved = handle
+                drag.solved, drag.requested = handle, min(drag.requested, time.monotonic())
                 drag.remember(node.request_values(wanted, timeout, drag.request_id))
             if plan.is_exact:
                 drag.followed = {source: drag.after.get(source, new) for source, new in plan.after.items()}

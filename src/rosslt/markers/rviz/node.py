@@ -5,6 +5,7 @@ from typing import List
 
 import rospy
 
+from rosslt import node
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.faults import contained
@@ -39,7 +40,7 @@ def run() -> None:
 
     scene = Scene(settings)
     descriptions = Descriptions()
-    drags = Drags(scene, rules, descriptions.name)
+    drags = Drags(scene, rules, descriptions.name, node.NodeErrors().raised_since)
     offers = Offers(scene, drags, descriptions)
     display = Display(Server(rospy.get_name()), offers, notes)
     Watch(scene, topics)
