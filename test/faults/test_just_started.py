@@ -13,7 +13,7 @@ TESTS = Path(__file__).parent.parent
 KEEPING_TIMES = [
     str((TESTS / file).resolve(strict=True))
     for file in (
-        'markers/test_drags.py',
+        'markers/test_scene_drags.py',
         'markers/test_scene.py',
         'messages/test_fault_log.py',
         'messages/test_sampling.py',

@@ -226,7 +226,7 @@ def test_what_is_generated_is_loaded_as_it_is(folder, generated, monkeypatch):
 
 def test_bytecode_is_that_of_all_files_that_rewrite():
     package = Path(loader.__file__).parents[1]
-    needed, found = {'instrument/rewriting'}, set()
+    needed, found = {'instrument/tree_rewriting'}, set()
     while needed - found:
         name = (needed - found).pop()
         found.add(name)
@@ -234,7 +234,7 @@ def test_bytecode_is_that_of_all_files_that_rewrite():
         needed.update(
             f'instrument/{file}' for file in re.findall(r'^from rosslt\.instrument\.(\w+) import', text, re.M)
         )
-    assert set(loader._REWRITING) == {*found, 'node/identities'}
+    assert set(loader._REWRITING) == {*found, 'node/literal_identities'}
 
 
 def test_a_relay_of_a_catkin_workspace_is_followed(folder):

@@ -10,8 +10,8 @@ from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
 from rosslt.markers.drags import changes, wording
-from rosslt.markers.drags import scene_drags as drags_module
 from rosslt.markers.drags import drop as drop_module
+from rosslt.markers.drags import scene_drags as drags_module
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drop import Drop
 from rosslt.markers.drags.scene_drags import Drags, Rules
@@ -204,11 +204,12 @@ def box_at(x, frame='world'):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """The requests to owners, who make every change: [{Source: new value}]."""
+    """The requests for A, B and C to their owner: [{Source: new value}]. A drag of an earlier test may ask for others."""
     result = []
 
     def request_values(wanted, _timeout, _request_id):
-        result.append(wanted)
+        if wanted.keys() & {A, B, C}:
+            result.append(wanted)
         return {source: node.Change(None, new) for source, new in wanted.items()}
 
     monkeypatch.setattr(node, 'request_values', request_values)

@@ -1,6 +1,7 @@
 """Changed values of a node, and where in files they stand."""
 
 import contextlib
+import copy
 import functools
 import json
 from typing import Any, Collection, Dict, List, NamedTuple, Tuple
@@ -14,6 +15,9 @@ from rosslt.node.directory import Directory, Place
 from rosslt.node.json_scalars import from_json
 from rosslt.node.parameter_server import element_of
 from rosslt.node.service_calls import ask_all
+
+#: The maximal number of remembered values of a parameter that a save offered to write.
+_MOST_OFFERED = 20
 
 
 class Unsaved(NamedTuple):
@@ -94,12 +98,13 @@ def _in_parameter_files(
     master = rosgraph.Master(rospy.get_name())
     with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
         origins = json.loads(master.getParam(files.ORIGINS))
+    before = copy.deepcopy(origins)
     by_file: Dict[str, List[Tuple[Place, Dict[str, Any]]]] = {}
     unsaved: List[Unsaved] = []
     changed_back = set()
     for place in parameters:
         origin, values = origins.get(place.location.name), past.get(place.location.id, [])
-        if not values and not _differs_from_file(place, origin):
+        if not values and not _was_changed_earlier(place, origin):
             continue
         if values and files.equal(place.value, values[0]):
             changed_back.add(place.local_name)
@@ -107,8 +112,8 @@ def _in_parameter_files(
         if reason:
             unsaved.append(Unsaved(place.local_name, reason))
         else:
-            # What was changed back may have been saved in between.
-            said = [origin['said'], *filter(files.is_scalar, values)]
+            # What was changed back may have been saved in between, by an earlier run of the node, too.
+            said = [origin['said'], *filter(files.is_scalar, values), *origin.get('offered', ())]
             by_file.setdefault(origin['file'], []).append((place, {**origin, 'said': said}))
     edits: List[files.Edit] = []
     for file, those in by_file.items():
@@ -119,11 +124,30 @@ def _in_parameter_files(
         else:
             edits += made
             unsaved += [Unsaved(name, reason) for name, reason in left]
+            written = {edit.what for edit in made}
+            _offer(origins, [place for place, _ in those if place.local_name in written])
+    if origins != before:
+        master.setParam(files.ORIGINS, json.dumps(origins))
     return edits, [one for one in unsaved if one.name not in changed_back]
 
 
-def _differs_from_file(place: Place, origin: Any) -> bool:
-    """Return whether a parameter is no longer what its file said: a node that ran earlier may have changed it."""
+def _offer(origins: Any, places: List[Place]) -> None:
+    """Note what is about to be written beside where it stands: the node may be started again, and its history is gone
+    then, or be changed back to what the file said at first."""
+    for place in places:
+        offered = origins[place.location.name].setdefault('offered', [])
+        if not any(files.equal(place.value, one) for one in offered):
+            offered.append(place.value)
+            del offered[:-_MOST_OFFERED]
+
+
+def _was_changed_earlier(place: Place, origin: Any) -> bool:
+    """Return whether a node that ran earlier, and whose history is gone, may have changed a parameter.
+
+    Its value differs from the one in the file that it was loaded from, or a save was offered before.
+    """
+    if (origin or {}).get('offered'):
+        return True
     said = (origin or {}).get('said')
     if type(said) is str:
         said = said.replace('\r\n', '\n').replace('\r', '\n')  # as XML carries it to the parameter server

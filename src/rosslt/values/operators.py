@@ -202,7 +202,14 @@ def rounded(self: Value, digits: Value = None) -> Value:
 
 
 def product(self: Value, other: Value) -> Value:
-    """`self * other` of a whole number, which may repeat a text. Lists repeat themselves, in place with `*=`."""
+    """`self * other` of a whole number, which may repeat a text or a list."""
+    if isinstance(other, (bytes, bytearray, list, tuple)):
+        return self._plain * other
+    return reflected_product(self, other)
+
+
+def reflected_product(self: Value, other: Value) -> Value:
+    """`other * self` of a whole number, which may repeat a text. Lists repeat themselves, in place with `*=`."""
     return apply(ops.REPEAT, other, self) if isinstance(other, str) else multiply(self, other)
 
 
@@ -249,7 +256,7 @@ def complete_core() -> None:
         return lambda a, b: product(a, b) if type(a) is TrackedInt else times_whole(a, b)
 
     def times_whole(a: Value, b: Value) -> Value:
-        return product(b, a) if type(b) is TrackedInt and type(a) is not TrackedFloat else multiply(a, b)
+        return reflected_product(b, a) if type(b) is TrackedInt and type(a) is not TrackedFloat else multiply(a, b)
 
     rows = [*FAST.values(), ops.POWER]
     CORE.complete(
@@ -288,7 +295,7 @@ def give_all() -> None:
     for cls in WHOLE:
         cls.numerator = property(itself)
         if CORE is None or cls is TrackedBool:
-            cls.__mul__ = cls.__rmul__ = product
+            cls.__mul__, cls.__rmul__ = product, reflected_product
     for cls in NUMBERS:
         if CORE is None or cls is TrackedBool:
             give_operator(cls, 'pow', ops.POWER)
