@@ -205,12 +205,18 @@ def box_at(x, frame='world'):
 @pytest.fixture
 def asked(monkeypatch):
     """The requests to owners, who make every change: [{Source: new value}]."""
-    result = []
+    result, ids, new_request_id = [], [], node.new_request_id
 
-    def request_values(wanted, _timeout, _request_id):
-        result.append(wanted)
+    def note_id():
+        ids.append(new_request_id())
+        return ids[-1]
+
+    def request_values(wanted, _timeout, request_id):
+        if request_id in ids:  # and not of a drag that another test has left
+            result.append(wanted)
         return {source: node.Change(None, new) for source, new in wanted.items()}
 
+    monkeypatch.setattr(node, 'new_request_id', note_id)
     monkeypatch.setattr(node, 'request_values', request_values)
     monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
     return result
