@@ -204,14 +204,19 @@ def box_at(x, frame='world'):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """The requests for A, B and C to their owner: [{Source: new value}]. A drag of an earlier test may ask for others."""
-    result = []
+    """The requests to owners, who make every change: [{Source: new value}]."""
+    result, ids, new_request_id = [], [], node.new_request_id
 
-    def request_values(wanted, _timeout, _request_id):
-        if wanted.keys() & {A, B, C}:
+    def note_id():
+        ids.append(new_request_id())
+        return ids[-1]
+
+    def request_values(wanted, _timeout, request_id):
+        if request_id in ids:  # and not of a drag that another test has left
             result.append(wanted)
         return {source: node.Change(None, new) for source, new in wanted.items()}
 
+    monkeypatch.setattr(node, 'new_request_id', note_id)
     monkeypatch.setattr(node, 'request_values', request_values)
     monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
     return result
