@@ -150,5 +150,5 @@ def _says_instead(before: str, after: str, node: yaml.Node, change: YamlChange) 
 
 
 def _content(event: yaml.Event) -> Tuple[object, ...]:
-    """What an event of YAML says, wherever it stands."""
+    """The content of an event of YAML, without its position."""
     return (type(event), *(getattr(event, name, None) for name in ('anchor', 'tag', 'implicit', 'value')))

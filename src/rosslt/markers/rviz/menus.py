@@ -17,7 +17,7 @@ SOURCES = 'Sources'
 
 
 class Menu(NamedTuple):
-    """What stands in a menu.
+    """The content of a menu.
 
     Attributes:
         choices: (title, source, whether it is chosen) of what drags can change; no source for the default.
