@@ -6,7 +6,7 @@ import pytest
 from std_msgs.msg import Float64
 
 import rosslt
-from rosslt import values
+from rosslt import node, values
 from rosslt.instrument.budget import MOST, Budget
 from rosslt.values import OPERATION
 from support.unmodified import Listener, Unmodified
@@ -50,7 +50,10 @@ class Machine:
 
 
 @pytest.fixture
-def started():
+def started(monkeypatch):
+    # What an earlier test of this process has changed is recorded without a limit.
+    monkeypatch.setattr(node, 'READINGS', type(node.READINGS)())
+
     def start(machine):
         budget = Budget(machine.clock)
         budget.begin()
