@@ -19,7 +19,7 @@ import rosslt
 from support.hand import Hand, wait_until
 
 SCRIPT = Path(rospy.myargv()[1])
-TICK = 0.02  # s, one turn of the nodes
+TICK = 20_000_000  # ns, one turn of the nodes; whole, since a node waits for another tick if one is too short by 1 ns
 PRECISION = 0.001
 DURATION = 4.0  # s, of a flight
 A_WHILE = 1.5  # s, longer than it is looked whether something else is shown where a thing was dropped
@@ -45,21 +45,30 @@ class Time:
         self._counts[topic] += 1
 
     def tick(self, timeout=30.0):
-        """Move it by one tick, and wait until the nodes have gone along; at the start, not all do."""
+        """Move it by one tick, and wait until the nodes have gone along.
+
+        Returns:
+            The topics without a message of this tick: those of nodes that stand still.
+        """
         before = dict(self._counts)
         self._ticks += 1
-        self._publisher.publish(rospy.Time.from_sec(1000 + self._ticks * TICK))
+        self._publisher.publish(rospy.Time(1000, self._ticks * TICK))
         deadline = time.monotonic() + timeout
-        while any(self._counts[topic] == before[topic] for topic in before) and time.monotonic() < deadline:
+        while True:
+            missing = [topic for topic in before if self._counts[topic] == before[topic]]
+            if not missing or time.monotonic() > deadline:
+                return missing
             time.sleep(0.001)
 
-    def move_until(self, holds, what, timeout=60.0):
+    def move_until(self, holds, what, ticks=3000):
         """Move it until something holds."""
-        for _ in range(int(timeout / TICK)):
+        for _ in range(ticks):
             if holds():
                 return
-            self.tick()
-        raise AssertionError('not within {} s of simulated time: {}'.format(timeout, what))
+            missing = self.tick()
+            if missing:
+                raise AssertionError('time moved on, and nothing came on {}'.format(', '.join(missing)))
+        raise AssertionError('not within {} ticks: {}'.format(ticks, what))
 
 
 class Drags(unittest.TestCase):
@@ -69,7 +78,7 @@ class Drags(unittest.TestCase):
         cls.time = Time({'trajectory': PoseTracked, 'quadcopter': Marker})
         rosslt.Subscriber('trajectory_markers', MarkerArray, cls.take_trajectory)
         rosslt.Subscriber('quadcopter', Marker, cls.take_quadcopter, keep_provenance=True)
-        wait_until(lambda: cls.time.tick(0.1) or cls.trajectory, 'a trajectory', 40.0)
+        wait_until(lambda: not cls.time.tick(0.1) and cls.trajectory, 'the nodes to go along with time', 40.0)
         cls.hand = Hand()
 
     @classmethod
