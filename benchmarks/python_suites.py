@@ -47,37 +47,48 @@ import pytest
 
 class Outcomes:
     def __init__(self, file):
-        self.file = open(file, 'w')
+        self.file = open(file, 'a')
+    def pytest_runtest_logstart(self, nodeid):
+        print(json.dumps([nodeid, 'hung', '']), file=self.file, flush=True)
     def pytest_runtest_logreport(self, report):
         if report.when == 'call' or report.outcome != 'passed':
             line = [report.nodeid, report.outcome, str(report.longrepr or '')[-1500:]]
             print(json.dumps(line), file=self.file, flush=True)
 
 options = ['-q', '--tb=short', '--assert=plain', '-p', 'no:cacheprovider', '--pyargs']
-sys.exit(pytest.main([*options, sys.argv[1]], plugins=[Outcomes(sys.argv[2])]))
+done = ['--deselect=' + json.loads(line)[0] for line in open(sys.argv[2])]
+sys.exit(pytest.main([*options, *done, sys.argv[1]], plugins=[Outcomes(sys.argv[2])]))
 """
 
 
 def run(suite, include, folder, options):
-    """{test: (outcome, what was said)} of a suite; with modules to include, rewritten."""
+    """{test: (outcome, what was said)} of a suite; with modules to include, rewritten. What hangs is left out then."""
     runner, outcomes = Path(folder, 'runner.py'), Path(folder, 'outcomes')
     runner.write_text(RUNNER, encoding='utf-8')
     outcomes.write_text('', encoding='utf-8')
     path = os.pathsep.join([*map(os.path.abspath, options.path), os.environ.get('PYTHONPATH', '')])
     how = ['rosslt', 'run', *(f'--include={one}' for one in include)] if include else [sys.executable]
-    try:
-        subprocess.run(
+    environment = {**os.environ, 'PYTHONHASHSEED': '0', 'PYTHONPATH': path}
+    while True:
+        known = len(outcomes.read_text(encoding='utf-8'))
+        with subprocess.Popen(
             [*how, runner, suite, outcomes],
             cwd=folder,
-            timeout=options.timeout,
-            check=False,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            env={**os.environ, 'PYTHONHASHSEED': '0', 'PYTHONPATH': path},
-        )
-    except subprocess.TimeoutExpired:
-        print(f'{suite}: took longer than {options.timeout} s', flush=True)
+            env=environment,
+        ) as process:
+            try:
+                process.wait(options.timeout)
+                break
+            except subprocess.TimeoutExpired:
+                process.kill()
+        lines = outcomes.read_text(encoding='utf-8').splitlines()
+        if len('\n'.join(lines)) <= known:
+            print(f'{suite}: nothing within {options.timeout} s', flush=True)
+            break
+        print(f'{suite}: ended in {json.loads(lines[-1])[0]} after {options.timeout:g} s', flush=True)
     lines = outcomes.read_text(encoding='utf-8').splitlines()
     return {name: (outcome, said) for name, outcome, said in map(json.loads, lines)}
 

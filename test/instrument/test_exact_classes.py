@@ -7,6 +7,7 @@ import csv
 import itertools
 import math
 import operator
+import pickle
 import socket
 import types
 import warnings
@@ -168,6 +169,18 @@ def test_what_is_cached_of_a_number_is_nothing_of_where_that_came_from():
     assert (twice.cache_info().hits, twice.cache_info().misses) == (1, 2)
     assert (names['doubled'], twice.__name__) == (3.0, 'twice')
     assert values.sources(twice.__wrapped__(values.track(1.5, near)))[0] == near
+
+
+@pytest.mark.parametrize('code', ['math.sqrt', 'math.floor', 'math.hypot', 'math.log'])
+def test_functions_are_pickled_as_pythons_own(code):
+    written = run_rewritten('import math, pickle\nwritten = pickle.dumps({})'.format(code))['written']
+    assert pickle.loads(written)(9.0) == eval(code)(9.0)
+
+
+def test_all_that_rewritten_programs_call_is_pickled():
+    builtin = [thing for name, thing in vars(builtins).items() if name.startswith('__rosslt_') and callable(thing)]
+    for function in [*filter(callable, values.MATH.values()), *functions.REFLECTING.values(), *builtin]:
+        assert pickle.loads(pickle.dumps(function)) is function
 
 
 def test_a_function_is_called_with_other_globals():

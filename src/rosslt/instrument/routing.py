@@ -18,8 +18,8 @@ import rospy
 from rosslt import node, srv, values
 from rosslt.instrument import exact_classes, reloading
 from rosslt.instrument.cells import node_started
-from rosslt.instrument.functions import MATH
 from rosslt.instrument.losses import LOSSES
+from rosslt.instrument.program_functions import MATH
 from rosslt.instrument.publishing import Publisher, Service
 from rosslt.instrument.reconfiguring import tracked_server
 

@@ -108,6 +108,7 @@ def reflecting(
                 return result
         return plain(left, right)
 
+    function.__name__ = function.__qualname__ = plain.__name__
     return function
 
 
@@ -198,6 +199,9 @@ def _namespace() -> Dict[str, Value]:
     )
     for composed in (log, hypot, dist, fsum, prod, modf):
         names[composed.__name__] = composed
+    for name, thing in names.items():
+        if thing is not getattr(math, name, None):
+            thing.__module__ = 'rosslt.math'  # where pickle finds it
     return names
 
 

@@ -10,14 +10,19 @@
 
 typedef PyObject *Call(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words);
 
+/* What a function is called with first: a module, as pickle knows the functions of modules alone. It keeps a pointer. */
+static struct PyModuleDef kept = {PyModuleDef_HEAD_INIT, .m_name = "rosslt.values", .m_size = sizeof(void *)};
+#define KEPT(self) (*(void **)PyModule_GetState(self))
+
 /* A function that calls another one in the end, which gives it its module; `what` is kept for ever. */
 static PyObject *made_function(Call *call, void *what, PyObject *otherwise, const char *name, const char *doc)
 {
-    PyObject *made = NULL, *self = PyCapsule_New(what, NULL, NULL);
+    PyObject *made = NULL, *self = PyModule_Create(&kept);
     PyMethodDef *definition = PyMem_Malloc(sizeof *definition);
     PyObject *home = self ? PyObject_GetAttrString(otherwise, "__module__") : NULL;
     if (definition == NULL) PyErr_NoMemory();
     if (definition != NULL && home != NULL) {
+        KEPT(self) = what;
         *definition = (PyMethodDef){name, (PyCFunction)(void (*)(void))call, METH_FASTCALL | METH_KEYWORDS, doc};
         made = PyCFunction_NewEx(definition, self, home);
     }
@@ -56,7 +61,7 @@ static PyObject *recorded(const Recorder *recorder, PyObject *const *args)
 
 static PyObject *call_recorder(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words)
 {
-    const Recorder *recorder = PyCapsule_GetPointer(self, NULL);
+    const Recorder *recorder = KEPT(self);
     if (words == NULL && count == recorder->arity && (IS_OURS(args[0]) || (count == 2 && IS_OURS(args[1])))) {
         PyObject *result = recorded(recorder, args);
         if (result != NULL || PyErr_Occurred()) return result;
@@ -113,7 +118,7 @@ static inline int sort_of(PyObject *x)
 
 static PyObject *call_keeper(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words)
 {
-    const Keeper *keeper = PyCapsule_GetPointer(self, NULL);
+    const Keeper *keeper = KEPT(self);
     int sort = OF_PLAIN;
     for (Py_ssize_t at = 0; sort != OF_OTHERS && at < count; at++) {
         int one = sort_of(args[at]);
@@ -141,7 +146,7 @@ PyObject *make_keeper(PyObject *module, PyObject *args) { return made_of_three(a
 
 static PyObject *call_reflector(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *words)
 {
-    const Keeper *reflector = PyCapsule_GetPointer(self, NULL);
+    const Keeper *reflector = KEPT(self);
     if (count == 2 && words == NULL && IS_OURS(args[1])) {
         PyObject *kinds = PyDict_GetItem(reflector->called[OF_OTHERS], (PyObject *)Py_TYPE(args[0]));
         int is_reflected = kinds == NULL ? 0 : PySequence_Contains(kinds, (PyObject *)Py_TYPE(args[1]));
@@ -164,7 +169,7 @@ static PyObject *call_stripper(PyObject *self, PyObject *const *args, Py_ssize_t
         PyObject *x = args[0], *plain = PyUnicode_CheckExact(x) ? Py_NewRef(x) : plain_of(x);
         if (plain != NULL || PyErr_Occurred()) return plain;
     }
-    return PyObject_Vectorcall(PyCapsule_GetPointer(self, NULL), args, (size_t)count, words);
+    return PyObject_Vectorcall(KEPT(self), args, (size_t)count, words);
 }
 
 /* As `stripper` in functions.py. */
