@@ -49,10 +49,3 @@ def test_the_changed_lines_are_counted_right(changed):
     tracked = changed['slt_trajectory'].splitlines()
     new = [line for line in tracked if line and line not in plain]
     assert '**{} of its {} lines**'.format(len(new), len(tracked)) in PAGE
-
-
-def test_the_code_that_stays_is_that_of_the_node():
-    shown = [content for _, language, content in blocks(PAGE) if ' of ' in language]
-    assert len(shown) == 2
-    for content in shown:
-        assert content in (PLAIN / 'slt_trajectory.py').read_text(encoding='utf-8')
