@@ -1,4 +1,4 @@
-"""The compiled functions that rewritten programs call instead of Python's own, where pickle finds them by their names."""
+"""The compiled functions that rewritten programs call instead of Python's own, each under its name for pickle."""
 
 from typing import Any, Dict
 
