@@ -1,8 +1,7 @@
 """Changes and readings of 20 clients at 5 owners, while owners, clients and the master are killed, stopped and started.
 
 What the clients have logged is checked (`test/support/history_checker.py`), for locations of rosslt and, in the same
-harness, for parameters that are set with `rosparam set` and for a dynamic_reconfigure server. `./run bench history
---kind KIND` takes one of them.
+harness, for parameters that are set with `rosparam set`. `./run bench history --kind KIND` takes one of them.
 """
 
 import argparse
@@ -37,8 +36,6 @@ def main() -> None:
             print('   ', fault)
         for text in result.twins[:5]:
             print('    twins:', text)
-        for text in result.odd[:8]:
-            print('    said:', text[:160])
 
 
 if __name__ == '__main__':

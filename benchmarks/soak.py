@@ -16,7 +16,7 @@ import rosgraph
 import rospy
 from visualization_msgs.msg import Marker
 
-from rosslt.messages import provenance_size
+from rosslt.messages import split_provenance
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 
@@ -68,7 +68,7 @@ class Listener:
         rospy.Subscriber('soaked', rospy.AnyMsg, self._hear)
 
     def _hear(self, message: rospy.AnyMsg) -> None:
-        self.provenance = provenance_size(message._buff, Marker)
+        self.provenance = len(split_provenance(message._buff, Marker)[1])
         marker = Marker()
         marker.deserialize(message._buff)
         number = int(marker.text)

@@ -11,7 +11,7 @@ import random
 import time
 
 from rosslt import Source, evaluate, math, solve, track
-from rosslt.values import from_affine, lazy
+from rosslt.values import lazy
 from rosslt.values.accelerator import CORE
 
 A = Source('/bench', 1)
@@ -75,7 +75,6 @@ def chains():
     collecting = best(lambda: applied(x, long), 1, True) / 100 / best(lambda: applied(x, short), 50, True)
     print('%-44s %20.2f (at most 1.3)' % ('the same, garbage collector on', collecting))
     row('a lazy value', best(lambda: lazy([0.5], [None]), 500), plain)
-    row('a value from one term', best(lambda: from_affine(0.5, ((A, 0.3, 2.0),)), 500), plain)
     try:
         from uncertainties import ufloat
     except ImportError:

@@ -194,8 +194,8 @@ FAULTS = [
     Fault(
         'cell_that_ignores_a_change',
         'instrument/cells.py',
-        '        super().put(self.type(value))\n        for cells, number in self._readers:',
-        '        super().put(self.type(value))\n        for cells, number in self._readers[1:]:',
+        '        self.cells[self.number] = plain(self.tracked) if self.keeps is False else self.tracked',
+        '        self.cells[self.number] = self.literal',
         ('test/instrument/test_cells.py',),
     ),
     # --- script

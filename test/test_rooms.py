@@ -13,23 +13,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / 'src' / 'rosslt'
 SCRIPTS = ROOT / 'scripts'
 GENERATED = {'msg', 'srv'}
-OLDEST_PYTHON = (3, 8)
 PUBLIC_DOORS = {'tf.py': ['rosslt', 'node', 'tf']}  # beside the package's own door: a folder that each opens
 LONGEST_FILE = 500  # lines; most fit a screen or three
-
-#: Where a function imports a module of this package, and why it is not imported at the top.
-IMPORTED_WHEN_NEEDED = {
-    'cli/__init__.py': 'tab completion, which a command does without',
-    'cli/verbs/launch.py': 'the loader of modules, which other verbs do without',
-    'cli/verbs/run.py': 'the loader of modules, which other verbs do without',
-    'cli/verbs/web.py': 'viser, which nothing but the page needs',
-    'instrument/__init__.py': 'roslaunch takes long to import',
-    'instrument/loader.py': 'what routes imports, for programs that are rewritten',
-    'instrument/routing.py': 'NumPy and tf, which most nodes do without',
-    'instrument/runner.py': 'how values are shown, for programs that are rewritten',
-    'node/reconfigure/__init__.py': 'dynamic_reconfigure, which may not be installed',
-    'node/tf/__init__.py': 'tf2, which most nodes do without',
-}
 
 
 def rooms():
@@ -168,17 +153,6 @@ def test_no_file_imports_itself_by_way_of_others():
     assert not imported, 'these import each other: ' + ', '.join(str(path.relative_to(ROOT)) for path in imported)
 
 
-def test_modules_are_imported_at_the_top_of_a_file():
-    found = set()
-    for path in PACKAGE.rglob('*.py'):
-        for function in ast.walk(tree_of(path)):
-            if isinstance(function, (ast.FunctionDef, ast.AsyncFunctionDef)):
-                for node in ast.walk(function):
-                    if isinstance(node, ast.ImportFrom) and (node.level or (node.module or '').startswith('rosslt')):
-                        found.add(path.relative_to(PACKAGE).as_posix())
-    assert found == set(IMPORTED_WHEN_NEEDED)
-
-
 def test_every_comparison_with_a_tolerance_is_explained():
     section = (ROOT / 'docs' / 'design.md').read_text(encoding='utf-8').split('\n## Close enough\n')[1]
     listed = set(re.findall(r'^\| `([\w/]+\.py)`', section.split('\n## ')[0], flags=re.MULTILINE))
@@ -191,16 +165,9 @@ def test_every_comparison_with_a_tolerance_is_explained():
     assert all((PACKAGE / name).is_file() for name in listed)
 
 
-@pytest.mark.parametrize('path', python_files(), ids=lambda path: str(path.relative_to(ROOT)))
-def test_a_file_is_short_and_of_the_oldest_python(path):
-    text = path.read_text(encoding='utf-8')
-    ast.parse(text, str(path), feature_version=OLDEST_PYTHON)
-    assert len(text.splitlines()) <= LONGEST_FILE
-
-
-@pytest.mark.parametrize('path', sorted(PACKAGE.rglob('*.[ch]')), ids=lambda path: str(path.relative_to(ROOT)))
-def test_a_file_of_c_is_short(path):
-    assert len(path.read_text(encoding='utf-8').splitlines()) <= LONGEST_FILE
+def test_every_file_is_short():
+    files = [*python_files(), *PACKAGE.rglob('*.[ch]')]
+    assert [path for path in files if len(path.read_text(encoding='utf-8').splitlines()) > LONGEST_FILE] == []
 
 
 def test_the_part_that_needs_no_ros_runs_without_it():

@@ -8,6 +8,7 @@ The nodes and scripts that a suite names lie beside it and are executable. Their
 """
 
 import os
+import shutil
 import signal
 import subprocess
 from pathlib import Path
@@ -25,7 +26,7 @@ SUITES = sorted(HERE.rglob('*.test'))
 #: Suites that take long and whose promises others touch as well, or that show a whole demo.
 SLOW = {
     *('instrument/flying', 'markers/arm', 'markers/robot', 'markers/watching'),
-    *('markers/talker_listener', 'markers/visualization_talker_listener', 'node/closed_loop', 'script/mouse_drags'),
+    *('markers/talker_listener', 'markers/visualization_talker_listener', 'node/closed_loop'),
 }
 DEFAULT_TIME_LIMIT = 60  # rostest's own, in seconds, for a <test> that says none
 STARTING_AND_STOPPING = 60
@@ -45,18 +46,20 @@ def test_rostest(suite, tmp_path, monkeypatch):
     # where test/support is
     monkeypatch.setenv('PYTHONPATH', str(HERE), prepend=os.pathsep)
     elements = list(ElementTree.parse(suite).getroot())
-    if {one.tag for one in elements} <= {'param', 'rosparam', 'test'}:
-        with reached_master(tmp_path / 'log'):
-            status, output = run_without_rostest(suite, elements, results, tmp_path / 'output')
-    else:
-        command = ['rostest', '--results-base-dir', str(results), str(suite)]
-        environment = dict(os.environ, ROS_LOG_DIR=str(tmp_path / 'log'), ROS_HOSTNAME='localhost')
-        status, output = run(command, environment, time_limit(suite))
+    with (tmp_path / 'output').open('w+b') as printed:
+        if {one.tag for one in elements} <= {'param', 'rosparam', 'test'}:
+            with reached_master(tmp_path / 'log'):
+                status = run_without_rostest(suite, elements, results, printed)
+        else:
+            monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'log'))
+            monkeypatch.setenv('ROS_HOSTNAME', 'localhost')
+            arguments = ['--results-base-dir', str(results), str(suite)]
+            status = run(shutil.which('rostest'), arguments, printed, time_limit(suite))
+    output = (tmp_path / 'output').read_text(encoding='utf-8', errors='replace')
     report = '{}\n{}\n{}'.format(suite, output, node_logs(tmp_path / 'log'))
-    if status is None:
-        pytest.fail('did not end within {:.0f} s: {}'.format(time_limit(suite), report), pytrace=False)
     if status != 0:
-        pytest.fail('rostest ended with status {}: {}'.format(status, report), pytrace=False)
+        how = 'in vain' if status else 'not within {:.0f} s'.format(time_limit(suite))
+        pytest.fail('ended {}, with status {}: {}'.format(how, status, report), pytrace=False)
     # rostest takes a suite without a <test>, and a <test> that ran no test case, for a success
     reports = sorted(results.rglob('rosunit-*.xml'))
     if not reports:
@@ -76,76 +79,43 @@ def time_limit(suite):
     return STARTING_AND_STOPPING + sum(float(test.get('time-limit', DEFAULT_TIME_LIMIT)) for test in tests)
 
 
-def run_without_rostest(suite, elements, results, output):
+def run_without_rostest(suite, elements, results, printed):
     """Run the tests of a suite at the master that is reached; returns what `run` does.
 
     Args:
         elements: what the suite says: parameters and tests.
         results: the folder for JUnit reports.
-        output: the file for what is printed.
+        printed: the file for what is printed.
     """
     results.mkdir()
     parameters = rosgraph.Master('/test')
     status = 0
-    with output.open('wb') as printed:
-        for one in elements:
-            if one.tag != 'test':
-                parameters.setParam(one.get('name') or one.get('param'), yaml.safe_load(one.get('value') or one.text))
-                continue
-            report = results / 'rosunit-{}.xml'.format(one.get('test-name'))
-            arguments = ['--gtest_output=xml:{}'.format(report), '__name:={}'.format(one.get('test-name'))]
-            program = Program(str(suite.parent / one.get('type')), arguments, printed, printed)
-            try:
-                status = program.wait(float(one.get('time-limit', DEFAULT_TIME_LIMIT))) or status
-            except subprocess.TimeoutExpired:
-                status = None
-                break
-            finally:
-                end(program)
-    return status, output.read_text(encoding='utf-8', errors='replace')
+    for one in elements:
+        if one.tag != 'test':
+            parameters.setParam(one.get('name') or one.get('param'), yaml.safe_load(one.get('value') or one.text))
+            continue
+        report = results / 'rosunit-{}.xml'.format(one.get('test-name'))
+        arguments = ['--gtest_output=xml:{}'.format(report), '__name:={}'.format(one.get('test-name'))]
+        limit = float(one.get('time-limit', DEFAULT_TIME_LIMIT))
+        status = run(suite.parent / one.get('type'), arguments, printed, limit)
+        if status != 0:
+            break
+    return status
 
 
-def end(program):
-    """End a program that may still run; its nodes end with it when it is interrupted."""
-    program.send_signal(signal.SIGINT)
+def run(script, arguments, printed, limit):
+    """Run a program to its end; returns its status, None if it had to be stopped."""
+    program = Program(str(script), arguments, printed, printed)
     try:
-        program.wait(SHUTTING_DOWN)
+        return program.wait(limit)
     except subprocess.TimeoutExpired:
-        program.kill()
-
-
-def run(command, environment, time_limit):
-    """Runs a command to its end: its status, None if it had to be stopped, and what it printed."""
-    process = subprocess.Popen(
-        command,
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        start_new_session=True,
-        encoding='utf-8',
-        errors='replace',
-    )
-    try:
-        output, _ = process.communicate(timeout=time_limit)
-    except subprocess.TimeoutExpired:
-        output = stop(process)
-        return None, output
-    except BaseException:  # the user interrupts: no node may outlive the test
-        stop(process)
-        raise
-    return process.returncode, output
-
-
-def stop(process):
-    # rostest takes its nodes, which are in sessions of their own, down with it when it is interrupted
-    os.killpg(process.pid, signal.SIGINT)
-    try:
-        output, _ = process.communicate(timeout=SHUTTING_DOWN)
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        output = '(it did not end when interrupted, and was killed)'
-    return output
+        return None
+    finally:  # its nodes, which are in sessions of their own, end with it when it is interrupted
+        program.send_signal(signal.SIGINT)
+        try:
+            program.wait(SHUTTING_DOWN)
+        except subprocess.TimeoutExpired:
+            program.kill()
 
 
 def count(path):

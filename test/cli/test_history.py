@@ -72,16 +72,16 @@ class TestUndo:
 
     def test_takes_nothing_back_where_one_node_refuses_and_says_which(self, owners, master):
         request('another drag', first=3.0, second=4.0)
-        master.setParam('/second/rosslt/accept_changes', False)
+        rosslt('lock', '/second')
         try:
             wait_until(lambda: rosslt('set', '/second/y', '2.5').returncode == 1, 'it is locked')
             result = rosslt('undo', '/first')
             assert result.returncode == 1
             assert result.stdout == ''
-            assert result.stderr.startswith('rosslt undo: nothing is taken back: /second: /second takes no changes now')
+            assert result.stderr.startswith('rosslt undo: nothing is taken back: /second: /second is locked')
             assert (values()['/first/x'], values()['/second/x']) == ('3.0', '4.0')
         finally:
-            master.setParam('/second/rosslt/accept_changes', True)
+            rosslt('unlock', '/second')
             wait_until(lambda: rosslt('set', '/second/y', '2.0').returncode == 0, 'it is open again')
 
 

@@ -101,14 +101,6 @@ class TestLock:
         assert 'x is locked by' in failure('set', '/safe/x', '4')
         assert who('/safe/x') == f'locked by {ME}: calibrated'
 
-    def test_unlock_undoes_accept_changes_too(self, owner, master):
-        master.setParam('/safe/rosslt/accept_changes', False)
-        wait_until(lambda: rosslt('set', '/safe/x', '4').returncode == 1, 'it is locked')
-        assert who('/safe/x') == 'takes no changes: accept_changes is false'
-        rosslt('unlock', '/safe')
-        assert rosslt('set', '/safe/x', '4').returncode == 0
-        assert master.getParam('/safe/rosslt/accept_changes') is True
-
     def test_names_what_is_not_there(self, owner):
         assert 'has no location w' in failure('lock', '/safe/w')
         assert 'begins with no node that has locations' in failure('lock', '/nobody')

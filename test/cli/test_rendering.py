@@ -13,8 +13,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 import rosslt
 from rosslt.cli.fields import field_of, joined
-from rosslt.cli.reading import Received
 from rosslt.cli.rendering import LONGEST_ARRAY, json_line, yaml_lines
+from rosslt.node import Heard
 
 
 def tracked(value, number=0):
@@ -46,7 +46,7 @@ class NoDirectory:
 
 def as_json(message, path=''):
     return json.loads(
-        json_line(Received('/topic', '/node', message._type, message), field_of(message, path), path, NoDirectory())
+        json_line(Heard('/topic', '/node', message._type, message), field_of(message, path), path, NoDirectory())
     )
 
 

@@ -57,21 +57,9 @@ def test_files_and_pages_that_a_page_names_exist(page):
 
 
 def test_the_site_is_built_without_a_warning(tmp_path):
+    command = sys.executable + ' -m sphinx -q -W --keep-going -b html'
     built = subprocess.run(
-        [
-            sys.executable,
-            '-m',
-            'sphinx',
-            '-q',
-            '-W',
-            '--keep-going',
-            '-b',
-            'html',
-            '-d',
-            str(tmp_path / 'trees'),
-            str(DOCS),
-            str(tmp_path / 'site'),
-        ],
+        [*command.split(), '-d', str(tmp_path / 'trees'), str(DOCS), str(tmp_path / 'site')],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -81,8 +69,6 @@ def test_the_site_is_built_without_a_warning(tmp_path):
     )
     assert (built.returncode, built.stdout) == (0, '')
     reference = (tmp_path / 'site' / 'reference.html').read_text(encoding='utf-8')
-    import rosslt
-
     missing = [name for name in rosslt.__all__ if not re.search(rf'id="(module-)?rosslt[\w.]*\.{name}"', reference)]
     assert not missing
 

@@ -65,7 +65,7 @@ VALUES = [
 
 KEYS = [
     *('rosslt/gain', 'rosslt/count', 'rosslt/frame', 'rosslt/on', 'rosslt/tree', 'rosslt/tree/a', 'rosslt/tree/b'),
-    *('rosslt', 'rosslt/history', 'rosslt/accept_changes', 'rosslt/accept_changes_from', 'rosslt/change_locks'),
+    *('rosslt', 'rosslt/history', 'rosslt/accept_changes_from', 'rosslt/change_locks'),
     *('rosslt/gain/x', 'rosslt/unknown', 'rosslt_records', 'rosslt_records/gain', 'own', 'own/p', 'own/q'),
 ]
 

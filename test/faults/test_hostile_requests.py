@@ -2,6 +2,7 @@
 
 import pytest
 
+from support.history_harness import location_id
 from support.hostile_requests import play
 from support.processes import Node, wait_until
 from support.shell import lines, rosslt
@@ -34,18 +35,10 @@ def test_a_node_that_floods_the_topic_of_changes_does_not_keep_others_from_chang
     owner = "rosslt.location(1.0, name='x', maximum=1000.0)\nrosslt.location(1.0, name='y')\nrospy.spin()"
     with Node('flooded', owner):
         wait_until(lambda: len(lines('list', '/flooded')) == 2, 'both locations are there')
-        ids = _ids()
-        with Node('flood', FLOOD, str(ids['x']), wait_for=None) as flood:
+        with Node('flood', FLOOD, str(location_id('x')), wait_for=None) as flood:
             assert flood.read_line() == 'flooding'
             for number in range(3):
                 changed = rosslt('set', '/flooded/y', str(number + 2))
                 assert changed.returncode == 0, changed.stderr
                 assert rosslt('get', '/flooded/y').stdout == f'{number + 2}.0\n'
             assert rosslt('get', '/flooded/x').stdout == '1.5\n'
-
-
-def _ids():
-    import rospy
-    from rosslt.srv import ListLocations
-
-    return {one.name: one.id for one in rospy.ServiceProxy('/flooded/rosslt/list_locations', ListLocations)().locations}

@@ -32,12 +32,6 @@ def test_undo_takes_back_the_last_change_first(owners):
     changes = [('/first/x', '2'), ('/second/x', '3'), ('/first/y', '4'), ('/second/y', '5'), ('/first/x', '6')]
     for name, value in changes:
         lines('set', name, value)
-    undone = [line[0] for _ in changes for line in lines('undo')]
-    assert undone == [name for name, _ in reversed(changes)]
-
-
-def test_undo_of_a_node_takes_back_its_last_change_first(owners):
-    lines('set', '/first/x', '2')
-    lines('set', '/first/y', '3')
-    assert [line[:3] for line in lines('undo', '/first')] == [['/first/y', '3.0', '1.0']]
-    assert [line[:3] for line in lines('undo', '/first')] == [['/first/x', '2.0', '1.0']]
+    assert [line[0] for line in lines('undo', '/second')] == ['/second/y']
+    undone = [line[0] for _ in changes[1:] for line in lines('undo')]
+    assert undone == ['/first/x', '/first/y', '/second/x', '/first/x']

@@ -1,4 +1,4 @@
-"""Every part of a demo, the master too, is killed and started again while the others run, in many orders.
+"""Every part of the demo of markers, the master too, is killed and started again while the others run, in many orders.
 
 Afterwards drags work, the handles are those that were there before, and so are the parameters. `./run bench restarts`
 takes all orders.
@@ -8,14 +8,14 @@ import contextlib
 
 import pytest
 
-from support.restarts import MARKERS, QUADCOPTER, Demo, ShownDemo, orders, turned
+from support.restarts import Demo, ShownDemo, orders, turned
 
 pytestmark = [pytest.mark.rostest, pytest.mark.slow]
 
 
 @pytest.fixture
 def demo(master, tmp_path):
-    with contextlib.closing(Demo(MARKERS, master, tmp_path)) as made:
+    with contextlib.closing(Demo(master, tmp_path)) as made:
         yield made
 
 
@@ -27,14 +27,6 @@ def test_after_any_two_were_killed_and_started_again_in_any_order_all_is_as_befo
 def test_after_all_were_killed_and_started_again_all_is_as_before(demo):
     for order in turned(demo.parts):
         demo.restart(order)
-
-
-def test_after_parts_of_the_quadcopters_demo_were_killed_and_started_again_all_is_as_before(master, tmp_path):
-    """The nodes live on through a new master, and start again in an order that no launch file has."""
-    with contextlib.closing(Demo(QUADCOPTER, master, tmp_path)) as demo:
-        demo.restart(['master'])
-        demo.restart(['interactive_script', 'slt_quad'])
-        demo.restart(demo.parts[::-1])
 
 
 @pytest.fixture

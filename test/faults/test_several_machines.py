@@ -1,8 +1,5 @@
 """Two machines: what holds while a cable is pulled, a machine is gone, and addresses lead nowhere."""
 
-import hashlib
-import json
-import math
 import signal
 import subprocess
 import sys
@@ -11,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from support.history_checker import Operation, check
+from support.history_checker import check
+from support.history_harness import CLIENT, client_of, location_id, logged, operation
 from support.network import Network
 from support.processes import Node, wait_until
 
@@ -66,30 +64,6 @@ TOGETHER = """
         print('done', flush=True)
     except rosslt.Error as error:
         print(error, flush=True)
-    """
-
-#: Changes and reads a location of the other machine until it is told to end; logs as the clients of histories do.
-CLIENT = """
-    source = rosslt.track(0.0, rosslt.Source('/talker', {r0}))
-    number = 1000
-    while not os.path.exists({end!r}):
-        number += 1
-        entry = dict(register='r0', begin=time.monotonic(), outcome='ok', written=None, seen=None)
-        if number % 2:
-            entry['written'] = float(number)
-        try:
-            if number % 2:
-                (change,) = rosslt.force_value(source, float(number)).values()
-                entry['seen'] = change.old
-            else:
-                entry['seen'] = rosslt.untracked(rosslt.reevaluate(source))
-        except rosslt.ChangeRejected:
-            entry['outcome'] = 'refused'
-        except rosslt.Error:
-            entry['outcome'] = 'unknown'
-        entry['end'] = time.monotonic()
-        print(json.dumps(entry), flush=True)
-        time.sleep(0.005)
     """
 
 
@@ -159,11 +133,6 @@ def cable(machines):
     )
 
 
-def location_id(name):
-    """The id of a location that has a name: it follows from the name."""
-    return int.from_bytes(hashlib.blake2b(name.encode(), digest_size=6).digest(), 'big')
-
-
 def test_the_command_works_on_the_other_machine(machines, cable):
     assert machines.rosslt(machines.there, 'set', '/talker/x', '3').returncode == 0
     assert machines.rosslt(machines.there, 'get', '/talker/x').stdout == '3.0\n'
@@ -205,48 +174,26 @@ def test_a_change_while_the_cable_is_pulled_fails_with_a_clear_word_and_works_af
 
 
 def test_no_change_is_lost_or_applied_twice_while_the_cable_is_pulled_again_and_again(machines, cable):
-    end = machines.folder / 'end'
-    code = CLIENT.format(r0=location_id('r0'), end=str(end))
-    # numbers of its own: every value is written once
-    with open(machines.folder / 'client.jsonl', 'w+', encoding='utf-8') as log:
-        file = machines.folder / 'client.py'
-        head = textwrap.dedent(Node.IMPORTS) + "rosslt.init_node('client')\n"
-        file.write_text(head + textwrap.dedent(code), encoding='utf-8')
-        client = machines.there.start(sys.executable, str(file), stdout=log)
+    log, enough = machines.folder / 'client.jsonl', machines.folder / 'enough'
+    arguments = client_of({'/talker/r0': location_id('r0')}, log, seed=1, count=0, enough=enough)
+    client = machines.node(machines.there, 'client', CLIENT.format(timeout=5.0), *arguments)
 
-        def entries():
-            log.flush()
-            lines = Path(log.name).read_text(encoding='utf-8').splitlines()
-            return [json.loads(line) for line in lines if line.endswith('}')]
+    def count(outcome):
+        return sum(entry['outcome'] == outcome and 'end' in entry for entry in logged(log))
 
-        def wait_for_more(outcome):
-            count = sum(entry['outcome'] == outcome for entry in entries())
-            wait_until(
-                lambda: sum(entry['outcome'] == outcome for entry in entries()) > count + 1,
-                outcome + ' again',
-                STARTING,
-            )
+    def wait_for_more(outcome):
+        before = count(outcome)
+        wait_until(lambda: count(outcome) > before + 1, outcome + ' again', STARTING)
 
-        for _ in range(4):
-            wait_for_more('ok')
-            cable.pull()
-            wait_for_more('unknown')
-            cable.plug()
+    for _ in range(4):
         wait_for_more('ok')
-        end.touch()
-        client.wait(STARTING)
-        found = entries()
-    operations = [
-        Operation(
-            entry['register'],
-            entry['begin'],
-            math.inf if entry['outcome'] == 'unknown' else entry['end'],
-            entry['outcome'],
-            entry['written'],
-            entry['seen'],
-        )
-        for entry in found
-    ]
+        cable.pull()
+        wait_for_more('unknown')
+        cable.plug()
+    wait_for_more('ok')
+    enough.touch()
+    client.wait(STARTING)
+    operations = [operation(entry) for entry in logged(log)]
     assert check(operations, initial=operations[0].seen) == []
 
 

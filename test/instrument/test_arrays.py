@@ -279,6 +279,7 @@ def test_every_function_of_tf_is_compared():
 
 @pytest.mark.parametrize('name', TRANSFORMATIONS)
 def test_a_function_of_tf_gives_what_it_gave(name):
+    generator.seed(1)
     for _ in range(20):
         arguments = TRANSFORMATIONS[name]()
         theirs = flat(getattr(plain_tf, name)(*arguments))

@@ -7,7 +7,7 @@ from std_msgs.msg import Float64
 
 import rosslt
 from rosslt import node, values
-from rosslt.instrument.budget import MOST, Budget
+from rosslt.instrument.budget import FREE, MOST, Budget
 from rosslt.values import OPERATION
 from support.unmodified import Listener, Unmodified
 
@@ -32,11 +32,14 @@ class Machine:
     """A processor that takes some seconds for an operation of the program, and more for recording it."""
 
     def __init__(self, own):
-        self.now, self._own = 0.0, own
+        self.now, self.idle, self._own = 0.0, 0.0, own
         self._x = rosslt.track(1.0, rosslt.Source('/node', 1))
 
     def clock(self):
         return self.now
+
+    def wall_clock(self):
+        return self.now + self.idle
 
     def compute(self, seconds):
         """Compute for so many seconds of the program's own; returns the share of operations that were recorded."""
@@ -55,7 +58,7 @@ def started(monkeypatch):
     monkeypatch.setattr(node, 'READINGS', type(node.READINGS)())
 
     def start(machine):
-        budget = Budget(machine.clock)
+        budget = Budget(machine.clock, machine.wall_clock)
         budget.begin()
         return budget
 
@@ -87,7 +90,17 @@ def test_recording_begins_again_once_its_debt_is_paid(started):
         budget.begin_round()
     assert {0.0, 1.0} <= set(shares)
     assert budget.stops > 10
-    assert 0.7 < budget.spent / 20.0 < 1.1
+    assert 0.7 < budget.spent / (20.0 + FREE * machine.now) < 1.1
+
+
+def test_a_node_that_mostly_waits_has_a_share_of_a_core_for_recording(started):
+    machine = Machine(own=0.25 * OPERATION)
+    budget = started(machine)
+    for _ in range(400):
+        machine.compute(0.005)
+        budget.begin_round()
+        machine.idle += 0.09
+    assert 0.8 < budget.spent / (2.0 + FREE * machine.wall_clock()) < 1.1
 
 
 def test_what_takes_long_at_once_is_no_time_of_the_program(started):

@@ -3,7 +3,7 @@
 import threading
 
 import pytest
-from geometry_msgs.msg import Point, PointStamped
+from geometry_msgs.msg import Point
 
 from rosslt import node, values
 from rosslt.instrument import cells
@@ -11,7 +11,6 @@ from rosslt.instrument.tree_rewriting import CELLS
 from rosslt.node import refresh
 from support.programs import run_rewritten
 from support.shell import rosslt as command
-from support.unmodified import Listener, Unmodified
 
 
 def test_one_literal_is_made_known_while_another_one_is_changed(master, tmp_path, monkeypatch):
@@ -82,53 +81,13 @@ def test_an_edit_that_was_taken_in_does_not_undo_what_was_changed_since(master, 
     assert location.value == 1.5
 
 
-RELOADING = """
-import importlib
-import os
-import rospy
-from geometry_msgs.msg import PointStamped
-import settings_of_it
-rospy.init_node('reloading')
-pub = rospy.Publisher('reloading', PointStamped, queue_size=1)
-held = settings_of_it.SPEED
-other = settings_of_it.OTHER
-while not rospy.is_shutdown():
-    if os.path.exists('again'):
-        os.remove('again')
-        importlib.reload(settings_of_it)
-        other = settings_of_it.OTHER
-    p = PointStamped()
-    p.point.x = settings_of_it.SPEED
-    p.point.y = held
-    p.point.z = other
-    pub.publish(p)
-    rospy.sleep(0.03)
-"""
-
-
-def test_what_was_changed_holds_and_changes_take_effect_in_a_module_that_is_loaded_again(master, tmp_path):
-    settings = tmp_path / 'settings_of_it.py'
-    settings.write_text('SPEED = 1.5\nOTHER = 2.5\n')
-    with Unmodified(tmp_path, 'reloading', RELOADING), Listener('reloading', PointStamped) as heard:
-
-        def comes(*point):
-            return heard.comes(lambda message: (message.point.x, message.point.y, message.point.z) == point).point
-
-        def set_speed(value):
-            result = command('set', '/reloading/SPEED', str(value))
-            assert result.returncode == 0, result.stderr
-
-        comes(1.5, 1.5, 2.5)
-        set_speed(1.75)
-        comes(1.75, 1.75, 2.5)
-        settings.write_text('# Edited.\nOTHER = 9.5\nNEW = 0.5\nSPEED = 1.5\n')
-        (tmp_path / 'again').touch()
-        comes(1.75, 1.75, 9.5)
-        set_speed(4.25)
-        comes(4.25, 4.25, 9.5)
-        settings.write_text('OTHER = 7.5\nSPEED = 1.625\n')
-        (tmp_path / 'again').touch()
-        point = comes(1.625, 1.625, 7.5)
-        node.force_value(point.x, 2.0)
-        node.force_value(point.z, 8.0)
-        comes(2.0, 2.0, 8.0)
+def test_an_edited_module_that_is_loaded_again_says_what_its_file_says_and_the_first_one_keeps_its_changes(
+    master, tmp_path
+):
+    path = str(tmp_path / 'settings_of_it.py')
+    first = run_rewritten('SPEED = 1.5\n', path)
+    assert run_rewritten('SPEED = 1.5\n', path)[CELLS] is first[CELLS]
+    node.force_value(first['SPEED'], 1.75)
+    again = run_rewritten('OTHER = 9.5\nSPEED = 1.625\n', path)
+    assert (again['OTHER'], again['SPEED'], first[CELLS][0]) == (9.5, 1.625, 1.75)
+    assert not values.is_tracked([again['OTHER'], again['SPEED']])

@@ -135,7 +135,7 @@ def test_literals_that_are_called_like_settings_of_a_node_do_not_become_these(ma
         node.force_value(x, 0.5)
         node.force_value(y, 0.25)
         heard.comes(lambda message: (message.point.x, message.point.y) == (0.5, 0.25))
-        assert not rospy.has_param('/settings/rosslt/accept_changes')
+        assert not rospy.has_param('/settings/rosslt/change_locks')
         assert not rospy.has_param('/settings/rosslt/history')
         started.stop(signal.SIGKILL)
     with Unmodified(tmp_path, 'settings', SETTINGS), Listener('settings', PointStamped) as heard:
@@ -188,9 +188,9 @@ SETTINGS = PUBLISHING.format(
     name='settings',
     start="""
 history = 2.5
-accept_changes = 1.5
+change_locks = 1.5
 """,
-    fill='p.point.x, p.point.y = accept_changes, history',
+    fill='p.point.x, p.point.y = change_locks, history',
 )
 
 COUNTED = PUBLISHING.format(name='counted', start='height = 2', fill='p.point.x = height')

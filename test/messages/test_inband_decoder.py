@@ -17,7 +17,6 @@ from rosslt.messages import (
     decode,
     encode,
     inband,
-    provenance_size,
     split_provenance,
     tracked_type,
     tracked_types,
@@ -136,15 +135,6 @@ def test_a_message_whose_provenance_cannot_be_encoded_is_sent_without(monkeypatc
     monkeypatch.setattr('rosslt.messages.codec.encoder.encode', fail)
     assert in_band(sent) == serialized(sent)
     assert 'Unforeseen' in caplog.text
-
-
-def test_the_size_of_provenance_is_that_of_all_that_is_not_the_message():
-    sent = Pose(position=Point(X, 0.0, 0.0))
-    plain = len(serialized(Pose()))
-    assert provenance_size(in_band(sent), Pose) == len(in_band(sent)) - plain == len(encode(sent)) + 8
-    wrapped = serialized(wrap(sent, tracked_type(Pose)))
-    assert provenance_size(wrapped, tracked_type(Pose)) == len(wrapped) - plain
-    assert provenance_size(serialized(Pose()), Pose) == 0
 
 
 def refused_text():

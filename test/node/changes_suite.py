@@ -14,7 +14,7 @@ from rosslt.msg import AppliedChange
 from rosslt.srv import ChangeSources, GetValues, ListLocations
 
 import rosslt
-from support.processes import Node, wait_until
+from support.processes import Node, wait_until, wait_until_hears
 
 OWNER = """
     rosslt.location(2.0, name='gain', minimum=0.0, maximum=10.0)
@@ -137,7 +137,7 @@ class Changes(unittest.TestCase):
     def test_what_was_applied_is_told_with_who_asked(self):
         told = []
         subscriber = rospy.Subscriber('/owner/rosslt/changes', AppliedChange, told.append)
-        wait_until(subscriber.get_num_connections, 'the owner is connected')
+        wait_until_hears(subscriber, '/owner')
         offset = tracked(self.owner, 'offset')
         rosslt.force_value(offset, 11.0)
         wait_until(lambda: told, 'it is told')
@@ -148,7 +148,7 @@ class Changes(unittest.TestCase):
 
     def test_a_locked_node_refuses_every_change_until_it_is_unlocked(self):
         gain = tracked(self.owner, 'gain')
-        rospy.set_param('/owner/rosslt/accept_changes', False)
+        rospy.set_param('/owner/rosslt/change_locks', [['', 'ada', 'it runs']])
 
         def refused():
             try:
@@ -159,14 +159,14 @@ class Changes(unittest.TestCase):
 
         try:
             self.assertIn(
-                '/owner takes no changes now: /owner/rosslt/accept_changes is false',
+                '/owner is locked by ada: it runs',
                 wait_until(refused, 'the node is locked'),
             )
             before = self.current('offset')
             rospy.set_param('/owner/rosslt/offset', before + 1)
             wait_until(lambda: rospy.get_param('/owner/rosslt/offset') == before, 'it is taken back')
         finally:
-            rospy.set_param('/owner/rosslt/accept_changes', True)
+            rospy.set_param('/owner/rosslt/change_locks', [])
         wait_until(lambda: not refused(), 'the node is unlocked')
 
     def test_a_source_that_is_known_to_be_read_only_is_passed_over(self):
@@ -252,7 +252,7 @@ class Crowd(unittest.TestCase):
             location_id = rosslt.sources(tracked(node, 'offset'))[0].location_id
             told = []
             subscriber = rospy.Subscriber('/crowded/rosslt/changes', AppliedChange, told.append)
-            wait_until(subscriber.get_num_connections, 'the owner is connected')
+            wait_until_hears(subscriber, '/crowded')
             clients = [
                 Node(
                     'client{}'.format(number),

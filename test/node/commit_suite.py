@@ -12,7 +12,7 @@ from rosslt.srv import ChangeSources, GetHistory, ListLocations, LockLocations
 
 import rosslt
 from rosslt import node as rosslt_node
-from support.processes import Node, wait_until
+from support.processes import Node, wait_until, wait_until_hears
 
 OWNER = """
     rosslt.location(2.0, name='gain', minimum=0.0, maximum=10.0)
@@ -124,7 +124,7 @@ class Commits(unittest.TestCase):
     def test_where_one_node_refuses_none_changes_and_nothing_is_told(self):
         told = []
         subscriber = rospy.Subscriber('/left/rosslt/changes', AppliedChange, told.append)
-        wait_until(subscriber.get_num_connections, 'the owner is connected')
+        wait_until_hears(subscriber, '/left')
         unknown = rosslt.track(1.0, rosslt.Source('/right', 12345))
         with self.assertRaisesRegex(rosslt.ChangeRejected, '/right has no location 12345; nothing has changed') as one:
             rosslt.force_value([tracked('/left', 'offset'), unknown], [3.0, 4.0])

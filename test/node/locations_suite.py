@@ -124,7 +124,7 @@ class Literals(unittest.TestCase):
             rosslt.location(2.0, name='taken/below')
 
     def test_what_is_no_name_is_refused(self):
-        for name in ('', 'a b', '/a', 'a//b', 'accept_changes', 'rate'):
+        for name in ('', 'a b', '/a', 'a//b', 'change_locks', 'rate'):
             with self.assertRaises(ValueError):
                 rosslt.location(1.0, name=name)
 
@@ -477,7 +477,7 @@ class ParametersAsSources(unittest.TestCase):
         rospy.set_param('/kept', {'list': [1.0, 2.0], 'x': 1.0})
         rosslt.get_param('/kept')
         rosslt.get_param('~kept_default', 3.0)
-        rospy.set_param('~rosslt/accept_changes', False)
+        rospy.set_param('~rosslt/change_locks', [['', 'ada', 'it runs']])
         try:
             for value in ({'list': [1.0]}, 5.0, {'list': [1.0, 2.0], 'x': 3.0}):
                 rospy.set_param('/kept', value)
@@ -487,9 +487,9 @@ class ParametersAsSources(unittest.TestCase):
             rospy.delete_param('/kept/list')
             wait_until(lambda: rospy.has_param('/kept/list'), 'it is set back')
         finally:
-            rospy.set_param('~rosslt/accept_changes', True)
+            rospy.set_param('~rosslt/change_locks', [])
             says = rospy.ServiceProxy('~rosslt/lock_locations', LockLocations)
-            wait_until(lambda: says(action='').accepts_changes, 'it accepts changes again')
+            wait_until(lambda: not says(action='').locked_ids, 'it accepts changes again')
         self.assertEqual(rosslt.get_param('/kept'), {'list': [1.0, 2.0], 'x': 1.0})
 
 

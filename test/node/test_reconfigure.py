@@ -171,8 +171,12 @@ def test_a_client_follows_changes_of_others_and_locations_that_appear(client, ow
     owner.process.stdin.write("rosslt.location(9.0, name='late', maximum=20.0)\n")
     owner.process.stdin.flush()
     wait_until(lambda: client.does("client.config.get('late')") == 9.0, 'the new location is seen')
-    described = {one['name']: one for one in client.does('client.get_parameter_descriptions()')}
-    assert described['late']['max'] == 20.0
+
+    def described():
+        return {one['name']: one for one in client.does('client.get_parameter_descriptions()')}
+
+    wait_until(lambda: 'late' in described(), 'its description follows')
+    assert described()['late']['max'] == 20.0
     assert client.does("client.update_configuration({'late': 8.0})['late']") == 8.0
 
 

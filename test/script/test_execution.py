@@ -84,16 +84,7 @@ def test_what_must_not_be_in_a_script_is_refused_before_it_runs(text, place, rea
     assert said == []
 
 
-@pytest.mark.parametrize(
-    'name',
-    [
-        'open',
-        'eval',
-        'getattr',
-        '__import__',
-        'rospy',
-    ],
-)
+@pytest.mark.parametrize('name', ['open', 'eval', 'getattr', '__import__', 'rospy'])
 def test_a_script_has_no_name_that_leads_out_of_it(name):
     assert name in error_of('{}'.format(name)).reason
 

@@ -10,6 +10,7 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
+import numpy
 from PyQt5.QtGui import QImage
 from selenium import webdriver
 from selenium.common.exceptions import StaleElementReferenceException, TimeoutException, WebDriverException
@@ -226,16 +227,12 @@ class Browser:
     def pixel(self, point):
         """Where a point of the world, (x, y, z), is on the page, as long as nobody has moved the camera."""
         rect = self.canvas().rect
-        out = _unit([a - b for a, b in zip(FOCUS, EYE)])
-        right = _unit(_cross(out, (0.0, 0.0, 1.0)))
-        up = _cross(right, out)
-        way = [a - b for a, b in zip(point, EYE)]
-        depth = _dot(way, out)
+        out = numpy.subtract(FOCUS, EYE)
+        right = numpy.cross(out, (0.0, 0.0, 1.0))
+        axes = [axis / numpy.linalg.norm(axis) for axis in (right, numpy.cross(right, out), out)]
+        x, y, depth = axes @ numpy.subtract(point, EYE)
         scale = rect['height'] / 2 / math.tan(FIELD_OF_VIEW / 2) / depth
-        return (
-            round(rect['x'] + rect['width'] / 2 + scale * _dot(way, right)),
-            round(rect['y'] + rect['height'] / 2 - scale * _dot(way, up)),
-        )
+        return round(rect['x'] + rect['width'] / 2 + scale * x), round(rect['y'] + rect['height'] / 2 - scale * y)
 
     def press(self, pixel):
         pointer = ActionChains(self.driver, duration=30).w3c_actions
@@ -317,20 +314,3 @@ class Browser:
         with contextlib.suppress(AssertionError):
             return wait_until(holds, 'what comes of it', EFFECT)
         return False
-
-
-def _dot(first, second):
-    return sum(a * b for a, b in zip(first, second))
-
-
-def _cross(first, second):
-    return (
-        first[1] * second[2] - first[2] * second[1],
-        first[2] * second[0] - first[0] * second[2],
-        first[0] * second[1] - first[1] * second[0],
-    )
-
-
-def _unit(vector):
-    length = math.sqrt(_dot(vector, vector))
-    return tuple(part / length for part in vector)

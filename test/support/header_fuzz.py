@@ -29,7 +29,7 @@ from rosslt import (
     track,
     untracked,
 )
-from rosslt.messages import BadHeader, attach, decode, encode, is_tracked_type, tracked_type
+from rosslt.messages import BadHeader, attach, decode, encode, tracked_type
 from rosslt.messages.codec.expressions import agrees
 from rosslt.values import SOURCE, disassemble, source_values
 from support.filling import Filling, every_leaf, serialized
@@ -136,20 +136,10 @@ class Result(NamedTuple):
     """The longest time that receiving one message and asking for all its sources took, in seconds of processor time."""
 
 
-def fuzz(cases, seed):
-    """Attach changed provenances to messages, and use what comes of it.
-
-    Args:
-        cases: how many.
-        seed: of the random numbers.
-    """
+def drawn(right, cases, seed):
+    """`(message class, data)`: few are right, others random or made for another type, and most changed."""
     chance = random.Random(seed)
-    right = samples()
     others = [data for _, data in right]
-    plain = {cls: serialized(Filling(5).message(cls)) for cls, _ in right}
-    attached, slowest, faults = 0, 0.0, collections.Counter()
-    gc.collect()
-    gc.freeze()  # what is there already is not what a message takes time for
     for _ in range(cases):
         cls, data = chance.choice(right)
         way = chance.random()
@@ -159,24 +149,42 @@ def fuzz(cases, seed):
             cls = chance.choice(right)[0]
         elif way < 0.95:
             data = mutated(data, chance, others)
+        yield cls, data
+
+
+@contextlib.contextmanager
+def counted(faults, cls, data):
+    """Count what is raised meanwhile."""
+    try:
+        yield
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        faults['%s: %s (%s:%d)' % (type(error).__name__, error, place.filename, place.lineno)] += 1
+        logging.getLogger(__name__).debug('%s with %s', cls.__name__, data.hex())
+
+
+def fuzz(cases, seed):
+    """Attach changed provenances to messages, and use what comes of it."""
+    right = samples()
+    plain = {cls: serialized(Filling(5).message(cls)) for cls, _ in right}
+    attached, slowest, faults = 0, 0.0, collections.Counter()
+    gc.collect()
+    gc.freeze()  # what is there already is not what a message takes time for
+    for cls, data in drawn(right, cases, seed):
         message = cls().deserialize(plain[cls])
-        try:
-            begin = time.process_time()
-            try:
+        with counted(faults, cls, data):
+            begin, is_right = time.process_time(), False
+            with contextlib.suppress(BadHeader):
                 attach(message, data)
                 sources(message)
-            except BadHeader:
-                slowest = max(slowest, time.process_time() - begin)
-                assert not is_tracked(message)
-            else:
-                slowest = max(slowest, time.process_time() - begin)
+                is_right = True
+            slowest = max(slowest, time.process_time() - begin)
+            if is_right:
                 attached += 1
                 use(message, plain[cls])
+            else:
+                assert not is_tracked(message)
             assert serialized(message) == plain[cls]
-        except Exception as error:
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            faults['%s: %s (%s:%d)' % (type(error).__name__, error, place.filename, place.lineno)] += 1
-            logging.getLogger(__name__).debug('%s with %s', cls.__name__, data.hex())
     return Result(attached, faults, slowest)
 
 
@@ -187,7 +195,6 @@ def fuzz_stream(cases, seed):
         How many came with a provenance, and of each fault how often it came: any exception but that for a message that
         cannot be read.
     """
-    chance = random.Random(seed)
     right = []
     for message, (_, data) in zip(messages() * 2, samples()[::2] + samples()[1::2]):
         plain = serialized(untracked(message))
@@ -195,24 +202,11 @@ def fuzz_stream(cases, seed):
         wrapped = tracked_type(type(message))(data=untracked(message))
         wrapped.provenance.data = data
         right.append((type(wrapped), serialized(wrapped)))
-    others = [data for _, data in right]
     tracked, faults = 0, collections.Counter()
-    for _ in range(cases):
-        cls, data = chance.choice(right)
-        way = chance.random()
-        if way < 0.05:  # made for another type
-            other = chance.choice(right)[0]
-            cls = other if is_tracked_type(other) == is_tracked_type(cls) else cls
-        elif way < 0.95:
-            data = mutated(data, chance, others)
-        try:
-            with contextlib.suppress(genpy.DeserializationError):
-                message, error, _ = decode(data, cls)
-                found = sources(message)
-                assert not (error and found)
-                tracked += bool(found)
-        except Exception as error:
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            faults['%s: %s (%s:%d)' % (type(error).__name__, error, place.filename, place.lineno)] += 1
-            logging.getLogger(__name__).debug('%s with %s', cls.__name__, data.hex())
+    for cls, data in drawn(right, cases, seed):
+        with counted(faults, cls, data), contextlib.suppress(genpy.DeserializationError):
+            message, error, _ = decode(data, cls)
+            found = sources(message)
+            assert not (error and found)
+            tracked += bool(found)
     return tracked, faults

@@ -23,7 +23,6 @@ class Operation(NamedTuple):
         outcome: `ok`, `refused`, or `unknown` where no answer came.
         written: the value of a change, which no other one writes; None for a reading.
         seen: the value that was read; of a change, the one that it has replaced, or None where that is not known.
-        client: who it was.
     """
 
     register: str
@@ -32,7 +31,6 @@ class Operation(NamedTuple):
     outcome: str
     written: Any = None
     seen: Any = None
-    client: str = ''
 
 
 class Fault(NamedTuple):

@@ -1,9 +1,11 @@
 """Clients that change and read the registers of owners while processes are killed, stopped and started again.
 
 Every client writes down each operation when it begins and when it ends, so that one that is killed has begun it. What
-is changed is a location, a parameter set by `rosparam set`, or one of a dynamic_reconfigure server.
+is changed is a location, or a parameter set by `rosparam set`.
 """
 
+import contextlib
+import hashlib
 import json
 import math
 import os
@@ -12,26 +14,23 @@ import signal
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Dict, List, NamedTuple
 
 import rosgraph
+import rospy
+from std_srvs.srv import Trigger
 
-from support import fork_server
 from support.history_checker import Fault, Operation, check
 from support.processes import Master, Node, wait_until
 
 OWNER_KILLED, OWNER_STOPPED = 'owner killed', 'owner stopped'
 CLIENT_KILLED, MASTER_KILLED = 'client killed', 'master killed'
 
-ASKER = str(Path(__file__).with_name('ask_node.py'))
+#: What fails in one round; a run lasts until each has happened.
+FAILURES = (OWNER_KILLED, OWNER_KILLED, OWNER_STOPPED, CLIENT_KILLED, MASTER_KILLED)
 
-#: How many kinds of failures there are: a run lasts until each has happened.
-FAILURES = 4
-
-REGISTERS = ('r0', 'r1', 'r2')
-
-#: How long something that was started may take on a busy machine, in seconds.
-STARTING = 60.0
+#: The locations of an owner; the last one is changed together with that of another owner.
+NAMES = ('r0', 'r1', 'r2', 'twin')
 
 #: How long one operation may take, in seconds.
 TIMEOUT = 1.0
@@ -49,42 +48,16 @@ OWNERS = {
         """,
     'rosparam set': """
         from std_srvs.srv import Trigger, TriggerResponse
-        rospy.init_node({name!r})
+        rospy.init_node('owner')
         names = ['r0', 'r1', 'r2', 'twin']
-        values = {{name: rospy.get_param('~' + name, 0.0) for name in names}}
+        values = {name: rospy.get_param('~' + name, 0.0) for name in names}
         rospy.Service('~read', Trigger, lambda _: TriggerResponse(True, json.dumps(values)))
         while not rospy.is_shutdown():
             try:
-                values = {{name: rospy.get_param('~' + name, 0.0) for name in names}}
+                values = {name: rospy.get_param('~' + name, 0.0) for name in names}
             except Exception:
                 pass  # the master is away
             time.sleep(0.02)
-        """,
-    'dynamic_reconfigure': """
-        rospy.init_node({name!r})
-        sys.argv = [sys.argv[0], '', '', '', '']  # the generator takes itself for a script of the build
-        from dynamic_reconfigure.parameter_generator_catkin import ParameterGenerator, double_t
-        from dynamic_reconfigure.server import Server
-        from std_srvs.srv import Trigger, TriggerResponse
-        names = ['r0', 'r1', 'r2', 'twin']
-        generator = ParameterGenerator()
-        for name in names:
-            generator.add(name, double_t, 0, '', 0.0, -1e12, 1e12)
-        class Type:
-            defaults = dict.fromkeys(names, 0.0)
-            min = dict.fromkeys(names, -1e12)
-            max = dict.fromkeys(names, 1e12)
-            level = dict.fromkeys(names, 0)
-            type = dict.fromkeys(names, 'double')
-            all_level = 0
-            config_description = generator.group.to_dict()
-        values = dict(Type.defaults)
-        def take(config, level):
-            values.update({{name: config[name] for name in names}})
-            return config
-        server = Server(Type, take)
-        rospy.Service('~read', Trigger, lambda _: TriggerResponse(True, json.dumps(values)))
-        rospy.spin()
         """,
 }
 
@@ -113,13 +86,7 @@ CLIENT = """
         if kind == 'rosslt':
             (change,) = rosslt.force_value(tracked(register), value, timeout={timeout}).values()
             return change.old
-        if kind == 'rosparam set':
-            rospy.set_param(register, value)
-            return None
-        from dynamic_reconfigure.client import Client
-        node, _, name = register.rpartition('/')
-        Client(node, timeout={timeout}).update_configuration({{name: value}})
-        return None
+        rospy.set_param(register, value)
 
     def write_twins(pair, value):
         rosslt.force_value([tracked(one) for one in pair], [value, value], timeout={timeout})
@@ -146,9 +113,9 @@ CLIENT = """
             else:
                 answer['seen'] = read(register)
         except (rosslt.ChangeRejected, rosslt.NotInvertible) as error:
-            answer.update(outcome='unknown' if getattr(error, 'changed', None) else 'refused', text=str(error))
-        except Exception as error:  # whatever the network makes of it: nobody knows what has happened
-            answer.update(outcome='unknown', text=type(error).__name__ + ': ' + str(error))
+            answer['outcome'] = 'unknown' if getattr(error, 'changed', None) else 'refused'
+        except Exception:  # whatever the network makes of it: nobody knows what has happened
+            answer['outcome'] = 'unknown'
         answer['end'] = time.monotonic()
         log.write(json.dumps(answer) + '\\n')
     print('done', flush=True)
@@ -163,14 +130,12 @@ class Result(NamedTuple):
         faults: what is wrong with the history.
         twins: what is wrong with changes of two owners.
         injected: how many faults of which kind were made.
-        odd: texts of operations without an answer, each once.
     """
 
     operations: Dict[str, int]
     faults: List[Fault]
     twins: List[str]
     injected: Dict[str, int]
-    odd: List[str]
 
 
 def run(
@@ -186,199 +151,144 @@ def run(
         seed: of all that is drawn.
     """
     with tempfile.TemporaryDirectory(prefix='rosslt_history_') as directory:
-        return _Run(kind, clients, owners, count, pause, seed, Path(directory)).run()
+        return _Run(kind, count // clients, pause, random.Random(seed), Path(directory)).run(clients, owners)
+
+
+def client_of(
+    sources: Dict[str, int], log: Path, seed: int, count: int, enough: Path, kind: str = 'rosslt'
+) -> List[str]:
+    """The arguments of CLIENT.
+
+    Args:
+        sources: `{name of a register: the id of its location}`.
+        count: of operations, at the least.
+        enough: the file that says that it may end.
+    """
+    return [kind, json.dumps(sources), str(log), str(seed), str(count), str(enough)]
+
+
+def logged(path: Path) -> List[Dict[str, Any]]:
+    """What is known of each operation of a client."""
+    found: Dict[float, Dict[str, Any]] = {}
+    for line in path.read_text(encoding='utf-8').splitlines() if path.exists() else ():
+        with contextlib.suppress(ValueError):  # the client was killed while it wrote
+            entry = json.loads(line)
+            found.setdefault(entry['id'], {'outcome': 'unknown'}).update(entry)
+    return list(found.values())
+
+
+def operation(entry: Dict[str, Any]) -> Operation:
+    """An operation as it was logged."""
+    end = math.inf if entry['outcome'] == 'unknown' else entry['end']
+    return Operation(entry['register'], entry['begin'], end, entry['outcome'], entry.get('written'), entry.get('seen'))
+
+
+def location_id(name: str) -> int:
+    """The id of a location that has a name: it follows from the name."""
+    return int.from_bytes(hashlib.blake2b(name.encode(), digest_size=6).digest(), 'big')
 
 
 class _Run:
-    def __init__(
-        self, kind: str, clients: int, owners: int, count: int, pause: float, seed: int, directory: Path
-    ) -> None:
-        self.kind, self.count, self.pause = kind, count, pause
-        self.chance = random.Random(seed)
-        self.directory = directory
+    def __init__(self, kind: str, each: int, pause: float, chance: random.Random, directory: Path) -> None:
+        self.kind, self.each, self.pause, self.chance, self.directory = kind, each, pause, chance, directory
         self.enough = directory / 'enough'  # clients go on until it is there
         self.injected: Dict[str, int] = {}
         self.next: List[str] = []
-        self.number_of_clients, self.number_of_owners = clients, owners
-        self.begun = 0
-
-    def run(self) -> Result:
-        self.master = Master()
-        os.environ.update(ROS_MASTER_URI=self.master.uri, ROS_HOSTNAME='localhost', ROS_LOG_DIR=str(self.directory))
         self.owners: List[Node] = []
         self.clients: List[Node] = []
+        self.logs: List[Path] = []
+
+    def run(self, clients: int, owners: int) -> Result:
+        self.master = Master()
+        os.environ.update(ROS_MASTER_URI=self.master.uri, ROS_HOSTNAME='localhost', ROS_LOG_DIR=str(self.directory))
         try:
-            self.owners = [self._owner(f'owner{number}') for number in range(self.number_of_owners)]
-            for owner in self.owners:
-                self._wait_for(owner)
-            self.sources = {
-                f'{owner.name}/{name}': one for owner in self.owners for name, one in self._ids(owner).items()
-            }
-            each = self.count // self.number_of_clients
-            self.clients = [self._client(each) for _ in range(self.number_of_clients)]
+            for number in range(owners):
+                name, is_plain = f'owner{number}', self.kind != 'rosslt'
+                code = OWNERS[self.kind]
+                self.owners.append(Node(name, code, '__name:=' + name, wait_for='read', calls_init_node=is_plain))
+            for _ in range(clients):
+                self._start_client(self.each)
             while any(client.process.poll() is None for client in self.clients):
                 time.sleep(self.pause * self.chance.uniform(0.5, 1.5))
                 self._fail()
-            final = [self._read(owner) for owner in self.owners]
-            return self._judge(final)
+            return self._judge([operation for owner in self.owners for operation in self._last(owner)])
         finally:
             for node in [*self.clients, *self.owners]:
                 node.stop(signal.SIGKILL)
             self.master.kill()
 
-    @property
-    def _names(self) -> List[str]:
-        return [*REGISTERS, 'twin']
+    def _start_client(self, count: int) -> None:
+        sources = {f'{owner.name}/{name}': location_id(name) for owner in self.owners for name in NAMES}
+        number = len(self.logs) + 1
+        self.logs.append(self.directory / f'{number}.jsonl')
+        arguments = client_of(sources, self.logs[-1], number, count, self.enough, self.kind)
+        self.clients.append(Node(f'client{number}', CLIENT.format(timeout=TIMEOUT), *arguments, wait_for=None))
 
-    def _owner(self, name: str) -> Node:
-        is_plain = self.kind != 'rosslt'
-        code = OWNERS[self.kind].format(name=name) if is_plain else OWNERS[self.kind]
-        return Node(name, code, wait_for=None, calls_init_node=is_plain)
-
-    def _client(self, count: int) -> Node:
-        self.begun += 1
-        return Node(
-            f'client{self.begun}',
-            CLIENT.format(timeout=TIMEOUT),
-            self.kind,
-            json.dumps(self.sources),
-            str(self.directory / f'{self.begun}.jsonl'),
-            str(self.begun),
-            str(count),
-            str(self.enough),
-            wait_for=None,
-        )
-
-    def _wait_for(self, owner: Node) -> None:
-        """Wait until an owner answers, with all that was remembered of it."""
-        wait_until(lambda: owner.offers('read') and self._values(owner), f'{owner.name} answers', STARTING)
-
-    def _values(self, owner: Node) -> Optional[Dict[str, float]]:
-        """The values in force of an owner."""
-        return _asked(owner, 'read')
-
-    def _ids(self, owner: Node) -> Dict[str, int]:
-        """{name: id} of what an owner has."""
-        if self.kind != 'rosslt':
-            return dict.fromkeys(self._names, 0)
-        listed = wait_until(lambda: self._listed(owner), f'{owner.name} lists its locations', STARTING)
-        return {name: listed[name] for name in self._names}
-
-    def _listed(self, owner: Node) -> Optional[Dict[str, int]]:
-        """{name: id} of the locations of an owner, once all are there."""
-        listed = _asked(owner, 'rosslt/list_locations')
-        return listed if listed is not None and set(self._names) <= listed.keys() else None
-
-    def _read(self, owner: Node) -> List[Operation]:
+    def _last(self, owner: Node) -> List[Operation]:
+        """What an owner has in the end."""
         begin = time.monotonic()
-        values = wait_until(lambda: self._values(owner), 'it answers', STARTING)
+        values = json.loads(rospy.ServiceProxy(owner.name + '/read', Trigger)().message)
         end = time.monotonic()
-        return [Operation(f'{owner.name}/{name}', begin, end, 'ok', None, values[name], 'last') for name in self._names]
+        return [Operation(f'{owner.name}/{name}', begin, end, 'ok', None, values[name]) for name in NAMES]
 
     def _fail(self) -> None:
         """Have something fail, and mend it."""
         if not self.next:  # in another order each time, and none is left out
-            self.next = [OWNER_KILLED, OWNER_KILLED, OWNER_STOPPED, CLIENT_KILLED, MASTER_KILLED]
-            self.chance.shuffle(self.next)
+            self.next = self.chance.sample(FAILURES, len(FAILURES))
         what = self.next.pop()
         self.injected[what] = self.injected.get(what, 0) + 1
-        if len(self.injected) == FAILURES:
+        if self.injected.keys() == set(FAILURES):
             self.enough.touch()
+        owner = self.chance.choice(self.owners)
         if what == OWNER_KILLED:
-            owner = self.chance.choice(self.owners)
-            owner.stop(signal.SIGKILL)
-            owner.start(wait_for=None)
-            self._wait_for(owner)
+            _restart(owner)
         elif what == OWNER_STOPPED:
-            owner = self.chance.choice(self.owners)
             owner.process.send_signal(signal.SIGSTOP)
             time.sleep(self.chance.uniform(0.2, 2.5))
             owner.process.send_signal(signal.SIGCONT)
         elif what == CLIENT_KILLED:
-            alive = [client for client in self.clients if client.process.poll() is None]
+            alive = [number for number, client in enumerate(self.clients) if client.process.poll() is None]
             if alive:
-                client = self.chance.choice(alive)
-                client.stop(signal.SIGKILL)
-                begun = self._log(client.options[2])
-                left = int(client.options[4]) - len(begun)
-                if left > 0:
-                    self.clients.append(self._client(left))
+                number = self.chance.choice(alive)
+                self.clients[number].stop(signal.SIGKILL)
+                self._start_client(max(1, self.each - len(logged(self.logs[number]))))
         else:
             self.master.kill()
             time.sleep(self.chance.uniform(0.1, 1.0))
             self.master.start()
             for owner in self.owners:
                 if self.kind != 'rosslt':  # a plain node does not notice that it is not registered any more
-                    owner.stop(signal.SIGKILL)
-                    owner.start(wait_for=None)
-                self._wait_for(owner)
-            if self.kind == 'rosslt':
+                    _restart(owner)
+                    continue
                 # node and master dying together is not promised: what the new master is told is waited for
-                master = rosgraph.Master('/harness')
-                for owner in self.owners:
-                    wait_until(
-                        lambda owner=owner: self._is_mirrored(master, owner),
-                        f'{owner.name} has set its parameters',
-                        STARTING,
-                    )
-
-    def _is_mirrored(self, master: rosgraph.Master, owner: Node) -> bool:
-        return all(master.hasParam(f'{owner.name}/rosslt/{name}') for name in self._names)
-
-    def _log(self, path: str) -> Dict[float, Dict[str, Any]]:
-        """{id: what is known of an operation} of one client."""
-        found: Dict[float, Dict[str, Any]] = {}
-        if os.path.exists(path):
-            for line in Path(path).read_text(encoding='utf-8').splitlines():
-                try:
-                    entry = json.loads(line)
-                except ValueError:  # the client was killed while it wrote
-                    continue
-                found.setdefault(entry['id'], {}).update(entry)
-        return found
-
-    def _judge(self, final: List[List[Operation]]) -> Result:
-        counts: Dict[str, int] = {}
-        operations: List[Operation] = [
-            one for per_owner in final for one in per_owner if not one.register.endswith('twin')
-        ]
-        twins: List[Dict[str, Any]] = []
-        odd: Dict[str, None] = {}
-        for path in sorted(self.directory.glob('*.jsonl')):
-            for entry in self._log(str(path)).values():
-                outcome = entry.get('outcome', 'unknown')
-                what = 'twins' if 'pair' in entry else 'write' if 'written' in entry else 'read'
-                counts[f'{what} {outcome}'] = counts.get(f'{what} {outcome}', 0) + 1
-                if 'text' in entry:
-                    odd[entry['text']] = None
-                if what == 'twins':
-                    twins.append(entry)
-                    continue
-                operations.append(
-                    Operation(
-                        entry['register'],
-                        entry['begin'],
-                        entry['end'] if outcome != 'unknown' else math.inf,
-                        outcome,
-                        entry.get('written'),
-                        entry.get('seen'),
-                        path.stem,
-                    )
+                wait_until(
+                    lambda owner=owner: owner.offers('read') and _is_mirrored(owner), f'{owner.name} is registered'
                 )
-        for owner in self.owners:
-            log = Path(owner.errors).read_text(encoding='utf-8', errors='replace').splitlines()
-            odd.update((f'{owner.name} logs: {line}', None) for line in log if 'WARN' in line or 'Error' in line)
-        ends = {one.register: one.seen for per_owner in final for one in per_owner if one.register.endswith('twin')}
-        return Result(counts, check(operations), _check_twins(twins, ends), self.injected, list(odd))
+
+    def _judge(self, last: List[Operation]) -> Result:
+        entries = [entry for log in self.logs for entry in logged(log)]
+        counts: Dict[str, int] = {}
+        for entry in entries:
+            what = 'twins' if 'pair' in entry else 'write' if 'written' in entry else 'read'
+            outcome = f'{what} {entry["outcome"]}'
+            counts[outcome] = counts.get(outcome, 0) + 1
+        faults = check(
+            [one for one in last if not one.register.endswith('twin')]
+            + [operation(entry) for entry in entries if 'pair' not in entry]
+        )
+        ends = {one.register: one.seen for one in last if one.register.endswith('twin')}
+        twins = _check_twins([entry for entry in entries if 'pair' in entry], ends)
+        return Result(counts, faults, twins, self.injected)
 
 
-def _asked(owner: Node, service: str) -> Any:
-    """What an owner says, asked in a process of its own: this one is no node. None where it does not answer."""
-    result = fork_server.call(ASKER, [owner.name, service], STARTING)
-    try:
-        return json.loads(result.stdout.strip().splitlines()[-1])
-    except (ValueError, IndexError):
-        return None
+def _restart(owner: Node) -> None:
+    owner.stop(signal.SIGKILL)
+    owner.start(wait_for='read')
+
+
+def _is_mirrored(owner: Node) -> bool:
+    master = rosgraph.Master('/harness')
+    return all(master.hasParam(f'{owner.name}/rosslt/{name}') for name in NAMES)
 
 
 def _check_twins(entries: List[Dict[str, Any]], ends: Dict[str, float]) -> List[str]:

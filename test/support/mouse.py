@@ -29,8 +29,6 @@ class MouseCase(unittest.TestCase):
         spots: two places (x, y) in view by which pixels are measured, the left one first.
         node: whose parameters the tests look at.
         inserts: the names of the interactive markers that were inserted.
-        poses: where interactive markers were sent, as InteractiveMarkerPoses, since a handle was last let go or
-            somebody cleared it.
     """
 
     config = topic = spots = node = None
@@ -39,8 +37,8 @@ class MouseCase(unittest.TestCase):
     def setUpClass(cls):
         cls.screen = Screen(cls.config)
         cls.addClassCleanup(cls.screen.close)
-        cls.events, cls.inserts, cls.poses = [], [], []
-        rospy.Subscriber('/slt_visualization/feedback', InteractiveMarkerFeedback, cls.see_feedback)
+        cls.events, cls.inserts = [], []
+        rospy.Subscriber('/slt_visualization/feedback', InteractiveMarkerFeedback, cls.events.append)
         rospy.Subscriber('/slt_visualization/update', InteractiveMarkerUpdate, cls.see_update)
         publisher = rospy.Publisher(cls.topic, MarkerArray, queue_size=1, latch=True)
         spots = cls.spot_marker()
@@ -61,16 +59,8 @@ class MouseCase(unittest.TestCase):
         return marker
 
     @classmethod
-    def see_feedback(cls, feedback):
-        if feedback.event_type == InteractiveMarkerFeedback.MOUSE_UP:
-            # What was on its way before a hand took hold may have come after; from now on, poses are answers to this.
-            cls.poses.clear()
-        cls.events.append(feedback)
-
-    @classmethod
     def see_update(cls, update):
         cls.inserts.extend(marker.name for marker in update.markers)
-        cls.poses.extend(update.poses)
 
     def setUp(self):
         self.addCleanup(self.screen.screenshot, self.id().rpartition('.')[2])

@@ -12,10 +12,7 @@ def package_of_node(folder, name, file, code):
     """Write a package; returns the environment in which it is found.
 
     Args:
-        folder: what it lies in.
-        name: of the package, and of its folder.
-        file: the name of the node's script.
-        code: all of it but the first line, which says that Python runs it.
+        code: all of the file but the first line, which says that Python runs it.
     """
     package = folder / name
     package.mkdir()

@@ -12,12 +12,13 @@ A block of a page is one of these:
 
 import doctest
 import os
-import pty
 import re
 import signal
 import subprocess
 import sys
 import time
+
+from support.shell import shown_on_terminal
 
 BLOCK = re.compile(r'^([^\n]*)\n+```(\w*(?: [\w. ]+)?|\{[^\n]*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 DIRECTIVE = re.compile(r'^\{')
@@ -27,7 +28,6 @@ OVERWRITTEN = re.compile(r'[^\r\n]*\r')
 # What rospy warns of while the machine is busy is no part of a page.
 WARNINGS = re.compile(r'^\[WARN\] \[[^\n]*\n', re.MULTILINE)
 PATIENCE = 60.0  # seconds for what a command shows to come true, on a busy machine
-TIME_LIMIT = 200
 
 
 def blocks(text):
@@ -80,7 +80,11 @@ class Reader:
         for step in re.split(r'^\$ ', content, flags=re.MULTILINE)[1:]:
             command, _, expected = step.partition('\n')
             if command.endswith('&'):
-                self._background.append(self._started(command[:-1], stdout=subprocess.DEVNULL))
+                command = ['bash', '-c', command[:-1]]
+                started = subprocess.Popen(
+                    command, cwd=str(self._folder), start_new_session=True, stdout=subprocess.DEVNULL
+                )
+                self._background.append(started)
             elif command != 'roslaunch rosslt rviz.launch':
                 self._check(command, expected)
 
@@ -99,28 +103,8 @@ class Reader:
 
     def _shown(self, command):
         """The exit status of a command, and what a terminal shows of it."""
-        ours, theirs = pty.openpty()
-        process = self._started(command, stdin=theirs, stdout=theirs, stderr=theirs)
-        os.close(theirs)
-        shown = b''
-        while True:
-            try:
-                shown += os.read(ours, 65536)
-            except OSError:  # nobody holds the other end any more
-                break
-        os.close(ours)
-        status = process.wait(TIME_LIMIT)
-        shown = OVERWRITTEN.sub('', ESCAPES.sub('', shown.decode('utf-8').replace('\r\n', '\n')))
-        return status, WARNINGS.sub('', shown)
-
-    def _started(self, command, **streams):
-        return subprocess.Popen(
-            ['bash', '-c', command],
-            cwd=str(self._folder),
-            start_new_session=True,
-            env=dict(os.environ, COLUMNS='120'),
-            **streams,
-        )
+        status, shown = shown_on_terminal(['bash', '-c', command], cwd=str(self._folder), start_new_session=True)
+        return status, WARNINGS.sub('', OVERWRITTEN.sub('', ESCAPES.sub('', shown)))
 
     def close(self):
         """End what still runs."""

@@ -12,6 +12,7 @@ import time
 import xmlrpc.client
 
 import rosgraph
+import rospy
 
 from support.fork_server import Program
 
@@ -151,6 +152,17 @@ def node_pid(uri):
         return xmlrpc.client.ServerProxy(uri).getPid('/test')[2]
     except OSError:
         return None
+
+
+def wait_until_hears(subscriber, publisher):
+    """Wait until a node publishes to a subscriber of this process, which knows itself connected a moment earlier."""
+    api = rosgraph.Master('/test').lookupNode(publisher)
+
+    def is_connected():
+        _, _, connections = xmlrpc.client.ServerProxy(api).getBusInfo('/test')
+        return any(one[1:3] + [one[4]] == [rospy.get_name(), 'o', subscriber.resolved_name] for one in connections)
+
+    wait_until(is_connected, publisher + ' to publish to this process')
 
 
 def wait_until(holds, what, timeout=60.0):

@@ -1,6 +1,7 @@
 """Programs for the tests of the room `instrument`: their literals, and the results of running them rewritten."""
 
 import ast
+import itertools
 
 from rosslt.instrument import loader, routing
 from rosslt.instrument.literals import SourceText, find_literals
@@ -20,9 +21,14 @@ def verdict_of(text):
     return literals_of(text)[0]
 
 
-def run_rewritten(text, path='/nowhere/program.py', module='program'):
+_numbers = itertools.count()
+
+
+def run_rewritten(text, path=None, module='program'):
     """The names of a program after it has run rewritten, in this process."""
     assert routing.ROSPY is not None
+    # What has the path of another one would be that one, edited.
+    path = path or f'/nowhere/{next(_numbers)}/program.py'
     made = rewrite(text.encode('utf-8'), path, path)
     names = {'__name__': module, '__file__': path}
     loader.prepare(names, made, path)

@@ -1,4 +1,4 @@
-"""Demos whose parts, nodes, RViz and the master, are killed and started again."""
+"""The demo of markers, whose parts, nodes, RViz and the master, are killed and started again."""
 
 import contextlib
 import itertools
@@ -17,38 +17,13 @@ from support.screen import Screen
 
 MASTER, RVIZ = 'master', 'rviz'
 
-#: The demos.
-MARKERS, QUADCOPTER = 'markers', 'quadcopter'
-
-#: The nodes of each demo.
-NODES = {
-    MARKERS: ['visualization_talker', 'visualization_listener', 'slt_visualization'],
-    QUADCOPTER: ['interactive_script', 'slt_trajectory', 'slt_quad', 'slt_visualization'],
-}
-
-#: Those of them that own nothing: they were started with rospy, and offer no services.
-PLAIN = {'slt_trajectory', 'slt_quad'}
-
-#: The handles of each demo.
-HANDLES = {
-    MARKERS: ['/markers:linked:0', '/markers:linked:1'],
-    QUADCOPTER: [
-        '/quadcopter:quadcopter:0',
-        '/trajectory_markers:control:0',
-        '/trajectory_markers:end:0',
-        # the first one is where it flew from; the control point stands at the fifth, and the end at the last
-        *['/trajectory_markers:curve:0:points[%d]' % number for number in (1, 2, 3, 4, 6, 7, 8, 9)],
-    ],
-}
-
-#: The parameters of rosslt in each demo.
+#: The nodes of the demo, its handles, and the parameters of rosslt.
+NODES = ('visualization_talker', 'visualization_listener', 'slt_visualization')
+HANDLES = {'/markers:linked:0', '/markers:linked:1'}
 PARAMETERS = {
-    MARKERS: {
-        '/visualization_talker/%s/%s' % (namespace, name)
-        for namespace in ('rosslt', 'rosslt_records')
-        for name in ('x', 'y', 'z')
-    },
-    QUADCOPTER: {'/interactive_script/rosslt_script/names', '/interactive_script/rosslt_script/text'},
+    '/visualization_talker/%s/%s' % (namespace, name)
+    for namespace in ('rosslt', 'rosslt_records')
+    for name in ('x', 'y', 'z')
 }
 
 _HAND = Path(__file__).with_name('restart_hand.py')
@@ -64,15 +39,11 @@ _TIME_LIMIT = 120
 #: off.
 _REST = 1.5
 
-#: A single waypoint, so that the quadcopter rests there.
-_SCRIPT = 'goto(1.0, -0.5, 1.5)\n'
-
 
 class Demo:
-    """The nodes of a demo, each a process that can be killed and started again. They work when this is made.
+    """The nodes of the demo, each a process that can be killed and started again. They work when this is made.
 
     Args:
-        name: of the demo.
         master: the one that this process reaches.
         folder: where logs, and what is changed, are put.
 
@@ -80,16 +51,13 @@ class Demo:
         parts: what can be killed and started again.
     """
 
-    def __init__(self, name: str, master: Master, folder: Path) -> None:
-        self.parts = [*NODES[name], MASTER]
-        self._name, self._master, self._folder = name, master, folder
-        self._script = folder / 'way.script'
-        self._script.write_text(_SCRIPT, encoding='utf-8')
-        self._options = {'interactive_script': ['_file:=%s' % self._script], 'slt_trajectory': ['_duration:=0.5']}
+    def __init__(self, master: Master, folder: Path) -> None:
+        self.parts = [*NODES, MASTER]
+        self._master, self._folder = master, folder
         self._processes: Dict[str, Any] = {}
         with contextlib.ExitStack() as stack:
             stack.callback(self._kill_nodes)
-            for node in NODES[name]:
+            for node in NODES:
                 self._start(node)
             self._check()
             self._ends = stack.pop_all()
@@ -111,15 +79,13 @@ class Demo:
         self._ends.close()
 
     def _check(self) -> None:
-        expected = PARAMETERS[self._name]
+        wait_until(lambda: all(map(self._is_there, NODES)), lambda: 'all nodes\n' + self._log(), _TIME_LIMIT)
+        # in a process that has not seen anything before
+        hand = fork_server.call(str(_HAND), [], _TIME_LIMIT)
+        assert hand.returncode == 0, hand.stdout + hand.stderr + self._log()
         wait_until(
-            lambda: all(map(self._is_there, NODES[self._name])), lambda: 'all nodes\n' + self._log(), _TIME_LIMIT
-        )
-        self._drag()
-        wait_until(
-            lambda: parameters() == expected,
-            lambda: 'the parameters to be as before; more: %s, missing: %s'
-            % (sorted(parameters() - expected), sorted(expected - parameters())),
+            lambda: parameters() == PARAMETERS,
+            lambda: 'the parameters to be as before, not %s' % sorted(parameters() ^ PARAMETERS),
         )
 
     def _kill_nodes(self) -> None:
@@ -132,7 +98,7 @@ class Demo:
             return
         with open(self._folder / (name + '.said'), 'a', encoding='utf-8') as log:
             self._processes[name] = subprocess.Popen(
-                ['rosrun', 'rosslt', name, *self._options.get(name, [])],
+                ['rosrun', 'rosslt', name],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
@@ -149,17 +115,10 @@ class Demo:
         """Whether the master knows the process that runs now, and its services."""
         master = rosgraph.Master('/test')
         try:
-            if name not in PLAIN:
-                # the last one that a tracked node offers
-                master.lookupService('/%s/rosslt/lock_locations' % name)
+            master.lookupService('/%s/rosslt/lock_locations' % name)  # the last one that a tracked node offers
             return node_pid(master.lookupNode('/' + name)) == self._processes[name].pid
         except rosgraph.MasterError:
             return False
-
-    def _drag(self) -> None:
-        """Drag each handle, in a process that has not seen anything before."""
-        hand = fork_server.call(str(_HAND), [self._name, str(self._script)], _TIME_LIMIT)
-        assert hand.returncode == 0, hand.stdout + hand.stderr + self._log()
 
     def _log(self) -> str:
         """The end of what each node has said."""
@@ -169,10 +128,10 @@ class Demo:
 
 
 class ShownDemo(Demo):
-    """The demo of markers with RViz, in which a mouse drags the sphere; arguments as of Demo."""
+    """The demo with RViz, in which a mouse drags the sphere; arguments as of Demo."""
 
     def __init__(self, master: Master, folder: Path) -> None:
-        super().__init__(MARKERS, master, folder)
+        super().__init__(master, folder)
         self.parts = ['visualization_talker', 'slt_visualization', RVIZ, MASTER]
         self._by = _BY
         with self._ends:
@@ -210,14 +169,11 @@ class ShownDemo(Demo):
 
     def _await_rest(self) -> None:
         """RViz may be behind the mouse, and who comes before it has let go finds the sphere held."""
-        latest, since = values(), time.monotonic()
 
         def is_at_rest() -> bool:
-            nonlocal latest, since
-            present = values()
-            if present != latest:
-                latest, since = present, time.monotonic()
-            return time.monotonic() - since > _REST
+            before = values()
+            time.sleep(_REST)
+            return values() == before
 
         wait_until(is_at_rest, 'the sphere to be at rest', _TIME_LIMIT)
 
@@ -252,7 +208,7 @@ def orders(parts: Sequence[str], *sizes: int) -> Iterator[Tuple[str, ...]]:
     RViz does not register at a new master: where that is started again, so is RViz.
 
     Args:
-        parts: of a demo.
+        parts: of the demo.
         sizes: how many of them.
     """
     for size in sizes:

@@ -30,20 +30,8 @@ class Screen:
         self._processes = []
         read_end, write_end = os.pipe()
         # Without -noreset, it begins anew when its last client has gone, and takes the window manager with it.
-        self._start(
-            [
-                'Xvfb',
-                '-displayfd',
-                str(write_end),
-                '-noreset',
-                '-screen',
-                '0',
-                '{}x{}x24'.format(*SIZE),
-                '+extension',
-                'GLX',
-            ],
-            pass_fds=[write_end],
-        )
+        options = '-displayfd {} -noreset -screen 0 {}x{}x24 +extension GLX'.format(write_end, *SIZE)
+        self._start(['Xvfb', *options.split()], pass_fds=[write_end])
         os.close(write_end)
         with os.fdopen(read_end) as pipe:
             number = pipe.readline().strip()
@@ -144,25 +132,25 @@ class Screen:
         """(red, green, blue) of a pixel."""
         return tuple(map(int, self._pixels()[pixel[1], pixel[0]]))
 
-    def count(self, color, left, top, right, bottom, tolerance=30):
+    def count(self, color, left, top, right, bottom):
         """How many pixels in a box are about of a color."""
-        part = self._pixels()[top:bottom, left:right].astype(int)
-        return int((abs(part - numpy.array(color)).max(axis=2) <= tolerance).sum())
+        found = self._find(color, 30)
+        return int(((found >= (left, top)) & (found < (right, bottom))).all(axis=1).sum())
 
-    def middle(self, color, tolerance=40):
+    def middle(self, color):
         """The middle (right, down) of the pixels that are about of a color; None where there are few."""
-        near = abs(self._pixels().astype(int) - numpy.array(color)).max(axis=2) <= tolerance
-        rows, columns = numpy.nonzero(near)
-        return (round(columns.mean()), round(rows.mean())) if len(rows) > 100 else None
+        found = self._find(color, 40)
+        return tuple(map(round, found.mean(axis=0))) if len(found) > 100 else None
 
     def picture(self, box):
         """The pixels between left, top, right and bottom, to be compared."""
         left, top, right, bottom = box
         return self._pixels()[top:bottom, left:right].tobytes()
 
-    def _find(self, color):
-        rows, columns = numpy.where((self._pixels() == numpy.array(color, dtype=numpy.uint8)).all(axis=2))
-        return numpy.column_stack([columns, rows])
+    def _find(self, color, tolerance=0):
+        """The pixels of a color, [(right, down)]."""
+        near = abs(self._pixels().astype(int) - numpy.array(color)).max(axis=2) <= tolerance
+        return numpy.argwhere(near)[:, ::-1]
 
     def _pixels(self):
         data = self._run(['import', '-window', 'root', '-depth', '8', 'rgb:-'])

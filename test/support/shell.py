@@ -1,5 +1,6 @@
 """The command as a shell runs it: with its output in files or pipes, and on a terminal."""
 
+import contextlib
 import fcntl
 import os
 import pty
@@ -57,24 +58,21 @@ def failure(*arguments, **environment):
 
 def on_terminal(*arguments):
     """What the command prints on a terminal; it must work."""
+    status, printed = shown_on_terminal(['rosslt', *arguments])
+    assert status == 0, printed
+    return printed
+
+
+def shown_on_terminal(command, **options):
+    """The exit status of a command, and what a terminal shows of it; options are those of Popen."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack('HHHH', 40, COLUMNS, 0, 0))
     environment = {name: value for name, value in os.environ.items() if name not in ('COLUMNS', 'LINES')}
-    process = subprocess.Popen(
-        ['rosslt', *arguments], stdin=theirs, stdout=theirs, stderr=subprocess.PIPE, env=environment
-    )
+    process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment, **options)
     os.close(theirs)
     printed = b''
-    try:
+    with contextlib.suppress(OSError):  # nobody holds the other end any more
         while True:
-            try:
-                read = os.read(ours, 65536)
-            except OSError:  # the other end is closed
-                break
-            printed += read
-        _, errors = process.communicate(timeout=TIME_LIMIT)
-    finally:
-        process.kill()
-        os.close(ours)
-    assert process.returncode == 0, errors
-    return printed.decode('utf-8').replace('\r\n', '\n')
+            printed += os.read(ours, 65536)
+    os.close(ours)
+    return process.wait(TIME_LIMIT), printed.decode('utf-8').replace('\r\n', '\n')

@@ -1,6 +1,5 @@
 """Provenance that was made to be slow: deep, wide, huge, quadratic; and what receiving it takes."""
 
-import contextlib
 import struct
 import time
 import tracemalloc
@@ -177,15 +176,6 @@ def cost(message_class, elements, data):
     finally:
         tracemalloc.stop()
     return Cost(seconds[0], megabytes[0], seconds[1], megabytes[1], outcome)
-
-
-def receiving(message_class, elements, data):
-    """How much processor time receiving a message takes, in seconds."""
-    message = message_class(data=list(elements))
-    begin = time.process_time()
-    with contextlib.suppress(BadHeader):
-        attach(message, data)
-    return time.process_time() - begin
 
 
 def _received(message_class, elements, data, meter):

@@ -156,6 +156,14 @@ def test_new_arrays_take_tracked_values(made):
     assert type(tracked_np.zeros(3) + 1) is np.ndarray
 
 
+def test_what_another_class_makes_of_tracked_numbers_is_left_to_it():
+    class Graph:
+        def __array_function__(self, function, types, arguments, options):
+            return function.__name__, arguments
+
+    assert tracked_np.array([X, 2.0], like=Graph()) == ('array', ([1.25, 2.0],))
+
+
 def test_what_holds_nothing_tracked_is_numpys():
     assert tracked_np.zeros((480, 640)).dtype == float
     assert tracked_np.zeros(3, dtype=int).dtype == int

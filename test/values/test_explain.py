@@ -3,7 +3,7 @@
 import pytest
 
 from rosslt import Source, explain, math, to_int, track
-from rosslt.values import describe_sources_with, from_affine
+from rosslt.values import describe_sources_with, lazy
 
 A, B = Source('/node', 1), Source('/node', 2)
 
@@ -75,9 +75,13 @@ def test_a_long_one_is_shortened_in_the_middle():
 
 
 def test_a_folded_part_reads_as_a_sum_of_products():
-    assert explain(from_affine(1.0, ((A, 0.3, 2.0),))) == '2.0 * 0.3 [/node#1] + 0.4'
-    assert explain(from_affine(4.3, ((A, 0.3, 1), (B, 2.0, 2)))) == '0.3 [/node#1] + 2 * 2.0 [/node#2]'
-    assert explain(from_affine(-1.7, ((A, 0.3, 1), (B, 2.0, -1)))) == '0.3 [/node#1] - 2.0 [/node#2]'
+    for value, terms, text in (
+        (1.0, [(A, 0.3, 2.0)], '2.0 * 0.3 [/node#1] + 0.4'),
+        (4.3, [(A, 0.3, 1), (B, 2.0, 2)], '0.3 [/node#1] + 2 * 2.0 [/node#2]'),
+        (-1.7, [(A, 0.3, 1), (B, 2.0, -1)], '0.3 [/node#1] - 2.0 [/node#2]'),
+    ):
+        (folded,) = lazy([value], [lambda _, terms=terms: terms])
+        assert explain(folded) == text
 
 
 def test_plain_values_explain_themselves():

@@ -13,7 +13,6 @@ from rosslt.values import (
     affine,
     assemble,
     disassemble,
-    from_affine,
     lazy,
     lazy_of,
     leaves,
@@ -93,13 +92,18 @@ def test_affine_gives_the_terms_of_what_is_affine():
     assert affine(math.degrees(x))[0][2] == pytest.approx(57.29577951308232)
 
 
+def of_terms(value, *terms):
+    """The tracked value that terms describe, as it is made of a received message."""
+    return lazy([value], [lambda _: terms])[0]
+
+
 def test_terms_come_back_as_the_value_they_describe():
     x, y = track(0.3, A), track(2.0, B)
     value = 2 * x - y / 4
-    again = from_affine(untracked(value), affine(value))
+    again = of_terms(untracked(value), *affine(value))
     assert affine(again) == affine(value)
     assert solve(again, 1.0) == {A: pytest.approx(solve(value, 1.0)[A])}
-    assert explain(from_affine(0.3, affine(x))) == explain(x)
+    assert explain(of_terms(0.3, *affine(x))) == explain(x)
 
 
 def test_instructions_hold_shared_parts_once():
@@ -117,7 +121,7 @@ def test_the_same_source_read_twice_is_one_instruction():
 
 
 def test_folded_parts_travel_as_such():
-    value = from_affine(1.0, ((A, 0.3, 2.0), (B, 1.0, -1.0)))
+    value = of_terms(1.0, (A, 0.3, 2.0), (B, 1.0, -1.0))
     instructions, roots = disassemble([value * 2])
     assert instructions[2] == (AFFINE, 1.0, ((0, 2.0), (1, -1.0)), True)
     again = assemble(instructions)[roots[0]]
@@ -209,7 +213,7 @@ def test_a_lazy_value_that_was_rounded_on_its_way_keeps_the_laws():
 
 def test_reapplying_keeps_provenance():
     x, y = track(0.3, A), track(2.0, B)
-    folded = from_affine(1.0, ((A, 0.3, 2.0),))
+    folded = of_terms(1.0, (A, 0.3, 2.0))
     again = reapply({'a': math.sin(x) * y, 'b': [folded, 'plain']}, {A: 0.5})
     assert again['a'] == math.sin(0.5) * 2.0
     assert explain(again['a']) == 'sin(0.5 [/node#1]) * 2.0 [/node#2]'

@@ -210,9 +210,8 @@ def test_bools_and_texts_are_solved():
     assert 'neither True nor False' in refusal(flag * 0.5, 0.7)
     assert solve('/' + name + '/base', '/arm/base') == {B: 'arm'}
     assert solve(name * 2, 'armarm') == {B: 'arm'}
-    assert solve(name + '/' + name, 'arm/arm') == {B: 'arm'}
     assert solve('ab' * track(2, C), 'ababab') == {C: 3}
-    assert 'appears' in refusal(name + '/' + name, 'arm/leg') or refusal(name + '/' + name, 'arm/leg')
+    assert 'it appears more than once' in refusal(name + '/' + name, 'arm/arm')
 
 
 def test_a_target_out_of_reach_names_the_bound(x):

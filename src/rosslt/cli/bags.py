@@ -3,16 +3,16 @@
 import contextlib
 import os
 import struct
-from typing import Any, Dict, Iterator, Mapping, Optional, Sequence, Tuple
+import sys
+from typing import Any, Dict, Iterator, Mapping, Optional, Sequence, Set, Tuple
 
 import genpy
 import rosbag
 
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import is_below
-from rosslt.cli.reading import Decoder, Received
-from rosslt.messages import LastProvenance
-from rosslt.node import Directory
+from rosslt.messages import LastProvenance, decode
+from rosslt.node import Directory, Heard
 
 #: The message type of <node>/rosslt/locations.
 _LOCATIONS_TYPE = 'rosslt/LocationList'
@@ -51,8 +51,8 @@ def opened(path: str) -> Iterator[rosbag.Bag]:
             raise Failure(f'cannot read {path}: {error}') from None
 
 
-def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Received]:
-    """The messages of a bag as Received, in the order in which they were recorded.
+def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterator[Heard]:
+    """The messages of a bag, in the order in which they were recorded.
 
     Plain ones between whole ones have the provenance of the last of these.
     """
@@ -80,6 +80,24 @@ def _read(bag: rosbag.Bag, topics: Optional[Sequence[str]], **options: bool) -> 
         yield from bag.read_messages(topics, **options)
     except LookupError as error:
         raise rosbag.ROSBagException(f'a record names {error}, which the bag does not have') from None
+
+
+class Decoder:
+    """Decodes serialized messages; provenance that cannot be read is reported once a topic and publisher."""
+
+    def __init__(self) -> None:
+        self._reported: Set[Tuple[str, str]] = set()
+
+    def decode(self, data: bytes, message_class: Any, topic: str, publisher: str = '') -> Heard:
+        """The message that serialized data is."""
+        message, error, is_sampled = decode(data, message_class)
+        if error is not None and (topic, publisher) not in self._reported:
+            self._reported.add((topic, publisher))
+            print(
+                f'rosslt: {publisher or topic} sends a provenance on {topic} that cannot be read: {error}',
+                file=sys.stderr,
+            )
+        return Heard(topic, publisher, message_class._type, message, is_sampled=is_sampled)
 
 
 class ConnectionWriter:

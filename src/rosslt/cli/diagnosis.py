@@ -4,16 +4,17 @@ A change needs publishers that send provenance, owners that take it, a message a
 in RViz, a node that makes interactive markers and a display that shows them. Each of these is looked at in turn.
 """
 
+import io
 import os
 import threading
 from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 
 import rosgraph
 
-from rosslt import srv, values
-from rosslt.cli.master import TIMEOUT, SystemState, default_timeout, problem_of
-from rosslt.cli.reading import Received
-from rosslt.node import Directory, ask_all
+from rosslt import messages, srv, values
+from rosslt.cli.locks import locks_of, note_of
+from rosslt.cli.master import TIMEOUT, SystemState, problem_of
+from rosslt.node import Directory, Heard, ask_all
 
 #: The kinds of findings: nothing is wrong; it may hinder a change; it prevents a change.
 FINE, NOTE, FAULT = 'ok', 'note', 'fault'
@@ -58,7 +59,7 @@ class Stream:
         self.is_latched = False
         self.fields: Dict[str, List[values.Source]] = {}
 
-    def add(self, received: Received, field: str) -> None:
+    def add(self, received: Heard, field: str) -> None:
         """Take a message; `field` is the path of the part that is looked at, '' for all."""
         sources = values.sources(received.message)
         if not self.count or (sources and not any(self.fields.values())):
@@ -66,8 +67,12 @@ class Stream:
             self.fields = {path: values.sources(leaf) for path, leaf in leaves if _is_result(path, leaf, field)}
         self.count += 1
         self.tracked += bool(sources)
-        self.size += received.size
-        self.provenance_size += received.provenance_size
+        buff = io.BytesIO()
+        received.message.serialize(buff)
+        plain_size = buff.tell()
+        messages.append_provenance(received.message, buff, messages.SAMPLED if received.is_sampled else None)
+        self.size += buff.tell()
+        self.provenance_size += buff.tell() - plain_size
         self.sources.update(dict.fromkeys(sources))
         self.is_latched = received.is_latched
 
@@ -81,7 +86,7 @@ class Traffic:
         field: the path of the part of its messages that is looked at; '' for all.
     """
 
-    def __init__(self, received: Iterable[Received], seconds: float, field: str = '') -> None:
+    def __init__(self, received: Iterable[Heard], seconds: float, field: str = '') -> None:
         self.seconds = seconds
         self._streams: Dict[Tuple[str, str], Stream] = {}
         for message in received:
@@ -259,7 +264,7 @@ class Examination:
         can_change = []
         for node in dict.fromkeys(source.node for source in sources):
             why = None if node in self._state.tracked_nodes else 'it has ended, so its locations cannot be changed'
-            why = why or problem_of(self._master, node) or self._why_locked(node)
+            why = why or problem_of(self._master, node) or ''.join(map(note_of, locks_of([node]).values()))
             if why:
                 yield Finding(FAULT, f'{node}: {why}')
                 continue
@@ -275,15 +280,6 @@ class Examination:
             yield Finding(FINE, 'it comes from ' + ', '.join(can_change))
         elif sources:
             yield Finding(FAULT, 'none of the locations that it comes from can be changed')
-
-    def _why_locked(self, node: str) -> str:
-        name = f'{node}/rosslt/accept_changes'
-        try:
-            with default_timeout(TIMEOUT):
-                accepts = self._master.getParam(name)
-        except (OSError, rosgraph.MasterException):
-            return ''
-        return '' if accepts is True else f'it takes no changes now: {name} is {str(accepts).lower()}'
 
     def _of_display(self, topic: str) -> Iterator[Finding]:
         """Find whether it can be dragged in RViz: which node makes handles for it, and whether they are shown."""

@@ -5,8 +5,6 @@ import getpass
 import socket
 from typing import Dict, Iterable, List, Tuple
 
-import rosgraph
-
 from rosslt import node, srv
 from rosslt.cli.directory import call, find
 from rosslt.cli.master import TIMEOUT, find_master, full_name, tracked_nodes
@@ -31,9 +29,7 @@ def note_of(answer: srv.LockLocationsResponse, location_id: int = 0) -> str:
 
 def notes_of(answer: srv.LockLocationsResponse) -> List[str]:
     """List a node's own restrictions on changes as short texts."""
-    notes = [] if answer.accepts_changes else ['takes no changes: accept_changes is false']
-    if note_of(answer):
-        notes.append(note_of(answer))
+    notes = [note_of(answer)] if note_of(answer) else []
     if answer.accepted_from:
         notes.append('takes changes from {} only'.format(' and '.join(answer.accepted_from)))
     return notes
@@ -50,17 +46,8 @@ def lock_or_unlock(options: argparse.Namespace, action: str, reason: str = '') -
     if '#' in options.location or name not in tracked_nodes(master):
         place = find(master, Directory(), options.location)
         name, ids, text = place.node, [place.location.id], place.name
-    if action == 'unlock' and not ids:
-        _accept(master, name)
     call(master, name, 'lock_locations', srv.LockLocations, srv.LockLocationsRequest(action, ids, _person(), reason))
     return name, text or name
-
-
-def _accept(master: rosgraph.Master, name: str) -> None:
-    """Undo what `rosparam set NODE/rosslt/accept_changes false` has done."""
-    parameter = f'{name}/rosslt/accept_changes'
-    if master.hasParam(parameter) and master.getParam(parameter) is not True:
-        master.setParam(parameter, True)
 
 
 def _person() -> str:

@@ -10,8 +10,7 @@ import genpy
 from rosslt import values
 from rosslt.cli.fields import Part, joined
 from rosslt.cli.output import shortened, table, write_row
-from rosslt.cli.reading import Received
-from rosslt.node import Directory
+from rosslt.node import Directory, Heard
 
 #: The longest array without provenance that is shown to people in full; programs get all of it.
 LONGEST_ARRAY = 120
@@ -60,7 +59,7 @@ def write_lines(part: Part, path: str = '') -> None:
         write_row(joined(path, leaf_path), text_of(leaf), values.explain(leaf) if _has_provenance(leaf) else '')
 
 
-def json_line(received: Received, part: Part, path: str, directory: Directory) -> str:
+def json_line(received: Heard, part: Part, path: str, directory: Directory) -> str:
     """A message or a part of one as a line of JSON, with the provenance of its leaves beside it."""
     provenance = {
         joined(path, leaf_path): {

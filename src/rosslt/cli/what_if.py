@@ -9,7 +9,6 @@ import rosbag
 from rosslt import messages, values
 from rosslt.cli import bags
 from rosslt.cli.fields import Part, Scalar
-from rosslt.cli.reading import Decoder
 from rosslt.values import AFFINE, Source
 
 
@@ -53,7 +52,7 @@ def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Scalar
 class _Rewriter:
     def __init__(self, changes: Mapping[Source, Scalar]) -> None:
         self._changes = dict(changes)
-        self._decoder = Decoder()
+        self._decoder = bags.Decoder()
         self._last = messages.LastProvenance()
 
     def rewritten(self, name: str, topic: Topic, raw: bags.Raw, header: bags.Header) -> Optional[bytes]:

@@ -69,18 +69,30 @@ class Positions:
     """Places in a text by their line and their column in UTF-8 bytes, as `ast` has them."""
 
     def __init__(self, text: str) -> None:
-        self._text = text
+        self.text = text
         self._starts = [0] + [match.end() for match in NEWLINE.finditer(text)]
 
     def of(self, line: int, byte: int) -> int:
         """The index in the text."""
         start = self._starts[line - 1]
-        return start + len(self._text[start : start + byte].encode('utf-8')[:byte].decode('utf-8'))
+        return start + len(self.text[start : start + byte].encode('utf-8')[:byte].decode('utf-8', 'replace'))
+
+    def column(self, line: int, byte: int) -> int:
+        """The column, in characters from 1."""
+        return self.of(line, byte) - self._starts[line - 1] + 1
+
+    def range_of(self, node: Any) -> Tuple[int, int]:
+        """The range of a node in the text."""
+        return self.of(node.lineno, node.col_offset), self.of(node.end_lineno, node.end_col_offset)
+
+    def text_of(self, node: Any) -> str:
+        """The text of a node."""
+        start, end = self.range_of(node)
+        return self.text[start:end]
 
     def literal(self, node: Any, value: Scalar) -> Literal:
         """The Literal that a node is."""
-        start, end = self.of(node.lineno, node.col_offset), self.of(node.end_lineno, node.end_col_offset)
-        return Literal(start, end, node.lineno, start - self._starts[node.lineno - 1] + 1, value)
+        return Literal(*self.range_of(node), node.lineno, self.column(node.lineno, node.col_offset), value)
 
     def number(self, node: Any) -> Union[int, float, None]:
         """The finite number that a node is, with its sign; None where it is none."""
@@ -90,7 +102,7 @@ class Positions:
             number = self.number(node.operand)
             start, end = self.of(node.lineno, node.col_offset), self.of(node.operand.lineno, node.operand.col_offset)
             # nothing but blanks stands behind a sign, no parenthesis and no comment
-            if number is not None and MINUS.fullmatch(self._text, start, end):
+            if number is not None and MINUS.fullmatch(self.text, start, end):
                 return -number
         return None
 

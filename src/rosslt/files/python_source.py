@@ -141,10 +141,8 @@ class SourceText:
         for argument in (_part_at(one, path) for one in given):
             if argument is None:
                 continue
-            begin = positions.of(argument.lineno, argument.col_offset)
-            end = positions.of(argument.end_lineno or 0, argument.end_col_offset or 0)
             for index, literal in enumerate(self.literals):
-                if (literal.start, literal.end) == (begin, end):
+                if (literal.start, literal.end) == positions.range_of(argument):
                     return index
         return None
 

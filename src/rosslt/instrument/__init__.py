@@ -11,11 +11,10 @@ node as Python would.
 
 from typing import Any
 
-from rosslt.instrument.literals import digest_of
 from rosslt.instrument.location_rules import RULES
 from rosslt.instrument.runner import NoNode, find_node, run_file
 
-__all__ = ['RULES', 'NoNode', 'NotLaunched', 'digest_of', 'find_node', 'launch', 'run_file']
+__all__ = ['RULES', 'NoNode', 'NotLaunched', 'find_node', 'launch', 'run_file']
 
 
 def __getattr__(name: str) -> Any:

@@ -1,9 +1,10 @@
-"""Limits what recording costs a node: at most as much CPU time as the node itself takes, over any half a second.
+"""Limits what recording costs a node: the CPU time that it takes itself and 5 % of a core, over any half a second.
 
-A debt grows by what recording takes and shrinks by what the node takes itself. Where it passes `MOST`, recording stops:
-what is computed is plain. It begins again with the next round, a message that is sent or a callback, once the debt is
-paid. A publisher whose round was not recorded as a whole sends plain messages. While the node holds a number that has
-been changed since, other than by a name that was rebound, all is recorded: messages follow the change by that.
+A debt grows by what recording takes, and shrinks by what the node takes itself and as time passes. Where it passes
+`MOST`, recording stops: what is computed is plain. It begins again with the next round, a message that is sent or a
+callback, once the debt is paid. A publisher whose round was not recorded as a whole sends plain messages. While the
+node holds a number that has been changed since, other than by a name that was rebound, all is recorded: messages follow
+the change by that.
 """
 
 import sys
@@ -17,6 +18,9 @@ from rosslt.instrument.tree_rewriting import CELLS
 MOST = 0.25
 """The CPU time in seconds by which recording may be ahead of the node: half of that of half a second."""
 
+FREE = 0.05
+"""The share of a core that recording may take, however little the node does itself."""
+
 _GRANT = 24989
 """The number of operations between two looks at the clock: a prime, so that in a loop each line is met in its turn."""
 
@@ -26,6 +30,7 @@ class Budget:
 
     Args:
         clock: gives the CPU time of the process in seconds.
+        wall_clock: gives the time in seconds.
 
     Attributes:
         stops: how often recording was stopped or begun again. What was computed while it was even, and the same, was
@@ -34,17 +39,19 @@ class Budget:
         lines: {(file, line) of the node's own code: how often it was met there}.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.process_time) -> None:
+    def __init__(
+        self, clock: Callable[[], float] = time.process_time, wall_clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self.stops = 0
         self.spent = 0.0
         self.lines: Counter = Counter()
         self._debt = 0.0
-        self._clock = clock
-        self._since = clock()
+        self._clock, self._wall_clock = clock, wall_clock
+        self._since, self._wall_since = clock(), wall_clock()
 
     def begin(self) -> None:
         """Limit recording from now on."""
-        self._since = self._clock()
+        self._since, self._wall_since = self._clock(), self._wall_clock()
         values.limit_recording(self._refill)
 
     def begin_round(self) -> None:
@@ -73,11 +80,11 @@ class Budget:
         return bool(node.READINGS.replaced and node.READINGS.outdated())
 
     def _account(self, recording: float) -> None:
-        now = self._clock()
-        own = max(0.0, now - self._since - recording)
-        self._debt = max(0.0, self._debt + recording - own)
+        now, wall_now = self._clock(), self._wall_clock()
+        paid = max(0.0, now - self._since - recording) + FREE * (wall_now - self._wall_since)
+        self._debt = max(0.0, self._debt + recording - paid)
         self.spent += recording
-        self._since = now
+        self._since, self._wall_since = now, wall_now
 
 
 BUDGET = Budget()

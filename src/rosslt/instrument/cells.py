@@ -5,7 +5,6 @@ wants to know it for the first time: when it is in a message that is sent. Only 
 literals that reach nothing cost nothing.
 """
 
-import contextlib
 import functools
 import linecache
 import os
@@ -129,23 +128,16 @@ def cells_of(path: str, literals: List[Literal], digest: str) -> 'Cells':
     """
     with _lock:
         known = _files.get(path)
-        if known is None or known.digest != digest:
-            known = _files[path] = Cells(path, literals, digest, known)
-        return known
+        if known is None:
+            known = _files[path] = Cells(path, literals, digest)
+        # What was edited and is loaded again is plain: its locations are those of the file as it was loaded first.
+        return known if known.digest == digest else Cells(path, literals, digest, is_plain=True)
 
 
 def loaded_files() -> List['Cells']:
-    """The cells of all files that run rewritten in this process, of each as it was loaded first."""
+    """The cells of all files that run rewritten in this process."""
     with _lock:
-        return [cells.earlier[-1] if cells.earlier else cells for cells in _files.values()]
-
-
-def node_started() -> None:
-    """Have what was asked for before there was a node be asked for again."""
-    with _lock:
-        loaded = [one for cells in _files.values() for one in (cells, *cells.earlier)]
-    for cells in loaded:
-        cells.renew()
+        return list(_files.values())
 
 
 class Cells(list):
@@ -153,29 +145,27 @@ class Cells(list):
 
     Args:
         path, literals, digest: as of `cells_of`.
-        before: the cells of the file as it was loaded before; None where it was not.
+        is_plain: whether the numbers are no locations.
 
     Attributes:
         path, literals, digest: the same.
-        earlier: the cells of the file as it was loaded before, the latest first.
         locations: {number of the cell: its CellLocation}, of those that are known.
         steps: the plain numbers in cells, to carry states on.
     """
 
-    def __init__(self, path: str, literals: List[Literal], digest: str, before: 'Optional[Cells]' = None) -> None:
+    def __init__(self, path: str, literals: List[Literal], digest: str, is_plain: bool = False) -> None:
         super().__init__()
         self.path = path
         self.literals = literals
         self.digest = digest
-        self.earlier: Tuple[Cells, ...] = () if before is None else (before, *before.earlier)
         self.locations: Dict[int, CellLocation] = {}
         self.steps = _Steps(self)
+        self._is_plain = is_plain
         self._too_early = False
-        self._numbers: Optional[Dict[str, int]] = None
         self.extend(self._reading(number) for number in range(len(literals)))
 
     def renew(self) -> None:
-        """Make the readings anew that were looked into before there was a node."""
+        """Make the readings anew that were looked into before there was a node, once there is one."""
         with _lock:
             if self._too_early:
                 self._too_early = False
@@ -184,6 +174,8 @@ class Cells(list):
                         self[number] = self._reading(number)
 
     def _reading(self, number: int) -> Any:
+        if self._is_plain:
+            return self.literals[number].value
         (reading,) = values.lazy([self.literals[number].value], [lambda value: self._origin(number, value)])
         return reading
 
@@ -199,7 +191,7 @@ class Cells(list):
     def location(self, number: int) -> 'Optional[CellLocation]':
         """The location of a cell, made known if it is not; None where there is no node."""
         found = self.locations.get(number)
-        if found is not None and found.is_known:
+        if self._is_plain or (found is not None and found.is_known):
             return found
         if not node.is_started():
             with _lock:
@@ -211,30 +203,11 @@ class Cells(list):
         with node.CHANGE_LOCK:
             found = self.locations.get(number)
             if found is None:
-                identity = self.literals[number].identity
-                for cells in reversed(self.earlier):
-                    if identity in cells.numbers:
-                        return self._share(number, cells, cells.numbers[identity])
                 found = self.locations[number] = CellLocation(self, number)
                 found.make_known()
                 _by_source[found.source] = found
                 found.is_known = True
             return found
-
-    @property
-    def numbers(self) -> Dict[str, int]:
-        """The numbers of the cells by the identities of their literals."""
-        if self._numbers is None:
-            self._numbers = {literal.identity: number for number, literal in enumerate(self.literals)}
-        return self._numbers
-
-    def _share(self, number: int, cells: 'Cells', earlier: int) -> 'Optional[CellLocation]':
-        """Have a cell read the location of the same literal in the file as it was loaded before."""
-        found = cells.location(earlier)
-        if found is not None:
-            self.locations[number] = found
-            found.read_in(self, number)
-        return found
 
 
 def location_of(source: values.Source) -> 'Optional[CellLocation]':
@@ -300,13 +273,12 @@ class CellLocation(node.LiteralLocation):
         is_known: whether it has been made known.
     """
 
-    __slots__ = ('_readers', 'cells', 'is_known', 'is_shape', 'keeps', 'number', 'rank')
+    __slots__ = ('cells', 'is_known', 'is_shape', 'keeps', 'number', 'rank')
 
     def __init__(self, cells: Cells, number: int) -> None:
         literal = cells.literals[number]
         self.cells, self.number, self.rank = cells, number, literal.rank
         self.is_known = False
-        self._readers = [(cells, number)]
         self.is_shape = literal.is_shape
         self.keeps: Optional[bool] = None if self.is_shape else True
         site = node.CallSite(literal.file, literal.line, literal.column, linecache.getline(literal.file, literal.line))
@@ -339,10 +311,9 @@ class CellLocation(node.LiteralLocation):
             self._value, self.tracked = value, self.cells[self.number]
             return
         super().put(self.type(value))
-        for cells, number in self._readers:
-            cells[number] = plain(self.tracked) if self.keeps is False else self.tracked
-            if number in cells.steps:
-                cells.steps[number] = plain(self.tracked)
+        self.cells[self.number] = plain(self.tracked) if self.keeps is False else self.tracked
+        if self.number in self.cells.steps:
+            self.cells.steps[self.number] = plain(self.tracked)
 
     def reading_of(self, value: Any) -> Any:
         # The code reads the number as it says it: an int where the location takes fractions, too.
@@ -355,27 +326,13 @@ class CellLocation(node.LiteralLocation):
         # An int that may become a float: what is said of it must hold for floats.
         return source if self.type is type(value) else values.widened(source)
 
-    def read_in(self, cells: Cells, number: int) -> None:
-        """Be read in the same file as it was loaded again, too, and take in what it says."""
-        self.put(self.value)
-        self._early = cells[number]  # what was read there so far follows as well
-        self._readers.append((cells, number))
-        self.put(self.value)
-        said = cells.literals[number].value
-        if said != self.literal:
-            with contextlib.suppress(ValueError):  # it takes no changes now
-                node.reread(self, said)
-
     def decide(self, keeps: bool) -> None:
         """Be read with its provenance from now on, or without it."""
         self.keeps = keeps
         if not keeps:
-            for cells, number in self._readers:
-                cells[number] = plain(self.tracked)
+            self.cells[self.number] = plain(self.tracked)
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
-        if source.digest != self.cells.digest:  # it came with an edit, after which the file was loaded again
-            return None
         literal = self.cells.literals[self.number]
         return source.number_at(literal.line, literal.column)
 

@@ -1,14 +1,13 @@
 """The number literals of a source file: where each stands, what it says, and what makes it itself after a restart."""
 
 import ast
-import hashlib
 import io
 import os
 import re
 import tokenize
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
-from rosslt import node
+from rosslt import files, node
 from rosslt.instrument.location_rules import FORM, NUMBER, PLAIN, judge
 from rosslt.instrument.states import States
 
@@ -60,43 +59,19 @@ class Literal(NamedTuple):
         return self.verdict == FORM or self.rule == 'used as a count'
 
 
-class SourceText:
-    """The text of a source file.
+class SourceText(files.Positions):
+    """The text of a source file, whether it can be parsed or not.
 
     Attributes:
         path: its real path.
         digest: the hash of its content, by which it is known whether the file was edited since.
-        text: its content.
     """
 
     def __init__(self, path: str, content: bytes) -> None:
         self.path = os.path.realpath(path)
-        self.digest = digest_of(content)
+        self.digest = files.digest_of(content)
         encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
-        self.text = io.TextIOWrapper(io.BytesIO(content), encoding, newline=None).read()
-        # As the parser counts: a form feed ends no line.
-        self._lines = self.text.split('\n')
-
-    def line(self, number: int) -> str:
-        """A line, counted from 1."""
-        return self._lines[number - 1]
-
-    def column(self, line: int, offset: int) -> int:
-        """The column, in characters from 1, of an offset in UTF-8 as the syntax tree gives it."""
-        return len(self.line(line).encode('utf-8')[:offset].decode('utf-8', 'replace')) + 1
-
-    def text_of(self, node: Any) -> str:
-        """Return the source text of a syntax node, on one line or several."""
-        start, end = self.column(node.lineno, node.col_offset), self.column(node.end_lineno, node.end_col_offset)
-        lines = self._lines[node.lineno - 1 : node.end_lineno]
-        lines[-1] = lines[-1][: end - 1]
-        lines[0] = lines[0][start - 1 :]
-        return '\n'.join(lines)
-
-
-def digest_of(content: bytes) -> str:
-    """The hash of a file's content."""
-    return hashlib.blake2b(content, digest_size=16).hexdigest()
+        super().__init__(io.TextIOWrapper(io.BytesIO(content), encoding, newline=None).read())
 
 
 def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[Tuple[ast.expr, Literal]]:
@@ -146,7 +121,7 @@ def _directives(tree: ast.Module, source: SourceText) -> Dict[int, Any]:
         if match:
             skip, low, high = match.groups()
             says = 'skip' if skip else (_bound(low), _bound(high))
-            is_alone = source.line(token.start[0]).lstrip().startswith('#')
+            is_alone = token.line.lstrip().startswith('#')
             at_line[token.start[0]] = says, is_alone
     statements = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
     for number, (says, is_alone) in sorted(at_line.items()):

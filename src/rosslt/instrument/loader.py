@@ -19,7 +19,7 @@ from typing import Any, Collection, Dict, List, Optional
 
 from rosslt import node
 from rosslt.instrument import cells, functions, reloading
-from rosslt.instrument.literals import Literal, digest_of
+from rosslt.instrument.literals import Literal
 from rosslt.instrument.tree_rewriting import (
     CELLS,
     CONVERSIONS,
@@ -228,4 +228,4 @@ class RewritingLoader(SourceFileLoader):
         exec(code, module.__dict__)
 
 
-__all__ = ['OwnModules', 'cache_folder', 'digest_of', 'prepare', 'rewritten']
+__all__ = ['OwnModules', 'cache_folder', 'prepare', 'rewritten']

@@ -3,11 +3,9 @@ recording costs most.
 
 Code that needs a plain float calls `__float__`: NumPy does so when a number is written into an array without
 provenance, and so do other libraries. Tracked numbers define that method only while losses are counted, so that it
-costs nothing otherwise. C functions of other libraries read the number directly; while somebody asks, these functions
-are wrapped in the modules that the node has imported.
+costs nothing otherwise.
 """
 
-import functools
 import linecache
 import math
 import os
@@ -15,7 +13,7 @@ import sys
 import threading
 import time
 import types
-from typing import Any, Callable, Dict, Iterator, List, Tuple
+from typing import Any, Dict, Tuple
 
 import rospy
 
@@ -36,7 +34,7 @@ MOST_COSTLY = 3
 #: Packages that make no results of what they are given: they send it, wait for it or write it down.
 _SINKS = ('genpy', 'json', 'logging', 'rosgraph', 'rospy', 'rosslt', 'xmlrpc', 'yaml')
 
-_NUMBERS = tuple(type(values.track(kind(), values.Source('/', 0))) for kind in (float, int))
+_NUMBERS = tuple(kind for kind in values.TRACKED_CLASSES if kind.__base__ in (float, int))
 
 
 class Losses:
@@ -117,9 +115,8 @@ class Losses:
         lines = BUDGET.lines.copy()
         self.begin()
         try:
-            with _Modules():
-                while not rospy.is_shutdown() and time.monotonic() < end:
-                    rospy.rostime.wallsleep(min(0.1, max(0.0, end - time.monotonic())))
+            while not rospy.is_shutdown() and time.monotonic() < end:
+                rospy.rostime.wallsleep(min(0.1, max(0.0, end - time.monotonic())))
         finally:
             self.end()
         found = sorted(self.places().items())
@@ -148,76 +145,6 @@ LOSSES = Losses()
 def _plain_float(number: Any) -> float:
     LOSSES.note(sys._getframe(1))
     return float(number._plain)
-
-
-class _Modules:
-    """Has calls of other libraries' functions from the node's own modules looked at, as long as the context lasts."""
-
-    def __enter__(self) -> '_Modules':
-        self._replaced: List[Tuple[Dict[str, Any], str, Any, Any]] = []
-        for names in _own_modules():
-            for name, thing in list(names.items()):
-                watched = _watched(thing) if not name.startswith('__') else thing
-                if watched is not thing:
-                    names[name] = watched
-                    self._replaced.append((names, name, thing, watched))
-        return self
-
-    def __exit__(self, *_: Any) -> None:
-        for names, name, thing, watched in self._replaced:
-            if names.get(name) is watched:
-                names[name] = thing
-
-
-def _own_modules() -> Iterator[Dict[str, Any]]:
-    """The names of all modules that run rewritten."""
-    for module in list(sys.modules.values()):
-        names = getattr(module, '__dict__', {})
-        if CELLS in names:
-            yield names
-
-
-class _WatchedModule(types.ModuleType):
-    """A module whose functions are looked at.
-
-    Args:
-        original: the module.
-    """
-
-    def __init__(self, original: types.ModuleType) -> None:
-        super().__init__(original.__name__, original.__doc__)
-        vars(self)['__original__'] = original
-
-    def __getattr__(self, name: str) -> Any:
-        return _watched(getattr(self.__original__, name))
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        setattr(self.__original__, name, value)
-
-    def __dir__(self) -> Any:
-        return dir(self.__original__)
-
-
-def _watched(thing: Any) -> Any:
-    """A module of another library, or a function of one, so that its calls are looked at; anything else itself."""
-    if type(thing) is types.ModuleType:
-        is_other = CELLS not in vars(thing) and thing.__name__.partition('.')[0] not in _SINKS
-        return _WatchedModule(thing) if is_other else thing
-    if type(thing) not in (types.BuiltinFunctionType, types.FunctionType):
-        return thing
-    names = getattr(thing, '__globals__', {})
-    is_own = CELLS in names or str(names.get('__name__', thing.__module__)).partition('.')[0] in _SINKS
-    return thing if is_own else _watched_function(thing)
-
-
-def _watched_function(function: Callable[..., Any]) -> Callable[..., Any]:
-    @functools.wraps(function, updated=())
-    def watched(*arguments: Any, **options: Any) -> Any:
-        result = function(*arguments, **options)
-        LOSSES.computed(result, (arguments, options))
-        return result
-
-    return watched
 
 
 def _has_provenance(thing: Any, depth: int = 3) -> bool:

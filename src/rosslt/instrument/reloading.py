@@ -139,7 +139,7 @@ class _Reader:
         parts += [f'not taken: {", ".join(refused)}'] if refused else []
         if elsewhere != self._named:
             self._named = lines, has_lost_lines = elsewhere
-            named = [f'line{"s" if len(lines) > 1 else ""} {_ranges(lines)}'] if lines else []
+            named = [f'line{"s" if len(lines) > 1 else ""} {str(lines)[1:-1]}'] if lines else []
             named += ['lines that are gone'] if has_lost_lines else []
             if named:
                 parts.append(f'{" and ".join(named)} changed in other ways, which needs a restart of the node')
@@ -149,14 +149,3 @@ class _Reader:
 
 
 _readers: Dict[int, _Reader] = {}
-
-
-def _ranges(lines: List[int]) -> str:
-    """Lines as people write them: `3, 7-9`."""
-    ranges: List[List[int]] = []
-    for line in lines:
-        if ranges and line == ranges[-1][1] + 1:
-            ranges[-1][1] = line
-        else:
-            ranges.append([line, line])
-    return ', '.join(str(first) if first == last else f'{first}-{last}' for first, last in ranges)

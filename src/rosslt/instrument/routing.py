@@ -11,13 +11,13 @@ import importlib
 import math
 import sys
 import types
-from typing import Any, Callable, Dict, List, Optional
+from typing import Any, Callable, Dict, List
 
 import rospy
 
 from rosslt import node, srv, values
 from rosslt.instrument import exact_classes, reloading
-from rosslt.instrument.cells import node_started
+from rosslt.instrument.cells import loaded_files
 from rosslt.instrument.losses import LOSSES
 from rosslt.instrument.program_functions import MATH
 from rosslt.instrument.publishing import Publisher, Service
@@ -136,7 +136,8 @@ def init_node(*args: Any, **kwds: Any) -> None:
     if _services:
         return  # rospy takes a second call with the same arguments, and does nothing
     node.start()
-    node_started()
+    for cells in loaded_files():
+        cells.renew()
     _services.append(rospy.Service('~rosslt/find_losses', srv.FindLosses, LOSSES.find))
     reloading.start()
 
@@ -215,11 +216,6 @@ def _with_plain_truths(value: Any) -> Any:
     return value._plain if type(getattr(value, '_plain', None)) is bool else value
 
 
-def wait_for_message(topic: str, topic_type: Any, timeout: Optional[float] = None) -> Any:
-    """`rospy.wait_for_message`, with provenance."""
-    return node.wait_for_message(topic, topic_type, timeout)
-
-
 def _rospy() -> Counterpart:
     others = {
         'Publisher': Publisher,
@@ -231,7 +227,7 @@ def _rospy() -> Counterpart:
         'get_param_cached': get_param,
         'init_node': init_node,
         'set_param': set_param,
-        'wait_for_message': wait_for_message,
+        'wait_for_message': node.wait_for_message,
     }
     for name, thing in others.items():
         replace(getattr(rospy, name), thing)

@@ -6,9 +6,10 @@ import ast
 import copy
 from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
 
+from rosslt import files
 from rosslt.instrument.callees import CHANCE
 from rosslt.instrument.lifetimes import bound_arguments, own_functions
-from rosslt.instrument.literals import Literal, SourceText, digest_of, find_literals
+from rosslt.instrument.literals import Literal, SourceText, find_literals
 from rosslt.instrument.states import find_states
 
 #: The name of its cells in a module that runs rewritten.
@@ -47,7 +48,7 @@ def name_of_cells(path: str, digest: str) -> str:
         digest: the hash of its content.
     """
     # It ends with underscores, as names in classes are changed that do not.
-    return f'{CELLS}{digest_of(path.encode("utf-8", "surrogateescape"))}{digest}__'
+    return f'{CELLS}{files.digest_of(path.encode("utf-8", "surrogateescape"))}{digest}__'
 
 
 def in_place(operator: str) -> str:

@@ -27,7 +27,6 @@ from rosslt.messages.inband import (
     append_provenance,
     decode,
     decoder,
-    provenance_size,
     read_tracked,
     split_provenance,
 )

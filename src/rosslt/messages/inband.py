@@ -116,19 +116,6 @@ def unexpected(error: Exception) -> BadHeader:
     return BadHeader('bad provenance: reading it failed with %s: %s' % (type(error).__name__, error))
 
 
-def provenance_size(data: bytes, message_class: type) -> int:
-    """The number of bytes of provenance, with the length and the footer around it, in a serialized message.
-
-    Args:
-        data: as it comes from the wire.
-        message_class: ordinary or tracked.
-    """
-    if is_tracked_type(message_class):
-        return _LENGTH.size + _LENGTH.unpack_from(data)[0]
-    found = split_provenance(data, message_class)[1]
-    return len(found) + _FOOTER.size if found else 0
-
-
 def split_provenance(data: bytes, message_class: type) -> Tuple[bytes, bytes]:
     """A serialized message and the provenance behind it, b'' if there is none.
 

@@ -36,18 +36,18 @@ from rosslt.node.client import (
     undo,
     undo_request,
 )
-from rosslt.node.closed_loop import ClosedLoop
+from rosslt.node.closed_loop import ClosedLoop, Observation, observe
 from rosslt.node.directory import Directory, Place
-from rosslt.node.forcing import NotReached, Outcome, close_loop, force_field
+from rosslt.node.forcing import Forcing, NotReached, Outcome, force_field
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
+from rosslt.node.listening import Heard, Listener
 from rosslt.node.literal_identities import identities
 from rosslt.node.locations import HeldLocation, LiteralLocation
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.node_errors import NodeErrors
-from rosslt.node.observation import Observation, observe
 from rosslt.node.program_parameters import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.refresh import READINGS
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized

@@ -1,20 +1,88 @@
 """The closed loop: solve, change, look at what comes, at most so many times.
 
 An expression says how a node computed a field, not how it will compute it after a change: it may take another branch,
-round, or go on from what it has summed up. So the next message is looked at; where the field is not what was wanted,
+round, or go on from what it has summed up. So the next messages are looked at; where the field is not what was wanted,
 the new message's expression is solved, and so on. `forcing` feeds it with the messages of a topic, drags with those of
 the thing that was dropped.
 """
 
+import math
 import time
-from typing import Callable, Dict, Optional
+from typing import Any, Callable, Dict, List, NamedTuple, Optional
 
+from rosslt import messages, values
 from rosslt.node.client import Change
-from rosslt.node.observation import SECOND_MESSAGE, ChangeObserver, Observation
-from rosslt.values import Source
+from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
 
-#: The number of successive solutions for a field that moves by itself: one that settles is settled by the second one.
-MOMENTS = 2
+#: The time in which messages show whether a field stands still, in seconds.
+LOOK = 1.0
+
+
+class Expression:
+    """The expression that computed a part of a message, without its numbers.
+
+    Where a node takes another branch (`a if x < 5 else b`), sources and operations come and go.
+
+    Args:
+        part: a scalar, a message or an array, with tracked leaves.
+
+    Attributes:
+        sources: what it was computed from.
+        readings: {source: its values that were used}; of a counter or an integral several.
+        form: equal for expressions that compute in the same way.
+    """
+
+    def __init__(self, part: Any) -> None:
+        tracked = [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
+        instructions, roots = values.disassemble(tracked)
+        self.sources: List[Source] = values.sources(tracked)
+        self.readings: Dict[Source, List[Any]] = {}
+        self.form: List[Any] = [roots]
+        for kind, *rest in instructions:
+            if kind == SOURCE:
+                self.readings.setdefault(rest[0], []).append(rest[1])
+                self.form.append(rest[0])
+            elif kind == AFFINE:
+                self.form.append(tuple(index for index, _ in rest[1]))
+            else:
+                self.form.append(CONSTANT if kind == CONSTANT else (kind.name, *rest))
+
+
+class Observation(NamedTuple):
+    """A field as a message has it.
+
+    Attributes:
+        number: how many messages there were up to this one, since the first change.
+        at: when it came, a time of `time.monotonic`.
+        part: the field, with its provenance.
+        expression: how it was computed.
+        distance: how far it is from the target.
+        is_reached: whether it is the target.
+    """
+
+    number: int
+    at: float
+    part: Any
+    expression: Expression
+    distance: float
+    is_reached: bool
+
+
+def observe(part: Any, wanted: Any, type_: str = '', number: int = 0) -> Observation:
+    """The Observation of a part of a message that has just come.
+
+    Args:
+        part, wanted, type_: as of `messages.is_reached`.
+        number: of the message.
+    """
+    return Observation(
+        number,
+        time.monotonic(),
+        part,
+        Expression(part),
+        messages.distance(part, wanted),
+        messages.is_reached(part, wanted, type_),
+    )
 
 
 class ClosedLoop:
@@ -25,17 +93,19 @@ class ClosedLoop:
             empty where there is nothing left to try.
         rounds: how many times at most.
         timeout: how long to wait for a message that shows a change, in seconds.
-        settle: how long a field that is computed in another way than when it was solved has to stand still before it is
-            solved again, in seconds. Where that is above 0, a field that moves is left alone: it was where it was
-            wanted at its moment.
+        leaves_moving: for a thing that a hand has dropped: it is solved again only where it has stood still for LOOK,
+            and left alone where it has not.
 
     Attributes:
-        is_over, is_reached: whether it is at its end, and the field as wanted.
+        is_over, is_reached: whether it is at its end, and the field as wanted. One that moves by itself is as wanted
+            where it was solved for its moment: computed as it was then, and no further off than it moves.
         moves: whether the field moves by itself.
         rounds: how many times sources were changed.
-        observer: what the messages after the last change show.
+        end: until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called.
+        seen: the observations that show the last change.
+        other: those without any of the changed sources; they count where `seen` stays empty.
+        old: how many still had an old value of a changed source.
         last: the observation that is the result; None where no message shows the change.
-        has_branched: whether the field was computed in another way than when it was solved.
     """
 
     def __init__(
@@ -43,92 +113,88 @@ class ClosedLoop:
         change: Callable[[Observation], Dict[Source, Change]],
         rounds: int,
         timeout: float,
-        settle: float = 0.0,
+        leaves_moving: bool = False,
     ) -> None:
-        self._change, self._most, self._timeout, self._settle = change, rounds, timeout, settle
+        self._change, self._most, self._timeout, self._leaves_moving = change, rounds, timeout, leaves_moving
         self.is_over = self.is_reached = self.moves = False
-        self.rounds = self._moments = 0
-        self.observer = ChangeObserver({}, timeout)
+        self.rounds = self.old = 0
+        self.seen: List[Observation] = []
+        self.other: List[Observation] = []
         self.last: Optional[Observation] = None
-        self.has_branched = False
-        self._still_until: Optional[float] = None
-        self._resting_until: Optional[float] = None
 
-    def begin(self, observation: Observation) -> None:
-        """Have the sources changed for the first time; raises what `change` raises."""
-        self._solve(observation)
-
-    def follow(self, solved: Observation, changed: Dict[Source, Change]) -> None:
-        """Look at what comes: the sources have been changed for an observation."""
-        self.rounds += 1
-        self._solved, self.observer, self.last = solved, ChangeObserver(changed, self._timeout), None
-
-    @property
-    def end(self) -> float:
-        """Until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called."""
-        return self._resting_until or self._still_until or self.observer.end
-
-    def take(self, observation: Optional[Observation]) -> None:
-        """Take in what a message shows; None where it has no such field."""
-        is_enough = self.observer.take(observation)
-        if self._resting_until is not None:
-            if self.observer.rests:
-                # it does not move by itself: it came to rest after the change, and somewhere else
-                self._resting_until, self.moves = None, False
-                self._solve(self.observer.new[-1])
-        elif self._still_until is not None:
-            if self.observer.moves:
-                self._conclude()
-        elif is_enough and self._settle and self._is_other(self.observer):
-            self._still_until = time.monotonic() + self._settle
-        elif is_enough:
-            self._conclude()
-
-    def pass_time(self) -> None:
-        """No message came until `end`."""
-        if self._resting_until is None:
-            self._conclude()
-        else:
-            self.is_over = self.is_reached = True
-
-    def stop(self) -> None:
-        """End it here."""
-        self.is_over = True
-
-    def _is_other(self, observer: ChangeObserver) -> bool:
-        """Return whether the field is not as wanted, and computed in another way than when it was solved."""
-        seen = observer.new or observer.other
-        return not observer.reached and self._solved.expression.is_other_branch(seen[-1].expression)
-
-    def _conclude(self) -> None:
-        """Judge what was seen of a change, and solve that where it is not what was wanted."""
-        observer, self._still_until = self.observer, None
-        seen = observer.new or observer.other
-        if self._settle and len(seen) < 2:  # one message does not tell whether it moves
-            seen = []
-        if observer.reached is not None:
-            self.last, self.moves = observer.reached, False
-            self.is_over = self.is_reached = True
-            return
-        self.last, self.moves = (seen[-1] if seen else None), observer.moves
-        if not seen:
-            self.stop()
-            return
-        is_branch = self._solved.expression.is_other_branch(seen[0].expression, observer.moving)
-        self._moments = self._moments + 1 if self.moves and not is_branch else 0
-        if self.moves and (self._settle or self._moments >= min(MOMENTS, self._most)):
-            self.last = seen[0]
-            if self._settle:
-                self.is_over = self.is_reached = True
-            else:
-                self._resting_until = time.monotonic() + SECOND_MESSAGE
-            return
-        self.has_branched = self.has_branched or is_branch
-        self._solve(seen[-1])
-
-    def _solve(self, observation: Observation) -> None:
+    def solve(self, observation: Observation) -> None:
+        """Have the sources changed for an observation; raises what `change` raises."""
         changed = self._change(observation) if self.rounds < self._most else {}
         if changed:
             self.follow(observation, changed)
         else:
-            self.stop()
+            self.is_over = True
+
+    def follow(self, solved: Observation, changed: Dict[Source, Change]) -> None:
+        """Look at what comes: the sources have been changed for an observation."""
+        self.rounds += 1
+        self._solved, self._changed = solved, changed
+        self.last, self.seen, self.other, self.old = None, [], [], 0
+        self.end = self._latest_end = time.monotonic() + self._timeout
+        self._nearest = math.inf
+
+    def take(self, observation: Optional[Observation]) -> None:
+        """Take in what a message shows; None where it has no such field."""
+        if observation is None:
+            return
+        if not observation.is_reached and self._is_older(observation.expression):
+            self.old += 1
+            return
+        is_new = observation.is_reached or bool(self._changed.keys() & set(observation.expression.sources))
+        seen = self.seen if is_new else self.other
+        seen.append(observation)
+        if len(seen) == 1 or observation.distance < self._nearest:  # it may come nearer by itself
+            self._nearest = observation.distance
+            self.end = min(self._latest_end, observation.at + LOOK)
+        if is_new and len(seen) > 1:
+            is_reached = observation.is_reached and seen[-2].is_reached
+            if is_reached or (not self._leaves_moving and _is_alike(*seen[-2:])):
+                self.pass_time()
+
+    def pass_time(self) -> None:
+        """Judge what was seen of a change, at `end` if not earlier, and solve that where it is not what was wanted."""
+        seen = self.seen or self.other
+        if not seen or (self._leaves_moving and len(seen) < 2):  # one message does not tell whether it moves
+            self.is_over = True
+        elif all(one.is_reached for one in seen[-2:]):
+            self.last, self.moves, self.is_over, self.is_reached = seen[-2:][0], False, True, True
+        else:
+            pairs = list(zip(seen, seen[1:]))
+            self.moves = not all(_is_alike(*pair) for pair in (pairs if self._leaves_moving else pairs[-1:]))
+            if self.moves and (self._leaves_moving or self._is_of_its_moment(seen)):
+                self.last, self.is_over, self.is_reached = seen[0], True, True
+                return
+            self.last = seen[-1]
+            self.solve(seen[-1])
+
+    def _is_of_its_moment(self, seen: List[Observation]) -> bool:
+        """Return whether a field that moves is computed as when it was solved, and no further off than it moves."""
+        first, form = values.untracked(seen[0].part), self._solved.expression.form
+        spread = max(messages.distance(one.part, first) for one in seen)
+        return seen[0].distance <= spread and all(one.expression.form == form for one in seen)
+
+    def _is_older(self, expression: Expression) -> bool:
+        """Return whether a message was computed before the change, or from a value that was kept from before."""
+        for source, change in self._changed.items():
+            readings = expression.readings.get(source)
+            if (
+                readings
+                and not is_equal(*change)
+                and all(messages.is_sent_as(change.old, reading) for reading in readings)
+            ):
+                return True
+        return False
+
+
+def _is_alike(one: Observation, other: Observation) -> bool:
+    return messages.is_reached(other.part, values.untracked(one.part))
+
+
+def is_equal(one: Any, other: Any) -> bool:
+    """Return whether two values of a source are the same, and of one type."""
+    return type(one) is type(other) and bool(one == other)

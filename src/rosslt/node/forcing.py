@@ -1,5 +1,6 @@
 """Forcing a field of a topic: a change is believed when a message shows it, and else it is said what came instead."""
 
+import dataclasses
 import time
 from typing import Any, Collection, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
@@ -17,12 +18,11 @@ from rosslt.node.client import (
     solved,
     undo_request,
 )
-from rosslt.node.closed_loop import ClosedLoop
+from rosslt.node.closed_loop import ClosedLoop, Observation, is_equal, observe
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import Value
 from rosslt.node.listening import Listener
 from rosslt.node.node_errors import NodeErrors
-from rosslt.node.observation import Observation, is_equal, observe
 from rosslt.values import Source
 
 #: The timeout of owners' answers, in seconds.
@@ -165,123 +165,102 @@ def force_field(
     if source is not None and sources is not None:
         raise ValueError('give either source or sources')
     owner = started('force_field')
-    with Listener(rospy.resolve_name(topic)) as stream, NodeErrors() as errors:
+    with Listener(rospy.resolve_name(topic), is_exact=True) as stream, NodeErrors() as errors:
         heard = stream.first(field, timeout)
         chosen = sources if source is None else [source]
-        return close_loop(owner, stream, errors, heard, field, target, chosen, rounds, timeout, keep_anyway)
+        return Forcing(owner, stream, errors, field, target, chosen, rounds, timeout, keep_anyway).run(heard)
 
 
-def close_loop(
-    asker: Asker,
-    stream: Stream,
-    errors: NodeErrors,
-    heard: Heard,
-    path: str,
-    wanted: Any,
-    sources: Optional[Collection[Source]] = None,
-    rounds: int = 5,
-    timeout: float = 5.0,
-    keep_anyway: bool = False,
-) -> Outcome:
-    """Solve for a field of a message, change its sources, and look at the next messages, until the field is as wanted.
+@dataclasses.dataclass
+class Forcing:
+    """Solves for a field, changes its sources, and looks at the next messages, until the field is as wanted.
 
-    Args:
+    Attributes:
         asker: who asks for changes.
         stream: the messages of the topic from now on.
         errors: those of nodes, heard since before the first message.
-        heard: the message to begin with.
         path: of the field in the message.
         wanted: plain, of the field's shape; None leaves a part free.
         sources: change no other than these.
         rounds: how many times it is solved at most.
         timeout: how long to wait for a message that shows a change, in seconds.
         keep_anyway: leave the changes where the target is not reached.
-
-    Raises:
-        values.NotTracked, values.NotInvertible: there is no answer to begin with; nothing was requested.
-        ChangeRejected, SourceUnreachable: as of `force_value`, in the first round.
-        NotReached: no message has the wanted value.
-        ValueError: the message has no such field, or that cannot hold what is wanted.
     """
-    if rounds < 1:
-        raise ValueError(f'rounds must be at least 1, found {rounds}')
-    return _Force(asker, stream, heard, path, wanted, sources, rounds, timeout, errors).run(heard.message, keep_anyway)
 
+    asker: Asker
+    stream: Stream
+    errors: NodeErrors
+    path: str
+    wanted: Any
+    sources: Optional[Collection[Source]] = None
+    rounds: int = 5
+    timeout: float = 5.0
+    keep_anyway: bool = False
 
-class _Force:
-    """Feeds a ClosedLoop with the messages of a topic."""
+    def run(self, heard: Heard) -> Outcome:
+        """Begin with a message.
 
-    def __init__(
-        self,
-        asker: Asker,
-        stream: Stream,
-        heard: Heard,
-        path: str,
-        wanted: Any,
-        sources: Optional[Collection[Source]],
-        rounds: int,
-        timeout: float,
-        errors: NodeErrors,
-    ) -> None:
-        self._asker, self._stream, self._wanted = asker, stream, wanted
-        self._publisher, self._path, self._thing = heard.publisher, path, thing_of(heard.message, path)
-        self._sources, self._timeout, self._errors = sources, timeout, errors
-        self._loop = ClosedLoop(self._change, rounds, timeout)
+        Raises:
+            values.NotTracked, values.NotInvertible: there is no answer to begin with; nothing was requested.
+            ChangeRejected, SourceUnreachable: as of `force_value`, in the first round.
+            NotReached: no message has the wanted value.
+            ValueError: the message has no such field, or that cannot hold what is wanted.
+        """
+        if self.rounds < 1:
+            raise ValueError(f'rounds must be at least 1, found {self.rounds}')
+        self._loop = loop = ClosedLoop(self._change, self.rounds, self.timeout)
+        self._publisher, thing = heard.publisher, thing_of(heard.message, self.path)
         self._request_id = new_request_id()
         self._changes: Dict[Source, Change] = {}
         self._began = self._requested = 0.0
-        self._messages = self._other_goals = 0
+        self._messages = 0
+        self._is_as_asked = True  # whether owners have given sources what was asked for
         self._notes: List[str] = []  # what else explains that it was not reached
-
-    def run(self, message: Any, keep_anyway: bool) -> Outcome:
-        first = self._observed(message)
+        first = self._observed(heard.message)
         if first is None:
-            raise ValueError(f'the message has no field {self._path}')
-        messages.check_range(*messages.part_at(message, self._path), self._wanted)
+            raise ValueError(f'the message has no field {self.path}')
+        messages.check_range(*messages.part_at(heard.message, self.path), self.wanted)
         if first.is_reached:
-            return Outcome({}, self._wanted, values.untracked(first.part), True)
-        loop = self._loop
-        loop.begin(first)
+            return Outcome({}, self.wanted, values.untracked(first.part), True)
+        loop.solve(first)
         while not loop.is_over:
-            heard = self._stream.next_before(min(loop.end, time.monotonic() + ERROR_PERIOD))
+            latest = self.stream.next_before(min(loop.end, time.monotonic() + ERROR_PERIOD))
             error = self._why_raised()
             if error:
                 self._notes.append(error)
-                loop.stop()
-            elif time.monotonic() >= loop.end:
+                break
+            if time.monotonic() >= loop.end:
                 loop.pass_time()
-            elif heard is None:
+            elif latest is None:
                 continue
-            elif heard.publisher == self._publisher and thing_of(heard.message, self._path) == self._thing:
+            elif latest.publisher == heard.publisher and thing_of(latest.message, self.path) == thing:
                 self._messages += 1
-                observation = self._observed(heard.message)
-                if loop.rounds and self._is_other_goal(heard.message, observation):
-                    self._other_goals += 1
-                else:
+                observation = self._observed(latest.message)
+                if not self._is_other_goal(latest.message, observation):
                     loop.take(observation)
         if loop.is_reached and (loop.moves or self._is_kept()):
             return self._outcome(is_reached=True)
         if loop.last is None and not self._notes:
             self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
-        raise self._not_reached(keep_anyway)
+        raise self._not_reached()
 
     def _change(self, observation: Observation) -> Dict[Source, Change]:
         """Have the sources become what an observation needs; {} where they are that already."""
         part, present = observation.part, observation.expression.readings
         try:
             answer = solved(
-                self._asker,
+                self.asker,
                 values.sources(part),
                 OWNER_TIMEOUT,
-                lambda limits: values.solve(part, self._wanted, sources=self._sources, **limits),
+                lambda limits: values.solve(part, self.wanted, sources=self.sources, **limits),
             )
             new = {source: value for source, value in answer.items() if not is_equal(present[source][-1], value)}
             if not new:
                 return {}
-            self._stream.clear()
+            self.stream.clear()
             self._requested = time.monotonic()
             self._began = self._began or self._requested
-            changed = request_values(new, OWNER_TIMEOUT, self._request_id, self._asker)
+            changed = request_values(new, OWNER_TIMEOUT, self._request_id, self.asker)
         except (values.NotInvertible, values.NotTracked, ChangeRejected, SourceUnreachable) as error:
             if not self._changes:
                 raise
@@ -291,15 +270,16 @@ class _Force:
             first = self._changes.get(source, change)
             self._changes[source] = Change(first.old, change.new)
             if not is_equal(change.new, new[source]):
+                self._is_as_asked = False
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return changed
 
     def _observed(self, message: Any) -> Optional[Observation]:
         try:
-            part, type_ = messages.part_at(message, self._path)
+            part, type_ = messages.part_at(message, self.path)
         except messages.NoSuchPart:
             return None
-        return observe(part, self._wanted, type_, self._messages)
+        return observe(part, self.wanted, type_, self._messages)
 
     def _is_other_goal(self, message: Any, observation: Optional[Observation]) -> bool:
         """Return whether a message is a goal of an action that has none of the changed sources.
@@ -313,7 +293,7 @@ class _Force:
         """Return whether owners still have what they were given: one may have clamped it after a message or two."""
         given = [values.track(change.new, source) for source, change in self._changes.items()]
         try:
-            present = reevaluate(given, OWNER_TIMEOUT, self._asker)
+            present = reevaluate(given, OWNER_TIMEOUT, self.asker)
         except SourceUnreachable:
             return True  # the messages have shown it
         lost = [
@@ -327,19 +307,19 @@ class _Force:
 
     def _why_raised(self) -> str:
         """The error that a change has made a node raise; '' where there is none, or a message shows the change."""
-        if self._loop.observer.new:
+        if self._loop.seen:
             return ''
         nodes = {self._publisher, *(source.node for source in self._changes)}
-        return self._errors.raised_since(nodes, self._requested)
+        return self.errors.raised_since(nodes, self._requested)
 
     def _name(self, source: Source) -> str:
-        return self._asker.directory.name(source)
+        return self.asker.directory.name(source)
 
     def _outcome(self, is_reached: bool, reason: str = '', is_taken_back: bool = False) -> Outcome:
         last = self._loop.last
         return Outcome(
             {source: change for source, change in self._changes.items() if not is_equal(*change)},
-            self._wanted,
+            self.wanted,
             None if last is None else values.untracked(last.part),
             is_reached,
             self._loop.moves,
@@ -350,13 +330,13 @@ class _Force:
             is_taken_back,
         )
 
-    def _not_reached(self, keep_anyway: bool) -> NotReached:
+    def _not_reached(self) -> NotReached:
         """The error to raise, once the changes have been taken back."""
         reason = self._reason()
         afterwards, is_taken_back = 'the change was left', False
-        if not keep_anyway:
+        if not self.keep_anyway:
             nodes = {source.node for source, change in self._changes.items() if not is_equal(*change)}
-            undone = undo_request(self._request_id, nodes, self._asker.name, OWNER_TIMEOUT)
+            undone = undo_request(self._request_id, nodes, self.asker.name, OWNER_TIMEOUT)
             is_taken_back = not undone.reasons
             afterwards = 'taken back'
             if undone.reasons:
@@ -369,32 +349,29 @@ class _Force:
         parts, last = [], self._loop.last
         if last is not None:
             parts.append(
-                f'{self._publisher} now sends {_differing(last.part, self._wanted)} instead of '
-                f'{_differing(self._wanted, last.part)}'
+                f'{self._publisher} now sends {_differing(last.part, self.wanted)} instead of '
+                f'{_differing(self.wanted, last.part)}'
             )
+            others = [
+                f'{self._name(source)} is {readings[-1]!r} by now, it was made {change.new!r}'
+                for source, change in self._changes.items()
+                for readings in [last.expression.readings.get(source)]
+                if readings and not any(messages.is_sent_as(change.new, reading) for reading in readings)
+            ]
             if self._loop.moves:
                 parts.append('it changes by itself')
-            elif self._loop.has_branched:
+            elif self._is_as_asked and not others:
                 parts.append('it is computed in another way than before: the node takes another branch')
-            for source, change in self._changes.items():
-                readings = last.expression.readings.get(source)
-                if readings and not any(messages.is_sent_as(change.new, reading) for reading in readings):
-                    parts.append(f'{self._name(source)} is {readings[-1]!r} by now, it was made {change.new!r}')
+            parts += others
         return '; '.join(dict.fromkeys([*parts, *self._notes]))
 
     def _why_silent(self) -> str:
         """Why no message shows a change."""
-        publisher, observer = self._publisher, self._loop.observer
-        if observer.old:
-            names = ' and '.join(map(self._name, self._changes))
-            return f'the {observer.old} messages of {publisher} since then still come from the old value of {names}'
-        if self._other_goals:
-            names = ' and '.join(map(self._name, self._changes))
-            return (
-                f'none of the {self._other_goals} goals that {publisher} has sent within {self._timeout:g} s '
-                f'was computed from {names}'
-            )
-        return f'no message of {publisher} came within {self._timeout:g} s'
+        publisher, names = self._publisher, ' and '.join(map(self._name, self._changes))
+        if self._loop.old:
+            return f'the {self._loop.old} messages of {publisher} since then still come from the old value of {names}'
+        which = f' that was computed from {names}' if self._messages else ''
+        return f'no message of {publisher}{which} came within {self.timeout:g} s'
 
 
 def _differing(part: Any, other: Any) -> str:

@@ -48,7 +48,6 @@ class Locking:
             owner.publish_locations()
             owner.wait_for_parameters(written)
         return srv.LockLocationsResponse(
-            owner.access.accepts,
             [] if owner.access.accepted_from is None else owner.access.accepted_from or ['nobody'],
             list(told),
             [lock.who for lock in told.values()],
@@ -74,4 +73,3 @@ class Locking:
                 access.locks.pop(name, None)
         else:
             access.locks.clear()
-            access.accepts = True

@@ -10,10 +10,10 @@ import rospy
 
 from rosslt.node.json_scalars import Refused
 
-ACCEPT, ACCEPT_FROM, LOCKS = 'accept_changes', 'accept_changes_from', 'change_locks'
+ACCEPT_FROM, LOCKS = 'accept_changes_from', 'change_locks'
 
 #: Parameters in the namespace of the locations that are settings of access.
-SETTINGS = {ACCEPT, ACCEPT_FROM, LOCKS}
+SETTINGS = {ACCEPT_FROM, LOCKS}
 
 #: The node as a whole, among the names of its locations.
 WHOLE = ''
@@ -35,15 +35,12 @@ class Access:
     """The settings and locks that refuse a change before its values are checked.
 
     Attributes:
-        accepts: False where the parameter `accept_changes` refuses every change.
         accepted_from: requesters or patterns of them, as `fnmatch` takes them; None for all.
         locks: {name of a location, or WHOLE: Lock}.
     """
 
     def __init__(self) -> None:
         self._node = ''
-        self._said: Any = True
-        self.accepts = True
         self.accepted_from: Optional[List[str]] = None
         self.locks: Dict[str, Lock] = {}
 
@@ -53,8 +50,6 @@ class Access:
 
     def check(self, location: str, requester: str) -> None:
         """Raises Refused, with who and why, where a requester may not change a location of that name."""
-        if not self.accepts:
-            raise Refused(f'{self._node} takes no changes now: {self._node}/rosslt/{ACCEPT} is {self._said}')
         for name in (WHOLE, location):
             lock = self.locks.get(name)
             if lock is not None:
@@ -72,11 +67,7 @@ class Access:
 
     def set(self, name: str, value: Any) -> None:
         """A parameter of SETTINGS was set; `{}` where it was deleted."""
-        if name == ACCEPT:
-            self.accepts = value is True or value == {}
-            self._said = str(value).lower() if isinstance(value, bool) else repr(value)
-            rospy.loginfo('%s %s', self._node or 'this node', 'accepts changes' if self.accepts else 'takes no changes')
-        elif name == ACCEPT_FROM:
+        if name == ACCEPT_FROM:
             names = [value] if isinstance(value, str) else value
             if value == {}:
                 self.accepted_from = None

@@ -2,7 +2,8 @@
 
 The paper's `apply_source_change` and the service for reevaluation (section IV-A, figure 3). Below `<node>/rosslt`: the
 services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get_history`, the topics `changes` and
-`locations`, and the parameters `accept_changes` and `history`. For all nodes: the topic `/rosslt/source_change`.
+`locations`, and the parameters `accept_changes_from`, `change_locks`, `history` and `rate`. For all nodes: the topic
+`/rosslt/source_change`.
 """
 
 import time

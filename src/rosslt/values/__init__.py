@@ -25,7 +25,6 @@ from .sources import Source, UnnamedSource, describe_sources_with
 from .tolerances import is_same
 from .tracked import TRACKED as TRACKED_CLASSES
 from .tracked import (
-    from_affine,
     lazy,
     lazy_of,
     origins,
@@ -61,7 +60,6 @@ __all__ = [
     'evaluate',
     'explain',
     'fit',
-    'from_affine',
     'is_same',
     'is_tracked',
     'keeping',

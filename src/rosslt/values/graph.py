@@ -232,12 +232,11 @@ class Graph:
                 rise[place] = total
         return rise
 
-    def is_affine(self, depends: List[bool], root: int) -> bool:
-        """Return True if a node is affine in all changing sources together."""
+    def affine(self, depends: List[bool]) -> List[bool]:
+        """Return a flag for each node: True if it is affine in all changing sources together."""
         index = self.index
         flags: List[bool] = []
-        for place in range(root + 1):
-            form, first, second = self.records[place]
+        for place, (form, first, second) in enumerate(self.records):
             affine = True
             if not depends[place] or form is SOURCE:
                 pass
@@ -248,7 +247,7 @@ class Graph:
                 affine = form.is_affine(first, second, [depends[at] for at in places])
                 affine = affine and all(flags[at] for at in places)
             flags.append(affine)
-        return flags[root]
+        return flags
 
 
 def slope_or_zero(slope: Any, a: Any, b: Any) -> Any:

@@ -178,22 +178,13 @@ def source_of_functions(value: Value) -> Optional[Source]:
     return first if form is SOURCE else None
 
 
-def from_affine(value: Value, terms: Iterable[Tuple[Source, Value, Value]]) -> Value:
-    """The tracked value that terms describe: `value` plus the sum of each slope times its source's change.
-
-    Args:
-        value: the plain float or int, at the sources' present values.
-        terms: `((Source, source's value, slope), ...)` as `affine` gives them, a source at most once.
-    """
-    return new(value, _of_terms(value, terms), 1)
-
-
 def remake(value: Value, other: Value) -> None:
     """Have a tracked value be made from now on as an equal one was."""
     value._record, value._size = resolve(other), other._size
 
 
 def _of_terms(value: Value, terms: Iterable[Tuple[Source, Value, Value]]) -> tuple:
+    """The record of `value` plus the sum of each slope times its source's change."""
     leaves = tuple([(new(at, (SOURCE, source, None), 1), slope) for source, at, slope in terms])
     if len(leaves) == 1 and leaves[0][1] == 1:
         leaf = leaves[0][0]

@@ -8,7 +8,7 @@ from rosslt.cli.failure import Failure, did_you_mean
 from rosslt.cli.fields import joined
 from rosslt.cli.master import SystemState, find_master, full_name, split_topic, system_state
 from rosslt.cli.output import is_terminal, write_row
-from rosslt.cli.reading import Inbox
+from rosslt.cli.reading import listener
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.node import Directory
 
@@ -52,9 +52,9 @@ def run(options: argparse.Namespace) -> int:
     else:
         wanted = sorted(topic for topic in state.publishers if not topic.startswith('/rosout') and topic != '/clock')
         wanted = [topic for topic in wanted if not topic.endswith(_OWN)]
-    with Inbox(_listened(state, wanted)) as inbox:
+    with listener(*_listened(state, wanted)) as stream:
         losses = Losses(state, wanted, options.time)
-        traffic = Traffic(inbox.during(options.time), options.time, joined(field, ''))
+        traffic = Traffic(stream.during(options.time), options.time, joined(field, ''))
     directory = Directory()
     directory.learn(traffic.all_sources())
     examination = Examination(master, state, traffic, directory, losses)
@@ -82,4 +82,4 @@ def _listened(state: SystemState, topics: List[str]) -> List[str]:
         for topic, nodes in state.subscribers.items()
         if topic in state.publishers and publishers.intersection(nodes)
     ]
-    return list(dict.fromkeys([*topics, *entering]))
+    return list(dict.fromkeys([*(topic for topic in topics if topic in state.publishers), *entering]))

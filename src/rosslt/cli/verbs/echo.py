@@ -1,6 +1,7 @@
 """`rosslt echo`: messages with the provenance of their fields."""
 
 import argparse
+import math
 from typing import Iterable
 
 from rosslt import values
@@ -8,10 +9,10 @@ from rosslt.cli import bags
 from rosslt.cli.fields import field_of
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal
-from rosslt.cli.reading import Inbox, Received
+from rosslt.cli.reading import listener
 from rosslt.cli.rendering import json_line, write_lines, yaml_lines
 from rosslt.cli.verb import LOOK, Argument
-from rosslt.node import Directory
+from rosslt.node import Directory, Heard
 
 GROUP = LOOK
 SUMMARY = 'messages with the provenance of their fields'
@@ -46,16 +47,16 @@ def run(options: argparse.Namespace) -> None:
             _echo(bags.messages(bag, [topic]), field, directory, options)
         return
     topic, _, field = split_topic(find_master(), options.topic)
-    with Inbox([topic]) as inbox:
+    with listener(topic) as stream:
         try:
-            _echo(iter(lambda: inbox.next_before(None), None), field, Directory(), options)
+            _echo(stream.during(math.inf), field, Directory(), options)
         except KeyboardInterrupt:
             # without a count this is how it ends
             if options.count:
                 raise
 
 
-def _echo(messages: Iterable[Received], field: str, directory: Directory, options: argparse.Namespace) -> None:
+def _echo(messages: Iterable[Heard], field: str, directory: Directory, options: argparse.Namespace) -> None:
     values.describe_sources_with(directory.describe)
     for number, received in enumerate(messages, 1):
         part = field_of(received.message, field)

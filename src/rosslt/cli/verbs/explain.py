@@ -9,10 +9,10 @@ from rosslt.cli.failure import Failure
 from rosslt.cli.fields import field_of, joined, source_values
 from rosslt.cli.master import find_master, split_topic
 from rosslt.cli.output import is_terminal, limits, table, write_row
-from rosslt.cli.reading import Inbox, Received, heard_publishers
+from rosslt.cli.reading import heard_publishers, listener
 from rosslt.cli.rendering import text_of
 from rosslt.cli.verb import LOOK, Argument
-from rosslt.node import Directory
+from rosslt.node import Directory, Heard
 
 GROUP = LOOK
 SUMMARY = 'where a field of a topic comes from: the expression, and each location in it'
@@ -55,21 +55,21 @@ def run(options: argparse.Namespace) -> None:
         raise Failure(f'nothing in it has a source, as {names} sends it; `rosslt doctor {topic}` says why')
 
 
-def _heard(options: argparse.Namespace) -> Tuple[List[Received], str]:
+def _heard(options: argparse.Namespace) -> Tuple[List[Heard], str]:
     master = find_master()
     topic, _, field = split_topic(master, options.field)
-    with Inbox([topic], is_exact=True) as inbox:
-        return heard_publishers(master, inbox, topic, options.timeout, options.node), field
+    with listener(topic, is_exact=True) as stream:
+        return heard_publishers(master, stream, topic, options.timeout, options.node), field
 
 
-def _recorded(options: argparse.Namespace, directory: Directory) -> Tuple[List[Received], str]:
+def _recorded(options: argparse.Namespace, directory: Directory) -> Tuple[List[Heard], str]:
     with bags.opened(options.bag) as bag:
         topic, field = bags.split_topic(bag, options.field)
         bags.take_names(bag, directory)
         return [next(bags.messages(bag, [topic]))], field
 
 
-def _show(received: Received, path: str, leaf: Any, directory: Directory) -> None:
+def _show(received: Heard, path: str, leaf: Any, directory: Directory) -> None:
     by = f', published by {received.publisher}' if received.publisher else ''
     print(f'{received.topic} {path} = {text_of(leaf)}{by}')
     print('  = ' + values.explain(leaf))
@@ -82,7 +82,7 @@ def _show(received: Received, path: str, leaf: Any, directory: Directory) -> Non
     print('\n'.join(table(rows, indent='  ')))
 
 
-def _write(received: Received, path: str, leaf: Any, directory: Directory) -> None:
+def _write(received: Heard, path: str, leaf: Any, directory: Directory) -> None:
     for source, value in source_values(leaf).items():
         place = directory.of(source)
         write_row(

@@ -16,7 +16,7 @@ from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import Part, field_of
 from rosslt.cli.master import TIMEOUT, find_master
 from rosslt.cli.output import is_terminal, table, write_row
-from rosslt.cli.reading import Decoder, start_node
+from rosslt.cli.reading import start_node
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -204,7 +204,7 @@ def _pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], sl
 
 def _stamped(bag: rosbag.Bag, topic: str) -> _Series:
     """The stamps of the messages of a topic, and the messages, by stamp; without those between whole ones."""
-    decoder, found = Decoder(), []
+    decoder, found = bags.Decoder(), []
     for name, raw, recorded, _ in bags.serialized(bag, [topic]):
         received = decoder.decode(raw[1], raw[-1], name)
         if received.is_sampled:

@@ -12,9 +12,9 @@ from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import conditions, field_of, path_where, source_values, target
 from rosslt.cli.master import TIMEOUT, find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change
-from rosslt.cli.reading import Inbox, Received, heard_publishers
+from rosslt.cli.reading import heard_publishers, listener
 from rosslt.cli.verb import CHANGE, Argument
-from rosslt.node import Directory
+from rosslt.node import Directory, Heard
 
 GROUP = CHANGE
 SUMMARY = 'have a field of a topic become a value, by changing where it comes from'
@@ -64,11 +64,11 @@ def run(options: argparse.Namespace) -> None:
     master, directory = find_master(), Directory()
     topic, _, field = split_topic(master, options.field)
     values.describe_sources_with(directory.describe)
-    with Inbox([topic], is_exact=True) as inbox, node.NodeErrors() as errors:
+    with listener(topic, is_exact=True) as stream, node.NodeErrors() as errors:
         where = conditions(options.where)
         heard = heard_publishers(
             master,
-            inbox,
+            stream,
             topic,
             options.timeout,
             options.node,
@@ -94,16 +94,16 @@ def run(options: argparse.Namespace) -> None:
         if options.dry_run:
             _show(directory, _planned(directory, part, wanted, source), is_planned=True)
             return
-        outcome = _forced(directory, inbox, errors, heard_one, field, wanted, source, options)
+        outcome = _forced(directory, stream, errors, heard_one, field, wanted, source, options)
     _show(directory, outcome.changes, seen=(outcome.messages, f'{outcome.milliseconds:.0f}'))
     _report(outcome, publisher)
 
 
 def _forced(
     directory: Directory,
-    inbox: Inbox,
+    stream: node.Listener,
     errors: node.NodeErrors,
-    received: Received,
+    received: Heard,
     field: str,
     wanted: Any,
     source: Optional[values.Source],
@@ -114,13 +114,12 @@ def _forced(
     Raises:
         Failure: the field has not become what was wanted; what was left changed is printed.
     """
-    inbox.clear()
+    stream.clear()
     try:
-        return node.close_loop(
+        forcing = node.Forcing(
             node.Requester(rospy.get_name(), directory),
-            inbox,
+            stream,
             errors,
-            received,
             field,
             wanted,
             None if source is None else [source],
@@ -128,6 +127,7 @@ def _forced(
             options.timeout,
             options.keep_anyway,
         )
+        return forcing.run(received)
     except node.NotReached as error:
         if not error.outcome.is_taken_back:
             _show(directory, error.outcome.changes)

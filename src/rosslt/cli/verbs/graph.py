@@ -12,7 +12,7 @@ from rosslt.cli.history import recorded_changes
 from rosslt.cli.master import find_master, full_name, tracked_nodes
 from rosslt.cli.output import is_terminal, write_row, write_text
 from rosslt.cli.prov_document import prov_json
-from rosslt.cli.reading import Inbox
+from rosslt.cli.reading import listener
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.flow import Flow, NotDrawn, ProvenanceMap, Step, brief, dot, svg
 from rosslt.node import Directory
@@ -51,8 +51,8 @@ def run(options: argparse.Namespace) -> int:
     if missing:
         raise Failure('nobody publishes ' + ', '.join(missing))
     found = ProvenanceMap()
-    with Inbox(topics) as inbox:
-        for received in inbox.during(options.time):
+    with listener(*topics) as stream:
+        for received in stream.during(options.time):
             found.add(received.topic, received.publisher, received.message)
     if options.prov:
         return _write_prov(master, found, options.prov)

@@ -28,7 +28,7 @@ ARGUMENTS = [
 ]
 
 #: The answer assumed for a node that does not say.
-_OPEN = srv.LockLocationsResponse(accepts_changes=True)
+_OPEN = srv.LockLocationsResponse()
 
 #: The most that a value takes of a line.
 LONGEST_VALUE = 30

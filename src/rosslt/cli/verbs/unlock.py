@@ -10,7 +10,7 @@ from rosslt.cli.verb import CHANGE, node_or_location
 GROUP = CHANGE
 SUMMARY = 'take changes again of what was locked'
 DESCRIPTION = """Take changes of a location again, or of a node and all of its locations: the opposite of `rosslt
-lock`, and of `rosparam set NODE/rosslt/accept_changes false`."""
+lock`."""
 EXAMPLE = """\
 examples:
   rosslt unlock /talker

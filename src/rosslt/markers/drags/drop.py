@@ -13,9 +13,6 @@ ROUNDS = 5
 #: The maximal wait for a message that shows the change, in seconds.
 TIMEOUT = 5.0
 
-#: The time that a thing which is computed in another way has to stand still before it is solved again, in seconds.
-STILL = 1.0
-
 
 class Drop:
     """Feeds a ClosedLoop with the messages after a drop.
@@ -30,7 +27,7 @@ class Drop:
     def __init__(self, drag: Drag, change: Callable[[], Dict[values.Source, node.Change]]) -> None:
         self.drag = drag
         self._handle = drag.solved
-        self.loop = node.ClosedLoop(lambda _: change(), ROUNDS, TIMEOUT, STILL)
+        self.loop = node.ClosedLoop(lambda _: change(), ROUNDS, TIMEOUT, leaves_moving=True)
         self.loop.follow(self._observed(drag.solved), drag.changes)
 
     def see(self, handle: Optional[Handle]) -> None:
@@ -45,7 +42,7 @@ class Drop:
     @property
     def is_seen(self) -> bool:
         """True once a message has shown it since the last change."""
-        return bool(self.loop.observer.new or self.loop.observer.other)
+        return bool(self.loop.seen or self.loop.other)
 
     @property
     def is_elsewhere(self) -> bool:

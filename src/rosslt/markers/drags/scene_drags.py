@@ -182,7 +182,7 @@ class Drags:
     def _look_at(self, name: str, drop: Drop) -> None:
         """Take back what is not shown where it was dropped, although its sources were changed again and again."""
         drag = drop.drag
-        error = '' if drop.loop.observer.new else self._why_raised(drag)
+        error = '' if drop.loop.seen else self._why_raised(drag)
         if not error:
             drop.see(self._scene.handle(name))
         if not (error or drop.loop.is_over) or self._drops.get(name) is not drop:
@@ -301,8 +301,8 @@ class Drags:
     def _force(self, drag: Drag, pose: PoseTuple, may_leap: bool) -> Optional[Exception]:
         """Ask the owners for what a drag wants; the refusal, or None."""
         handle = self._scene.handle(drag.handle.name) or drag.handle
-        misfit = drag.misfit(handle)
-        if misfit is not None:
+        misfit = drag.misfit(handle) or self._why_gone(drag, handle)
+        if misfit:
             drag.fault = drag.fault or misfit
             return None
         tracked, targets = handle.wanted(pose, drag.is_moved, drag.is_turned)
@@ -325,6 +325,18 @@ class Drags:
         drag.is_exact = plan.gap <= NOTICEABLE
         self._say_how_far(handle, plan)
         return None
+
+    def _why_gone(self, drag: Drag, handle: Handle) -> str:
+        """Why what a hand took hold of is no longer there, '' where it is: its numbers are gone, as where somebody has
+        saved a live script anew, and not merely without effect on it now, as in another branch of its node."""
+        held = list(drag.handle.tracked)
+        if set(values.sources(held)) <= set(values.sources(list(handle.tracked))):
+            return ''
+        try:
+            node.reevaluate(held, self._rules.timeout)
+        except node.SourceUnreachable as error:
+            return f'its numbers are others by now: {error}'
+        return ''
 
     def _say_how_far(self, handle: Handle, plan: changes.Plan) -> None:
         # A whole number rarely fits exactly; that is not worth a message.

@@ -56,6 +56,8 @@ def _making_array(original: Any) -> Any:
             made = call(original, (thing,), options)
             return receptive(made) if type(made) is numpy.ndarray else made
         made = original(plain(thing), **plain(options))
+        if not isinstance(made, numpy.ndarray):  # made by the class of `like`
+            return made
         if made.dtype == object:
             return original(thing, **options)
         if not spend(OF_ARRAY):

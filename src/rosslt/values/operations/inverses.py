@@ -4,6 +4,7 @@ The inverses of the table that are more than a formula. Each raises NoPreimage w
 """
 
 import math
+import statistics
 from fractions import Fraction
 from typing import Callable, Iterable
 
@@ -11,6 +12,7 @@ from ..annotations import Value
 from ..tolerances import is_rounded
 
 TURN = 2 * math.pi
+_NORMAL = statistics.NormalDist()
 
 
 class NoPreimage(ValueError):
@@ -196,30 +198,18 @@ def leg(y: float, a: float, b: float) -> float:
 
 
 def inverse_erf(y: float) -> float:
-    """The `x` with `erf(x) == y`, for |y| < 1: Newton from a start that is right to some digits."""
+    """The `x` with `erf(x) == y`, for |y| < 1."""
     if abs(y) >= 1:
         return refuse('erf takes values in (-1, 1)')
-    logarithm = math.log1p(-y * y)
-    part = 2 / (math.pi * 0.147) + logarithm / 2  # Winitzki's approximation
-    x = math.copysign(math.sqrt(max(0.0, math.sqrt(part * part - logarithm / 0.147) - part)), y)
-    for _ in range(4):
-        slope = erf_slope(x)
-        missing = y - math.erf(x) if abs(y) < 0.5 else math.copysign(1, y) * (math.erfc(abs(x)) - (1 - abs(y)))
-        x += missing / slope if slope else 0
-    return x
+    if abs(y) > 0.5:
+        return math.copysign(inverse_erfc(1 - abs(y)), y)
+    x = _NORMAL.inv_cdf((y + 1) / 2) / math.sqrt(2)
+    return x + (y - math.erf(x)) / erf_slope(x)
 
 
 def inverse_erfc(y: float) -> float:
     """The `x` with `erfc(x) == y`, for 0 < y < 2."""
-    if not 0 < y < 2:
-        return refuse('erfc takes values in (0, 2)')
-    if y > 0.1:
-        return inverse_erf(1 - y)
-    x = math.sqrt(-math.log(y))
-    for _ in range(60):
-        # Newton on the logarithm, which is nearly a parabola where erfc itself is nearly flat.
-        x -= (math.log(y) - math.log(math.erfc(x))) * math.erfc(x) / erf_slope(x)
-    return x
+    return -_NORMAL.inv_cdf(y / 2) / math.sqrt(2) if 0 < y < 2 else refuse('erfc takes values in (0, 2)')
 
 
 def erf_slope(x: float) -> float:

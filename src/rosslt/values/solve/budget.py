@@ -4,8 +4,7 @@ Work is counted, not timed, so that the same question has the same answer on eve
 of the expression evaluated once, 0.2 to 0.4 microseconds; the derivative of one costs several.
 """
 
-import contextlib
-from typing import Dict, Iterable, Iterator, List, Mapping, Optional
+from typing import Dict, Iterable, List, Mapping, Optional
 
 from ..annotations import Value
 from ..graph import UNDEFINED, Graph
@@ -52,17 +51,6 @@ class Budget:
         """Take back what a share has left."""
         self.left += max(rest.left, 0)
         rest.left = 0
-
-    @contextlib.contextmanager
-    def part_of(self, trial: 'Trial', part: float) -> Iterator[None]:
-        """Let a trial spend no more than a part of what is left."""
-        share = self.share(part)
-        trial.budget = share
-        try:
-            yield
-        finally:
-            trial.budget = self
-            self.refund(share)
 
     def spend(self, work: float) -> None:
         """Do work.

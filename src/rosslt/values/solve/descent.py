@@ -17,6 +17,9 @@ from .least_squares import Rows, shortest_step, work_of_step
 ROUNDS = 50
 
 DAMPINGS = (0.0, 1e-6, 1e-3, 0.03, 1.0, 30.0)
+DAMPINGS_TO_END = (*DAMPINGS, 1e3, 3e4, 1e6)
+"""Where results turn round short of what is wanted, their slopes vanish, and steps along them grow without end."""
+
 
 CONVERGED = 1e-10
 """Results that miss by at most this part of their size are met, and only polished further."""
@@ -24,8 +27,8 @@ CONVERGED = 1e-10
 EXACT = 2.0**-51
 """Below this root mean square of the differences, only roundings differ."""
 
-NEARLY_LINEAR = 1e-3
-"""The results are nearly linear if a step leaves at most this part of the difference."""
+STALLED = 1e-3
+"""A descent ends with a step that gains no more than this part of the difference."""
 
 
 class Descent(NamedTuple):
@@ -55,6 +58,8 @@ class Descents(Equations):
         super().__init__(graph, goals, unknowns, budget, base)
         self._limits = [in_floats(freedom.limits(source)) for source in unknowns]
         self._scales = [freedom.scale(source, value) for source, value in zip(unknowns, self.start)]
+        affine = graph.affine(self._trial.depends)
+        self._is_affine = all(affine[root] for root in self._roots)
         self.start = [self._clamped(place, value) for place, value in enumerate(self.start)]
 
     def _clamped(self, place: int, value: float) -> float:
@@ -91,37 +96,37 @@ class Descents(Equations):
             # Unknowns are held one by one: without one of them the others may come back.
             held.add(max(leaving, key=lambda place: abs(step[place]) / self._scales[place]))
 
-    def _descend(self, x: Point, equations: Sequence[Equation], rounds: int = ROUNDS) -> Optional[Descent]:
+    def _descend(
+        self, x: Point, equations: Sequence[Equation], rounds: int = ROUNDS, is_to_end: bool = False
+    ) -> Optional[Descent]:
         """Descend from a point in steps that each bring the results nearer; None if they are undefined at that point.
 
         Args:
             x: the first point.
             equations: the equations to meet.
             rounds: the largest number of steps.
+            is_to_end: whether it goes on to where the results come no nearer, as they cannot be met.
         """
         values = self._tried(x)
         missing = self._missing(values, equations)
         if values is None or missing is None:
             return None
         size = math.hypot(*missing)
-        radius = max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)])
+        radius = self._radius(x)
+        dampings = DAMPINGS_TO_END if is_to_end else DAMPINGS
         level = 0
-        slow = 0
-        rows: Rows = []
         for _ in range(rounds):
             if size <= EXACT * math.sqrt(len(equations)):
                 break
             try:
-                # The slopes of the last round are used again if they predicted the results well.
-                rows = rows or self._jacobian(values, equations)
+                rows = self._jacobian(values, equations)
             except Exhausted:
                 raise
             except UNDEFINED:
                 break
-            # Results that are met are polished with undamped steps only.
-            for attempt in range(level, len(DAMPINGS)) if size > CONVERGED else (0,):
+            for attempt in range(level, len(dampings)):
                 try:
-                    step = self._step(x, rows, missing, DAMPINGS[attempt])
+                    step = self._step(x, rows, missing, dampings[attempt], not is_to_end)
                 except Exhausted:
                     raise
                 except UNDEFINED:
@@ -129,11 +134,6 @@ class Descents(Equations):
                 length = self._length(step)
                 if not 0 < length < math.inf:
                     continue
-                if length > radius and attempt == level:
-                    # The results are nearly linear: the step may be long.
-                    ahead, there, left = self._ahead(x, step, 1.0, equations)
-                    if left is not None and math.hypot(*left) <= NEARLY_LINEAR * size:
-                        break
                 ahead, there, left = self._ahead(x, step, min(1.0, radius / length), equations)
                 if left is not None and math.hypot(*left) < size:
                     if length > radius:
@@ -145,16 +145,16 @@ class Descents(Equations):
                 break
             level = max(0, attempt - 1)
             gain = size - math.hypot(*left)
-            if size - gain > max(NEARLY_LINEAR * size, CONVERGED):
-                rows = []
-            if size < CONVERGED and gain < 0.1 * size:
-                x, size = ahead, size - gain
-                break
             x, values, missing, size = ahead, there, left, size - gain
-            slow = slow + 1 if gain < 0.01 * size else 0
-            if slow > 6:
+            if gain <= (EXACT if is_to_end else STALLED) * size:
                 break
         return Descent(x, size)
+
+    def _radius(self, x: Point) -> float:
+        """The length of the first step: the slopes at a point foretell results that are not affine only so far."""
+        if self._is_affine:
+            return math.inf
+        return max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)])
 
     def _ahead(
         self, x: Point, step: Point, part: float, equations: Sequence[Equation]
@@ -163,44 +163,3 @@ class Descents(Equations):
         ahead = [self._clamped(place, value + part * way) for place, (value, way) in enumerate(zip(x, step))]
         there = self._tried(ahead)
         return ahead, there, self._missing(there, equations)
-
-    def _approach(self, x: Point) -> Optional[Descent]:
-        """Minimize the differences from a point with the Levenberg-Marquardt method."""
-        values = self._tried(x)
-        missing = self._missing(values, self._equations)
-        if values is None or missing is None:
-            return None
-        size, damping = math.hypot(*missing), DAMPINGS[2]
-        for _ in range(4 * ROUNDS):
-            try:
-                rows = self._jacobian(values, self._equations)
-                step = self._step(x, rows, missing, damping, by_row=False)
-                ahead, there, left = self._ahead(x, step, 1.0, self._equations)
-            except Exhausted:
-                break
-            except UNDEFINED:
-                damping *= 4
-                continue
-            way = [value - before for value, before in zip(ahead, x)]
-            if self._length(way) <= 1e-12 * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
-                break
-            if there is None or left is None:
-                damping *= 4
-                continue
-            # A step that is too long gains less than the slopes predict.
-            foretold = [
-                part - sum([slope * way[place] for place, slope in row.items()]) for part, row in zip(missing, rows)
-            ]
-            promised = size - math.hypot(*foretold)
-            gain = size - math.hypot(*left)
-            if not gain > 0.1 * promised:
-                if damping > 1e9:
-                    break
-                damping *= 4
-                continue
-            if gain > 0.7 * promised:
-                damping = max(damping / 4, 1e-12)
-            x, values, missing, size = ahead, there, left, size - gain
-            if not size or gain <= 1e-15 * size:
-                break
-        return Descent(x, size)

@@ -1,5 +1,4 @@
-"""Results as functions of several sources: what is missing of them, their slopes, and what is left of them when
-their outermost operations are undone, which has fewer poles and does not saturate."""
+"""Results as functions of several sources: what is missing of them, and their slopes."""
 
 import math
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -11,7 +10,6 @@ from ..tolerances import almost_meets
 from .budget import Budget, Trial
 from .least_squares import Rows
 from .periods import Periods
-from .scalar import undone
 
 Goal = Tuple[str, Value, Value]
 """`(path, tracked value, wanted value)`."""
@@ -85,6 +83,7 @@ class Equations:
             if x == known:
                 return values
         if not all(map(math.isfinite, x)):
+            self._budget.spend(len(x))
             return None
         values = self._trial.tried(dict(zip(self._unknowns, x)))
         self._tried_last = [(list(x), values), *self._tried_last[:1]]
@@ -130,41 +129,6 @@ class Equations:
         if not all(math.isfinite(slope) for row in rows for slope in row.values()):
             raise OverflowError('a slope that no float holds')
         return rows
-
-    def _undone(self, x: Point) -> Optional[List[Equation]]:
-        """The equations with the outermost operations undone, on the branches of a point.
-
-        Returns:
-            None where there is nothing to undo, or the results are not defined there.
-        """
-        values = self._tried(x)
-        if values is None:
-            return None
-        equations = [self._undone_one(equation, values) for equation in self._equations]
-        return None if equations == self._equations else equations
-
-    def _undone_one(self, equation: Equation, values: List[Value]) -> Equation:
-        records, index, depends = self._graph.records, self._graph.index, self._trial.depends
-        place, wanted = equation.place, equation.wanted
-        try:
-            while True:
-                form, first, second = records[place]
-                if form.operation is None:
-                    break
-                a = index[id(first)]
-                if form.single_operand:
-                    wanted = float(undone(form, form.inverse, wanted, values[a], second))
-                    place = a
-                    continue
-                b = index[id(second)]
-                if depends[a] and depends[b]:
-                    break
-                side = 0 if depends[a] else 1
-                wanted = float(undone(form, form.inverse[side], wanted, values[a], values[b]))
-                place = b if side else a
-        except UNDEFINED:
-            pass
-        return equation if place == equation.place else Equation(place, wanted, _unit(wanted, values[place], 0.0))
 
 
 def _unit(wanted: Value, present: Value, least: float) -> float:

@@ -1,14 +1,14 @@
 """Solves one result for one source (paper, IV.A, `force_value`).
 
 From the result, the operations are undone one after the other as long as only one operand depends on the source.
-Where two do, the source appears more than once: if the rest is affine in it, its slope gives the answer, else Newton.
-An operation with several inverses is undone to the one nearest its operand's value. If that gives no answer, or one
-out of bounds, other start values are tried, and at last the whole result is searched.
+Where two do, the source appears more than once: if the rest is affine in it, its slope gives the answer. An operation
+with several inverses is undone to the one nearest its operand's value. If that gives no answer, or one out of bounds,
+the source's values are searched.
 """
 
 import math
 from fractions import Fraction
-from typing import Any, Callable, List, Optional, Tuple
+from typing import Any, List, Tuple
 
 from ..annotations import Value
 from ..graph import UNDEFINED, Graph
@@ -22,14 +22,15 @@ from .freedom import in_floats
 from .periods import Periods, turns_too_many
 from .root_finding import Search
 
-MARK = '\ue000'
-"""A character of Unicode's private use area."""
-
 Limits = Tuple[Value, Value]
 
 
 class OutOfBounds(NoPreimage):
     """The answer found is beyond a bound; there may be another one within."""
+
+
+class NoFormula(NoPreimage):
+    """The source appears more than once, and the result is not affine in it."""
 
 
 class Attempt:
@@ -71,7 +72,6 @@ class Attempt:
         if self._kind is int:
             self._low = math.ceil(self._low) if math.isfinite(self._low) else self._low
             self._high = math.floor(self._high) if math.isfinite(self._high) else self._high
-        self._searches = 0
         if not self._depends[root]:
             refuse('it does not depend on that')
 
@@ -87,7 +87,7 @@ class Attempt:
             fitting = [value for value in fitting if self._low <= value <= self._high or value == self.present]
             return fitting[0] if fitting else refuse('neither True nor False gives that')
         try:
-            return self._from(self.present, wanted)
+            return self._from_present(wanted)
         except Exhausted:
             raise
         except NoPreimage as reason:
@@ -96,12 +96,11 @@ class Attempt:
             if self._gives_it_now(wanted):
                 return self.present
             try:
-                found = self._elsewhere(wanted)
+                return self._searched(wanted)
             except Exhausted as end:
                 raise NoPreimage('%s; %s' % (reason, end)) from None
-            if found is None:
-                raise
-            return found
+            except NoPreimage as other:
+                raise (other if isinstance(reason, NoFormula) else reason) from None
 
     def _gives_it_now(self, wanted: Value) -> bool:
         """Return True if the present value gives the wanted result. It is then kept even if it is out of bounds."""
@@ -109,31 +108,17 @@ class Attempt:
 
     def _is_final(self, reason: NoPreimage) -> bool:
         """Return True if an answer beyond a bound is the only answer, so that a search is useless."""
-        return isinstance(reason, OutOfBounds) and self._graph.is_affine(self._depends, self._root)
+        return isinstance(reason, OutOfBounds) and self._graph.affine(self._depends)[self._root]
 
-    def _elsewhere(self, wanted: Value) -> Optional[Value]:
-        """An answer found by a search over all source values; None where there is none."""
-        try:
-            return self._searched(
-                self._root, wanted, self.present, lambda result: self._accepts(result, wanted), self._low, self._high
-            )
-        except Exhausted:
-            raise
-        except NoPreimage:
-            return None
-
-    def _way(self, value: Value) -> Value:
-        return abs(value - self.present)
-
-    def _from(self, start: Value, wanted: Value) -> Value:
+    def _from_present(self, wanted: Value) -> Value:
         """The answer to which undoing the operations leads, where those with several inverses take the one
-        nearest to what the start gives."""
+        nearest to the present value."""
         try:
-            values = self._trial.values({self._source: start})
+            values = self._trial.values({self._source: self.present})
         except Exhausted:
             raise
         except UNDEFINED as error:
-            raise NoPreimage('it is not defined at %s (%s)' % (shown(start), error)) from None
+            raise NoPreimage('it is not defined at %s (%s)' % (shown(self.present), error)) from None
         found = self._undone(wanted, values)
         if self._gives_it_now(wanted):
             return self.present
@@ -142,7 +127,7 @@ class Attempt:
             if meets(self._result(candidate), wanted):
                 return self._bounded(candidate, wanted)
         if self._kind is float:
-            search = self._search(self._root, wanted, lambda result: self._accepts(result, wanted))
+            search = self._search(wanted)
             better = search.descend(candidates[0])
             return self._bounded(better if search.is_met(better) else search.near(candidates[0]), wanted)
         if self._kind is int:
@@ -194,7 +179,7 @@ class Attempt:
                         place, changing[0], wanted, [values[at] for at in operands], values[place]
                     )
                 if found is NotImplemented:
-                    return self._several(place, wanted, values)
+                    return self._affine(place, wanted, values)
                 wanted, place = found, operands[changing[0]]
                 continue
             a = index[id(first)]
@@ -204,7 +189,7 @@ class Attempt:
                 continue
             b = index[id(second)]
             if depends[a] and depends[b]:
-                return self._several(place, wanted, values)
+                return self._affine(place, wanted, values)
             side = 0 if depends[a] else 1
             wanted = undone(form, form.inverse[side], wanted, values[a], values[b])
             place = b if side else a
@@ -225,73 +210,42 @@ class Attempt:
             refuse('{source} would be beyond what a float holds')
         return found
 
-    def _several(self, place: int, wanted: Value, values: List[Value]) -> Value:
-        """The source's value where it appears more than once below a node."""
-        if isinstance(wanted, str):
-            return self._text_within(place, wanted)
-        if self._kind is str:
-            return refuse('a text that gives a number is not solved for')
-        start = values[self._graph.occurrences[self._source][0]]
-        if self._graph.is_affine(self._depends, place):
-            rise = self._graph.tangent(self._source, self._trial.partials(values)).get(place, 0)
-            if not rise:
-                refuse('its occurrences cancel out')
-            return start + quotient(difference(wanted, values[place]), rise)
-        self._searches += 1
-        search = self._search(place, wanted, lambda result: meets(result, wanted), self._low, self._high)
-        if self._searches > 1:
-            # Further starts are only descended from: the whole search has been done once.
-            return search.descend_whole(start) if self._kind is int else search.descend(start)
-        # The rest is for other branches of the operations undone so far.
-        with self._trial.budget.part_of(self._trial, 0.5):
-            return self._searched(place, wanted, start, lambda result: meets(result, wanted), self._low, self._high)
+    def _affine(self, place: int, wanted: Value, values: List[Value]) -> Value:
+        """The source's value where it appears more than once below a node that is affine in it.
 
-    def _text_within(self, place: int, wanted: str) -> str:
-        """The text that a source must hold which appears in a longer one more than once.
-
-        The result for a text of some length shows, by a letter that nobody uses, where the source goes in it.
+        Raises:
+            NoFormula: the node is not.
         """
-        if self._kind is not str:
-            return refuse('it appears more than once in a text')
-        least = len(self._text(place, ''))
-        times = len(self._text(place, MARK)) - least
-        mark = MARK * ((len(wanted) - least) // times if times else 0)
-        first = self._text(place, mark).find(mark)
-        return wanted[first : first + len(mark)]
+        if str in (self._kind, type(wanted)):
+            return refuse('it appears more than once, and texts are not searched')
+        if not self._graph.affine(self._depends)[place]:
+            raise NoFormula('it appears more than once')
+        rise = self._graph.tangent(self._source, self._trial.partials(values)).get(place, 0)
+        if not rise:
+            refuse('its occurrences cancel out')
+        return self.present + quotient(difference(wanted, values[place]), rise)
 
-    def _text(self, place: int, value: str) -> str:
-        return self._trial.values({self._source: value})[place]
-
-    def _search(
-        self,
-        place: int,
-        wanted: Value,
-        accepts: Callable[[Value], bool],
-        low: float = -math.inf,
-        high: float = math.inf,
-    ) -> Search:
+    def _search(self, wanted: Value, low: float = -math.inf, high: float = math.inf) -> Search:
         def slope(value: Value) -> Value:
             values = self._trial.values({self._source: value})
-            return self._graph.tangent(self._source, self._trial.partials(values)).get(place, 0)
+            return self._graph.tangent(self._source, self._trial.partials(values)).get(self._root, 0)
 
         def result(value: Value) -> Value:
-            return self._trial.values({self._source: value})[place]
+            return self._trial.values({self._source: value})[self._root]
 
-        return Search(result, slope, wanted, accepts, low, high)
+        return Search(result, slope, wanted, lambda found: self._accepts(found, wanted), low, high)
 
-    def _searched(
-        self, place: int, wanted: Value, start: Value, accepts: Callable[[Value], bool], low: float, high: float
-    ) -> Value:
-        """The source's value that gives a node's wanted one, searched for, within half a period of the present one."""
-        search = self._search(place, wanted, accepts, low, high)
-        found = search.near(start)
+    def _searched(self, wanted: Value) -> Value:
+        """The source's value that gives the wanted result, searched for, within half a period of the present one."""
+        search = self._search(wanted, self._low, self._high)
+        found = search.near(self.present)
         if self._kind is float and abs(found - self.present) > 1:
             values = self._trial.values({self._source: found})
             (periods,) = Periods(self._trial).of([self._source], values)
             for period in periods:
                 turns = turns_too_many(self.present, found, period)
                 turned = search.descend(found - turns * period, 4) if turns else found
-                if self._way(turned) < self._way(found) and search.is_met(turned):
+                if abs(turned - self.present) < abs(found - self.present) and search.is_met(turned):
                     found = turned
         return found
 

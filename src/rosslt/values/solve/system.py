@@ -5,6 +5,7 @@ sources): dragging the tip of an arm, of which only the forward kinematics is kn
 it can.
 """
 
+import contextlib
 import itertools
 import math
 import random
@@ -14,30 +15,24 @@ from ..annotations import Value
 from ..graph import UNDEFINED
 from ..tolerances import ROUNDING, ULPS, almost_meets, is_at
 from .budget import Exhausted
-from .descent import CONVERGED, ROUNDS, Descent, Descents
+from .descent import ROUNDS, Descents
 from .equations import Point
-from .periods import TURN, turns_too_many
-
-PERTURBATIONS = (1e-2, 0.1, 0.5)
-"""Successive shifts of the start, for present values whose slopes lead nowhere (a straight arm)."""
-
-RADII = (0.3, 1.0, 0.15, 3.0)
-"""The distances of the later starts from the present values, in turn."""
-
-MOST_STARTS = 120
-"""The most starts: where no result is defined at them, they take no work and would have no end."""
-
-MOST_SECOND_STARTS = 8
-"""The most starts of the search for a nearer answer, where one is far away."""
+from .periods import turns_too_many
 
 FOLLOWED_STEPS = 8
 """The number of steps in which the results are moved straight to their targets."""
 
 MOST_EQUAL_MINIMA = 12
-"""A target counts as out of reach once this many starts have ended at the same point short of it."""
+"""A target counts as out of reach once this many descents have ended equally far from it."""
 
 FAR = 0.8
-"""An unknown that turns an angle by more, in radians, is looked at for whole periods, and for a nearer answer."""
+"""An unknown that turns an angle by more, in radians, is looked at for whole periods, and for a nearer answer ..."""
+
+MOST_FURTHER = 8
+"""... among as many more."""
+
+FEW = 8
+"""So many numbers are written short one by one, where they cannot be together: each takes an evaluation."""
 
 DIGITS = 13
 """The significant digits that people may have meant. The roundings of a search change those behind."""
@@ -57,59 +52,30 @@ class System(Descents):
 
     def solution(self) -> Optional[Point]:
         """The unknowns' values that give all results, None where none were found."""
-        answers = self._answers(self._starts())
+        answers = self._answers()
         best = next(answers, None)
         if best is None:
             return None
-        try:
-            if self._periods and max([abs(a - b) for a, b in zip(best, self.start)]) > FAR:
-                others = self._answers(itertools.islice(self._scattered(), MOST_SECOND_STARTS))
-                best = min([best, *others], key=self._way)
-        except Exhausted:
-            pass
+        if self._periods and max([abs(a - b) for a, b in zip(best, self.start)]) > FAR:
+            best = min([best, *itertools.islice(answers, MOST_FURTHER)], key=self._way)
         return self._tidied(best)
 
-    def _answers(self, starts: Iterator[Point]) -> Iterator[Point]:
+    def _answers(self) -> Iterator[Point]:
         """Yield the answers that starts lead to, each moved as near to the present values as it can be."""
+        # First, all results get the same weight: in the plane, this leads around the middle to the other side.
+        unit = min([equation.unit for equation in self._equations])
+        alike = [equation._replace(unit=unit) for equation in self._equations]
+        starts = itertools.chain([self.start, self.start], self._scattered())
         minima: List[str] = []
-        try:
-            for start in starts:
-                for end in self._ends(start):
-                    if self.accepts(end.x):
-                        yield self._nearer(self._unwound(end.x, self._polished))
-                        continue
-                    minima.append('%.3g' % end.size)
-                    if minima.count(minima[-1]) >= MOST_EQUAL_MINIMA:
-                        return
-        except Exhausted:
-            pass
-
-    def _ends(self, start: Point) -> Iterator[Descent]:
-        """Yield the ends of descents from a start.
-
-        One descent uses the results themselves. Another uses the results with their outermost operations undone, which
-        has fewer poles and does not saturate.
-        """
-        if start is self.start:
-            # First, all results get the same weight: in the plane, this leads around the middle to the other side.
-            unit = min([equation.unit for equation in self._equations])
-            end = self._descend(start, [equation._replace(unit=unit) for equation in self._equations])
-            if end is not None and self.accepts(end.x):
-                yield end
-                return
-        end = self._descend(start, self._equations)
-        if end is not None:
-            yield end
-            if end.size < CONVERGED:
-                return
-        undone_equations = self._undone(start)
-        if undone_equations is None:
-            return
-        end = self._descend(start, undone_equations)
-        if end is not None and end.size < 1e-6:
-            end = self._descend(end.x, self._equations)
-            if end is not None:
-                yield end
+        with contextlib.suppress(Exhausted):
+            for start, equations in zip(starts, itertools.chain([alike], itertools.repeat(self._equations))):
+                end = self._descend(start, equations)
+                if end is not None and self.accepts(end.x):
+                    yield self._nearer(self._unwound(end.x, self._polished))
+                    continue
+                minima.append(f'{end.size:.3g}' if end is not None else '')
+                if minima.count(minima[-1]) >= MOST_EQUAL_MINIMA:
+                    return
 
     def closest(self) -> Point:
         """The unknowns' values that bring the results nearest to what is wanted, in the results' own units.
@@ -119,8 +85,8 @@ class System(Descents):
         self._equations = [equation._replace(unit=1.0) for equation in self._equations]
         best, least = self.start, self._distance(self.start) * (1 - ROUNDING)
         try:
-            for start in (self.start, *map(self._perturbed, PERTURBATIONS[:2])):
-                end = self._approach(start)
+            for start in (self.start, *itertools.islice(self._scattered(), 2)):
+                end = self._descend(start, self._equations, 4 * ROUNDS, True)
                 if end is not None and end.size < least:
                     best = end.x
                     break
@@ -151,40 +117,20 @@ class System(Descents):
     def _are_met(self, values: List[Value], wanted: Sequence[Value]) -> bool:
         return all(almost_meets(values[root], goal, self._size) for root, goal in zip(self._roots, wanted))
 
-    def _starts(self) -> Iterator[Point]:
-        """Yield the starts of descents: the present values, points near them, towards the target, then further away."""
-        yield self.start
-        yield from map(self._perturbed, PERTURBATIONS)
-        yield self._followed()
-        yield from itertools.islice(self._scattered(), MOST_STARTS)
-
     def _scattered(self) -> Iterator[Point]:
-        """Points around the present values, at the radii in turn, and anywhere within the bounds."""
+        """Points around the present values, half of them anywhere within the bounds."""
         chance = random.Random(1)
-        turns = self._turns()
-        for number in itertools.count():
-            radius = RADII[number % len(RADII)]
-            start = []
-            for value, (low, high), scale, turn in zip(self.start, self._limits, self._scales, turns):
-                if number % 2 and math.isfinite(high - low):
-                    start.append(chance.uniform(low, high))
-                else:
-                    reach = scale if number % 3 else max(scale, abs(value), turn)
-                    start.append(min(max(value + reach * chance.uniform(-radius, radius), low), high))
-            yield start
-
-    def _turns(self) -> List[float]:
-        """By how much each unknown turns an angle by 1 radian, 0 where it turns none."""
-        values = self._tried(self.start) if self._periods else None
-        if values is None:
-            return [0.0] * len(self._unknowns)
-        return [found[0] / TURN if found else 0.0 for found in self._periods.of(self._unknowns, values)]
-
-    def _perturbed(self, perturbation: float) -> Point:
-        return [
-            self._clamped(place, value + perturbation * max(scale, abs(value)) * math.cos(1.0 + 2.4 * place))
-            for place, (value, scale) in enumerate(zip(self.start, self._scales))
-        ]
+        while True:
+            for is_anywhere in (False, True):
+                radius = math.tan(math.pi / 2 * chance.random())
+                start = []
+                for value, (low, high), scale in zip(self.start, self._limits, self._scales):
+                    if is_anywhere and math.isfinite(high - low):
+                        start.append(chance.uniform(low, high))
+                    else:
+                        reach = max(scale, abs(value)) * radius
+                        start.append(min(max(value + chance.uniform(-reach, reach), low), high))
+                yield start
 
     def _followed(self) -> Point:
         """Move the results to the wanted values in small steps; returns the unknowns at the end."""
@@ -273,9 +219,15 @@ class System(Descents):
             for place, (value, start) in enumerate(zip(tidy, self.start))
         ]
         self._budget.left = math.inf  # looking at an answer is no part of the search for it
-        if self.accepts(short) and self._distance(short) <= max(self._distance(x), ULPS):
+        limit = max(self._distance(x), ULPS)
+        if self.accepts(short) and self._distance(short) <= limit:
             return short
-        return tidy if self.accepts(tidy) else x
+        best = tidy if self.accepts(tidy) else x
+        for place in range(min(len(x), FEW)):  # a turn of pi / 2 has no short number, and a radius beside it has
+            ahead = [*best[:place], short[place], *best[place + 1 :]]
+            if self.accepts(ahead) and self._distance(ahead) <= limit:
+                best = ahead
+        return best
 
     def _way(self, x: Point) -> float:
         return self._length([value - start for value, start in zip(x, self.start)])
