@@ -66,7 +66,7 @@ def test_each_rule_gives_a_reason_in_plain_words():
         ('x = 1.5 + 2.0 * math.cos(t * 0.1)', 'number number form'),
         ('rate = rospy.Rate(10)', 'plain'),
         ('rospy.sleep(0.5)', 'plain'),
-        ('x = rospy.get_param("~gain", 2.0)', 'number'),
+        ('x = rospy.get_param("~gain", 2.0)', 'plain'),
         ('a = numpy.zeros((3, 4))', 'plain plain'),
         ('a = numpy.array([1.0, 2])', 'number number'),
         ('a = np.linspace(0.0, 1.0, 20)', 'number number plain'),

@@ -2,9 +2,7 @@
 
 A debt grows by what recording takes, and shrinks by what the node takes itself and as time passes. Where it passes
 `MOST`, recording stops: what is computed is plain. It begins again with the next round, a message that is sent or a
-callback, once the debt is paid. A publisher whose round was not recorded as a whole sends plain messages. While the
-node holds a number that has been changed since, other than by a name that was rebound, all is recorded: messages follow
-the change by that.
+callback, once the debt is paid. A publisher whose round was not recorded as a whole sends plain messages.
 """
 
 import sys
@@ -12,7 +10,7 @@ import time
 from collections import Counter
 from typing import Any, Callable
 
-from rosslt import node, values
+from rosslt import values
 from rosslt.instrument.tree_rewriting import CELLS
 
 MOST = 0.25
@@ -58,7 +56,7 @@ class Budget:
         """Record again, where it was stopped and the debt is paid."""
         if self.stops % 2:
             self._account(0.0)
-            if not self._debt or self._is_needed():
+            if not self._debt:
                 self.stops += 1
                 values.allow(_GRANT)
 
@@ -69,15 +67,10 @@ class Budget:
             frame = frame.f_back
         if frame is not None:
             self.lines[frame.f_globals[CELLS].path, frame.f_lineno] += 1
-        if self._debt < MOST or self._is_needed():
+        if self._debt < MOST:
             return _GRANT
         self.stops += 1
         return 0
-
-    @staticmethod
-    def _is_needed() -> bool:
-        """Return whether values in use are out of date, so that messages follow their sources by what was recorded."""
-        return bool(node.READINGS.replaced and node.READINGS.outdated())
 
     def _account(self, recording: float) -> None:
         now, wall_now = self._clock(), self._wall_clock()

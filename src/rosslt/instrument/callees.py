@@ -58,6 +58,9 @@ SHAPE_CALLS = {
     'ones_like': 1,
 }
 
+#: The calls that read a parameter.
+PARAMETER_CALLS = {'get_param', 'get_param_cached'}
+
 #: The calls that pass on their arguments; their keywords select the range.
 PASSING_ON = {'enumerate', 'islice', 'deque'}
 

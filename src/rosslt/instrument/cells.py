@@ -16,7 +16,7 @@ import rospy
 
 from rosslt import files, node, values
 from rosslt.instrument.literals import Literal
-from rosslt.instrument.location_rules import NUMBER
+from rosslt.instrument.location_rules import NUMBER, WHOLE
 
 _files: Dict[str, 'Cells'] = {}
 _by_source: Dict[values.Source, 'CellLocation'] = {}
@@ -172,6 +172,12 @@ class Cells(list):
                 for number in range(len(self)):
                     if number not in self.locations:
                         self[number] = self._reading(number)
+
+    def make_known(self) -> None:
+        """Make the locations of all numbers known that a person would change."""
+        for number, literal in enumerate(self.literals):
+            if literal.verdict in (NUMBER, WHOLE):
+                self.location(number)
 
     def _reading(self, number: int) -> Any:
         if self._is_plain:

@@ -12,7 +12,6 @@ import marshal
 import os
 import re
 import sys
-import sysconfig
 import tempfile
 from importlib.machinery import BuiltinImporter, FrozenImporter, ModuleSpec, PathFinder, SourceFileLoader
 from typing import Any, Collection, Dict, List, Optional
@@ -118,6 +117,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     """
     from rosslt.instrument import routing
 
+    node.include_file(names['__file__'])
     path = os.path.realpath(path)
     names[CELLS] = cells.cells_of(path, made.literals, made.digest)
     reloading.watch(path)
@@ -151,7 +151,6 @@ class OwnModules:
     def __init__(self, beside: str, include: Collection[str] = ()) -> None:
         self._beside = os.path.realpath(beside)
         self._include = tuple(include)
-        self._foreign = _foreign_folders()
 
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> Optional[ModuleSpec]:
         """Find a module to rewrite, as `importlib.abc.MetaPathFinder` does; None for all other modules."""
@@ -178,27 +177,7 @@ class OwnModules:
             return not any(
                 part in ('site-packages', 'dist-packages') for part in file[len(self._beside) :].split(os.sep)
             )
-        return not file.startswith(self._foreign) and not _is_installed(file)
-
-
-def _foreign_folders() -> tuple:
-    """The folders of modules that are nobody's own."""
-    folders = {sysconfig.get_path(name) for name in ('stdlib', 'platstdlib', 'purelib', 'platlib')}
-    folders |= {'/opt/ros', '/usr/lib', '/usr/local/lib', os.path.expanduser('~/.local/lib')}
-    return tuple(sorted(os.path.realpath(folder) + os.sep for folder in folders if folder))
-
-
-def _is_installed(file: str) -> bool:
-    """Return whether a file is in site-packages or dist-packages, outside of catkin workspaces."""
-    for folder in ('/site-packages/', '/dist-packages/'):
-        if folder in file:
-            # <workspace>/devel/lib/python3/dist-packages/...: catkin marks its spaces by a file.
-            above = file.split(folder)[0]
-            return not any(
-                os.path.exists(os.path.join(space, '.catkin'))
-                for space in (os.path.dirname(above), os.path.dirname(os.path.dirname(above)))
-            )
-    return False
+        return node.is_own_file(file)
 
 
 class RewritingLoader(SourceFileLoader):

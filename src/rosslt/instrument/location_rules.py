@@ -13,6 +13,7 @@ from rosslt.instrument.callees import (
     ENUMERATIONS,
     FIELDS,
     MODULES_OF_NUMBERS,
+    PARAMETER_CALLS,
     PASSING_ON,
     PLAIN_CALLS,
     PLAIN_KEYWORDS,
@@ -86,6 +87,7 @@ RULES = {
         ),
         Rule('count', PLAIN, 'a count, a rate, a time or a size', 'for i in range(7): pass'),
         Rule('option', PLAIN, 'an option of a call', "rospy.Publisher('a', A, queue_size=7)"),
+        Rule('default of a parameter', PLAIN, 'the parameter is the location', "x = rospy.get_param('~x', 7.0)"),
         Rule('system', PLAIN, 'for the system or a device, not for a message', 'os.nice(7)'),
         Rule('index', PLAIN, 'an index or a slice', 'x = y[7]'),
         Rule('used as an index', PLAIN, 'its name is used as an index', 'k = 7\nx = y[k]'),
@@ -290,6 +292,8 @@ class _Judge:
         first, last = callee.split('.')[0], callee.split('.')[-1]
         if callee in self._functions or (first == 'self' and last in self._functions):
             return self._of_parameters(call, child) if is_whole else None
+        if last in PARAMETER_CALLS:
+            return 'default of a parameter'
         if first in PLAIN_MODULES and '.' in callee:
             return 'system'
         if last in PLAIN_CALLS or (last in PASSING_ON and field == 'keywords'):

@@ -10,6 +10,7 @@ import functools
 import importlib
 import math
 import sys
+import time
 import types
 from typing import Any, Callable, Dict, List
 
@@ -40,9 +41,6 @@ _kept = []  # what is known by its id must not go away
 _told = set()
 #: The services of this room, once there is a node.
 _services: List[Any] = []
-#: The readings of parameters that stand for what was read of them before there was a node. Here they are in use for as
-#: long as this process runs, so that messages with such values follow the parameters.
-_read_early = []
 
 
 class Counterpart(types.ModuleType):
@@ -136,10 +134,17 @@ def init_node(*args: Any, **kwds: Any) -> None:
     if _services:
         return  # rospy takes a second call with the same arguments, and does nothing
     node.start()
+    node.MEMORY.begins.append(_make_known)
     for cells in loaded_files():
         cells.renew()
     _services.append(rospy.Service('~rosslt/find_losses', srv.FindLosses, LOSSES.find))
     reloading.start()
+
+
+def _make_known() -> None:
+    """Have the numbers that a person would change be locations, whether they reach a message or not."""
+    for cells in loaded_files():
+        cells.make_known()
 
 
 _UNSET = object()
@@ -187,7 +192,6 @@ def _with_later_sources(value: Any, read: Callable[[], Any]) -> Any:
         plain = values.untracked(reading)
         if type(plain) is not type(number) or plain != number:
             return ()
-        _read_early.append(reading)
         return values.widened(reading) if type(number) is int else reading  # of an int that may become a float
 
     (later,) = values.lazy([value], [origin])
@@ -228,6 +232,7 @@ def _rospy() -> Counterpart:
         'init_node': init_node,
         'set_param': set_param,
         'wait_for_message': node.wait_for_message,
+        **{name: node.begins_round(getattr(rospy, name)) for name in ('is_shutdown', 'sleep', 'spin')},
     }
     for name, thing in others.items():
         replace(getattr(rospy, name), thing)
@@ -240,11 +245,18 @@ def _math() -> Counterpart:
     return Counterpart(math, MATH)
 
 
+def _time() -> Counterpart:
+    sleep = node.begins_round(time.sleep)
+    replace(time.sleep, sleep)
+    return Counterpart(time, {'sleep': sleep})
+
+
 ROSPY = _rospy()
 # What a library asks parameters for, sizes of queues mostly, reaches no message.
 _LIBRARY_ROSPY = Counterpart(ROSPY, {'get_param': rospy.get_param, 'get_param_cached': rospy.get_param_cached})
 replace(rospy, ROSPY)
 replace(math, _math())
+replace(time, _time())
 
 
 @replace_module('numpy')

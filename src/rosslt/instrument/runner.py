@@ -93,14 +93,12 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
 
 
 def _set_up() -> None:
-    from rosslt import node
-    from rosslt.instrument import budget, exact_classes, functions, losses, rebinding
+    from rosslt.instrument import budget, exact_classes, functions, losses
 
     exact_classes.give_plain_ones()
     functions.show_numbers_as_plain()
     losses.LOSSES.watch_start()
     budget.BUDGET.begin()
-    node.READINGS.rebind = rebinding.rebind
 
 
 def _script(path: str) -> Tuple[str, Optional[bytes]]:

@@ -29,6 +29,7 @@ from rosslt.node.external_location import ExternalLocation
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import LiteralLocation, Location, Readable, checked_limits
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
+from rosslt.node.rounds import watch_first_round
 from rosslt.node.server import SETTINGS, Owner
 from rosslt.node.source_files import SOURCE_FILES
 
@@ -63,6 +64,7 @@ def start() -> None:
                 raise rospy.ROSException('rosslt.node.start() needs rospy.init_node() to have been called')
             _owner.serve()
             shut_down_without_deadlock()
+            watch_first_round()
             sys.excepthook = functools.partial(_end_by, sys.excepthook)
 
 

@@ -7,7 +7,6 @@ from rosslt.node.call_sites import CallSite
 from rosslt.node.change_lock import change_lock_released
 from rosslt.node.json_scalars import Refused, Value, to_json
 from rosslt.node.locations import Location
-from rosslt.node.refresh import READINGS
 
 
 class ExternalLocation(Location):
@@ -19,7 +18,7 @@ class ExternalLocation(Location):
         setter: takes a new value; what it raises is the reason of a refusal. None: read-only.
     """
 
-    __slots__ = ('_getter', '_setter', '_reading', '_before_change')
+    __slots__ = ('_getter', '_setter', '_reading')
 
     def __init__(
         self,
@@ -34,7 +33,6 @@ class ExternalLocation(Location):
     ) -> None:
         self._getter, self._setter = getter, setter
         self._reading: Any = None
-        self._before_change: Any = None
         super().__init__(identity, name, site, _scalar(value), read_only=read_only or setter is None, **limits)
 
     @property
@@ -65,7 +63,6 @@ class ExternalLocation(Location):
 
     def set_outside(self, value: Value) -> Tuple[Value, Value]:
         old = self.value
-        self._before_change = self._reading  # others may read it while it is set
         self._set(value)
         try:
             return old, self.value
@@ -85,10 +82,7 @@ class ExternalLocation(Location):
             raise Refused(f'{type(error).__name__}: {error}') from error
 
     def put(self, value: Value) -> None:
-        # A value that changed by itself is a record of a moment; one that was set here replaces the older ones.
-        before, latest = self._before_change, self._reading_of(value)
-        if before is not None and latest is not before:
-            READINGS.replace(before, value)
+        self._reading_of(value)
 
 
 def _scalar(value: Value) -> Value:

@@ -7,14 +7,14 @@ in `parameter_mirror`, the services that change them in `server`.
 import hashlib
 import math
 from types import CodeType, FrameType
-from typing import Any, Callable, Dict, List, Optional, Protocol, Tuple, Type, Union
+from typing import Any, Callable, Dict, List, Optional, Protocol, Sequence, Tuple, Type, Union
 
 from rosslt import files, values
 from rosslt.node.call_sites import CallSite
 from rosslt.node.change_lock import CHANGE_LOCK
 from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.node.memory import MEMORY
 from rosslt.node.parameter_server import as_sent
-from rosslt.node.refresh import READINGS
 
 
 class Location:
@@ -172,50 +172,65 @@ class Location:
 Change = Tuple[Location, Value, Value]
 
 
+def put_in_force(pairs: Sequence[Tuple[Location, Value]]) -> None:
+    """Make values those in force, as `Location.put`, and have the memory of the node follow them, at one moment.
+
+    Raises:
+        Refused: what the node keeps would have no value; nothing has changed.
+    """
+    following = MEMORY.following(
+        {
+            location.source: value
+            for location, value in pairs
+            if not isinstance(location, HeldLocation) or (location.is_other(value) and not location.is_polled)
+        }
+    )
+    before = [(location.tracked, location) for location, _ in pairs if isinstance(location, HeldLocation)]
+    for location, value in pairs:
+        location.put(value)
+    MEMORY.follow(following, {id(reading): location.tracked for reading, location in before})
+
+
 class HeldLocation(Location):
     """A location whose value this node holds in its memory."""
 
-    __slots__ = ('_value', 'tracked', '_early')
+    __slots__ = ('_value', 'tracked')
 
     tracked: Any
-
-    _is_rebound = False
-    """Whether a change reaches the names that stand for a reading. Those of a parameter stay: a node may compare what
-    it reads with what it has read before."""
+    is_polled = False
+    """Whether the node reads it again in its rounds: it follows by itself, and may compare what it reads with what it
+    keeps."""
 
     def __init__(self, identity: str, name: str, site: CallSite, value: Value, **limits: Any) -> None:
         super().__init__(identity, name, site, value, **limits)
-        self.tracked = self._early = None
+        self.tracked = None
         self.put(value)
 
     @property
     def value(self) -> Value:
         return self._value
 
+    def is_other(self, value: Value) -> bool:
+        """Return whether a value is another one than that in force, or of another type."""
+        return type(value) is not type(self._value) or bool(value != self._value)
+
     def name_node(self, node: str) -> None:
         super().name_node(node)
-        # Whoever has read it before the node had a name holds that reading, which stays as good as the next one.
-        self._early, self.tracked = self.tracked, self.reading_of(self._value)
+        self.tracked = self.reading_of(self._value)
 
     def reading_of(self, value: Value) -> Any:
         """A tracked value that says of a plain one that this location is its source."""
         return values.track(value, self.source)
 
     def put(self, value: Value) -> None:
-        readings = [reading for reading in (self._early, self.tracked) if reading is not None]
-        self._early = None
         self._value = value
         self.tracked = self.reading_of(value)
-        for reading in readings:
-            READINGS.replace(reading, value, self.tracked if self._is_rebound else None)
 
 
 class LiteralLocation(HeldLocation):
     """The location of a literal in the code."""
 
     __slots__ = ('_literal',)
-
-    _is_rebound = True
 
     def __init__(self, identity: str, name: str, site: CallSite, literal: Value, **limits: Any) -> None:
         self._literal = literal
@@ -250,11 +265,12 @@ class ParameterLocation(HeldLocation):
         unsaved: why its value cannot be written into the default in the code; '' where it can.
     """
 
-    __slots__ = ('unsaved', '_defaults')
+    __slots__ = ('unsaved', '_defaults', 'is_polled')
 
     def __init__(self, name: str, site: CallSite, value: Value, defaults: Defaults) -> None:
         super().__init__(name, name, site, value)
         self.unsaved = ''
+        self.is_polled = False
         self._defaults = defaults
 
     @property
@@ -271,17 +287,13 @@ class ParameterLocation(HeldLocation):
     def reread(self, value_in_code: Value) -> None:
         self._defaults.reread(self.name, value_in_code)
 
-    def retype(self, value: Value) -> None:
-        """Make `value` the one in force, and its type the location's."""
+    def put(self, value: Value) -> None:
         self.type = type(value)
-        if value == self._value and self.type is float:
+        before = self.tracked
+        super().put(value)
+        if before is not None and self.type is float and values.plain_scalar(before) == value:
             # What was read as an int is still that number, and takes fractions from now on.
-            source = self.reading_of(value)
-            for reading in [one for one in (self._early, self.tracked) if one is not None]:
-                values.remake(reading, values.widened(source))
-            self._value, self.tracked, self._early = value, source, None
-        else:
-            self.put(value)
+            values.remake(before, values.widened(self.tracked))
 
 
 class Readable(Protocol):

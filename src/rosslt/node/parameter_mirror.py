@@ -15,7 +15,7 @@ from typing import Callable, Dict, List, Tuple, Union
 import rospy
 
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations import LiteralLocation, Location
+from rosslt.node.locations import LiteralLocation, Location, put_in_force
 from rosslt.node.locks import LOCKS
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.owner import Owner
@@ -117,7 +117,7 @@ class Parameters:
             rospy.loginfo('%s %s: the parameter %s = %r of it is dropped', location.place, why, key, value)
             return
         try:
-            location.put(location.checked(value))
+            put_in_force([(location, location.checked(value))])
         except Refused as refused:
             kept = location.value
             rospy.logwarn('%s goes on with %r, the parameter %s is not taken: %s', location.place, kept, key, refused)

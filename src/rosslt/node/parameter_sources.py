@@ -10,14 +10,15 @@ import json
 import math
 import operator
 from types import FrameType
-from typing import Any, Callable, Dict, Iterator, List, Set, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Sequence, Set, Tuple, Union
 
 import rospy
 
 from rosslt import files, values
 from rosslt.node.call_sites import CallSite, call_site
 from rosslt.node.json_scalars import Refused, Value
-from rosslt.node.locations import Change, ParameterLocation
+from rosslt.node.locations import Change, ParameterLocation, put_in_force
+from rosslt.node.memory import MEMORY
 from rosslt.node.owner import Owner
 from rosslt.node.parameter_mirror import Parameters
 from rosslt.node.parameter_server import (
@@ -48,6 +49,7 @@ class ReadParameters:
         self._owner, self._parameters = owner, parameters
         self._asked: Dict[str, CallSite] = {}  # by full name, the call that reads it
         self._defaults: Dict[str, Any] = {}  # by full name, what the code says while it is not set
+        self._polled: Set[str] = set()  # names that are read in the node's rounds
         self._floats: Set[str] = set()  # names below which an int is taken for a float
         self._known: Any = {}  # what the master says, a tree from the root; never changed, but replaced
         self._said: Dict[str, Any] = {}  # the scalars in it and in the defaults in force, by name
@@ -67,6 +69,10 @@ class ReadParameters:
         """
         if key not in self._asked:
             self._ask(key, where, default)
+        if MEMORY.has_begun and key not in self._polled:
+            self._polled.add(key)
+            for location in [one for name, one in self._present.items() if is_within(name, key)]:
+                location.is_polled = True
         if as_float and key not in self._floats:
             self.take_fractions(key)
         value = part_of(self._known, key)
@@ -195,11 +201,10 @@ class ReadParameters:
                 self._add(name, value)
             elif name not in unwritten and (type(value) is not location.type or value != location.value):
                 has_other_types = has_other_types or type(value) is not location.type
-                if value != location.value:
-                    changes.append((location, location.value, value))
-                location.retype(value)
+                changes.append((location, location.value, value))
+        _put(changes)
         if self._owner.name:
-            self._owner.applied(changes, REQUESTER)
+            self._owner.applied([change for change in changes if change[1] != change[2]], REQUESTER)
             if has_other_types:
                 self._owner.publish_locations()
 
@@ -209,7 +214,7 @@ class ReadParameters:
         if location is None:
             site = next(site for key, site in self._asked.items() if is_within(name, key))
             location = self._made[name] = ParameterLocation(name, site, value, self)
-        location.retype(value)
+        _put([(location, location.value, value)])
         try:
             self._owner.locations.add(location)
         except ValueError as error:
@@ -287,6 +292,16 @@ class ReadParameters:
                     return
                 self._take_in(key, stood)
                 expected = wanted
+
+
+def _put(changes: Sequence[Change]) -> None:
+    """Put in force what the master says. It is in force there: what the node keeps of it stays if it has no value."""
+    try:
+        put_in_force([(location, new) for location, _, new in changes])
+    except Refused as refused:
+        rospy.logerr('%s', refused)
+        for location, _, new in changes:
+            location.put(new)
 
 
 def _unit(tree: Any, name: str) -> str:

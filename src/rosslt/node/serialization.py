@@ -11,7 +11,7 @@ import rospy
 
 from rosslt import messages, values
 from rosslt.messages import BadHeader, Message, MessageClass, Scalar
-from rosslt.node.refresh import READINGS, Refresher
+from rosslt.node.memory import MEMORY
 
 #: The topics and services, each with a peer, of which a bad header was reported.
 _reported: Set[Tuple[str, str]] = set()
@@ -58,18 +58,17 @@ def whole_provenance(message: Message) -> bytes:
 
 
 def serializer(
-    message_class: MessageClass, refresher: Refresher, provenance: Provenance = whole_provenance
+    message_class: MessageClass, provenance: Provenance = whole_provenance
 ) -> Callable[[Any], Any]:
     """Make the function that wraps a message for rospy, which then serializes it followed by its provenance.
 
     Args:
         message_class: of the messages.
-        refresher: the Refresher of the publisher, service or caller that sends them.
         provenance: what gives the provenance of each.
     """
     if message_class is rospy.AnyMsg:
         return lambda message: message  # with the provenance that it was received with
-    make = functools.partial(_class_with_provenance(message_class), refresher, provenance)
+    make = functools.partial(_class_with_provenance(message_class), provenance)
     check = messages.plain_check(message_class)
     if check is None:
         return make
@@ -87,13 +86,12 @@ def serializer(
 @functools.lru_cache(maxsize=None)
 def _class_with_provenance(message_class: MessageClass) -> Any:
     class WithProvenance(genpy.Message):
-        __slots__ = ('message', 'provenance', 'refresher')
+        __slots__ = ('message', 'provenance')
         _type, _md5sum = message_class._type, message_class._md5sum
         _has_header = message_class._has_header
 
-        def __init__(self, refresher: Refresher, provenance: Provenance, message: Message) -> None:
+        def __init__(self, provenance: Provenance, message: Message) -> None:
             self.message = message
-            self.refresher = refresher
             self.provenance = provenance
 
         @property
@@ -102,8 +100,6 @@ def _class_with_provenance(message_class: MessageClass) -> Any:
 
         def serialize(self, buff: BinaryIO) -> None:
             message = self.message
-            if READINGS.replaced:
-                message = self.refresher.fresh(message)
             try:
                 pack(message).serialize(buff)
             except genpy.SerializationError as error:
@@ -129,7 +125,7 @@ class Input:
         elif isinstance(found, messages.Readings):
             self.is_whole = True
             if self._readings.get(found.sources, found.values) != found.values:
-                READINGS.count += 1
+                MEMORY.changes += 1
             if len(self._readings) >= messages.MOST_THINGS:
                 self._readings.clear()
             self._readings[found.sources] = found.values

@@ -19,14 +19,21 @@ from rosslt.node.description import described
 from rosslt.node.directory import Directory
 from rosslt.node.history import History, Request, applied_change, differing
 from rosslt.node.json_scalars import Refused, Value, to_json
-from rosslt.node.locations import Change, HeldLocation, LiteralLocation, Location, Locations, ParameterLocation
+from rosslt.node.locations import (
+    Change,
+    HeldLocation,
+    LiteralLocation,
+    Location,
+    Locations,
+    ParameterLocation,
+    put_in_force,
+)
 from rosslt.node.lock_service import Locking
 from rosslt.node.locks import Access
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.node_errors import ENDS
 from rosslt.node.parameter_mirror import Parameters
 from rosslt.node.parameter_sources import ReadParameters
-from rosslt.node.refresh import READINGS
 from rosslt.node.serialization import Sending
 from rosslt.node.source_files import SOURCE_FILES
 
@@ -233,17 +240,21 @@ class Owner:
                         value = location.checked(value)
                     done[index] = (location, *location.set_outside(value))
                 except Refused as refused:
-                    rospy.logerr('%s: %s', location.name, refused)
-                    self._put_back([done[one] for one in order if one in done])
-                    reasons = [''] * len(wanted)
-                    reasons[index] = str(refused)
-                    return reasons, []
+                    return self._refused_at(index, refused, len(wanted), list(done.values())), []
             changes = [done[index] for index in range(len(wanted))]
-            with READINGS.lock:
-                for location, _, new in changes:
-                    location.put(new)
+            try:
+                put_in_force([(location, new) for location, _, new in changes])
+            except Refused as refused:
+                return self._refused_at(0, refused, len(wanted), list(done.values())), []
         self.applied(changes, requester, request_id, record)
         return [''] * len(wanted), changes
+
+    def _refused_at(self, index: int, refused: Refused, count: int, done: Sequence[Change]) -> List[str]:
+        """Take back what was set outside, and return the reasons of `count` refusals."""
+        self._put_back(done)
+        reasons = [''] * count
+        reasons[index] = str(refused)
+        return reasons
 
     def _put_back(self, changes: Sequence[Change]) -> None:
         for location, old, _ in reversed(changes):

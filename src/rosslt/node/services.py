@@ -9,7 +9,6 @@ from typing import Any, Callable
 import rospy
 
 from rosslt.messages import Message, MessageClass
-from rosslt.node.refresh import Refresher
 from rosslt.node.rospy_internals import args_kwds_to_message, convert_return_to_response
 from rosslt.node.serialization import received_class, serializer
 
@@ -24,7 +23,7 @@ class Service(rospy.Service):
     def __init__(
         self, name: str, service_class: MessageClass, handler: Callable[[Any], Any], *args: Any, **kwargs: Any
     ) -> None:
-        with_provenance = serializer(service_class._response_class, Refresher())
+        with_provenance = serializer(service_class._response_class)
 
         @functools.wraps(handler)
         def answer(request: Message) -> Any:
@@ -48,7 +47,7 @@ class ServiceProxy(rospy.ServiceProxy):
     def __init__(self, name: str, service_class: MessageClass, *args: Any, **kwargs: Any) -> None:
         super().__init__(name, reading_service(service_class, rospy.resolve_name(name)), *args, **kwargs)
         self._plain_request_class = service_class._request_class
-        self._with_provenance = serializer(service_class._request_class, Refresher())
+        self._with_provenance = serializer(service_class._request_class)
 
     def call(self, *args: Any, **kwds: Any) -> Any:
         """Call the service, as `rospy.ServiceProxy.call` does."""

@@ -8,16 +8,16 @@ import functools
 import threading
 import time
 import warnings
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Set, Tuple
 
 import genpy
 import rospy
 
 from rosslt import messages, values
 from rosslt.messages import Message, MessageClass
-from rosslt.node.latched import Latched, latch, plain_leaves
+from rosslt.node.latched import containers, follow_latched
 from rosslt.node.master_watch import MASTER_WATCH
-from rosslt.node.refresh import READINGS, Refresher
+from rosslt.node.memory import MEMORY
 from rosslt.node.rospy_internals import (
     args_kwds_to_message,
     get_topic_manager,
@@ -68,16 +68,15 @@ class Publisher(rospy.Publisher):
         args, kwargs = _plain_options(args, kwargs)
         wraps = messages.is_tracked_type(data_class)
         self._plain_class = messages.plain_type(data_class) if wraps else data_class
-        self._refresher = Refresher()
         self._sampled = messages.SampledProvenance(lambda: Sending.rate)
         self._is_always_whole = data_class._type.endswith(_OF_ACTIONS)
         self._serializable: Callable[[Any], Any] = (
-            self._wrapped if wraps else serializer(data_class, self._refresher, self._provenance)
+            self._wrapped if wraps else serializer(data_class, self._provenance)
         )
-        self._latched: Optional[Latched] = None
+        self._latched: Optional[Tuple[Message, Any]] = None  # the last message, and what rospy has of it
         if subscriber_listener is not None:
             whole = functools.partial(self._wrapped, provenance=whole_provenance)
-            in_full = whole if wraps else serializer(data_class, self._refresher)
+            in_full = whole if wraps else serializer(data_class)
             subscriber_listener = _Listener(
                 subscriber_listener, lambda message: message if _has_its_provenance(message) else in_full(message)
             )
@@ -103,7 +102,7 @@ class Publisher(rospy.Publisher):
         if self._is_always_whole or self._keeps_last:
             return whole_provenance(message)
         # rospy makes another list of connections when somebody subscribes
-        state = READINGS.count, id(impl.connections)
+        state = MEMORY.changes, id(impl.connections)
         return self._sampled.to_send(message, Sending.full_history, state, is_between(), bool(SAMPLED_INPUTS))
 
     def publish(self, *args: Any, **kwds: Any) -> None:
@@ -117,11 +116,6 @@ class Publisher(rospy.Publisher):
             message = args_kwds_to_message(expected, args, kwds)
             outgoing = self._outgoing(message)
         impl = self.impl
-        sent = message
-        is_latch = outgoing is not message and getattr(impl, 'is_latch', False)
-        if is_latch and READINGS.replaced:
-            sent = self._refresher.fresh(message)
-            outgoing = self._serializable(sent)
         lock = getattr(impl, 'publock', None)
         if lock is None or not is_initialized():  # unregistered, closed, or too early
             super().publish(outgoing)
@@ -138,25 +132,28 @@ class Publisher(rospy.Publisher):
                 if isinstance(error, (genpy.SerializationError, rospy.ROSSerializationException)):
                     raise rospy.ROSSerializationException(serialization_fault(message, error)) from None
                 raise
-            if is_latch:
-                self._latched = latch(self, message, sent, outgoing)
+            if impl.is_latch:
+                self._latched = message, outgoing
+                follow_latched(self)
 
-    def publish_again(self) -> None:
-        """Publish the last message of a latched publisher again, where it has become another one since."""
+    def publish_again(self, owners: Set[int]) -> None:
+        """Publish the last message of a latched publisher again if a change has set a part of it.
+
+        Args:
+            owners: the ids of the messages and lists in which the change has set something.
+        """
         impl = self.impl
         lock = getattr(impl, 'publock', None)
         if lock is None:
             return
         with lock:
-            latched = self._latched
             # unless another publisher of the topic has published since
-            if latched is None or impl.latch is not latched.outgoing:
+            if self._latched is None or impl.latch is not self._latched[1]:
                 return
-            message = self._refresher.fresh(latched.message, was_sent=True)
-            shown = plain_leaves(message)
-            if shown != latched.shown:
+            message = self._latched[0]
+            if any(id(part) in owners for part in containers(message)):
                 outgoing = self._outgoing(message)
-                self._latched = latched._replace(shown=shown, outgoing=outgoing)
+                self._latched = message, outgoing
                 impl.publish(outgoing)
 
     def _outgoing(self, message: Message) -> Any:
@@ -164,8 +161,6 @@ class Publisher(rospy.Publisher):
         return message if _has_its_provenance(message) else self._serializable(message)
 
     def _wrapped(self, message: Message, provenance: Optional[Provenance] = None) -> Any:
-        if READINGS.replaced:
-            message = self._refresher.fresh(message)
         return messages.wrap(message, self.data_class, (provenance or self._provenance)(message))
 
 

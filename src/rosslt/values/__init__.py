@@ -20,6 +20,7 @@ from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .recording import OPERATION, allow, limit_recording, reapply, spend, widened
+from .slots import KEEPS_LOCALS, Slot, exchange
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_sources_with
 from .tolerances import is_same
@@ -38,6 +39,7 @@ from .tree import each_leaf, is_tracked, leaves, untracked
 __all__ = [
     'AFFINE',
     'CONSTANT',
+    'KEEPS_LOCALS',
     'MATH',
     'OPERATION',
     'OPERATIONS',
@@ -48,6 +50,7 @@ __all__ = [
     'NotInvertible',
     'NotTracked',
     'Operation',
+    'Slot',
     'Source',
     'UnnamedSource',
     'affine',
@@ -58,6 +61,7 @@ __all__ = [
     'disassemble',
     'each_leaf',
     'evaluate',
+    'exchange',
     'explain',
     'fit',
     'is_same',

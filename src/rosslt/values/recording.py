@@ -143,7 +143,8 @@ def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
         changes: `{Source: value}`; sources that are missing keep their values.
 
     Returns:
-        The tracked value, or a copy of the message, list or dict holding tracked values.
+        The tracked value, or a copy of the message, list or dict holding tracked values. A leaf that does not depend on
+        the changes is the same object.
 
     Raises:
         TypeError: a key of `changes` is no Source, or as the operations themselves do.
@@ -152,10 +153,14 @@ def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
     check_changes(changes)
     leaves = tracked_leaves(x)
     graph = Graph(leaves)
+    depends, values = graph.depending(changes), graph.plain()
+    graph.run(graph.steps(depends), values, changes)
     made: Dict[int, Value] = {}
-    for node, (form, first, second), value in zip(graph.nodes, graph.records, graph.values(changes)):
-        operands = [made[id(operand)] for operand in form.operands(first, second)]
-        if all(type(operand) in TRACKED for operand in operands):
+    for node, (form, first, second), value, is_other in zip(graph.nodes, graph.records, values, depends):
+        operands = [made[id(operand)] for operand in form.operands(first, second)] if is_other else []
+        if not is_other:
+            made[id(node)] = node
+        elif all(type(operand) in TRACKED for operand in operands):
             size = size_of(operands) if operands else 1
             made[id(node)] = make(value, form.with_operands(first, second, operands), size)
         else:

@@ -7,20 +7,24 @@ This folder imports NumPy, so the room loads it only when it is asked for. `numb
 
 from .calling import LOST
 from .functions import FUNCTIONS, replacements
-from .numbers import CLASSES, PYTHON_NUMBERS, conversion, python_number, same_number
+from .noted import Noted, indices
+from .numbers import CLASSES, PYTHON_NUMBERS, conversion, python_number, same_number, with_tracked
 from .tracked_array import TrackedArray, holds_tracked, of_list, plain
 
 __all__ = [
     'CLASSES',
     'FUNCTIONS',
     'LOST',
+    'Noted',
     'PYTHON_NUMBERS',
     'TrackedArray',
     'conversion',
     'holds_tracked',
+    'indices',
     'of_list',
     'plain',
     'python_number',
     'replacements',
     'same_number',
+    'with_tracked',
 ]

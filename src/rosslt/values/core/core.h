@@ -154,6 +154,10 @@ static inline int may_record(void)
 PyObject *allow(PyObject *module, PyObject *count);
 PyObject *spend(PyObject *module, PyObject *count);
 
+/* --- places that hold values (slots.c) ----------------------------------------------------------------------- */
+
+PyObject *exchange(PyObject *module, PyObject *rows);
+
 /* --- arithmetic on doubles ----------------------------------------------------------------------------------- */
 
 /* What an operator makes of two plain floats; 0 where Python has to do it. */

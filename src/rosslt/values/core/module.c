@@ -2,7 +2,7 @@
 
 #include "core.h"
 
-#define INTERFACE 17 /* what `accelerator.py` asks for */
+#define INTERFACE 18 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python,
@@ -48,6 +48,7 @@ static PyMethodDef functions[] = {
     {"lazy_of", (PyCFunction)(void (*)(void))lazy_of, METH_FASTCALL, "lazy_of(values, load): as in tracked.py."},
     {"allow", allow, METH_O, "allow(count): so many operations may be recorded from now on; returns what was left."},
     {"spend", spend, METH_O, "spend(count): as in recording.py."},
+    {"exchange", exchange, METH_O, "exchange([(owner, key, expected, value), ...]): as in slots.py."},
     {"along_chain", (PyCFunction)(void (*)(void))along_chain, METH_FASTCALL,
      "along_chain(value, {Source: value}): the value of a chain on one source, or NotImplemented."},
     {"solve_chain", (PyCFunction)(void (*)(void))solve_chain, METH_FASTCALL,

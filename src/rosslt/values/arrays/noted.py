@@ -1,0 +1,37 @@
+"""What an array held at one moment, to know later which elements nobody has written since."""
+
+from typing import Any, Iterator, List, Tuple
+
+import numpy
+
+from .tracked_array import TrackedArray, plain
+
+Index = Tuple[int, ...]
+
+
+class Noted:
+    """What an array holds now.
+
+    Args:
+        array: with provenance.
+    """
+
+    def __init__(self, array: TrackedArray) -> None:
+        self._memory = array._memory
+        self._codes = array.codes.copy()
+        self._numbers = plain(array).copy()
+
+    def unwritten(self, array: TrackedArray) -> List[Tuple[Index, Any]]:
+        """The elements with provenance that still are what they were: `(index, tracked number of Python)`."""
+        if array._memory is not self._memory or array.shape != self._numbers.shape or not array.has_provenance:
+            return []
+        kind = f'V{array.itemsize}'
+        is_same = (array.codes == self._codes) & (self._codes != 0)
+        is_same &= numpy.ascontiguousarray(plain(array)).view(kind) == self._numbers.copy('C').view(kind)
+        found = ((index, array.item(index)) for index in map(tuple, numpy.argwhere(is_same).tolist()))
+        return [(index, number) for index, number in found if hasattr(number, '_record')]
+
+
+def indices(array: Any) -> Iterator[Index]:
+    """The index of each element of an array."""
+    return numpy.ndindex(array.shape)

@@ -1,0 +1,65 @@
+/* Where does Python keep a value, and how is it exchanged for another one at one moment (`slots.py`)? */
+
+#include "core.h"
+#include <frameobject.h>
+
+/* What a slot holds: a new reference; NULL with or without an error if it holds nothing. */
+static PyObject *held(PyObject *owner, PyObject *key)
+{
+    if (PyCell_Check(owner)) return PyCell_Get(owner);
+    if (PyFrame_Check(owner)) {
+        PyObject *locals = PyObject_GetAttrString(owner, "f_locals");
+        PyObject *value = locals == NULL ? NULL : PyObject_GetItem(locals, key);
+        Py_XDECREF(locals);
+        return value;
+    }
+    if (PyDict_Check(owner) || PyType_Check(owner)) {
+        PyObject *value = PyDict_GetItemWithError(PyDict_Check(owner) ? owner : ((PyTypeObject *)owner)->tp_dict, key);
+        Py_XINCREF(value);
+        return value;
+    }
+    if (PyUnicode_Check(key)) return PyObject_GenericGetAttr(owner, key);
+    if (PyList_Check(owner)) {
+        PyObject *value = PyList_GetItem(owner, PyLong_AsSsize_t(key));
+        Py_XINCREF(value);
+        return value;
+    }
+    return PyObject_GetItem(owner, key);
+}
+
+static int put(PyObject *owner, PyObject *key, PyObject *value)
+{
+    if (PyCell_Check(owner)) return PyCell_Set(owner, value);
+    if (PyFrame_Check(owner)) {
+        PyObject *locals = PyObject_GetAttrString(owner, "f_locals");
+        int status = locals == NULL ? -1 : PyObject_SetItem(locals, key, value);
+        if (status == 0) PyFrame_LocalsToFast((PyFrameObject *)owner, 0);
+        Py_XDECREF(locals);
+        return status;
+    }
+    if (PyDict_Check(owner)) return PyDict_SetItem(owner, key, value);
+    if (PyType_Check(owner)) return PyType_Type.tp_setattro(owner, key, value);
+    if (PyUnicode_Check(key)) return PyObject_GenericSetAttr(owner, key, value);
+    if (PyList_Check(owner)) return PyList_SetItem(owner, PyLong_AsSsize_t(key), Py_NewRef(value));
+    return PyObject_SetItem(owner, key, value);
+}
+
+/* No bytecode is run meanwhile, so no other thread sees some of the slots exchanged and others not. */
+PyObject *exchange(PyObject *module, PyObject *rows)
+{
+    if (!PyList_Check(rows)) return PyErr_Format(PyExc_TypeError, "a list of slots");
+    PyObject *done = PyList_New(0);
+    for (Py_ssize_t at = 0; done != NULL && at < PyList_GET_SIZE(rows); at++) {
+        PyObject *owner, *key, *expected, *value;
+        if (!PyArg_ParseTuple(PyList_GET_ITEM(rows, at), "OOOO", &owner, &key, &expected, &value)) {
+            Py_CLEAR(done);
+            break;
+        }
+        PyObject *found = held(owner, key);
+        int is_done = found == expected && put(owner, key, value) == 0;
+        Py_XDECREF(found);
+        PyErr_Clear(); /* a slot that is gone, or takes nothing */
+        if (PyList_Append(done, is_done ? Py_True : Py_False) < 0) Py_CLEAR(done);
+    }
+    return done;
+}
