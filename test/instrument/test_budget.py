@@ -53,10 +53,7 @@ class Machine:
 
 
 @pytest.fixture
-def started(monkeypatch):
-    # What an earlier test of this process has changed is recorded without a limit.
-    monkeypatch.setattr(node, 'READINGS', type(node.READINGS)())
-
+def started():
     def start(machine):
         budget = Budget(machine.clock, machine.wall_clock)
         budget.begin()

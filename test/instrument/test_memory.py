@@ -1,5 +1,5 @@
-"""A change goes into the memory of an unmodified node: it then does what the plain node does in which a hand sets the same
-names at the same moment."""
+"""A change goes into the memory of a node: it then does what the plain node does in which a hand sets the same names at the
+same moment."""
 
 import textwrap
 
@@ -18,10 +18,10 @@ CHANGED, LAST = 4, 12
 
 NODE = """\
 import importlib, time
-import rospy
+import rospy{imports}
 from std_msgs.msg import String
 {early}
-rospy.init_node('{name}')
+{node}.init_node('{name}')
 pub = rospy.Publisher('{name}/said', String, queue_size=100)
 {late}
 while not pub.get_num_connections():
@@ -50,8 +50,8 @@ PARTS = "parts = [importlib.import_module('part%d' % number) for number in range
 
 PART = """\
 import argparse, collections, dataclasses, functools, threading, types
-import numpy as np
-import rospy
+import {numpy} as np
+import rospy{imports}
 from geometry_msgs.msg import Point, Pose
 wake, done = threading.Event(), threading.Event()
 {before}
@@ -248,20 +248,40 @@ def indented(text):
 
 def write_node(folder, name, parts, source):
     """Write the modules of a node, and return its own text."""
-    parts = [PART.format(before=before, names=names, use=indented(use), hand=indented(hand)) for before, names, use, hand in parts]
-    for number, text in enumerate(parts):
+    is_written = source == 'location' and name == 'tracked'  # a node that was written with rosslt
+    imports = ', rosslt' if is_written else ''
+    for number, (before, names, use, hand) in enumerate(parts):
+        text = PART.format(
+            before=before,
+            names=names,
+            use=indented(use),
+            hand=indented(hand),
+            imports=imports,
+            numpy='rosslt.numpy' if is_written else 'numpy',
+        )
         (folder / f'part{number}.py').write_text(text)
     # A module may be imported before there is a node; one that reads a private parameter may not.
-    load = PARTS.format(len(parts))
+    load = PARTS.format(number + 1)
     return NODE.format(
         name=name,
-        early=load if source == 'literal' else '',
+        imports=imports,
+        node='rosslt' if is_written else 'rospy',
+        early='' if source == 'parameter' else load,
         late=load if source == 'parameter' else '',
-        number=f"rospy.get_param('~local', {LOCAL})" if source == 'parameter' else LOCAL,
+        number=read_once(name, source, LOCAL),
         other=OTHER_LOCAL,
         by_hand=name == 'plain',
         changed=CHANGED,
     )
+
+
+def read_once(name, source, number):
+    """An expression for a number that a node reads once."""
+    if source == 'parameter':
+        return f"rospy.get_param('~n{str(number).replace('.', '_')}', {number})"
+    if source == 'location' and name == 'tracked':
+        return f"rosslt.location({number}, name='n{str(number).replace('.', '_')}')"
+    return repr(number)
 
 
 def sources_of(changes):
@@ -278,9 +298,9 @@ def said_by(pair, tmp_path, parts, source, changes):
     folders = {name: tmp_path / name for name in ('plain', 'tracked')}
     for folder in folders.values():
         folder.mkdir()
-    codes = {name: write_node(folder, name, parts, source) for name, folder in folders.items()}
+    codes = {name: write_node(folder, name, parts(name), source) for name, folder in folders.items()}
     with Unmodified(folders['plain'], 'plain', codes['plain'], tracked=False) as plain:
-        with Unmodified(folders['tracked'], 'tracked', codes['tracked']) as tracked:
+        with Unmodified(folders['tracked'], 'tracked', codes['tracked'], tracked=source != 'location') as tracked:
             pair.rounds(CHANGED - 1)
             node.request_values(sources_of(changes))
             pair.rounds(LAST)
@@ -289,41 +309,43 @@ def said_by(pair, tmp_path, parts, source, changes):
     return [[one[str(count)].split('|') for count in range(LAST + 1)] for one in found]
 
 
-@pytest.mark.parametrize('source', ['parameter', 'literal'])
-def test_what_is_kept_follows(pair, tmp_path, source):
-    parts, changes = [], {LOCAL: OTHER_LOCAL}
-    for number, (before, read, hand) in enumerate(KINDS.values()):
-        kept, other = 3.25 + number / 64, 7.75 + number / 64
-        changes[kept] = other
-        read_once = f"rospy.get_param('~number{number}', {kept})" if source == 'parameter' else repr(kept)
-        use = '\n'.join(USES.values()).replace('READ', f'({read})').replace('LIMIT', '5.0')
-        parts.append((before.replace('READ', read_once), 'pass', use, hand.replace('HAND', repr(other))))
-    plain, tracked = said_by(pair, tmp_path, parts, source, changes)
-    names = ['local variable', *KINDS]
-    assert all(before != after for before, after in zip(plain[CHANGED - 1], plain[CHANGED]))
-    wrong = [
+def differences(plain, tracked, names):
+    """What the nodes say differently: (name of the part, round, what the tracked one says, what the plain one says)."""
+    return [
         (names[at], count, ours, theirs)
         for count, (said, other) in enumerate(zip(tracked, plain))
         for at, (ours, theirs) in enumerate(zip(said, other))
         if ours != theirs
     ]
+
+
+@pytest.mark.parametrize('source', ['parameter', 'literal', 'location'])
+def test_what_is_kept_follows(pair, tmp_path, source):
+    kept = {kind: (3.25 + number / 64, 7.75 + number / 64) for number, kind in enumerate(KINDS)}
+
+    def parts(name):
+        for kind, (before, read, hand) in KINDS.items():
+            number, other = kept[kind]
+            use = '\n'.join(USES.values()).replace('READ', f'({read})').replace('LIMIT', '5.0')
+            yield before.replace('READ', read_once(name, source, number)), 'pass', use, hand.replace('HAND', repr(other))
+
+    plain, tracked = said_by(pair, tmp_path, parts, source, {LOCAL: OTHER_LOCAL, **dict(kept.values())})
+    assert all(before != after for before, after in zip(plain[CHANGED - 1], plain[CHANGED]))
+    wrong = differences(plain, tracked, ['local variable', *KINDS])
     assert not wrong, wrong[:10]
 
 
-def test_a_state_goes_on_with_the_new_number(pair, tmp_path):
-    parts, changes = [], {}
-    for number, (start, step, read) in enumerate(STATES.values()):
-        factor = 1.25 + number / 64
-        changes[factor] = 0.5
-        use = f'if count % 3 == 0:\n    {step}\nsaid = repr({read} * 1.0)'
-        names = 'global x' if start.startswith('x') and '[0]' not in step.split('=')[0] else 'pass'
-        parts.append((f'factor = {factor}\n{start}', names, use, 'globals()["factor"] = 0.5'))
-    changes[LOCAL] = OTHER_LOCAL
-    plain, tracked = said_by(pair, tmp_path, parts, 'literal', changes)
-    wrong = [
-        (list(STATES)[at - 1], count, ours, theirs)
-        for count, (said, other) in enumerate(zip(tracked, plain))
-        for at, (ours, theirs) in enumerate(zip(said, other))
-        if ours != theirs
-    ]
+@pytest.mark.parametrize('source', ['literal', 'location'])
+def test_a_state_goes_on_with_the_new_number(pair, tmp_path, source):
+    factors = {state: 1.25 + number / 64 for number, state in enumerate(STATES)}
+
+    def parts(name):
+        for state, (start, step, read) in STATES.items():
+            use = f'if count % 3 == 0:\n    {step}\nsaid = repr({read} * 1.0)'
+            names = 'global x' if state in ('name', 'sum', 'array') else 'pass'
+            yield f'factor = {read_once(name, source, factors[state])}\n{start}', names, use, 'globals()["factor"] = 0.5'
+
+    changes = {LOCAL: OTHER_LOCAL, **dict.fromkeys(factors.values(), 0.5)}
+    plain, tracked = said_by(pair, tmp_path, parts, source, changes)
+    wrong = differences(plain, tracked, ['local variable', *STATES])
     assert not wrong, wrong[:10]

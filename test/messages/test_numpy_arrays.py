@@ -13,7 +13,6 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from rosslt import Source, sources, track
 from rosslt.messages import decode, packed_arrays, tracked_leaves, tracked_type, with_leaves, wrap
-from rosslt.node.refresh import Refresher
 from rosslt.node.serialization import serializer
 from support.filling import assert_arrived
 
@@ -26,7 +25,7 @@ X = track(0.75, Source('/n', 1))
 def arrived(message, cls):
     """What a subscriber of the ordinary class gets."""
     buff = io.BytesIO()
-    serializer(type(message), Refresher())(message).serialize(buff)
+    serializer(type(message))(message).serialize(buff)
     received = decode(buff.getvalue(), cls)
     assert received.error is None
     return received.message
@@ -95,7 +94,7 @@ def test_other_values_of_its_leaves_leave_an_array_what_it_is():
 def test_what_does_not_fit_the_field_is_an_error_that_names_it(wrong):
     message = numpy_msg(Int8MultiArray)(data=numpy.array([wrong], dtype=object))
     with pytest.raises(genpy.SerializationError, match='data'):
-        serializer(type(message), Refresher())(message).serialize(io.BytesIO())
+        serializer(type(message))(message).serialize(io.BytesIO())
 
 
 def test_arrays_of_numbers_are_not_copied():

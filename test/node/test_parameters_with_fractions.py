@@ -3,23 +3,19 @@
 import pytest
 
 from rosslt import values
-from rosslt.node import refresh
 from rosslt.node.call_sites import CallSite
 from rosslt.node.locations import ParameterLocation
 
 
-def test_what_was_read_as_an_int_takes_fractions_without_being_replaced(monkeypatch):
-    readings = refresh.ReplacedReadings()
-    monkeypatch.setattr('rosslt.node.locations.READINGS', readings)
+def test_what_was_read_as_an_int_takes_fractions_without_being_replaced():
     location = ParameterLocation('/node/gain', CallSite('node.py', 1, 1, ''), 3, None)
     location.name_node('/node')
     read = location.tracked
     computed = read * 0.5
     with pytest.raises(values.NotInvertible):
         values.solve(computed, 2.25)
-    location.retype(3.0)
+    location.put(3.0)
     assert values.solve(computed, 2.25) == {location.source: 4.5}
     assert values.evaluate(read, {location.source: 4.5}) == 4.5
     assert (read, type(values.untracked(read))) == (3, int)
-    assert not readings.replaced
     assert (location.value, type(values.untracked(location.tracked))) == (3.0, float)

@@ -182,13 +182,16 @@ def put_in_force(pairs: Sequence[Tuple[Location, Value]]) -> None:
         {
             location.source: value
             for location, value in pairs
-            if not isinstance(location, HeldLocation) or (location.is_other(value) and not location.is_polled)
+            if not isinstance(location, HeldLocation) or location.is_other(value)
         }
     )
     before = [(location.tracked, location) for location, _ in pairs if isinstance(location, HeldLocation)]
     for location, value in pairs:
         location.put(value)
-    MEMORY.follow(following, {id(reading): location.tracked for reading, location in before})
+    MEMORY.follow(
+        following,
+        {id(reading): reading if location.is_polled else location.tracked for reading, location in before},
+    )
 
 
 class HeldLocation(Location):
@@ -198,8 +201,8 @@ class HeldLocation(Location):
 
     tracked: Any
     is_polled = False
-    """Whether the node reads it again in its rounds: it follows by itself, and may compare what it reads with what it
-    keeps."""
+    """Whether the node reads it again in its rounds. It may compare what it reads with the reading that it keeps, which
+    stays; what it has computed of it follows."""
 
     def __init__(self, identity: str, name: str, site: CallSite, value: Value, **limits: Any) -> None:
         super().__init__(identity, name, site, value, **limits)

@@ -8,7 +8,6 @@ expression has now. A slot that holds another object has become part of the node
 `rounds` says when the first round begins. Until then a change reaches all that is there.
 """
 
-import argparse
 import builtins
 import collections
 import contextlib
@@ -28,7 +27,7 @@ from rosslt.values import Slot, Source
 
 _INTEGERS = {'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'byte', 'char'}
 #: Classes of other modules whose objects hold what a program puts there.
-_NAMESPACES = (argparse.Namespace, types.SimpleNamespace)
+_NAMESPACES = {('types', 'SimpleNamespace'), ('argparse', 'Namespace')}
 
 
 class Following(NamedTuple):
@@ -89,6 +88,8 @@ class Memory:
             if not self.has_begun:
                 self._note()
             self._forget_what_is_gone()
+            # Looking at sources makes literals known, which may be changed by that: by what an earlier run has left.
+            values.sources([number for slot in self._slots for number in _numbers_in(slot.value)])
             slots = [
                 (index, value)
                 for index, value in enumerate(_reapplied([slot.value for slot in self._slots], changes))
@@ -310,7 +311,7 @@ class _Walk:
             self.arrays.append((thing, values.numpy_arrays().Noted(thing)))
         elif kind.__module__ == 'numpy' and getattr(thing, 'dtype', None) == object:
             self._hold(thing, [(index, thing[index]) for index in values.numpy_arrays().indices(thing)])
-        if isinstance(thing, _NAMESPACES) or (self._is_of_own_class(kind) and not issubclass(kind, type)):
+        if (kind.__module__, kind.__name__) in _NAMESPACES or (self._is_of_own_class(kind) and not issubclass(kind, type)):
             self._hold_attributes(thing, kind)
 
     def _hold_attributes(self, thing: Any, kind: type) -> None:
@@ -333,8 +334,12 @@ class _Walk:
                 if any(True for _ in _numbers_in(value)):
                     self.slots.append(Slot(owner, key, value))
                 self._waiting += value
-            elif kind not in _ATOMS and getattr(kind, '__module__', '').partition('.')[0] not in ('rosslt', 'rospy'):
+            elif kind not in _ATOMS and (not _is_of_rospy(kind) or hasattr(kind, 'has_provenance')):
                 self._waiting.append(value)
+
+
+def _is_of_rospy(kind: type) -> bool:
+    return str(getattr(kind, '__module__', '')).partition('.')[0] in ('rospy', 'rosslt')
 
 
 _ATOMS = {float, int, str, bool, bytes, type(None), complex, types.ModuleType, types.BuiltinFunctionType}
