@@ -79,6 +79,24 @@ def test_where_a_setter_refuses_what_was_put_is_put_back(owner):
     assert pump == [3.0, 4.0, 3.0]
 
 
+def test_a_refusal_says_what_a_setter_does_not_take_back(owner):
+    def refuse(_value):
+        raise ValueError('hot')
+
+    def fill(level):
+        if level < tank[-1]:
+            raise ValueError('it has no drain')
+        tank.append(level)
+
+    tank = [3.0]
+    added(owner, ExternalLocation('tank', 'tank', SITE, 3.0, lambda: tank[-1], fill)).name_node('/owner')
+    added(owner, ExternalLocation('motor', 'motor', SITE, 1.0, lambda: 1.0, refuse)).name_node('/owner')
+    answer = change(owner, {'tank': '4.0', 'motor': '2.0'})
+    left = 'not taken back: tank = 4.0 (ValueError: it has no drain)'
+    assert (answer.state, answer.reasons) == ('refused', ['', 'ValueError: hot; ' + left])
+    assert tank == [3.0, 4.0]
+
+
 def test_what_is_prepared_is_committed_or_aborted_and_a_second_decision_is_ignored(owner):
     prepared = {'phase': 'prepare', 'nodes': ['/owner'], 'lease': 1.0}
     assert change(owner, {'gain': '2.5'}, transaction_id='a', **prepared).state == 'prepared'

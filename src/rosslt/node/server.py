@@ -234,9 +234,9 @@ class Owner:
                     done[index] = (location, *location.set_outside(value))
                 except Refused as refused:
                     rospy.logerr('%s: %s', location.name, refused)
-                    self._put_back([done[one] for one in order if one in done])
+                    left = self._put_back([done[one] for one in order if one in done])
                     reasons = [''] * len(wanted)
-                    reasons[index] = str(refused)
+                    reasons[index] = '; '.join([str(refused), *left])
                     return reasons, []
             changes = [done[index] for index in range(len(wanted))]
             with READINGS.lock:
@@ -245,12 +245,16 @@ class Owner:
         self.applied(changes, requester, request_id, record)
         return [''] * len(wanted), changes
 
-    def _put_back(self, changes: Sequence[Change]) -> None:
-        for location, old, _ in reversed(changes):
+    def _put_back(self, changes: Sequence[Change]) -> List[str]:
+        """Give locations their old values again; returns for each that cannot be given, what it stays and why."""
+        left = []
+        for location, old, new in reversed(changes):
             try:
                 location.set_outside(old)
             except Refused as refused:
+                left.append(f'not taken back: {location.name} = {new!r} ({refused})')
                 rospy.logerr('%s stays changed in spite of a refusal elsewhere: %s', location.name, refused)
+        return left
 
     def follow(self, changed: Iterable[Location]) -> int:
         """Have the parameters of locations follow them; returns what `wait_for_parameters` waits for."""
