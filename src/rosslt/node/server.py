@@ -252,6 +252,8 @@ class Owner:
             try:
                 location.set_outside(old)
             except Refused as refused:
+                if self.locations.by_id.get(location.id) is not location:
+                    continue  # it is gone, as is a number of a script that was saved anew meanwhile
                 left.append(f'not taken back: {location.name} = {new!r} ({refused})')
                 rospy.logerr('%s stays changed in spite of a refusal elsewhere: %s', location.name, refused)
         return left
