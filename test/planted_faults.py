@@ -144,8 +144,8 @@ FAULTS = [
     Fault(
         'setters_not_put_back_where_one_refuses',
         'node/server.py',
-        '                    self._put_back([done[one] for one in order if one in done])\n                    reasons',
-        '                    reasons',
+        'left = self._put_back([done[one] for one in order if one in done])',
+        'left: List[str] = []',
         ('test/node/test_commit_participant.py',),
     ),
     Fault(

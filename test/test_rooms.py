@@ -5,13 +5,11 @@ import functools
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent
-PACKAGE = ROOT / 'src' / 'rosslt'
-SCRIPTS = ROOT / 'scripts'
+from support.imports import PACKAGE, ROOT, imports, python_files, tree_of
+
 GENERATED = {'msg', 'srv'}
 PUBLIC_DOORS = {'tf.py': ['rosslt', 'node', 'tf']}  # beside the package's own door: a folder that each opens
 LONGEST_FILE = 500  # lines; most fit a screen or three
@@ -23,39 +21,10 @@ def rooms():
     return re.findall(r'^\| `(\w+)`', section.split('\n## ')[0], flags=re.MULTILINE)
 
 
-def python_files():
-    scripts = [path for path in SCRIPTS.iterdir() if path.is_file() and is_python(path)]
-    return sorted([*PACKAGE.rglob('*.py'), *scripts])
-
-
-def is_python(path):
-    with path.open('rb') as file:
-        return path.suffix == '.py' or b'python' in file.readline()
-
-
 def room_of(path):
     """The room that a file is in; None for the package's own door and for scripts."""
     parts = path.relative_to(PACKAGE).parts if PACKAGE in path.parents else ()
     return parts[0] if len(parts) > 1 else None
-
-
-@functools.lru_cache(maxsize=None)
-def tree_of(path):
-    return ast.parse(path.read_text(encoding='utf-8'), str(path))
-
-
-def imports(path):
-    """The absolute names that a file imports: modules, and names from modules."""
-    package = ['rosslt', *path.relative_to(PACKAGE).parent.parts] if PACKAGE in path.parents else []
-    for node in ast.walk(tree_of(path)):
-        if isinstance(node, ast.Import):
-            for alias in node.names:
-                yield node.lineno, alias.name
-        elif isinstance(node, ast.ImportFrom):
-            base = package[: len(package) - node.level + 1] if node.level else []
-            module = '.'.join([*base, *([node.module] if node.module else [])])
-            for alias in node.names:
-                yield node.lineno, module + '.' + alias.name
 
 
 def faults(path):

@@ -167,3 +167,29 @@ def test_a_demo_that_is_kept_ends_with_all_its_nodes(left_running, end):
         output, _ = demo.communicate(timeout=DEMO_TIME_LIMIT)
     assert demo.returncode == 128 + end, output
     assert left_running() == []
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'is_parallel'),
+    [
+        (['--durations=10', '-x'], True),
+        (['--durations', '10', '-v'], True),
+        (['--lf'], True),
+        (['--ignore', 'test/web'], True),
+        (['-k', 'worker'], False),
+        (['-x', '-m', 'not slow'], False),
+        (['FOLDER'], False),
+        (['FOLDER/test_worker.py::test_worker'], False),
+    ],
+)
+def test_tests_run_beside_each_other_unless_some_are_chosen(tmp_path, arguments, is_parallel):
+    (tmp_path / 'test_worker.py').write_text(
+        'import os\n\n\ndef test_worker():\n    print("worker", os.environ.get("PYTEST_XDIST_WORKER"))\n'
+    )
+    environment = {name: value for name, value in os.environ.items() if not name.startswith('PYTEST_XDIST')}
+    environment['PYTEST_ADDOPTS'] = '-rP -p no:cacheprovider -o testpaths={}'.format(tmp_path)
+    if '--lf' in arguments:
+        environment['PYTEST_ADDOPTS'] = '-rP -o cache_dir={0} -o testpaths={0}'.format(tmp_path)
+    result = run('test', *(word.replace('FOLDER', str(tmp_path)) for word in arguments), env=environment)
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert ('worker gw' in result.stdout, 'worker None' in result.stdout) == (is_parallel, not is_parallel)

@@ -82,3 +82,14 @@ def test_what_cannot_be_reached_stays_as_near_as_it_was_where_the_hand_lets_go(n
     last = changes.plan(tracked, [2.5, 1.0]).after
     released = changes.plan(tracked, [2.5, 1.01], began={SHOULDER: 0.3, ELBOW: 1.2}, last=last, may_leap=True)
     assert [released.after[one] for one in last] == pytest.approx([last[one] for one in last], abs=0.05)
+
+
+def test_a_thing_that_is_seen_at_its_bound_is_still_as_near_as_it_comes(monkeypatch):
+    """The owner has followed, and a message has shown it, before the hand lets go."""
+    bounds = {SHOULDER: (None, 0.5)}
+    monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': bounds, 'read_only': []})
+    for began in ({}, {SHOULDER: 0.0}):
+        x = values.track(0.5 if began else 0.0, SHOULDER)
+        plan = changes.plan([x], [100.0], began=began)
+        assert (plan.after, plan.stops, plan.is_exact) == ({SHOULDER: 0.5}, {SHOULDER: 'maximum 0.5'}, False)
+    assert changes.to_request(plan, {SHOULDER: 0.5}) == {}

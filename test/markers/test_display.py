@@ -180,6 +180,16 @@ def test_a_message_long_after_the_drop_is_believed_whatever_it_says(shown, monke
     assert shown.put(Thing(1.0)) == [('pose', 'thing', 1.0)]
 
 
+def test_a_last_message_that_does_not_show_the_change_is_believed_after_a_while(shown, monkeypatch):
+    """A latched topic says nothing more, if the change was taken back soon after the drop or its sources are gone."""
+    shown.scene.hold('thing')
+    shown.scene.let_go('thing', {SOURCE: 2.0})
+    assert shown.put(Thing(1.0)) == [], 'it may have been under way'
+    monkeypatch.setattr(holds, 'OLDER_MESSAGES', 0.0)
+    assert shown.sends() == [('pose', 'thing', 1.0)]
+    assert not shown.scene.is_held('thing')
+
+
 def test_where_sources_do_not_follow_it_goes_back_at_once(shown):
     shown.scene.hold('thing')
     shown.scene.let_go('thing')

@@ -316,6 +316,28 @@ def test_a_drag_that_fails_is_told_and_tried_once_and_let_go_once(monkeypatch):
     assert set(box.notes.said) == {'ArithmeticError: of all things'}
 
 
+def test_a_drop_that_cannot_be_looked_at_keeps_no_other_handle_held(asked, monkeypatch):
+    """One thread follows all drags, and ends them."""
+
+    failed = threading.Event()
+
+    def fail(*_arguments):
+        failed.set()
+        raise ArithmeticError('of all things')
+
+    scene = box_scene()
+    (name,) = scene.names()
+    drags = Drags(scene, Rules(is_live=False), str)
+    with monkeypatch.context() as patch:
+        patch.setattr(drags_module, 'Drop', fail)
+        assert drags.hold(name, frame='world', pose=at(1.0))
+        assert drags.release(name, 'world', at(2.0))
+        wait_until(failed.is_set, 'the first drag to have ended')
+    assert drags.hold(name, frame='world', pose=at(1.0))
+    assert drags.release(name, 'world', at(3.0))
+    wait_until(lambda: asked[-1] == {HEIGHT: 3.0}, 'the last drag to be followed')
+
+
 def test_a_hand_of_which_nothing_is_heard_any_more_has_let_go(asked, monkeypatch):
     scene = box_scene()
     notes = Notes(scene)

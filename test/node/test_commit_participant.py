@@ -79,6 +79,45 @@ def test_where_a_setter_refuses_what_was_put_is_put_back(owner):
     assert pump == [3.0, 4.0, 3.0]
 
 
+def test_a_refusal_says_what_a_setter_does_not_take_back(owner):
+    def refuse(_value):
+        raise ValueError('hot')
+
+    def fill(level):
+        if level < tank[-1]:
+            raise ValueError('it has no drain')
+        tank.append(level)
+
+    tank = [3.0]
+    added(owner, ExternalLocation('tank', 'tank', SITE, 3.0, lambda: tank[-1], fill)).name_node('/owner')
+    added(owner, ExternalLocation('motor', 'motor', SITE, 1.0, lambda: 1.0, refuse)).name_node('/owner')
+    answer = change(owner, {'tank': '4.0', 'motor': '2.0'})
+    left = 'not taken back: tank = 4.0 (ValueError: it has no drain)'
+    assert (answer.state, answer.reasons) == ('refused', ['', 'ValueError: hot; ' + left])
+    assert tank == [3.0, 4.0]
+
+
+def test_a_refusal_does_not_say_that_what_is_gone_stays_changed(owner):
+    """A script that is saved anew between two of its numbers has neither any more."""
+    locations = []
+
+    def set_one(_value):
+        if first.id not in owner.locations.by_id:
+            raise ValueError('it is no longer in it')
+
+    def save_anew(value):
+        for location in locations:
+            owner.locations.remove(location)
+        set_one(value)
+
+    for name, setter in (('first', set_one), ('second', save_anew)):
+        locations.append(added(owner, ExternalLocation(name, name, SITE, 1.0, lambda: 1.0, setter)))
+        locations[-1].name_node('/owner')
+    first, _ = locations
+    answer = change(owner, {'first': '2.0', 'second': '2.0'})
+    assert (answer.state, answer.reasons) == ('refused', ['', 'ValueError: it is no longer in it'])
+
+
 def test_what_is_prepared_is_committed_or_aborted_and_a_second_decision_is_ignored(owner):
     prepared = {'phase': 'prepare', 'nodes': ['/owner'], 'lease': 1.0}
     assert change(owner, {'gain': '2.5'}, transaction_id='a', **prepared).state == 'prepared'

@@ -4,6 +4,8 @@ Starting Python and loading rospy and NumPy is most of what a call of the comman
 for each. A fork loads what it needs of the package itself. It has the arguments, environment and folder of the caller,
 the descriptors, threads and signals of a process that was just started, and ends as Python ends. What is different: a
 traceback begins with lines of this file; all forks of a process share its seed of hashes.
+
+Python 3.8 cannot hand descriptors to another process: there, each program is started.
 """
 
 import contextlib
@@ -48,7 +50,21 @@ def call(script, arguments, time_limit):
     return subprocess.CompletedProcess([script, *arguments], status, *texts)
 
 
-class Program:
+class _Started(subprocess.Popen):
+    """A program that is started; its arguments are those of a fork."""
+
+    def __init__(self, script, arguments, output, errors):
+        super().__init__(
+            [sys.executable, script, *arguments],
+            stdin=subprocess.PIPE if output == subprocess.PIPE else subprocess.DEVNULL,
+            stdout=output,
+            stderr=errors,
+            env=dict(os.environ),  # without what readline has put into the process's own: LINES and COLUMNS
+            encoding='utf-8',
+        )
+
+
+class _Forked:
     """A program that runs in a fork, as a `subprocess.Popen` shows it.
 
     Args:
@@ -105,6 +121,9 @@ class Program:
 
     def kill(self):
         self.send_signal(signal.SIGKILL)
+
+
+Program = _Forked if hasattr(socket, 'send_fds') else _Started
 
 
 def _pipe():

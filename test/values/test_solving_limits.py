@@ -375,9 +375,10 @@ def test_many_poses_in_a_map_that_turns_are_solved_together():
 
 
 def test_the_cost_of_many_poses_grows_with_their_number_not_its_square():
-    few, many = (poses(count) for count in (100, 800))
+    few, many = (poses(count) for count in (100, 1600))
     solve(*few)  # what is imported and made once is not counted
-    assert instructions_run(lambda: solve(*many)) < 10 * instructions_run(lambda: solve(*few))
+    # How many steps the large system takes varies by a third from one number of poses to the next.
+    assert instructions_run(lambda: solve(*many)) < 2 * 16 * instructions_run(lambda: solve(*few))
 
 
 @pytest.mark.parametrize('size', [100, 300])

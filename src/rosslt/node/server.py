@@ -250,18 +250,24 @@ class Owner:
         return [''] * len(wanted), changes
 
     def _refused_at(self, index: int, refused: Refused, count: int, done: Sequence[Change]) -> List[str]:
-        """Take back what was set outside, and return the reasons of `count` refusals."""
-        self._put_back(done)
+        """Take back what was set outside; returns the reasons of `count` refusals."""
+        rospy.logerr('%s', refused)
         reasons = [''] * count
-        reasons[index] = str(refused)
+        reasons[index] = '; '.join([str(refused), *self._put_back(done)])
         return reasons
 
-    def _put_back(self, changes: Sequence[Change]) -> None:
-        for location, old, _ in reversed(changes):
+    def _put_back(self, changes: Sequence[Change]) -> List[str]:
+        """Give locations their old values again; returns for each that cannot be given, what it stays and why."""
+        left = []
+        for location, old, new in reversed(changes):
             try:
                 location.set_outside(old)
             except Refused as refused:
+                if self.locations.by_id.get(location.id) is not location:
+                    continue  # it is gone, as is a number of a script that was saved anew meanwhile
+                left.append(f'not taken back: {location.name} = {new!r} ({refused})')
                 rospy.logerr('%s stays changed in spite of a refusal elsewhere: %s', location.name, refused)
+        return left
 
     def follow(self, changed: Iterable[Location]) -> int:
         """Have the parameters of locations follow them; returns what `wait_for_parameters` waits for."""

@@ -67,7 +67,9 @@ def plan(
         after, gap = _nearest(tracked, targets, values.source_values(tracked), limits)
         if not may_leap and _leaps(tracked, targets, after):
             raise
-        after = {**(last or {}), **after}
+        # What the drag has come to already is part of the answer, also if nothing comes nearer.
+        moved = last or {source: value for source, value in here.items() if value != present.get(source, value)}
+        after = {**moved, **after}
         stops = _stops({**present, **after}, limits['bounds'])
         if not after and not stops:
             raise

@@ -177,7 +177,8 @@ class Drags:
                     with contained(f'{name} cannot be looked at where it was dropped'):
                         self._look_at(name, drop)
                 if drag is not None:
-                    self._follow(drag)
+                    with contained(f'{drag.handle.name} cannot follow its hand'):
+                        self._follow(drag)
 
     def _look_at(self, name: str, drop: Drop) -> None:
         """Take back what is not shown where it was dropped, although its sources were changed again and again."""

@@ -16,12 +16,17 @@ class Hold:
     def __init__(self) -> None:
         self._changed: Optional[Dict[values.Source, Any]] = None
         self._dropped_at = 0.0
-        self._is_over = False
+        self._is_shown = self._is_elsewhere = False  # by messages since the drop
 
-    def drop(self, changed: Dict[values.Source, Any]) -> None:
-        """The hand has let go after sources have changed, {Source: new value}, which a message will show soon."""
+    def drop(self, changed: Dict[values.Source, Any], handle: Optional[Handle]) -> None:
+        """The hand has let go after sources have changed, {Source: new value}, which a message will show soon.
+
+        Args:
+            handle: as the last message has it, which may show the change already, and be the last one.
+        """
         self._changed = changed
         self._dropped_at = time.monotonic()
+        self._is_shown = handle is not None and self._shows_the_change(handle, changed)
 
     def see(self, handle: Handle) -> None:
         """A message says where the handle is.
@@ -30,8 +35,8 @@ class Hold:
         under way; where nothing else comes for long, the change has not moved this thing, or was changed again.
         """
         if self._changed is not None:
-            is_late = time.monotonic() - self._dropped_at > OLDER_MESSAGES
-            self._is_over = self._is_over or is_late or self._shows_the_change(handle, self._changed)
+            self._is_shown = self._is_shown or self._shows_the_change(handle, self._changed)
+            self._is_elsewhere = True
 
     def is_in_hand(self) -> bool:
         """True until the handle is released."""
@@ -39,7 +44,8 @@ class Hold:
 
     def is_over(self) -> bool:
         """True when the handle is to be shown at the pose in its messages again."""
-        return self._is_over
+        is_late = time.monotonic() - self._dropped_at > OLDER_MESSAGES
+        return self._is_shown or (self._is_elsewhere and is_late)
 
     @staticmethod
     def _shows_the_change(handle: Handle, changed: Dict[values.Source, Any]) -> bool:

@@ -145,10 +145,8 @@ class Scene:
         with self._lock:
             hold = self._holds.pop(name, None)
             if changed and hold is not None:
-                hold.drop(changed)
+                hold.drop(changed, self._handles.get(name))
                 self._holds[name] = hold
-                if name in self._handles:
-                    hold.see(self._handles[name])  # the last message may show it already, and be the last one
             self._let_go.add(name)
 
     def put_back(self, name: str) -> None:
