@@ -6,7 +6,7 @@ import pytest
 from std_msgs.msg import Float64
 
 import rosslt
-from rosslt import node, values
+from rosslt import values
 from rosslt.instrument.budget import FREE, MOST, Budget
 from rosslt.values import OPERATION
 from support.unmodified import Listener, Unmodified

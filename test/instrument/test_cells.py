@@ -3,7 +3,6 @@
 import threading
 
 import pytest
-from geometry_msgs.msg import Point
 
 from rosslt import node, values
 from rosslt.instrument import cells

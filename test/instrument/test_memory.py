@@ -1,5 +1,5 @@
-"""A change goes into the memory of a node: it then does what the plain node does in which a hand sets the same names at the
-same moment."""
+"""A change goes into the memory of a node: it then does what the plain node does in which a hand sets the same names
+at the same moment."""
 
 import textwrap
 
@@ -64,7 +64,8 @@ def by_hand():
 {hand}
 """
 
-#: How a node may keep a number: {name: (statements, what reads it, by hand)}. `READ` is the number, `HAND` the other one.
+#: How a node may keep a number: {name: (statements, what reads it, by hand)}. `READ` is the number, `HAND` the other
+#: one.
 KINDS = {
     'global': ('kept = READ', 'kept', 'globals()["kept"] = HAND'),
     'computed global': ('half = READ / 2', 'half', 'globals()["half"] = HAND / 2'),
@@ -116,7 +117,11 @@ KINDS = {
         'read()',
         'put(HAND)',
     ),
-    'lambda': ('def make(x): return lambda: x\nread = make(READ)', 'read()', 'read.__closure__[0].cell_contents = HAND'),
+    'lambda': (
+        'def make(x): return lambda: x\nread = make(READ)',
+        'read()',
+        'read.__closure__[0].cell_contents = HAND',
+    ),
     'default argument': ('def read(x=READ): return x', 'read()', 'read.__defaults__ = (HAND,)'),
     'keyword argument': ('def read(*, x=READ): return x', 'read()', 'read.__kwdefaults__["x"] = HAND'),
     'attribute of a function': ('def read(): pass\nread.x = READ', 'read.x', 'read.x = HAND'),
@@ -126,7 +131,8 @@ KINDS = {
         'read.keywords["x"] = HAND',
     ),
     'variable of a thread': (
-        'box = [0.0]\nset_to = []\ndef work():\n    kept = READ\n    done.set()\n    while True:\n        wake.wait()\n        wake.clear()\n'
+        'box = [0.0]\nset_to = []\ndef work():\n    kept = READ\n    done.set()\n'
+        '    while True:\n        wake.wait()\n        wake.clear()\n'
         '        if set_to: kept = set_to.pop()\n        box[0] = kept * 1\n        done.set()\n'
         'threading.Thread(target=work, daemon=True).start()\ndone.wait()\ndone.clear()\n'
         'def read():\n    wake.set()\n    done.wait()\n    done.clear()\n    return box[0]',
@@ -299,12 +305,14 @@ def said_by(pair, tmp_path, parts, source, changes):
     for folder in folders.values():
         folder.mkdir()
     codes = {name: write_node(folder, name, parts(name), source) for name, folder in folders.items()}
-    with Unmodified(folders['plain'], 'plain', codes['plain'], tracked=False) as plain:
-        with Unmodified(folders['tracked'], 'tracked', codes['tracked'], tracked=source != 'location') as tracked:
-            pair.rounds(CHANGED - 1)
-            node.request_values(sources_of(changes))
-            pair.rounds(LAST)
-            assert plain.process.poll() is tracked.process.poll() is None
+    is_run = source != 'location'
+    with Unmodified(folders['plain'], 'plain', codes['plain'], tracked=False) as plain, Unmodified(
+        folders['tracked'], 'tracked', codes['tracked'], tracked=is_run
+    ) as tracked:
+        pair.rounds(CHANGED - 1)
+        node.request_values(sources_of(changes))
+        pair.rounds(LAST)
+        assert plain.process.poll() is tracked.process.poll() is None
     found = [dict(said.split('|', 1) for said in pair.said[name]) for name in ('plain', 'tracked')]
     return [[one[str(count)].split('|') for count in range(LAST + 1)] for one in found]
 
@@ -327,7 +335,12 @@ def test_what_is_kept_follows(pair, tmp_path, source):
         for kind, (before, read, hand) in KINDS.items():
             number, other = kept[kind]
             use = '\n'.join(USES.values()).replace('READ', f'({read})').replace('LIMIT', '5.0')
-            yield before.replace('READ', read_once(name, source, number)), 'pass', use, hand.replace('HAND', repr(other))
+            yield (
+                before.replace('READ', read_once(name, source, number)),
+                'pass',
+                use,
+                hand.replace('HAND', repr(other)),
+            )
 
     plain, tracked = said_by(pair, tmp_path, parts, source, {LOCAL: OTHER_LOCAL, **dict(kept.values())})
     assert all(before != after for before, after in zip(plain[CHANGED - 1], plain[CHANGED]))
@@ -343,7 +356,12 @@ def test_a_state_goes_on_with_the_new_number(pair, tmp_path, source):
         for state, (start, step, read) in STATES.items():
             use = f'if count % 3 == 0:\n    {step}\nsaid = repr({read} * 1.0)'
             names = 'global x' if state in ('name', 'sum', 'array') else 'pass'
-            yield f'factor = {read_once(name, source, factors[state])}\n{start}', names, use, 'globals()["factor"] = 0.5'
+            yield (
+                f'factor = {read_once(name, source, factors[state])}\n{start}',
+                names,
+                use,
+                'globals()["factor"] = 0.5',
+            )
 
     changes = {LOCAL: OTHER_LOCAL, **dict.fromkeys(factors.values(), 0.5)}
     plain, tracked = said_by(pair, tmp_path, parts, source, changes)

@@ -5,12 +5,12 @@ import unittest
 
 import rospy
 from geometry_msgs.msg import Point, PoseStamped
+from rosslt.srv import ListLocations
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 from topics_suite import Inbox
 
 import rosslt
-from rosslt.srv import ListLocations
 from support.processes import Node, wait_until
 
 

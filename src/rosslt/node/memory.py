@@ -1,8 +1,8 @@
 """The memory of this node: what it set up before its first round follows the locations that it was made of.
 
 A node reads a number once and keeps it, or what it computed of it: in an attribute, a global, a list, a message, a
-closure, a default argument, a local variable of a running function. What these slots hold when the first round begins is
-the node's *configuration*. At a change, each slot that still holds the very same object gets the value that its
+closure, a default argument, a local variable of a running function. What these slots hold when the first round begins
+is the node's *configuration*. At a change, each slot that still holds the very same object gets the value that its
 expression has now. A slot that holds another object has become part of the node's *state*, which goes on as it is.
 
 `rounds` says when the first round begins. Until then a change reaches all that is there.
@@ -188,7 +188,8 @@ def _alike(before: Any, value: Any) -> Any:
     kind = type(before)
     if type(value) is kind or not hasattr(before, 'tracked'):
         return value
-    return values.numpy_arrays().with_tracked(kind.__base__(values.untracked(value)), value)
+    base: Any = kind.__base__
+    return values.numpy_arrays().with_tracked(base(values.untracked(value)), value)
 
 
 def _numbers_in(value: Any) -> Iterator[Any]:
@@ -268,14 +269,14 @@ class _Walk:
         if kind is types.FunctionType:
             return is_own_module(thing.__globals__)
         if issubclass(kind, type):
-            return self._own_names.get(getattr(thing, '__module__', None), False)
+            return self._own_names.get(getattr(thing, '__module__', ''), False)
         return self._is_of_own_class(kind)
 
     def _is_of_own_class(self, kind: type) -> bool:
         known = self._own_classes.get(kind)
         if known is None:
             known = issubclass(kind, genpy.Message) or any(
-                self._own_names.get(getattr(one, '__module__', None), False) for one in kind.__mro__
+                self._own_names.get(getattr(one, '__module__', ''), False) for one in kind.__mro__
             )
             self._own_classes[kind] = known
         return known
@@ -309,9 +310,11 @@ class _Walk:
             self._hold(thing, [(name, getattr(thing, name)) for name in thing.__slots__ if hasattr(thing, name)])
         elif getattr(thing, 'has_provenance', False) is True:
             self.arrays.append((thing, values.numpy_arrays().Noted(thing)))
-        elif kind.__module__ == 'numpy' and getattr(thing, 'dtype', None) == object:
+        elif kind.__module__ == 'numpy' and getattr(getattr(thing, 'dtype', None), 'char', '') == 'O':
             self._hold(thing, [(index, thing[index]) for index in values.numpy_arrays().indices(thing)])
-        if (kind.__module__, kind.__name__) in _NAMESPACES or (self._is_of_own_class(kind) and not issubclass(kind, type)):
+        if (kind.__module__, kind.__name__) in _NAMESPACES or (
+            self._is_of_own_class(kind) and not issubclass(kind, type)
+        ):
             self._hold_attributes(thing, kind)
 
     def _hold_attributes(self, thing: Any, kind: type) -> None:

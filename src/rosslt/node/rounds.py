@@ -1,5 +1,5 @@
-"""When a node's first round begins: its main thread spins, or, in a loop of the node's own code, sleeps or asks rospy whether
-it is shut down.
+"""When a node's first round begins: its main thread spins, or, in a loop of the node's own code, sleeps or asks rospy
+whether it is shut down.
 
 A loop that does nothing but wait belongs to the set-up, as `while not pub.get_num_connections(): rospy.sleep(0.1)`.
 """

@@ -57,9 +57,7 @@ def whole_provenance(message: Message) -> bytes:
     return messages.provenance_to_send(message, Sending.full_history)
 
 
-def serializer(
-    message_class: MessageClass, provenance: Provenance = whole_provenance
-) -> Callable[[Any], Any]:
+def serializer(message_class: MessageClass, provenance: Provenance = whole_provenance) -> Callable[[Any], Any]:
     """Make the function that wraps a message for rospy, which then serializes it followed by its provenance.
 
     Args:

@@ -70,9 +70,7 @@ class Publisher(rospy.Publisher):
         self._plain_class = messages.plain_type(data_class) if wraps else data_class
         self._sampled = messages.SampledProvenance(lambda: Sending.rate)
         self._is_always_whole = data_class._type.endswith(_OF_ACTIONS)
-        self._serializable: Callable[[Any], Any] = (
-            self._wrapped if wraps else serializer(data_class, self._provenance)
-        )
+        self._serializable: Callable[[Any], Any] = self._wrapped if wraps else serializer(data_class, self._provenance)
         self._latched: Optional[Tuple[Message, Any]] = None  # the last message, and what rospy has of it
         if subscriber_listener is not None:
             whole = functools.partial(self._wrapped, provenance=whole_provenance)

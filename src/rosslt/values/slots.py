@@ -10,8 +10,8 @@ class Slot(NamedTuple):
     """A place that holds a value.
 
     Attributes:
-        owner: a dict, list, deque or array, by key or index; a cell; a class, message or other object, by the name of an
-            attribute; or a frame, by the name of a local variable.
+        owner: a dict, list, deque or array, by key or index; a cell; a class, message or other object, by the name of
+            an attribute; or a frame, by the name of a local variable.
         key: the key, index or name; None for a cell.
         value: the object that it holds.
     """
