@@ -210,6 +210,8 @@ class Owner:
         self.access.check(location.name, requester)
         if location.read_only:
             raise Refused(f'{location.name} is read-only')
+        if isinstance(location, ParameterLocation):
+            self.read_parameters.check_other_readers([location])
         return location
 
     def apply(
