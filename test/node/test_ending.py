@@ -60,3 +60,25 @@ def test_a_change_that_makes_the_main_program_raise_is_taken_back_and_named(mast
             assert 'ZeroDivisionError: float division by zero' in log
             node.start()
         assert node.read_line() == 'turned'
+
+
+@pytest.mark.rostest
+def test_a_change_that_makes_a_thread_raise_is_taken_back_named_and_told_to_who_asked(master):
+    code = """
+        publisher = rosslt.Publisher('~ratio', Float64, queue_size=1)
+
+        def turn(_event):
+            gain = rosslt.location(2.0, name='gain')
+            1.0 / gain
+            publisher.publish(gain)
+
+        rospy.Timer(rospy.Duration(0.05), turn)
+        rospy.spin()
+        """
+    with Node('timed', code) as node:
+        wait_until(lambda: '/timed/gain' in rosslt('list', '/timed').stdout, 'the timer has turned')
+        refused = rosslt('force', '/timed/ratio/data', '0', '--timeout', '20')
+        assert refused.returncode == 1
+        assert '/timed raises ZeroDivisionError: float division by zero; taken back' in refused.stderr
+        assert 'a thread of the node ends after a change, which is taken back: gain = 0.0' in node.logged()
+        wait_until(lambda: rosgraph.Master('/test').getParam('/timed/rosslt/gain') == 2.0, 'it is taken back')

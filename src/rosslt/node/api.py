@@ -28,6 +28,7 @@ from rosslt.node.directory import Directory
 from rosslt.node.external_location import ExternalLocation
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import LiteralLocation, Location, Readable, checked_limits
+from rosslt.node.node_errors import ENDS, THREAD_ENDS
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 from rosslt.node.server import SETTINGS, Owner
 from rosslt.node.source_files import SOURCE_FILES
@@ -64,13 +65,24 @@ def start() -> None:
             _owner.serve()
             shut_down_without_deadlock()
             sys.excepthook = functools.partial(_end_by, sys.excepthook)
+            threading.excepthook = functools.partial(_end_thread_by, threading.excepthook)
 
 
 def _end_by(report: Callable[..., Any], kind: Any, error: BaseException, traceback: Any) -> None:
     """The main program raises an exception: report it, and take back the change that may have done it."""
     report(kind, error, traceback)
+    _take_back(error, ENDS)
+
+
+def _end_thread_by(report: Callable[[Any], Any], raised: Any) -> None:
+    """A thread raises an exception, such as that of a `rospy.Timer`: as `_end_by` of the main program."""
+    report(raised)
+    _take_back(raised.exc_value, THREAD_ENDS)
+
+
+def _take_back(error: Optional[BaseException], what_ends: str) -> None:
     if isinstance(error, Exception) and not rospy.is_shutdown():
-        _owner.take_back_what_ends_it(error)
+        _owner.take_back_what_ends_it(error, what_ends)
 
 
 def is_started() -> bool:

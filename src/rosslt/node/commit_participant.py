@@ -176,7 +176,8 @@ class CommitParticipant:
         """
         if change.is_undo:
             change.undoes, change.wanted = self._owner.to_undo(change.request_id, change.requester)
-            if not change.wanted:
+            # this node takes back by itself what makes it raise
+            if not change.wanted and not self._owner.history.is_taken_back(change.request_id):
                 raise Refused(NOTHING_TO_UNDO)
             return
         change.wanted, change.reasons = [], []

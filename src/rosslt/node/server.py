@@ -23,7 +23,6 @@ from rosslt.node.locations import Change, HeldLocation, LiteralLocation, Locatio
 from rosslt.node.lock_service import Locking
 from rosslt.node.locks import Access
 from rosslt.node.master_watch import MASTER_WATCH
-from rosslt.node.node_errors import ENDS
 from rosslt.node.parameter_mirror import Parameters
 from rosslt.node.parameter_sources import ReadParameters
 from rosslt.node.refresh import READINGS
@@ -194,16 +193,21 @@ class Owner:
             raise Refused(f'{self.name} has no location {location_id}')
         return location
 
-    def take_back_what_ends_it(self, error: BaseException) -> None:
-        """Take back the changes of the last moments, where an exception ends the main program: its value would be
-        remembered, and end the node at each start."""
+    def take_back_what_ends_it(self, error: BaseException, what_ends: str) -> None:
+        """Take back the changes of the last moments, where an exception ends the main program or a thread of it: their
+        values would be remembered, and end it at each start.
+
+        Args:
+            error: the exception.
+            what_ends: how the report begins, one of those that `NodeErrors` knows.
+        """
         for request in self.history.since(time.monotonic() - SUSPECT):
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
             answer = self.change_sources(
                 srv.ChangeSourcesRequest(undo=True, request_id=request.id, requester=self.name)
             )
             done = 'is taken back' if answer.state == APPLIED else 'stays: ' + '; '.join(answer.reasons)
-            rospy.logerr('%safter a change, which %s: %s\n%s: %s', ENDS, done, values, type(error).__name__, error)
+            rospy.logerr('%safter a change, which %s: %s\n%s: %s', what_ends, done, values, type(error).__name__, error)
 
     def changeable(self, location: Location, requester: str) -> Location:
         """A location that takes changes of that requester; raises Refused where it does not."""
