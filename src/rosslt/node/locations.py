@@ -4,8 +4,10 @@ A location has an identity that outlives a restart, a name, and a current value.
 in `parameter_mirror`, the services that change them in `server`.
 """
 
+import functools
 import hashlib
 import math
+import weakref
 from types import CodeType, FrameType
 from typing import Any, Callable, Dict, List, Optional, Protocol, Tuple, Type, Union
 
@@ -307,7 +309,7 @@ class Locations:
         self.by_id: Dict[int, Location] = {}
         self._by_name: Dict[str, Location] = {}
         self.by_call: Dict[Any, Readable] = {}
-        self._codes: Dict[int, CodeType] = {}
+        self._codes: Dict[int, Tuple[weakref.ref[CodeType], List[Any]]] = {}  # by id of the code, its calls
         self._namespaces: Dict[str, Dict[str, Location]] = {}
         self._locations_changed: Callable[[], None] = lambda: None
         self.lock = CHANGE_LOCK
@@ -328,19 +330,26 @@ class Locations:
 
         Args:
             frame: the frame that makes the call.
-            name, key: what the call gives as such; they tell the turns of a loop apart.
+            name, key: what the call gives as such; they tell the turns of a loop apart. Keys that are equal are one.
             make: makes it; called once.
         """
-        # By the identity of the code object: hashing one takes longer than all the rest. It is kept alive, so that its
-        # id is not given to another one.
+        # By the identity of the code object: hashing one takes longer than all the rest. Its calls are forgotten when
+        # it is no more: programs execute texts again and again, and another code object may get its id.
         code = frame.f_code
         call = (id(code), frame.f_lasti, name, key)
         with self.lock:
             found = self.by_call.get(call)
             if found is None:
-                self._codes[id(code)] = code
                 found = self.by_call[call] = make()
+                if id(code) not in self._codes:
+                    self._codes[id(code)] = weakref.ref(code, functools.partial(self._forget, id(code))), []
+                self._codes[id(code)][1].append(call)
             return found
+
+    def _forget(self, code_id: int, _ended: Any) -> None:
+        """Forget the calls of a code object that is no more; called at any time, and waits for no lock."""
+        for call in self._codes.pop(code_id)[1]:
+            del self.by_call[call]
 
     def add(self, location: Location) -> Location:
         """Take a new location in, and return the one that is in force: an earlier one of the same name and literal,
