@@ -135,11 +135,12 @@ class Location:
         """
         given, value = value, values.plain_scalar(value)
         # A float takes an int, and an int a float without a fraction, as YAML and JSON write them alike.
-        if self.type is float and type(value) is int:
+        if self.type in (float, int) and type(value) is int:
             try:
-                value = float(value)
+                as_float = float(value)  # an int, too: most of what is computed with one are floats
             except OverflowError:
                 raise Refused(f'{value!r} is too large for a float') from None
+            value = as_float if self.type is float else value
         elif self.type is int and type(value) is float and value.is_integer():
             value = int(value)
         if type(value) is not self.type:
