@@ -33,6 +33,7 @@ class Location:
         value: the plain value in force.
         tracked: the same, tracked.
         minimum, maximum: bounds, or None.
+        sendable: the least and the greatest number that the fields hold which it is sent in as it is.
         read_only: True where no change is taken.
         weight: how hard it is to move, against 1.0 of others; None where nobody has said it.
         rank: how willingly it is changed where several locations could be: 0 first.
@@ -52,6 +53,7 @@ class Location:
         'type',
         'minimum',
         'maximum',
+        'sendable',
         'read_only',
         'weight',
         'remembered',
@@ -82,6 +84,7 @@ class Location:
         self.source: values.Source = values.UnnamedSource(self.id)
         self.type: Type[Any] = type(value)
         self.minimum, self.maximum, self.read_only, self.weight = minimum, maximum, read_only, weight
+        self.sendable: Tuple[float, float] = -math.inf, math.inf
         self.remembered = False
         self.changed = changed
         self.is_shared = False
@@ -146,11 +149,23 @@ class Location:
         if type(value) is not self.type:
             raise Refused(f'{self.name} is a {self.type.__name__}, and {given!r} is not')
         to_json(value)
-        if self.minimum is not None and value < self.minimum:
-            raise Refused(f'{value!r} is below its minimum {self.minimum!r}')
-        if self.maximum is not None and value > self.maximum:
-            raise Refused(f'{value!r} is above its maximum {self.maximum!r}')
+        minimum, maximum = self.bounds
+        if minimum is not None and value < minimum:
+            raise Refused(f'{value!r} is below its minimum {minimum!r}')
+        if maximum is not None and value > maximum:
+            raise Refused(f'{value!r} is above its maximum {maximum!r}')
         return value
+
+    @property
+    def bounds(self) -> Tuple[Value, Value]:
+        """Its minimum and maximum, or None: those of the code, or those of the fields that it is sent in."""
+        least, greatest = self.sendable
+        if math.isinf(least):
+            return self.minimum, self.maximum
+        return (
+            least if self.minimum is None else max(least, self.minimum),
+            greatest if self.maximum is None else min(greatest, self.maximum),
+        )
 
     def reread(self, value_in_code: Value) -> None:
         """Take in the value in the code after an edit; the value in force stays."""

@@ -7,7 +7,7 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 """
 
 import time
-from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import rospy
 
@@ -82,6 +82,7 @@ class Owner:
         self.locking = Locking(self, self.parameters, self._participant.wait_for)
         self._show_to_reconfigure: Callable[[], None] = lambda: None
         values.describe_sources_with(self.directory.describe)
+        Sending.hold = self._hold
 
     def serve(self) -> None:
         """Make this node's locations known and changeable; rospy has been told the node's name before."""
@@ -208,6 +209,21 @@ class Owner:
             )
             done = 'is taken back' if answer.state == APPLIED else 'stays: ' + '; '.join(answer.reasons)
             rospy.logerr('%safter a change, which %s: %s\n%s: %s', what_ends, done, values, type(error).__name__, error)
+
+    def _hold(self, value: Any, least: int, greatest: int) -> None:
+        """Have a location keep to the numbers that a field holds which it is sent in: a node ends that sends others."""
+        (source,) = values.origins([value]) or (None,)
+        location = self.locations.by_id.get(source.location_id) if source is not None else None
+        if location is not None and location.source == source and location.type is int:
+            former, location.sendable = (
+                location.sendable,
+                (
+                    max(least, location.sendable[0]),
+                    min(greatest, location.sendable[1]),
+                ),
+            )
+            if former != location.sendable:
+                self.publish_locations()
 
     def changeable(self, location: Location, requester: str) -> Location:
         """A location that takes changes of that requester; raises Refused where it does not."""
