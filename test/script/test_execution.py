@@ -117,6 +117,8 @@ def test_a_range_beyond_the_limit_is_refused():
         'x = 3\nwhile True: x *= x',
         'x = 2 ** 10 ** 9',
         'x = 1 << 10 ** 9',
+        'x = factorial(10 ** 9)',
+        'x = math.comb(10 ** 9, 5 * 10 ** 8)',
         's = "ab"\nwhile True: s = s + s',
         's = "ab"\nwhile True: s += s',
         's = "ab"\nwhile True: s = f"{s}{s}"',
@@ -151,6 +153,12 @@ goto(len(b) + x['n'], (-2) ** 3 + 1 ** 10 ** 6 + 2 ** -1, n * 2.5 * 0 ** 5 + (3 
         1,
         2,
     ]
+
+
+def test_functions_that_count_give_what_they_always_gave():
+    assert steps_of('goto(factorial(5), comb(10 ** 9, 1) + comb(2, 3), perm(4) + perm(4, 2))') == [(120, 10**9, 36)]
+    assert 'ValueError' in error_of('factorial(-1)').reason
+    assert 'TypeError' in error_of('factorial(1, 2)').reason
 
 
 def test_recursion_without_an_end_ends_with_an_error():

@@ -144,7 +144,7 @@ class Location:
             except OverflowError:
                 raise Refused(f'{value!r} is too large for a float') from None
             value = as_float if self.type is float else value
-        elif self.type is int and type(value) is float and value.is_integer():
+        elif self.type is int and type(value) is float and float.is_integer(value):
             value = int(value)
         if type(value) is not self.type:
             raise Refused(f'{self.name} is a {self.type.__name__}, and {given!r} is not')

@@ -11,7 +11,7 @@ import math
 import operator
 import sys
 import types
-from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Union
 
 from rosslt import files, values
 
@@ -98,6 +98,14 @@ BUILTINS = (
 )
 
 
+#: The logarithms of what the functions come to whose results may be huge, from whole numbers.
+COUNTING: Dict[str, Callable[..., float]] = {
+    'factorial': lambda n: math.lgamma(n + 1.0),
+    'perm': lambda n, k=None: math.lgamma(n + 1.0) - (0.0 if k is None or k > n else math.lgamma(n - k + 1.0)),
+    'comb': lambda n, k: 0.0 if k > n else math.lgamma(n + 1.0) - math.lgamma(k + 1.0) - math.lgamma(n - k + 1.0),
+}
+
+
 def run(
     source: files.SourceText,
     numbers: Sequence[object],
@@ -170,7 +178,17 @@ def run(
     def augment(name: str, container: Any, index: Any, second: Any) -> None:
         container[index] = GROWING[name][1](container[index], operand(name, container[index], second))
 
+    def limited(name: str) -> Callable[..., Any]:
+        def function(*arguments: Any) -> Any:
+            is_count = all(isinstance(one, int) and one >= 0 for one in arguments)
+            if is_count and COUNTING[name](*arguments) > MOST_BITS * math.log(2):
+                raise OverflowError('the result is a whole number that is too large: no float holds it')
+            return values.MATH[name](*arguments)
+
+        return function
+
     too_long = 'a text or list of {{}} elements is longer than the {} steps of a script'.format(step_limit)
+    mathematics = {**values.MATH, **{name: limited(name) for name in COUNTING if name in values.MATH}}
     for function in (goto, wait):
         function.__qualname__ = function.__name__  # as errors call them
     try:
@@ -193,8 +211,8 @@ def run(
                 'int': values.to_int,
                 'float': values.to_float,
                 'bool': values.to_bool,
-                'math': types.SimpleNamespace(**values.MATH),
-                **values.MATH,
+                'math': types.SimpleNamespace(**mathematics),
+                **mathematics,
                 **{name: getattr(builtins, name) for name in BUILTINS},
             },
         )
