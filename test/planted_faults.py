@@ -130,8 +130,8 @@ FAULTS = [
     Fault(
         'maximum_that_is_not_checked',
         'node/locations.py',
-        'if self.maximum is not None and value > self.maximum:',
-        'if self.maximum is not None and self.minimum is not None and value > self.maximum:',
+        'if maximum is not None and value > maximum:',
+        'if maximum is not None and minimum is not None and value > maximum:',
         ('test/node/test_commit_participant.py',),
     ),
     Fault(

@@ -140,3 +140,49 @@ class TestAcceptedRequesters:
         accepted(3)
         wait_until(lambda: not is_applied('/planner'), 'it is in force')
         assert 'takes changes from nobody only' in request('/planner').reasons[0]
+
+
+READER = """
+    publisher = rosslt.Publisher('~place', Point, queue_size=1)
+    rate = rospy.Rate(20)
+    while not rospy.is_shutdown():
+        publisher.publish(rosslt.get_param('/shared/gain'), 0.0, 0.0)
+        rate.sleep()
+    """
+
+
+class TestSharedParameter:
+    @pytest.fixture
+    def readers(self, master):
+        master.setParam('/shared/gain', 1.0)
+        with Node('first_reader', READER) as first, Node('second_reader', READER):
+            for node in ('/first_reader', '/second_reader'):
+                wait_until(lambda node=node: '/shared/gain' in rosslt('list', node).stdout, 'it is read')
+            yield first
+            rosslt('unlock', '/first_reader')
+
+    @pytest.mark.parametrize('locked', ['/first_reader', '/first_reader//shared/gain'])
+    def test_a_lock_in_one_reader_refuses_a_change_by_way_of_another(self, readers, locked, master):
+        assert rosslt('lock', locked, '--reason', 'calibrated').stderr == ''
+        refusal = failure('force', '/second_reader/place/x', '3')
+        assert '/second_reader: /shared/gain is also read by /first_reader: ' in refusal
+        assert f'locked by {ME}: calibrated' in refusal
+        assert master.getParam('/shared/gain') == 1.0
+        rosslt('unlock', '/first_reader')
+        assert rosslt('force', '/second_reader/place/x', '3').returncode == 0
+        assert master.getParam('/shared/gain') == 3.0
+
+    def test_a_reader_that_has_ended_refuses_nothing(self, readers, master):
+        rosslt('lock', '/first_reader')
+        readers.stop(signal.SIGKILL)
+        assert rosslt('force', '/second_reader/place/x', '4').stderr == ''
+        assert master.getParam('/shared/gain') == 4.0
+        readers.start()
+
+    def test_undo_takes_back_the_last_change_and_not_what_a_lock_has_set_back(self, readers, master):
+        assert rosslt('force', '/second_reader/place/x', '2').returncode == 0
+        rosslt('lock', '/first_reader')
+        master.setParam('/shared/gain', 5.0)
+        wait_until(lambda: master.getParam('/shared/gain') == 2.0, 'it is set back')
+        rosslt('unlock', '/first_reader')
+        assert [line[:3] for line in lines('undo', '/second_reader')] == [['/second_reader//shared/gain', '2.0', '1.0']]

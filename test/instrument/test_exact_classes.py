@@ -4,7 +4,9 @@ import array
 import builtins
 import copy
 import csv
+import io
 import itertools
+import marshal
 import math
 import operator
 import pickle
@@ -12,7 +14,10 @@ import socket
 import types
 import warnings
 
+import genpy
+import genpy.message
 import pytest
+from std_msgs.msg import UInt8, UInt8MultiArray
 
 from rosslt import values
 from rosslt.instrument import exact_classes, functions
@@ -141,6 +146,38 @@ def test_functions_that_ask_for_an_exact_class_get_a_plain_number(monkeypatch):
     exact_classes.give_plain_ones()
     assert socket.getaddrinfo('127.0.0.1', port) == socket.getaddrinfo('127.0.0.1', 80)
     csv.field_size_limit(values.track(csv.field_size_limit(), values.Source('/node', 1)))
+
+
+@pytest.fixture
+def plain_ones(monkeypatch):
+    monkeypatch.setattr(socket, 'getaddrinfo', socket.getaddrinfo)
+    monkeypatch.setattr(csv, 'field_size_limit', csv.field_size_limit)
+    for module, name in (
+        *((marshal, name) for name in ('dumps', 'dump')),
+        *((module, name) for module in (genpy, genpy.message) for name in ('strify_message', 'check_type')),
+    ):
+        monkeypatch.setattr(module, name, getattr(module, name))
+    exact_classes.give_plain_ones()
+
+
+def test_marshal_writes_tracked_numbers_as_plain_ones(plain_ones):
+    x, n = values.track(1.5, values.Source('/node', 1)), values.track(2, values.Source('/node', 2))
+    assert marshal.loads(marshal.dumps([x, {'n': (n, x + 1.0)}])) == [1.5, {'n': (2, 2.5)}]
+    assert marshal.dumps(x) == marshal.dumps(1.5)
+    file = io.BytesIO()
+    marshal.dump([n], file, n)
+    assert file.getvalue() == marshal.dumps([2], 2)
+
+
+@pytest.mark.parametrize('number', [303, -1, 1.5])
+def test_a_message_that_cannot_be_written_says_what_the_plain_one_says(plain_ones, number):
+    said = []
+    for data in (number, values.track(number, values.Source('/node', 1))):
+        for message in (UInt8(data), UInt8MultiArray(data=[1, data])):
+            with pytest.raises(genpy.SerializationError) as caught:
+                message.serialize(io.BytesIO())
+            said.append(str(caught.value))
+    assert said[:2] == said[2:]
 
 
 CACHED = """

@@ -77,6 +77,7 @@ def test_each_rule_gives_a_reason_in_plain_words():
         ('sys.exit(1)', 'plain'),
         ('x = y if z > 2 else 4.0', 'plain number'),
         ('x = lambda: 4.0', 'number'),
+        ('x = 1' + 400 * '0', 'plain'),
         ('covariance = [0.1] * 36', 'number plain'),
         ('if abs(x) < 0.05: y = 1', 'plain number'),
         ('for i in range(9): x = i + 1', 'plain form'),

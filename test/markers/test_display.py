@@ -6,11 +6,13 @@ from types import SimpleNamespace
 
 import pytest
 import rospy
+from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerFeedback
 
 from rosslt import values
 from rosslt.markers.geometry import IDENTITY
 from rosslt.markers.offers import Offers
 from rosslt.markers.rviz import display as displays
+from rosslt.markers.rviz.menus import Menu, Menus
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.scene import hold as holds
 from rosslt.markers.scene.handle import Motions, Settings
@@ -276,3 +278,35 @@ def test_a_fault_in_a_menu_leaves_the_handle(shown, logged):
     (error,) = logged
     assert error.startswith('other has no menu')
     assert 'ZeroDivisionError' in error
+
+
+class Inserted:
+    """A server that keeps a marker, and the function that is told of its menu."""
+
+    def __init__(self):
+        self.marker, self.told = InteractiveMarker(name='thing'), None
+
+    def get(self, _name):
+        return self.marker
+
+    def insert(self, _marker, function, _event):
+        self.told = function
+
+
+class Harmless:
+    def undo(self, _name):
+        pass
+
+    def in_full(self, _source):
+        return 'x'
+
+
+def test_every_entry_of_a_menu_may_be_reported():
+    scene = Scene(Settings())
+    offers = SimpleNamespace(choose=lambda *_: None, drags=Harmless(), scene=scene, descriptions=Harmless())
+    server, menu = Inserted(), Menu([('all', None, True), ('x', SOURCE, False)], True, [('x', SOURCE)])
+    Menus(offers, lambda _name: None, set()).add(server, 'thing', menu)
+    entries = server.marker.menu_entries
+    assert [entry.title for entry in entries if entry.parent_id] == ['x']
+    for entry in entries:
+        server.told(InteractiveMarkerFeedback(menu_entry_id=entry.id))

@@ -14,9 +14,9 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import values
-from rosslt.markers.geometry import normalized, product, rotate_vector
+from rosslt.markers.geometry import distance, normalized, product, rotate_vector
 from rosslt.markers.rviz.controls import handle_marker
-from rosslt.markers.scene import by_type, hold, joints
+from rosslt.markers.scene import by_type, duplicates, hold, joints
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
@@ -181,6 +181,18 @@ def test_a_lifetime_begins_again_with_each_message_that_shows_the_same_marker(sc
         assert bool(seen.handles) == remains, later
 
 
+def test_a_marker_with_a_lifetime_goes_when_the_clock_is_set_back(scene, seen, clock):
+    mortal = marker(tracked(1.0))
+    mortal.lifetime = rospy.Duration(5.0)
+    take(scene, '/markers', mortal)
+    clock.seconds = 0.0
+    scene.expire()
+    assert not seen.handles
+    take(scene, '/markers', mortal)
+    scene.expire()
+    assert set(seen.handles) == {'/markers:thing:0'}
+
+
 def test_a_mirrored_mesh_has_handles_of_its_size_and_stays_mirrored(scene, seen):
     mesh = marker(tracked(1.0), Marker.MESH_RESOURCE)
     mesh.scale.x, mesh.scale.y, mesh.scale.z = tracked(-2.0, 2), -2.0, -2.0
@@ -249,6 +261,9 @@ def test_one_thing_published_as_a_pose_and_drawn_as_a_marker_has_the_handle_of_t
     assert set(seen.handles) == {'/waypoint'}
 
 
+near = duplicates._Related.near
+
+
 def grid_of(count):
     """A PoseArray, and the markers on its poses, all of which stand beside one tracked point."""
     origin, poses, markers = tracked(1.0), PoseArray(), MarkerArray()
@@ -273,6 +288,26 @@ def test_of_many_things_that_come_from_one_number_those_that_are_shown_twice_hav
     assert set(seen.handles) == names | {'/poses:poses[3]'}
     scene.keep_publishers('/markers', ())
     assert set(seen.handles) == {f'/poses:poses[{index}]' for index in range(20)}
+
+
+def test_the_search_for_things_that_are_shown_twice_takes_time_in_proportion_to_their_number(scene, seen, monkeypatch):
+    compared = []
+    monkeypatch.setattr(duplicates, 'distance', lambda *poses: compared.append(0) or distance(*poses))
+    monkeypatch.setattr(duplicates._Related, 'near', lambda *one: [compared.append(0) or other for other in near(*one)])
+    counts = []
+    for count in (100, 400):
+        poses, markers = grid_of(count)
+        for _ in range(2):
+            take(scene, '/poses', poses)
+            take(scene, '/markers', markers)
+        assert len(seen.handles) == count
+        counts.append(len(compared))
+        compared.clear()
+        scene.keep_publishers('/poses', ())
+        scene.keep_publishers('/markers', ())
+        assert not seen.handles
+        compared.clear()
+    assert counts[1] < 5 * counts[0]
 
 
 def test_what_comes_from_the_same_number_but_stands_elsewhere_keeps_its_handle(scene, seen):

@@ -98,6 +98,7 @@ class Changes(unittest.TestCase):
             (gain, '', 'not a JSON scalar'),
             (gain, '[' * 100000, 'not a JSON scalar'),
             (gain, '9' * 400, 'too large for a float'),
+            (count, '9' * 400, 'too large for a float'),
             (gain, '9' * 10000, 'refuse'),
             (count, '1.5', 'is a int'),
             (frame, '3', 'is a str'),

@@ -19,6 +19,7 @@ from rosslt.msg import LocationList
 from rosslt.srv import ChangeSources, GetHistory, GetValues, ListLocations, LockLocations
 
 import rosslt
+from rosslt.node.api import _BY_CALL
 from rosslt.node.parameter_server import ParameterServer
 from support.processes import Node, wait_until
 
@@ -86,11 +87,12 @@ class Literals(unittest.TestCase):
 
     def test_lists_and_dicts_are_given_back_as_such(self):
         value = rosslt.location(OrderedDict(gains=[1.0, 2], on=True, name='a'), name='tree')
+        self.assertIs(type(value), OrderedDict)
         self.assertEqual(dict(value), {'gains': [1.0, 2], 'on': 1, 'name': 'a'})
         self.assertEqual(len(rosslt.sources(dict(value))), 4)
 
     def test_keys_of_every_kind_are_locations_of_their_own(self):
-        keys = ['+x', '-x', 'é', 'è', 'a b', 'a-b', 'Küche', (0, 1), (0, -1), '1', 1]
+        keys = ['+x', '-x', 'é', 'è', 'a b', 'a-b', 'Küche', (0, 1), (0, -1), (0, True), '1', 1, 1.0, True]
         for name in (None, 'keys'):
             values = [rosslt.location(1.0, name=name, key=key) for key in keys]
             self.assertEqual(len(set(rosslt.sources(values))), len(keys))
@@ -100,6 +102,14 @@ class Literals(unittest.TestCase):
         self.assertEqual(rosslt.reevaluate(tree)['1'], 5.0)
         for location in rospy.ServiceProxy('~rosslt/list_locations', ListLocations)().locations:
             self.assertTrue(rosgraph.names.is_legal_name(location.name), location.name)
+
+    def test_calls_in_code_that_is_executed_once_are_forgotten(self):
+        known = len(_BY_CALL)
+        for turn in range(3):
+            names = {}
+            exec(f"import rosslt; x = rosslt.location({turn}.0, name='executed', key={turn})", names)
+            self.assertEqual(names['x'], turn)
+        self.assertEqual(len(_BY_CALL), known)
 
     def test_a_namedtuple_is_given_back_as_such(self):
         gains = rosslt.location(Gains(0.5, {'i': (1.0, 2.0)}), name='gains')

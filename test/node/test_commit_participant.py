@@ -59,6 +59,13 @@ def test_a_request_without_locations_changes_nothing_and_takes_nothing_back(owne
     assert value(owner, 'gain') == 2.5
 
 
+def test_a_location_that_is_given_twice_is_not_changed(owner):
+    twice = ChangeSourcesRequest(location_ids=ids(owner, 'gain', 'gain'), values=['2.5', '3.5'])
+    with pytest.raises(rospy.ServiceException, match='one location is given several values'):
+        owner.change_sources(twice)
+    assert value(owner, 'gain') == 1.0
+
+
 def test_where_one_location_refuses_none_changes(owner):
     answer = change(owner, {'gain': '2.5', 'count': '101', 'fixed': '6.0'})
     assert (answer.state, answer.changes) == ('refused', [])

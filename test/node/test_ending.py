@@ -60,3 +60,55 @@ def test_a_change_that_makes_the_main_program_raise_is_taken_back_and_named(mast
             assert 'ZeroDivisionError: float division by zero' in log
             node.start()
         assert node.read_line() == 'turned'
+
+
+@pytest.mark.rostest
+def test_a_location_keeps_to_what_the_field_holds_that_it_is_sent_in(master):
+    code = """
+        from std_msgs.msg import Int32, UInt8
+
+        publishers = [rosslt.Publisher('~' + one.__name__, one, queue_size=1) for one in (Int32, UInt8)]
+        heard = [rosslt.Subscriber('~' + one.__name__, one, lambda message: None) for one in (Int32, UInt8)]
+        while not rospy.is_shutdown():
+            publishers[0].publish(rosslt.location(3, name='count', maximum=2 ** 40))
+            publishers[1].publish(rosslt.location(4, name='level', minimum=1))
+            rospy.sleep(0.02)
+        """
+    with Node('sender', code) as node:
+        for name, value, reason in (
+            ('count', 2**31, f'{2**31} is above its maximum {2**31 - 1}'),
+            ('level', 256, '256 is above its maximum 255'),
+            ('level', 0, '0 is below its minimum 1'),
+        ):
+            limit = reason.split()[-1]
+            wait_until(lambda name=name, limit=limit: limit in _line_of(name), 'it is sent')
+            assert reason in rosslt('set', f'/sender/{name}', str(value)).stderr
+        assert rosslt('set', '/sender/level', '255').returncode == 0
+        assert node.process.poll() is None
+
+
+def _line_of(name):
+    """What `rosslt list` says of a location of /sender."""
+    return next((line for line in rosslt('list', '/sender').stdout.splitlines() if f'/{name}\t' in line), '')
+
+
+@pytest.mark.rostest
+def test_a_change_that_makes_a_thread_raise_is_taken_back_named_and_told_to_who_asked(master):
+    code = """
+        publisher = rosslt.Publisher('~ratio', Float64, queue_size=1)
+
+        def turn(_event):
+            gain = rosslt.location(2.0, name='gain')
+            1.0 / gain
+            publisher.publish(gain)
+
+        rospy.Timer(rospy.Duration(0.05), turn)
+        rospy.spin()
+        """
+    with Node('timed', code) as node:
+        wait_until(lambda: '/timed/gain' in rosslt('list', '/timed').stdout, 'the timer has turned')
+        refused = rosslt('force', '/timed/ratio/data', '0', '--timeout', '20')
+        assert refused.returncode == 1
+        assert '/timed raises ZeroDivisionError: float division by zero; taken back' in refused.stderr
+        assert 'a thread of the node ends after a change, which is taken back: gain = 0.0' in node.logged()
+        wait_until(lambda: rosgraph.Master('/test').getParam('/timed/rosslt/gain') == 2.0, 'it is taken back')

@@ -109,6 +109,58 @@ def test_a_range_beyond_the_limit_is_refused():
     assert 'longer than the 100000 steps' in error_of('list(range(10 ** 9))').reason
 
 
+@pytest.mark.parametrize(
+    'text',
+    [
+        'x = 3\nwhile True: x = x * x',
+        'x = [3]\nwhile True: x[0] **= 2',
+        'x = 3\nwhile True: x *= x',
+        'x = 2 ** 10 ** 9',
+        'x = 1 << 10 ** 9',
+        'x = factorial(10 ** 9)',
+        'x = math.comb(10 ** 9, 5 * 10 ** 8)',
+        's = "ab"\nwhile True: s = s + s',
+        's = "ab"\nwhile True: s += s',
+        's = "ab"\nwhile True: s = f"{s}{s}"',
+        's = {"a": "ab"}\nwhile True: s["a"] *= 2',
+        's = {"a": "ab"}\nwhile True: s["a"] += s["a"]',
+        's = "a" * 10 ** 12',
+        's = 10 ** 12 * [1]',
+        's = [1]\nwhile True: s.extend(s)',
+        's = [1]\nwhile True: s = [*s, *s]',
+        's = [1]\nwhile True: s[:0] = s',
+        's = (1, 2)\nwhile True: s = sum([s, s], ())',
+    ],
+)
+def test_what_grows_without_an_end_ends_with_an_error(text):
+    reason = error_of(text).reason
+    assert 'no float holds' in reason or 'is longer than the 100000 steps' in reason
+
+
+def test_operations_that_may_grow_give_what_they_always_gave():
+    (step,) = steps_of("""
+a = b = [1.0]
+a *= 2
+x = {'n': 3}
+x['n'] **= 2
+n = 1
+n <<= 3
+goto(len(b) + x['n'], (-2) ** 3 + 1 ** 10 ** 6 + 2 ** -1, n * 2.5 * 0 ** 5 + (3 << 2) + len('ab' * -1))
+""")
+    assert step == (11, -6.5, 12)
+    assert [source.location_id for source in rosslt.sources(steps_of('x = 2\nx *= 3\ngoto(x ** 2, 0, 0)')[0].x)] == [
+        0,
+        1,
+        2,
+    ]
+
+
+def test_functions_that_count_give_what_they_always_gave():
+    assert steps_of('goto(factorial(5), comb(10 ** 9, 1) + comb(2, 3), perm(4) + perm(4, 2))') == [(120, 10**9, 36)]
+    assert 'ValueError' in error_of('factorial(-1)').reason
+    assert 'TypeError' in error_of('factorial(1, 2)').reason
+
+
 def test_recursion_without_an_end_ends_with_an_error():
     assert error_of('def f(): return f()\nf()').line == 1
 

@@ -230,3 +230,13 @@ def test_a_frame_that_changes_its_parent_agrees_with_tf2(way):
         arguments = 'world', 'cup', rospy.Time.from_sec(stamp)
         assert_alike(ours.lookup_transform(*arguments), theirs.lookup_transform(*arguments))
     assert rosslt.is_tracked(ours.lookup_transform('world', 'cup', rospy.Time(3)))
+
+
+def test_ints_come_out_as_floats_as_from_tf2():
+    whole, buffer = transform('a', 'b', 0.0, (1, 2, 0), (0, 0, 0, 1)), tf.Buffer(debug=False)
+    whole.transform.translation.x = rosslt.track(1, rosslt.Source('/b', 1))
+    buffer.set_transform_static(whole, 'test')
+    found = buffer.lookup_transform('a', 'b', rospy.Time(0)).transform.translation
+    assert [type(rosslt.untracked(one)) for one in (found.x, found.y)] == [float, float]
+    assert rosslt.sources(found.x) == [rosslt.Source('/b', 1)]
+    assert rosslt.solve(found.x, 3.0) == {rosslt.Source('/b', 1): 3}

@@ -61,6 +61,11 @@ def test_another_site_in_the_same_browser_does_not(page):
     assert answer(page, Host='evil.example')[0] == 403, 'a name that was pointed at this machine'
 
 
+@pytest.mark.parametrize('headers', [{'Host': '['}, {'Origin': 'http://['}, {'Host': '[x]'}])
+def test_what_is_no_address_is_refused(page, headers):
+    assert answer(page, **headers)[0] == 400
+
+
 def test_a_tunnel_may_have_another_port(page):
     assert handshake(page, Host='localhost:9999', Origin='http://localhost:9999') == 101
 

@@ -2,6 +2,7 @@
 
 import csv
 import functools
+import marshal
 import socket
 from typing import Any, Callable
 
@@ -16,7 +17,8 @@ def give_plain_ones() -> None:
     """Have such functions get plain values, whoever calls them."""
     socket.getaddrinfo = _with_plain_arguments(socket.getaddrinfo)
     csv.field_size_limit = _with_plain_arguments(csv.field_size_limit)
-    strify = genpy.message.strify_message
+    marshal.dumps, marshal.dump = _else_plain(marshal.dumps), _else_plain(marshal.dump)
+    strify, check = genpy.message.strify_message, genpy.message.check_type
 
     def strify_message(val: Any, *arguments: Any, **options: Any) -> Any:
         # A list of numbers is shown on one line.
@@ -24,13 +26,30 @@ def give_plain_ones() -> None:
             val = [values.untracked(part) for part in val]
         return strify(val, *arguments, **options)
 
+    def check_type(field_name: Any, field_type: Any, field_val: Any) -> None:
+        check(field_name, field_type, values.untracked(field_val))
+
     genpy.message.strify_message = genpy.strify_message = strify_message
+    genpy.message.check_type = genpy.check_type = check_type
 
 
 def _with_plain_arguments(function: Callable[..., Any]) -> Any:
     @functools.wraps(function)
     def called(*arguments: Any, **options: Any) -> Any:
         return function(*map(plain, arguments), **{name: plain(option) for name, option in options.items()})
+
+    return called
+
+
+def _else_plain(function: Callable[..., Any]) -> Any:
+    """A function of `marshal`, which gets its first argument without provenance where it would refuse it."""
+
+    @functools.wraps(function)
+    def called(value: Any, *arguments: Any) -> Any:
+        try:
+            return function(value, *map(plain, arguments))
+        except ValueError:
+            return function(values.untracked(value), *map(plain, arguments))
 
     return called
 

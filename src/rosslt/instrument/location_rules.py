@@ -5,6 +5,7 @@ whether the number is a location, and at which rank a drag changes it.
 """
 
 import ast
+import sys
 from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt.instrument.callees import (
@@ -184,7 +185,7 @@ class _Judge:
         return Judgement(node, value, RULES[rule], name)
 
     def _name_and_rule(self, node: ast.expr, constant: ast.Constant, value: float) -> Tuple[Optional[str], str]:
-        if isinstance(value, float) and value - value != 0:
+        if not -sys.float_info.max <= value <= sys.float_info.max:
             return None, 'not finite'
         is_whole = type(constant.value) is int
         if is_whole and self._text_of(constant)[:2].lower() in ('0x', '0o', '0b'):

@@ -20,7 +20,7 @@ from rosslt.messages.field_path import (
     part_at,
     path_steps,
 )
-from rosslt.messages.fields import Message, MessageClass, Scalar
+from rosslt.messages.fields import Message, MessageClass, Scalar, whole_numbers
 from rosslt.messages.inband import (
     Decoded,
     Found,

@@ -11,7 +11,7 @@ from typing import Any, Iterator, List, Tuple, Union
 import genpy
 
 from rosslt import values
-from rosslt.messages.fields import SCALARS, Message, MessageClass, Scalar
+from rosslt.messages.fields import SCALARS, Message, MessageClass, Scalar, limits_of
 
 #: The distance of neighbouring 32-bit floats, relative to their size.
 FLOAT32 = 2.0**-23
@@ -89,8 +89,7 @@ def check_range(part: Message, type_: str, wanted: Scalar) -> None:
             struct.pack('<' + letter, int(target) if is_whole else target)
         except (struct.error, OverflowError):
             bits = 8 * struct.calcsize('<' + letter)
-            least = 0 if letter.isupper() else -(1 << bits - 1)
-            holds = f'{least} to {least + (1 << bits) - 1}' if is_whole else f'numbers of {bits} bits'
+            holds = '{} to {}'.format(*limits_of(kind)) if is_whole else f'numbers of {bits} bits'
             raise ValueError(f'the field is a {kind}, which holds {holds}, found {target!r}') from None
 
 

@@ -5,8 +5,9 @@ looked for on the disk. The leaves of a message are its scalars in the order of 
 is two, an array of scalars is one for each element.
 """
 
+import operator
 import struct
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 import genmsg
 import genmsg.msg_loader
@@ -72,6 +73,35 @@ def kind_of(scalar: str) -> str:
     if scalar in ('float32', 'float64', 'bool', 'string'):
         return {'float32': 'f', 'float64': 'd', 'bool': 'b', 'string': 's'}[scalar]
     return 'i'
+
+
+def limits_of(scalar: str) -> Tuple[int, int]:
+    """The least and the greatest number that a field of a type of whole numbers holds."""
+    letter = SCALARS[scalar] or ''
+    bits = 8 * struct.calcsize('<' + letter)
+    least = 0 if letter.isupper() else -(1 << bits - 1)
+    return least, least + (1 << bits) - 1
+
+
+def whole_numbers(message_class: MessageClass) -> List[Tuple[Callable[[Message], Scalar], int, int]]:
+    """The fields of a message class for whole numbers, but for those of headers, times and arrays.
+
+    Returns:
+        Of each the function that reads it, and the least and the greatest number that it holds.
+    """
+    layout = Layout(message_class)
+    found: List[Tuple[Callable[[Message], Scalar], int, int]] = []
+    waiting = [('', layout.name)]
+    while waiting:
+        path, type_ = waiting.pop()
+        for field in layout.definitions[type_]:
+            if field.length is not None or field.type in INSTANTS or field.type == 'std_msgs/Header':
+                continue
+            if field.type not in SCALARS:
+                waiting.append((f'{path}{field.name}.', field.type))
+            elif kind_of(field.type) == 'i':
+                found.append((operator.attrgetter(path + field.name), *limits_of(field.type)))
+    return found
 
 
 class Layout:

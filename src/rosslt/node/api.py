@@ -28,6 +28,7 @@ from rosslt.node.directory import Directory
 from rosslt.node.external_location import ExternalLocation
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import LiteralLocation, Location, Readable, checked_limits
+from rosslt.node.node_errors import ENDS, THREAD_ENDS
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 from rosslt.node.rounds import watch_first_round
 from rosslt.node.server import SETTINGS, Owner
@@ -66,13 +67,24 @@ def start() -> None:
             shut_down_without_deadlock()
             watch_first_round()
             sys.excepthook = functools.partial(_end_by, sys.excepthook)
+            threading.excepthook = functools.partial(_end_thread_by, threading.excepthook)
 
 
 def _end_by(report: Callable[..., Any], kind: Any, error: BaseException, traceback: Any) -> None:
     """The main program raises an exception: report it, and take back the change that may have done it."""
     report(kind, error, traceback)
+    _take_back(error, ENDS)
+
+
+def _end_thread_by(report: Callable[[Any], Any], raised: Any) -> None:
+    """A thread raises an exception, such as that of a `rospy.Timer`: as `_end_by` of the main program."""
+    report(raised)
+    _take_back(raised.exc_value, THREAD_ENDS)
+
+
+def _take_back(error: Optional[BaseException], what_ends: str) -> None:
     if isinstance(error, Exception) and not rospy.is_shutdown():
-        _owner.take_back_what_ends_it(error)
+        _owner.take_back_what_ends_it(error, what_ends)
 
 
 def is_started() -> bool:
@@ -124,13 +136,29 @@ def location(
         raise TypeError('location() takes either a value or a getter')
     frame = sys._getframe(1)
     # Programs read locations in their inner loops: all that is done only once is elsewhere.
-    read = _BY_CALL.get((id(frame.f_code), frame.f_lasti, name, key))
+    told = key if key.__class__ in _TOLD_APART else _told_apart(key)
+    read = _BY_CALL.get((id(frame.f_code), frame.f_lasti, name, told))
     if read is None:
         limits = {'read_only': read_only, 'minimum': minimum, 'maximum': maximum, 'weight': weight}
         first = value if getter is None else getter()
         make = functools.partial(_created, frame, first, name, key, limits, getter, setter, on_change)
-        read = _owner.locations.at_call(frame, name, key, make)
+        read = _owner.locations.at_call(frame, name, told, make)
     return read.tracked
+
+
+#: The types of keys that are equal only where they are one key; 1, 1.0 and True are equal in Python.
+_TOLD_APART = frozenset((type(None), int, str))
+
+
+def _told_apart(key: Any) -> Tuple[str]:
+    """What is equal for two keys only where they are one key: their word in the name of the location."""
+    return (word_of(_plain(key)),)
+
+
+def _plain(key: Any) -> Any:
+    """A key without its provenance."""
+    plain = values.plain_scalar(key)
+    return key if plain is None else plain
 
 
 def _created(
@@ -333,8 +361,7 @@ def started(call: str) -> Owner:
 
 def _named(name: Optional[str], key: Any, site: CallSite) -> Tuple[str, str]:
     """The name of the locations that a call creates, and their identity."""
-    plain = values.plain_scalar(key)
-    key = key if plain is None else plain
+    key = _plain(key)
     if name is None:
         return name_of(site, key), identity_of(site, key)
     full = name if key is None else f'{name}/{word_of(key)}'

@@ -84,13 +84,15 @@ def word_of(key: Any) -> str:
     """A key as a word of a ROS name, another one for each key.
 
     Whole numbers from 0 on and Python names stay as they are; anything else gets digits that stand for its type and its
-    `str()`.
+    `str()`. Truth values are no whole numbers here.
     """
     if type(key) is str and key.isascii() and key.isidentifier() and not _ENDS_IN_DIGITS(key):
         return key
     try:
-        number = operator.index(key)
+        number = None if isinstance(key, bool) else operator.index(key)
     except TypeError:
+        number = None
+    if number is None:
         kind, text = type(key).__name__, str(key)
     else:
         kind, text = 'int', str(number)

@@ -176,7 +176,8 @@ class CommitParticipant:
         """
         if change.is_undo:
             change.undoes, change.wanted = self._owner.to_undo(change.request_id, change.requester)
-            if not change.wanted:
+            # this node takes back by itself what makes it raise
+            if not change.wanted and not self._owner.history.is_taken_back(change.request_id):
                 raise Refused(NOTHING_TO_UNDO)
             return
         change.wanted, change.reasons = [], []
@@ -315,6 +316,8 @@ def _check(request: srv.ChangeSourcesRequest) -> None:
         problem = f'{request.phase!r} is no phase: prepare, commit, abort, state or nothing'
     elif len(request.location_ids) != len(request.values):
         problem = f'{len(request.location_ids)} location ids with {len(request.values)} values'
+    elif len(set(request.location_ids)) < len(request.location_ids):
+        problem = 'one location is given several values: give each location once'
     elif request.phase in (AT_ONCE, PREPARE) and request.undo == bool(request.location_ids):
         problem = 'both locations and undo' if request.undo else 'no location to change'
     elif request.phase == PREPARE:

@@ -2,7 +2,7 @@
 
 import copy
 import functools
-from typing import Any, Callable, List, Tuple
+from typing import Any, Callable, Dict, List, Tuple
 
 from rosslt import values
 from rosslt.node.call_sites import word_of
@@ -54,7 +54,7 @@ def _reader(literal: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
         return lambda: location.tracked
     if isinstance(literal, dict):
         branches = {key: _reader(part, (*path, word_of(key)), leaf) for key, part in literal.items()}
-        return lambda: {key: read() for key, read in branches.items()}
+        return functools.partial(_read_dict, copy.copy(literal), branches)
     if isinstance(literal, (list, tuple)):
         names = getattr(literal, '_fields', None) or map(str, range(len(literal)))  # those of a namedtuple
         make = getattr(literal, '_make', type(literal))
@@ -66,6 +66,13 @@ def _reader(literal: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
         f'a {type(literal).__name__} cannot be a location: give a float, int, str or bool, or a '
         'message, list or dict of them'
     )
+
+
+def _read_dict(pattern: Dict[Any, Any], branches: Dict[Any, _Read]) -> Any:
+    fresh = copy.copy(pattern)  # an OrderedDict, or a defaultdict, is given back as such
+    for key, read in branches.items():
+        fresh[key] = read()
+    return fresh
 
 
 def _message_reader(message: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:

@@ -15,6 +15,7 @@ def described(location: Location, is_locked: bool = False) -> msg.Location:
         return '' if value is None else to_json(value)
 
     value, fault = _value_or_fault(location)
+    minimum, maximum = location.bounds
     return msg.Location(
         id=location.id,
         name=location.name,
@@ -26,8 +27,8 @@ def described(location: Location, is_locked: bool = False) -> msg.Location:
         value=value,
         fault=fault,
         literal=text(location.literal),
-        minimum=text(location.minimum),
-        maximum=text(location.maximum),
+        minimum=text(minimum),
+        maximum=text(maximum),
         read_only=location.read_only or is_locked,
         remembered=location.remembered,
         weight=location.weight or 0.0,

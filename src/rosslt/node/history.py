@@ -71,6 +71,10 @@ class History:
         """The requests that were applied since a time of `time.monotonic` and not taken back, from the latest one."""
         return [request for request in self._left() if request.at >= start]
 
+    def is_taken_back(self, request_id: str) -> bool:
+        """Return whether a request of that id has changed something, and all of it was taken back."""
+        return bool(request_id) and {one.undone for one in self._requests if one.id == request_id} == {True}
+
     def latest(self, request_id: str) -> Optional[Request]:
         """The latest part of a request that has not been taken back; None where there is none."""
         return next((one for one in self._left() if one.id == request_id), None)

@@ -4,8 +4,10 @@ A location has an identity that outlives a restart, a name, and a current value.
 in `parameter_mirror`, the services that change them in `server`.
 """
 
+import functools
 import hashlib
 import math
+import weakref
 from types import CodeType, FrameType
 from typing import Any, Callable, Dict, List, Optional, Protocol, Sequence, Tuple, Type, Union
 
@@ -31,6 +33,7 @@ class Location:
         value: the plain value in force.
         tracked: the same, tracked.
         minimum, maximum: bounds, or None.
+        sendable: the least and the greatest number that the fields hold which it is sent in as it is.
         read_only: True where no change is taken.
         weight: how hard it is to move, against 1.0 of others; None where nobody has said it.
         rank: how willingly it is changed where several locations could be: 0 first.
@@ -50,6 +53,7 @@ class Location:
         'type',
         'minimum',
         'maximum',
+        'sendable',
         'read_only',
         'weight',
         'remembered',
@@ -80,6 +84,7 @@ class Location:
         self.source: values.Source = values.UnnamedSource(self.id)
         self.type: Type[Any] = type(value)
         self.minimum, self.maximum, self.read_only, self.weight = minimum, maximum, read_only, weight
+        self.sendable: Tuple[float, float] = -math.inf, math.inf
         self.remembered = False
         self.changed = changed
         self.is_shared = False
@@ -133,21 +138,34 @@ class Location:
         """
         given, value = value, values.plain_scalar(value)
         # A float takes an int, and an int a float without a fraction, as YAML and JSON write them alike.
-        if self.type is float and type(value) is int:
+        if self.type in (float, int) and type(value) is int:
             try:
-                value = float(value)
+                as_float = float(value)  # an int, too: most of what is computed with one are floats
             except OverflowError:
                 raise Refused(f'{value!r} is too large for a float') from None
-        elif self.type is int and type(value) is float and value.is_integer():
+            value = as_float if self.type is float else value
+        elif self.type is int and type(value) is float and float.is_integer(value):
             value = int(value)
         if type(value) is not self.type:
             raise Refused(f'{self.name} is a {self.type.__name__}, and {given!r} is not')
         to_json(value)
-        if self.minimum is not None and value < self.minimum:
-            raise Refused(f'{value!r} is below its minimum {self.minimum!r}')
-        if self.maximum is not None and value > self.maximum:
-            raise Refused(f'{value!r} is above its maximum {self.maximum!r}')
+        minimum, maximum = self.bounds
+        if minimum is not None and value < minimum:
+            raise Refused(f'{value!r} is below its minimum {minimum!r}')
+        if maximum is not None and value > maximum:
+            raise Refused(f'{value!r} is above its maximum {maximum!r}')
         return value
+
+    @property
+    def bounds(self) -> Tuple[Value, Value]:
+        """Its minimum and maximum, or None: those of the code, or those of the fields that it is sent in."""
+        least, greatest = self.sendable
+        if math.isinf(least):
+            return self.minimum, self.maximum
+        return (
+            least if self.minimum is None else max(least, self.minimum),
+            greatest if self.maximum is None else min(greatest, self.maximum),
+        )
 
     def reread(self, value_in_code: Value) -> None:
         """Take in the value in the code after an edit; the value in force stays."""
@@ -322,7 +340,7 @@ class Locations:
         self.by_id: Dict[int, Location] = {}
         self._by_name: Dict[str, Location] = {}
         self.by_call: Dict[Any, Readable] = {}
-        self._codes: Dict[int, CodeType] = {}
+        self._codes: Dict[int, Tuple[weakref.ref[CodeType], List[Any]]] = {}  # by id of the code, its calls
         self._namespaces: Dict[str, Dict[str, Location]] = {}
         self._locations_changed: Callable[[], None] = lambda: None
         self.lock = CHANGE_LOCK
@@ -343,19 +361,26 @@ class Locations:
 
         Args:
             frame: the frame that makes the call.
-            name, key: what the call gives as such; they tell the turns of a loop apart.
+            name, key: what the call gives as such; they tell the turns of a loop apart. Keys that are equal are one.
             make: makes it; called once.
         """
-        # By the identity of the code object: hashing one takes longer than all the rest. It is kept alive, so that its
-        # id is not given to another one.
+        # By the identity of the code object: hashing one takes longer than all the rest. Its calls are forgotten when
+        # it is no more: programs execute texts again and again, and another code object may get its id.
         code = frame.f_code
         call = (id(code), frame.f_lasti, name, key)
         with self.lock:
             found = self.by_call.get(call)
             if found is None:
-                self._codes[id(code)] = code
                 found = self.by_call[call] = make()
+                if id(code) not in self._codes:
+                    self._codes[id(code)] = weakref.ref(code, functools.partial(self._forget, id(code))), []
+                self._codes[id(code)][1].append(call)
             return found
+
+    def _forget(self, code_id: int, _ended: Any) -> None:
+        """Forget the calls of a code object that is no more; called at any time, and waits for no lock."""
+        for call in self._codes.pop(code_id)[1]:
+            del self.by_call[call]
 
     def add(self, location: Location) -> Location:
         """Take a new location in, and return the one that is in force: an earlier one of the same name and literal,

@@ -1,4 +1,4 @@
-"""Errors that nodes raise in callbacks, or in their main program after a change, as they report them on /rosout."""
+"""Errors that nodes raise in callbacks, or in the main program or a thread after a change, as reported on /rosout."""
 
 import collections
 import time
@@ -12,6 +12,9 @@ BAD_CALLBACK = 'bad callback: '
 
 #: The start of rosslt's log message about a main program that raised.
 ENDS = 'the node ends '
+
+#: The same about a thread that raised, such as that of a `rospy.Timer`.
+THREAD_ENDS = 'a thread of the node ends '
 
 #: The maximal number of kept reports.
 MOST = 100
@@ -31,7 +34,7 @@ class NodeErrors:
         self._subscriber = rospy.Subscriber('/rosout', Log, self._take)
 
     def _take(self, report: Any) -> None:
-        if report.level >= Log.ERROR and report.msg.startswith((BAD_CALLBACK, ENDS)):
+        if report.level >= Log.ERROR and report.msg.startswith((BAD_CALLBACK, ENDS, THREAD_ENDS)):
             self._raised.append(_Raised(time.monotonic(), report.name, report.msg.strip().splitlines()[-1]))
 
     def raised_since(self, nodes: Collection[str], since: float) -> str:

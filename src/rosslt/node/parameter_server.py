@@ -88,6 +88,10 @@ class ParameterServer:
             return self.master.getParam(key)
         return None
 
+    def names(self) -> List[str]:
+        """The full names of all parameters; of a tree of them, those of its leaves."""
+        return list(self.master.getParamNames())
+
     def exchange(self, key: str, value: Tree) -> Tree:
         """Set a parameter; returns what it said until then, None where it was not set."""
         calls: Any = MultiCall(self.master.handle)

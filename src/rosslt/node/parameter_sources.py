@@ -10,7 +10,7 @@ import json
 import math
 import operator
 from types import FrameType
-from typing import Any, Callable, Dict, Iterator, List, Sequence, Set, Tuple, Union
+from typing import Any, Callable, Collection, Dict, Iterator, List, Sequence, Set, Tuple, Union
 
 import rospy
 
@@ -21,6 +21,7 @@ from rosslt.node.locations import Change, ParameterLocation, put_in_force
 from rosslt.node.memory import MEMORY
 from rosslt.node.owner import Owner
 from rosslt.node.parameter_mirror import Parameters
+from rosslt.node.parameter_readers import REQUESTER, check_readers
 from rosslt.node.parameter_server import (
     Tree,
     as_sent,
@@ -32,9 +33,6 @@ from rosslt.node.parameter_server import (
     with_part,
 )
 from rosslt.node.source_files import SOURCE_FILES
-
-#: The requester's name for a change that came by setting a parameter.
-REQUESTER = 'parameter server'
 
 
 class ReadParameters:
@@ -173,15 +171,26 @@ class ReadParameters:
         known = with_part(self._known, key, value)
         said = self._scalars(known)
         try:
-            for name, location in self._present.items():
-                if name not in said or (said[name] != location.value and not self._is_unwritten(location)):
-                    self._owner.access.check(name, REQUESTER)
+            changed = [
+                location
+                for name, location in self._present.items()
+                if name not in said or (said[name] != location.value and not self._is_unwritten(location))
+            ]
+            for location in changed:
+                self._owner.access.check(location.name, REQUESTER)
+            self.check_other_readers(changed)
         except Refused as refused:
             rospy.logerr('rosparam set %s is refused, it is set back: %.500s', key, refused)
             unit = self._unit_of(key)
             self._parameters.server.set([(unit, self._in_force(unit))])
         else:
             self._renew(known)
+
+    def check_other_readers(self, locations: Collection[ParameterLocation]) -> None:
+        """Raises Refused where another node reads one of these parameters and does not let it be changed: it would set
+        it back, and this node would follow."""
+        if locations:
+            check_readers(self._parameters.server, self._owner.name, {one.name: one.id for one in locations})
 
     def _is_unwritten(self, location: ParameterLocation) -> bool:
         """Return whether a location's change has not been sent to the master yet."""

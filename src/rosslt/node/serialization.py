@@ -23,10 +23,13 @@ class Sending:
     Attributes:
         full_history: complete expressions, for explaining, instead of what they come to.
         rate: how many messages of one thing are whole in a second, at most.
+        hold: called with a tracked number that a field for whole numbers has, and the least and the greatest one that
+            the field holds.
     """
 
     full_history = False
     rate = DEFAULT_RATE = 20.0
+    hold: Any = staticmethod(lambda _value, _least, _greatest: None)
 
     #: The parameters that set these.
     NAMES = frozenset(('history', 'rate'))
@@ -98,13 +101,16 @@ def _class_with_provenance(message_class: MessageClass) -> Any:
 
         def serialize(self, buff: BinaryIO) -> None:
             message = self.message
+            for read, least, greatest in whole_numbers:
+                if type(read(message)) in values.TRACKED_CLASSES:
+                    Sending.hold(read(message), least, greatest)
             try:
                 pack(message).serialize(buff)
             except genpy.SerializationError as error:
                 raise genpy.SerializationError(serialization_fault(message, error)) from None
             messages.append_provenance(message, buff, self.provenance(message))
 
-    pack = messages.packed_arrays(message_class)
+    pack, whole_numbers = messages.packed_arrays(message_class), messages.whole_numbers(message_class)
     return WithProvenance
 
 

@@ -7,7 +7,7 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 """
 
 import time
-from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import rospy
 
@@ -31,7 +31,6 @@ from rosslt.node.locations import (
 from rosslt.node.lock_service import Locking
 from rosslt.node.locks import Access
 from rosslt.node.master_watch import MASTER_WATCH
-from rosslt.node.node_errors import ENDS
 from rosslt.node.parameter_mirror import Parameters
 from rosslt.node.parameter_sources import ReadParameters
 from rosslt.node.serialization import Sending
@@ -90,6 +89,7 @@ class Owner:
         self.locking = Locking(self, self.parameters, self._participant.wait_for)
         self._show_to_reconfigure: Callable[[], None] = lambda: None
         values.describe_sources_with(self.directory.describe)
+        Sending.hold = self._hold
 
     def serve(self) -> None:
         """Make this node's locations known and changeable; rospy has been told the node's name before."""
@@ -201,22 +201,44 @@ class Owner:
             raise Refused(f'{self.name} has no location {location_id}')
         return location
 
-    def take_back_what_ends_it(self, error: BaseException) -> None:
-        """Take back the changes of the last moments, where an exception ends the main program: its value would be
-        remembered, and end the node at each start."""
+    def take_back_what_ends_it(self, error: BaseException, what_ends: str) -> None:
+        """Take back the changes of the last moments, where an exception ends the main program or a thread of it: their
+        values would be remembered, and end it at each start.
+
+        Args:
+            error: the exception.
+            what_ends: how the report begins, one of those that `NodeErrors` knows.
+        """
         for request in self.history.since(time.monotonic() - SUSPECT):
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
             answer = self.change_sources(
                 srv.ChangeSourcesRequest(undo=True, request_id=request.id, requester=self.name)
             )
             done = 'is taken back' if answer.state == APPLIED else 'stays: ' + '; '.join(answer.reasons)
-            rospy.logerr('%safter a change, which %s: %s\n%s: %s', ENDS, done, values, type(error).__name__, error)
+            rospy.logerr('%safter a change, which %s: %s\n%s: %s', what_ends, done, values, type(error).__name__, error)
+
+    def _hold(self, value: Any, least: int, greatest: int) -> None:
+        """Have a location keep to the numbers that a field holds which it is sent in: a node ends that sends others."""
+        (source,) = values.origins([value]) or (None,)
+        location = self.locations.by_id.get(source.location_id) if source is not None else None
+        if location is not None and location.source == source and location.type is int:
+            former, location.sendable = (
+                location.sendable,
+                (
+                    max(least, location.sendable[0]),
+                    min(greatest, location.sendable[1]),
+                ),
+            )
+            if former != location.sendable:
+                self.publish_locations()
 
     def changeable(self, location: Location, requester: str) -> Location:
         """A location that takes changes of that requester; raises Refused where it does not."""
         self.access.check(location.name, requester)
         if location.read_only:
             raise Refused(f'{location.name} is read-only')
+        if isinstance(location, ParameterLocation):
+            self.read_parameters.check_other_readers([location])
         return location
 
     def apply(

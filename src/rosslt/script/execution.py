@@ -1,14 +1,17 @@
 """Running a script: the names that it can use, the limits on its run, and the steps that it makes.
 
-A script can do little, and its run time is limited. This protects against accidents, for example an endless loop. It
+A script can do little, and its run time is limited, as is the size of its numbers, texts and lists: one operation on
+a huge one takes as long as all that a script may do. This protects against accidents, for example an endless loop. It
 is no protection against attackers.
 """
 
 import ast
 import builtins
 import math
+import operator
+import sys
 import types
-from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Union
 
 from rosslt import files, values
 
@@ -30,10 +33,27 @@ class Wait(NamedTuple):
 #: A step of a script.
 Step = Union[Goto, Wait]
 
-#: The maximal number of loop turns, function calls and waypoints of a script.
+#: The maximal number of loop turns, function calls and waypoints of a script, and of elements of a text or list in it.
 STEP_LIMIT = 100000
 
+#: The maximal number of bits of a whole number: those of the largest float.
+MOST_BITS = sys.float_info.max_exp
+
 TICK = '__tick__'
+
+#: Checks the size of what is read from a variable, a list or a dict. So an operation gets nothing huge.
+SIZED = '__sized__'
+
+#: These check what an operation will come to that may be huge, as in `x ** y`: for `x * y`, for the y of `x *= y`, and
+#: for `x[i] *= y`, which is a call as a whole.
+COMPUTE, OPERAND, AUGMENT = '__compute__', '__operand__', '__augment__'
+
+#: Such operations, by the names of their syntax, with the one that makes `x *= y`.
+GROWING = {
+    'Mult': (operator.mul, operator.imul),
+    'Pow': (operator.pow, operator.ipow),
+    'LShift': (operator.lshift, operator.ilshift),
+}
 
 #: The Python syntax that scripts do not support, with its usual names.
 FORBIDDEN = {
@@ -78,6 +98,14 @@ BUILTINS = (
 )
 
 
+#: The logarithms of what the functions come to whose results may be huge, from whole numbers.
+COUNTING: Dict[str, Callable[..., float]] = {
+    'factorial': lambda n: math.lgamma(n + 1.0),
+    'perm': lambda n, k=None: math.lgamma(n + 1.0) - (0.0 if k is None or k > n else math.lgamma(n - k + 1.0)),
+    'comb': lambda n, k: 0.0 if k > n else math.lgamma(n + 1.0) - math.lgamma(k + 1.0) - math.lgamma(n - k + 1.0),
+}
+
+
 def run(
     source: files.SourceText,
     numbers: Sequence[object],
@@ -89,7 +117,7 @@ def run(
     Args:
         source: the script.
         numbers: what its numbers are, in their order; tracked ones, so that the steps know what they came of.
-        step_limit: how many turns of loops, calls of functions and waypoints it may take.
+        step_limit: how many turns of loops, calls of functions and waypoints it may take, and elements a list may have.
         say: prints what the script prints.
 
     Returns:
@@ -126,17 +154,56 @@ def run(
             raise ValueError('wait takes 0 or more seconds, not {}'.format(seconds))
         steps.append(Wait(float(duration)))
 
+    def sized(value: Any) -> Any:
+        if isinstance(value, int) and value.bit_length() > MOST_BITS:
+            raise OverflowError('a whole number of {} bits is too large: no float holds it'.format(value.bit_length()))
+        if isinstance(value, (str, bytes, list, tuple, dict, set)) and len(value) > step_limit:
+            raise ValueError(too_long.format(len(value)))
+        return value
+
+    def operand(name: str, first: Any, second: Any) -> Any:
+        if isinstance(first, int) and isinstance(second, int):
+            if _bits(name, first, second) > MOST_BITS:
+                raise OverflowError('the result is a whole number that is too large: no float holds it')
+        elif name == 'Mult':
+            for many, times in ((first, second), (second, first)):
+                is_repeated = isinstance(many, (str, bytes, list, tuple)) and isinstance(times, int)
+                if is_repeated and len(many) * times > step_limit:
+                    raise ValueError(too_long.format(len(many) * times))
+        return second
+
+    def compute(name: str, first: Any, second: Any) -> Any:
+        return GROWING[name][0](first, operand(name, first, second))
+
+    def augment(name: str, container: Any, index: Any, second: Any) -> None:
+        container[index] = GROWING[name][1](container[index], operand(name, container[index], second))
+
+    def limited(name: str) -> Callable[..., Any]:
+        def function(*arguments: Any) -> Any:
+            is_count = all(isinstance(one, int) and one >= 0 for one in arguments)
+            if is_count and COUNTING[name](*arguments) > MOST_BITS * math.log(2):
+                raise OverflowError('the result is a whole number that is too large: no float holds it')
+            return values.MATH[name](*arguments)
+
+        return function
+
+    too_long = 'a text or list of {{}} elements is longer than the {} steps of a script'.format(step_limit)
+    mathematics = {**values.MATH, **{name: limited(name) for name in COUNTING if name in values.MATH}}
     for function in (goto, wait):
         function.__qualname__ = function.__name__  # as errors call them
     try:
         program = source.program(len(source.numbers))
-        code = compile(_Ticking().visit(program), source.path, 'exec')
+        code = compile(_Limited().visit(program), source.path, 'exec')
         exec(
             code,
             {  # in here a script finds what stands below, and nothing else
                 '__builtins__': {},
                 files.LITERALS: list(numbers),
                 TICK: tick,
+                SIZED: sized,
+                COMPUTE: compute,
+                OPERAND: operand,
+                AUGMENT: augment,
                 'goto': goto,
                 'wait': wait,
                 'print': say,
@@ -144,8 +211,8 @@ def run(
                 'int': values.to_int,
                 'float': values.to_float,
                 'bool': values.to_bool,
-                'math': types.SimpleNamespace(**values.MATH),
-                **values.MATH,
+                'math': types.SimpleNamespace(**mathematics),
+                **mathematics,
                 **{name: getattr(builtins, name) for name in BUILTINS},
             },
         )
@@ -194,8 +261,42 @@ def _check(source: files.SourceText) -> None:
             raise files.FileError(source.path, line, column, reason)
 
 
-class _Ticking(ast.NodeTransformer):
-    """Has each turn of a loop and each call of a function call `__tick__`, which gives True."""
+def _bits(name: str, first: int, second: int) -> float:
+    """The number of bits that a whole number has, about, that an operation of GROWING comes to."""
+    if name == 'Mult':
+        return first.bit_length() + second.bit_length() - 1
+    if name == 'LShift':
+        return first.bit_length() + second if first else 0
+    return second * math.log2(abs(first)) if first else 0
+
+
+class _Limited(ast.NodeTransformer):
+    """Has each turn of a loop and each call of a function call `__tick__`, which gives True; and sizes be checked."""
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        is_read = isinstance(node.ctx, ast.Load) and not node.id.startswith('__')
+        return _call(node, SIZED, node) if is_read else node
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        self.generic_visit(node)
+        return _call(node, SIZED, node) if isinstance(node.ctx, ast.Load) else node
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        name = type(node.op).__name__
+        return _call(node, COMPUTE, _constant(node, name), node.left, node.right) if name in GROWING else node
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
+        self.generic_visit(node)
+        target, name = node.target, _constant(node, type(node.op).__name__)
+        if name.value not in GROWING:
+            return node
+        if isinstance(target, ast.Name):
+            node.value = _call(node, OPERAND, name, _at(node, ast.Name(target.id, ast.Load())), node.value)
+        elif isinstance(target, ast.Subscript) and not isinstance(target.slice, ast.Slice):
+            index = getattr(target.slice, 'value', None) if type(target.slice).__name__ == 'Index' else target.slice
+            return _at(node, ast.Expr(_call(node, AUGMENT, name, target.value, index, node.value)))
+        return node
 
     def visit_While(self, node: ast.While) -> ast.AST:
         return self._tick_first(node)
@@ -223,7 +324,15 @@ class _Ticking(ast.NodeTransformer):
 
 
 def _tick(place: ast.AST) -> Any:
-    return _at(place, ast.Call(_at(place, ast.Name(TICK, ast.Load())), [], []))
+    return _call(place, TICK)
+
+
+def _call(place: ast.AST, function: str, *arguments: Any) -> Any:
+    return _at(place, ast.Call(_at(place, ast.Name(function, ast.Load())), list(arguments), []))
+
+
+def _constant(place: ast.AST, value: str) -> Any:
+    return _at(place, ast.Constant(value, kind=None))
 
 
 def _at(place: ast.AST, node: Any) -> Any:

@@ -53,10 +53,13 @@ class AccessCheck:
             headers: of the request.
         """
         address, origin = headers.get('Host', ''), headers.get('Origin')
-        if origin is not None and urlsplit(origin).netloc.lower() != address.lower():
+        try:
+            name, site = urlsplit('//' + address).hostname or '', urlsplit(origin or '').netloc
+        except ValueError as error:
+            return _answer(http.HTTPStatus.BAD_REQUEST, 'Host or Origin is no address: {}'.format(error))
+        if origin is not None and site.lower() != address.lower():
             return _answer(http.HTTPStatus.FORBIDDEN, 'this page is not for other sites, such as {}'.format(origin))
         if self._password is None:
-            name = urlsplit('//' + address).hostname or ''
             if name not in self._names and not _is_number(name):
                 return _answer(http.HTTPStatus.FORBIDDEN, 'this page is not known as {}'.format(name))
         elif not self._has_cookie(headers) and not self.has_password(headers):

@@ -57,7 +57,7 @@ class Menus:
     def add(self, server: Server, name: str, menu: Menu) -> None:
         """Add a menu to a handle that has just been inserted."""
         drawn = MenuHandler()
-        drawn.insert(HEADING + (':' if len(menu.choices) == 1 else ' (choose one):'))
+        drawn.insert(HEADING + (':' if len(menu.choices) == 1 else ' (choose one):'), callback=_ignore)
         for title, source, is_chosen in menu.choices:
             entry = drawn.insert(
                 title if source else title + ' (default)', callback=functools.partial(self._choose, name, source)
@@ -67,7 +67,7 @@ class Menus:
             entry = drawn.insert(FREE + SHIFT, callback=functools.partial(self._set_free, name))
             drawn.setCheckState(entry, MenuHandler.CHECKED if name in self._free else MenuHandler.UNCHECKED)
         drawn.insert(UNDO, callback=functools.partial(self._undo, name))
-        where = drawn.insert(SOURCES)
+        where = drawn.insert(SOURCES, callback=_ignore)
         for title, source in menu.sources:
             drawn.insert(title, parent=where, callback=functools.partial(self._tell, name, source))
         drawn.apply(server, name)
@@ -89,3 +89,7 @@ class Menus:
         handle = self._offers.scene.handle(name)
         if handle is not None:
             self._offers.scene.say(handle, text)
+
+
+def _ignore(_feedback: InteractiveMarkerFeedback) -> None:
+    """The callback of entries that do nothing: MenuHandler calls that of each entry that is reported."""

@@ -1,6 +1,7 @@
 """Finds handles that stand on the same thing, and selects the one that is shown."""
 
-from typing import Any, Dict, List, Optional, Tuple
+import itertools
+from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 from rosslt import values
 from rosslt.markers.geometry import distance
@@ -11,6 +12,14 @@ NEAR = 0.5
 
 #: The relative difference that the slopes of two such values may have, for the same reason.
 SLOPE_TOLERANCE = 0.05
+
+#: The smallest width of a cell in which handles are searched, in metres.
+SMALLEST = 1e-6
+
+_Cell = Tuple[float, float, float]
+
+#: From a cell to those around it, and to itself.
+_AROUND = list(itertools.product((-1, 0, 1), repeat=3))
 
 #: The frame, and the sources of x, y and z.
 Origin = Tuple[Any, ...]
@@ -25,16 +34,16 @@ class Duplicates:
 
     def __init__(self) -> None:
         self._origins: Dict[str, Origin] = {}  # name of a handle -> its origin
-        self._ranks: Dict[Origin, Dict[int, Dict[str, Handle]]] = {}  # origin -> rank -> {name: handle}
+        self._related: Dict[Origin, _Related] = {}
 
     def is_shown(self, name: str) -> bool:
         """True unless a handle of a lower rank on the same thing hides a handle."""
-        ranks = self._ranks.get(self._origins.get(name, ()), {})
-        for rank, handles in ranks.items():
-            if name in handles:
-                lower = [other for one in ranks if one < rank for other in ranks[one].values()]
-                return not any(_are_same(other, handles[name]) for other in lower)
-        return True
+        origin = self._origins.get(name)
+        if origin is None:
+            return True
+        handle = self._related[origin].handles[name]
+        lower = (other for other in self._related[origin].near(handle) if other.rank < handle.rank)
+        return not any(_are_same(other, handle) for other in lower)
 
     def put(self, handle: Handle) -> List[str]:
         """A handle is there, or has changed; gives the names of others that may be shown or hidden by that."""
@@ -42,8 +51,9 @@ class Duplicates:
         origin = _origin_of(handle)
         if origin is not None:
             self._origins[handle.name] = origin
-            self._ranks.setdefault(origin, {}).setdefault(handle.rank, {})[handle.name] = handle
-            concerned += self._above(origin, handle.rank)
+            related = self._related.setdefault(origin, _Related())
+            related.put(handle)
+            concerned += related.above(handle)
         return concerned
 
     def drop(self, name: str) -> List[str]:
@@ -51,16 +61,63 @@ class Duplicates:
         origin = self._origins.pop(name, None)
         if origin is None:
             return []
-        ranks = self._ranks[origin]
-        rank = next(rank for rank, handles in ranks.items() if name in handles)
-        del ranks[rank][name]
-        if not any(ranks.values()):
-            del self._ranks[origin]
-        return self._above(origin, rank)
+        related = self._related[origin]
+        handle = related.drop(name)
+        if not related.handles:
+            del self._related[origin]
+        return related.above(handle)
 
-    def _above(self, origin: Origin, rank: int) -> List[str]:
-        ranks = self._ranks.get(origin, {})
-        return [name for one in ranks if one > rank for name in ranks[one]]
+
+class _Related:
+    """The handles whose positions come from the same sources, by the cells of a grid that they stand in.
+
+    Attributes:
+        handles: {name: handle}.
+    """
+
+    def __init__(self) -> None:
+        self.handles: Dict[str, Handle] = {}
+        self._width = SMALLEST  # of a cell: as large as the largest distance of two handles on one thing
+        self._cells: Dict[_Cell, Dict[str, Handle]] = {}
+        self._cell_of: Dict[str, _Cell] = {}
+
+    def put(self, handle: Handle) -> None:
+        """Add a handle."""
+        self.handles[handle.name] = handle
+        if NEAR * handle.size > self._width:
+            self._width = 2 * NEAR * handle.size  # not grown by each of many
+            self._cells = {}
+            for one in self.handles.values():
+                self._put(one)
+        else:
+            self._put(handle)
+
+    def _put(self, handle: Handle) -> None:
+        x, y, z = handle.pose[:3]
+        width = self._width
+        cell = self._cell_of[handle.name] = x // width, y // width, z // width
+        self._cells.setdefault(cell, {})[handle.name] = handle
+
+    def drop(self, name: str) -> Handle:
+        """Remove a handle, and return it."""
+        cell = self._cell_of.pop(name)
+        del self._cells[cell][name]
+        if not self._cells[cell]:
+            del self._cells[cell]
+        return self.handles.pop(name)
+
+    def near(self, handle: Handle) -> Iterator[Handle]:
+        """The handles that may be on the thing of a handle."""
+        if len(self.handles) <= len(_AROUND):
+            yield from self.handles.values()
+            return
+        column, row, layer = (at // self._width for at in handle.pose[:3])
+        for right, back, up in _AROUND:
+            yield from self._cells.get((column + right, row + back, layer + up), {}).values()
+
+    def above(self, handle: Handle) -> List[str]:
+        """The names of handles of a higher rank that may be on its thing."""
+        return [other.name for other in self.near(handle) if other.rank > handle.rank]
 
 
 def _origin_of(handle: Handle) -> Optional[Origin]:

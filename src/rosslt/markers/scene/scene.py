@@ -81,7 +81,7 @@ class Scene:
         self._duplicates = Duplicates()
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
-        self._ends: Dict[Tuple[str, Key], rospy.Time] = {}  # (topic, key) -> until when it is shown
+        self._lives: Dict[Tuple[str, Key], Tuple[rospy.Time, rospy.Time]] = {}  # (topic, key) -> shown from, and until
 
     # For views and drags.
 
@@ -193,10 +193,10 @@ class Scene:
             rospy.logwarn_throttle_identical(WARNING_PERIOD, '{} on {}: {}'.format(publisher, topic, fault))
 
     def expire(self) -> None:
-        """Drop the things whose lifetime is over."""
+        """Drop the things whose lifetime is over, or begins later: a simulation has set the clock back."""
         with self._lock:
             now = rospy.Time.now()
-            for topic, key in [whose for whose, end in self._ends.items() if now >= end]:
+            for topic, key in [whose for whose, (start, end) in self._lives.items() if not start <= now < end]:
                 self._delete(topic, self._things[topic], key)
 
     def keep_publishers(self, topic: str, publishers: Collection[str]) -> None:
@@ -255,9 +255,10 @@ class Scene:
     def _live(self, topic: str, key: Key, lifetime: rospy.Duration) -> None:
         """A thing is shown for a while from now on, a duration; 0 means until it is deleted."""
         if key in self._things[topic] and lifetime:
-            self._ends[topic, key] = rospy.Time.now() + lifetime
+            now = rospy.Time.now()
+            self._lives[topic, key] = now, now + lifetime
         else:
-            self._ends.pop((topic, key), None)
+            self._lives.pop((topic, key), None)
 
     def _put(
         self,
@@ -285,7 +286,7 @@ class Scene:
         thing = things.pop(key, None)
         for name in thing.names if thing is not None else ():
             self._drop_handle(name)
-        self._ends.pop((topic, key), None)
+        self._lives.pop((topic, key), None)
 
     def _put_handle(self, handle: Handle) -> None:
         name = handle.name

@@ -4,7 +4,7 @@ import bisect
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.node.tf.quaternions import Numbers, products, quaternion_conjugate, quaternion_multiply, rotated
-from rosslt.values import MATH, is_tracked, sources, untracked
+from rosslt.values import MATH, is_tracked, sources, to_float, untracked
 
 #: Between two rotations that differ by less, in radians, the weights of both are taken for constants: how they depend
 #: on the angle is lost in its rounding errors.
@@ -32,9 +32,13 @@ class Motion(NamedTuple):
 
 
 def motion_of(transform: Any) -> Motion:
-    """The Motion of a geometry_msgs/Transform."""
+    """The Motion of a geometry_msgs/Transform; ints become floats, as in tf2."""
     moved, turned = transform.translation, transform.rotation
-    return Motion((moved.x, moved.y, moved.z), (turned.x, turned.y, turned.z, turned.w))
+    return Motion(_floats(moved.x, moved.y, moved.z), _floats(turned.x, turned.y, turned.z, turned.w))
+
+
+def _floats(*numbers: Any) -> Numbers:
+    return tuple([to_float(number) if isinstance(number, int) else number for number in numbers])
 
 
 class Sample(NamedTuple):
