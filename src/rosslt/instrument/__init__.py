@@ -4,8 +4,9 @@ It may import the rooms `node`, `messages`, `files` and `values`, and rospy. Fro
 and `location_rules` judge which number literals of a program are locations, by its text alone; `literals` finds them;
 `tree_rewriting` replaces them by reads of cells, and `loader` loads the rewritten code, mostly from a cache; `cells`
 holds their values and registers those that a person would change or that reach a message; `routing` replaces what the
-node imports by counterparts that keep provenance; `reloading` applies edits of the source file; `budget` limits what recording costs, and `losses` says where provenance is lost; `runner` runs the
-node as Python would.
+node imports by counterparts that keep provenance;
+`reloading` applies edits of the source file; `budget` limits what recording costs, and `losses` says where provenance
+is lost; `runner` runs the node as Python would.
 """
 
 from typing import Any
