@@ -128,6 +128,20 @@ FAULTS = [
     ),
     # --- node
     Fault(
+        'a_state_that_is_set_back',
+        'values/core/slots.c',
+        'int is_done = found == expected && put',
+        'int is_done = found != NULL && put',
+        ('test/values/test_slots.py',),
+    ),
+    Fault(
+        'local_variables_that_do_not_follow',
+        'node/memory.py',
+        '            self._waiting += _running()\n',
+        '            pass\n',
+        ('test/instrument/test_memory.py', '-k', 'kept and literal'),
+    ),
+    Fault(
         'maximum_that_is_not_checked',
         'node/locations.py',
         'if maximum is not None and value > maximum:',

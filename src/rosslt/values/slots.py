@@ -53,9 +53,10 @@ def _exchange(owner: Any, key: Any, expected: Any, value: Any) -> bool:
                 return False
             object.__setattr__(owner, key, value)
         else:
-            if owner[key] is not expected:
+            kind: Any = list if isinstance(owner, list) else type(owner)
+            if kind.__getitem__(owner, key) is not expected:
                 return False
-            owner[key] = value
+            kind.__setitem__(owner, key, value)
     except (LookupError, AttributeError, TypeError, ValueError):  # it is gone, or takes nothing
         return False
     return True
