@@ -122,7 +122,7 @@ def recorded(number: Number, function: Callable[..., Any], *operands: Number) ->
         return number
     try:
         return with_tracked(number, python_number(function(*map(python_number, operands))))
-    except (ArithmeticError, TypeError, ValueError):  # where NumPy warns, or computes with other numbers than Python's
+    except Exception:  # where NumPy warns, or computes with other numbers than Python's
         return number
 
 
@@ -171,7 +171,17 @@ def _give(kind: Any, name: str, method: Callable[..., Any]) -> None:
 
 def _give_unary(kind: Any, name: str, of_tracked: Callable[..., Any]) -> None:
     computed = getattr(kind, name)
-    _give(kind, name, lambda self, *arguments: recorded(computed(self, *arguments), of_tracked, self, *arguments))
+
+    def method(self: Number, *arguments: Any, **options: Any) -> Any:
+        made = computed(self, *map(plain_number, arguments), **options)
+        # A reduction may begin with another number, or leave this one out.
+        return (
+            made
+            if 'initial' in options or 'where' in options
+            else recorded(made, of_tracked, self, *arguments, *options.values())
+        )
+
+    _give(kind, name, method)
 
 
 def _astype(self: Number, dtype: Any, *arguments: Any, **options: Any) -> Number:
