@@ -98,7 +98,7 @@ WRITERS = {
     'place of the same number': (lambda a, x: np.place(a, np.array([True, False, False]), [3.0]), [set(), {1}, {2}]),
     'put_along_axis': (lambda a, x: np.put_along_axis(a, np.array([1]), 7.0, 0), [{0}, set(), {2}]),
     'itemset': (lambda a, x: a.itemset(2, 7.0), [{0}, {1}, set()]),
-    'at': (lambda a, x: np.add.at(a, [1, 1], 7.0), [{0}, set(), {2}]),
+    'at': (lambda a, x: np.add.at(a, [1, 1], 7.0), [{0}, {1}, {2}]),
     'where': (lambda a, x: np.add(a, x, out=a, where=[True, False, False]), [{0, OTHER}, {1}, {2}]),
     'where of numbers': (lambda a, x: np.sqrt([4.0, 4, 4], out=a, where=[False, True, True]), [{0}, set(), set()]),
     'a view': (lambda a, x: np.put(a[1:], [0], 7.0), [{0}, set(), {2}]),
@@ -149,7 +149,8 @@ def test_number_takes_what_numpys_number_takes(ask):
 def test_reduction_of_a_number_begins_where_it_is_told():
     number = sourced([1.5])[0]
     assert (number.sum(initial=2.0), number.max(initial=1.0), number.sum(where=False)) == (3.5, 1.5, 0.0)
-    assert not is_tracked(number.max(initial=1.0))
+    assert evaluate(number.max(initial=1.0), {Source('/node', 0): 0.5}) == 1.0
+    assert evaluate(np.clip(number, 0.0, 2.0), {Source('/node', 0): 5.0}) == 2.0
 
 
 def test_maximum_chooses_anew_for_other_source_values():

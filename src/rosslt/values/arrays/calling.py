@@ -13,6 +13,7 @@ from .tracked_array import (
     TrackedArray,
     converted,
     holds_tracked,
+    of_list,
     of_memory,
     plain,
     provenance_of,
@@ -188,7 +189,7 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
     captured = _Captured()
     args: Sequence[Any] = ()
     # The provenance is taken first: an operation with `out` may overwrite its operands.
-    if method != 'at' and spend(OF_ARRAY):
+    if spend(OF_ARRAY):
         args = captured.all(inputs)
     function = ufunc if method == '__call__' else getattr(ufunc, method)
     if out is None:
@@ -199,8 +200,15 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
         # An operand of another class may give what it likes instead (NEP 13).
         results = result if len(given) > 1 else (result,)
         out = [target if part is one else None for target, one, part in zip(out, given, results)]
-    if method == 'at' and type(inputs[0]) is TrackedArray:
-        inputs[0].write_provenance(numbers[1], None)
+    if method == 'at':
+        if type(inputs[0]) is TrackedArray:
+            mask, node = numpy.zeros(numbers[0].shape, bool), None
+            mask[numbers[1]] = True
+            if captured.operands and captured.is_whole:
+                call = Call(_at(function), [args[0], numbers[1], *args[2:]], {})
+                node = Node(call, captured.operands, numbers[0], captured.copied)
+            inputs[0].write_provenance(mask, node)
+        return result
     chosen = ...
     if out is not None and method == '__call__' and plain_options.get('where', True) is not True:
         chosen = plain_options.pop('where')
@@ -210,6 +218,17 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
     if out is None:
         return made
     return _written(out, made, chosen) if len(out) > 1 else _written(out, (made,), chosen)[0]
+
+
+def _at(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The method `at` of a ufunc as a function that gives a changed copy."""
+
+    def changed(array: Any, *arguments: Any) -> Any:
+        made = numpy.array(array)
+        function(made, *arguments)
+        return made
+
+    return changed
 
 
 def _written(out: Sequence[Any], made: Sequence[Any], chosen: Any = ...) -> Tuple[Any, ...]:
@@ -308,6 +327,19 @@ def _array_function(
 ) -> Any:
     return call(function, tuple(arguments), dict(options))
 
+
+def _of_array(name: str) -> Callable[..., Any]:
+    """A method of a number that does what an array of this number does."""
+
+    def method(self: Any, *arguments: Any, **options: Any) -> Any:
+        return getattr(of_list(self.tracked, self.dtype), name)(*arguments, **options)
+
+    return method
+
+
+for _name in 'sum mean min max prod std var ptp clip ravel flatten reshape repeat cumsum cumprod'.split():
+    for _kind in CLASSES.values():
+        setattr(_kind, _name, _of_array(_name))
 
 # They complete the class, as NEP 13 and NEP 18 have it.
 TrackedArray.__array_ufunc__ = _array_ufunc  # type: ignore[method-assign, assignment]

@@ -1,7 +1,7 @@
 """The graph of NumPy's calls that made arrays, one node for each, and the expressions of elements made of it.
 
 Recording a call keeps NumPy's function and its operands, and nothing else. When somebody wants to know where an element
-comes from, the call is expanded: a ufunc by its row of the table; any other function by calling it with `Symbol`s, which
+comes from, the call is expanded: a ufunc by its row of the table; any other function by calling it with symbols, which
 it can add, multiply and move, and cannot look at, so that what it makes of them holds for all numbers. A function that
 looks at its operands (`sort`, `svd`), and a graph of more operations on numbers than an expression may have, becomes a
 call with numbers as of `operation`: the same function is called again to be evaluated, and its slopes are differences.

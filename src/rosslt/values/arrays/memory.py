@@ -104,7 +104,7 @@ class Memory:
         serial = next(self._serials)
         if type(made) is Node:
             fresh = _codes_from(serial, made.shape)
-            is_mask = getattr(key, 'dtype', None) == bool and key.shape == made.shape
+            is_mask = isinstance(key, numpy.ndarray) and key.dtype.kind == 'b' and key.shape == made.shape
             codes[key] = fresh[key] if is_mask else fresh
         else:
             codes[key] = serial * SERIAL

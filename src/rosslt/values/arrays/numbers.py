@@ -174,12 +174,7 @@ def _give_unary(kind: Any, name: str, of_tracked: Callable[..., Any]) -> None:
 
     def method(self: Number, *arguments: Any, **options: Any) -> Any:
         made = computed(self, *map(plain_number, arguments), **options)
-        # A reduction may begin with another number, or leave this one out.
-        return (
-            made
-            if 'initial' in options or 'where' in options
-            else recorded(made, of_tracked, self, *arguments, *options.values())
-        )
+        return recorded(made, of_tracked, self, *arguments, *options.values())
 
     _give(kind, name, method)
 
@@ -224,7 +219,7 @@ def complete(compute: Callable[..., Any], arrays: Any, array_ufunc: Callable[...
         for name, of_tracked in (('__neg__', operator.neg), ('__pos__', _itself), ('__abs__', abs)):
             _give_unary(kind, name, of_tracked)
         _give_unary(kind, 'round', lambda number, digits=None, _=None: round(number, digits))
-        for name in ('copy', 'squeeze', 'conj', 'conjugate', 'sum', 'mean', 'min', 'max', 'prod'):
+        for name in ('copy', 'squeeze', 'conj', 'conjugate'):
             _give_unary(kind, name, _itself)
         cls.__divmod__ = lambda self, other: (self // other, self % other)
         cls.__rdivmod__ = lambda self, other: (other // self, other % self)

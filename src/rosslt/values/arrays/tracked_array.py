@@ -279,11 +279,16 @@ def _writing(name: str) -> Callable[..., Any]:
 
     def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
         result = original(self, *plain(arguments), **plain(options))
-        self.write_as(lambda marks, of: getattr(marks, name)(*of(arguments), **of(options)))
+        self.write_as(lambda marks, of: getattr(marks, name)(*map(_unboxed, of(arguments)), **of(options)))
         return result
 
     method.__name__ = name
     return method
+
+
+def _unboxed(x: Any) -> Any:
+    """The object in an array without axes: NumPy's methods write it as it is."""
+    return x.item() if isinstance(x, numpy.ndarray) and x.dtype == object and not x.shape else x
 
 
 def _ordering(name: str) -> Callable[..., Any]:
@@ -348,16 +353,15 @@ def holds_tracked(x: Argument) -> bool:
 
 def _with_objects(x: Argument) -> Any:
     """An argument that is written to an array of objects, with its tracked numbers; what may be an index is plain."""
-    kind = type(x)
-    if kind is TrackedArray and x.dtype.kind == 'f' and x.has_provenance:
-        made = numpy.empty(x.size, object)
-        made[:] = x.ravel().tolist()
-        return made.reshape(x.shape)
-    if kind in (list, tuple):
-        return kind([_with_objects(part) for part in x])
-    if kind is dict:
+    if type(x) is dict:
         return {name: _with_objects(part) for name, part in x.items()}
-    return python_number(x) if kind in WITH_PROVENANCE else plain(x)
+    if type(x) is tuple:
+        return tuple(map(_with_objects, x))
+    numbers = plain(x)
+    if not holds_tracked(x) or numpy.asarray(numbers).dtype.kind != 'f':
+        return numbers
+    node = provenance_of(of_list(x, None))
+    return node.objects(lambda number: number)
 
 
 def provenance_of(value: Argument) -> Any:
