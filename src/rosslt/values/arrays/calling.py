@@ -337,7 +337,8 @@ def _of_array(name: str) -> Callable[..., Any]:
     return method
 
 
-for _name in 'sum mean min max prod std var ptp clip ravel flatten reshape repeat cumsum cumprod'.split():
+_METHODS = ('sum mean max min prod std var ptp clip ravel flatten', 'reshape repeat cumsum cumprod')
+for _name in ' '.join(_METHODS).split():
     for _kind in CLASSES.values():
         setattr(_kind, _name, _of_array(_name))
 
