@@ -143,9 +143,7 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
     if method != '__call__' or options or ufunc.nout != 1:
         return _compute(ufunc, method, inputs, options)
     numbers, args, operands = [], [], []
-    copied = 0
-    has_array = False
-    is_recorded = None
+    copied, has_array, is_recorded = 0, False, None
     for operand in inputs:
         kind = type(operand)
         number = operand
@@ -154,7 +152,7 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
             number = _ARRAY.view(operand, numpy.ndarray)
             if is_recorded is None and operand.has_provenance:
                 is_recorded = spend(OF_ARRAY)
-            operand = provenance_of(operand) if is_recorded and operand.has_provenance else None
+            operand = provenance_of(operand) if is_recorded else None
             if operand is None:
                 copied += number.size
                 operand = number
@@ -189,7 +187,7 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
     captured = _Captured()
     args: Sequence[Any] = ()
     # The provenance is taken first: an operation with `out` may overwrite its operands.
-    if spend(OF_ARRAY):
+    if any(map(holds_tracked, inputs)) and spend(OF_ARRAY):
         args = captured.all(inputs)
     function = ufunc if method == '__call__' else getattr(ufunc, method)
     if out is None:

@@ -7,6 +7,7 @@ looks at its operands (`sort`, `svd`), and a graph of more operations on numbers
 call with numbers as of `operation`: the same function is called again to be evaluated, and its slopes are differences.
 """
 
+import functools
 import math
 import operator
 import sys
@@ -98,7 +99,7 @@ class Gathering:
 
     def __init__(self, codes: Any, numbers: Any, entries: Dict[int, Operand]) -> None:
         self.codes, self.numbers = codes.ravel(), numbers
-        used = entries.copy() if len(entries) == 1 else numpy.unique(self.codes // SERIAL).tolist()
+        used = list(entries) if len(entries) == 1 else set((self.codes // SERIAL).tolist())
         self.entries = {serial: entries[serial] for serial in used if serial in entries}
 
     def run(self, value_of: Callable[[Operand], Any], is_of_objects: bool) -> Any:
@@ -404,16 +405,22 @@ for _name, _function in (('__neg__', operator.neg), ('__abs__', abs), *EXACT.ite
 
 def of_numbers(ufunc: Any) -> Callable[..., Any]:
     """A ufunc as a function of numbers, plain and tracked."""
+    return functools.partial(_computed, ufunc)
+
+
+def _computed(ufunc: Any, *numbers: Any) -> Any:
+    if TRACKED.isdisjoint(map(type, numbers)):
+        return ufunc(*numbers)
     exact = EXACT.get(ufunc.__name__)
+    if exact is not None:
+        try:
+            return exact(*numbers)
+        except (ArithmeticError, TypeError, ValueError):
+            pass  # NumPy gives an infinite number, for instance
 
-    def computed(*numbers: Any) -> Any:
-        if TRACKED.isdisjoint(map(type, numbers)):
+    @functools.wraps(ufunc, updated=())
+    def quiet(*numbers: Any) -> Any:
+        with numpy.errstate(all='ignore'):
             return ufunc(*numbers)
-        if exact is not None:
-            try:
-                return exact(*numbers)
-            except (ArithmeticError, TypeError, ValueError):
-                pass  # NumPy gives an infinite number, for instance
-        return operation(ufunc)(*numbers)
 
-    return computed
+    return operation(quiet)(*numbers)

@@ -45,12 +45,6 @@ class TrackedArray(numpy.ndarray):
         return self._memory is not None and bool(self._memory.entries)
 
     @property
-    def flags(self) -> Any:
-        """Override the attribute of `numpy.ndarray`: an array that NumPy made owns its elements."""
-        flags, memory = _ARRAY.flags.__get__(self), self._memory
-        return _OwnerFlags(flags) if memory is not None and self._is_whole and memory.root.flags.owndata else flags
-
-    @property
     def codes(self) -> Any:
         """The codes of the elements in their memory."""
         assert self._memory is not None
@@ -215,75 +209,8 @@ class TrackedArray(numpy.ndarray):
         self.__setstate__((1, made.shape, made.dtype, made.flags.fnc, made.tobytes('A')))
 
 
-class _OwnerFlags:
-    """The flags of an array, with the one that says that it owns its elements."""
-
-    def __init__(self, flags: Any) -> None:
-        vars(self)['flags'] = flags
-
-    owndata = True
-    num = property(lambda self: self.flags.num | 4)  # NPY_ARRAY_OWNDATA
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.flags, name)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        setattr(self.flags, name, value)
-
-    def __getitem__(self, key: str) -> Any:
-        return key in ('O', 'OWNDATA') or self.flags[key]
-
-    def __setitem__(self, key: str, value: Any) -> None:
-        self.flags[key] = value
-
-    def __eq__(self, other: Any) -> bool:
-        return bool(self.num == getattr(other, 'num', None))
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def __repr__(self) -> str:
-        return repr(self.flags).replace('OWNDATA : False', 'OWNDATA : True')
-
-
 def converted(x: Any, dtype: Any) -> Any:
     return x if x.dtype == object else x.astype(dtype)
-
-
-def _moving(name: str) -> Callable[..., Any]:
-    """A method that gives a view or a copy of some elements."""
-    original = getattr(numpy.ndarray, name)
-
-    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
-        found = original(self, *plain(arguments), **plain(options))
-        if type(found) is not TrackedArray or found._memory is not None:
-            return found
-        return self._moved(found, lambda codes: getattr(codes, name)(*plain(arguments), **plain(options)))
-
-    method.__name__ = name
-    return method
-
-
-def _computing(name: str) -> Callable[..., Any]:
-    """A method that does what the function of that name does."""
-
-    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
-        return getattr(numpy, name)(self, *arguments, **options)
-
-    method.__name__ = name
-    return method
-
-
-def _writing(name: str) -> Callable[..., Any]:
-    """A method that writes what it is given to some elements."""
-    original = getattr(numpy.ndarray, name)
-
-    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
-        result = original(self, *plain(arguments), **plain(options))
-        self.write_as(lambda marks, of: getattr(marks, name)(*map(_unboxed, of(arguments)), **of(options)))
-        return result
-
-    method.__name__ = name
-    return method
 
 
 def _unboxed(x: Any) -> Any:
@@ -291,9 +218,36 @@ def _unboxed(x: Any) -> Any:
     return x.item() if isinstance(x, numpy.ndarray) and x.dtype == object and not x.shape else x
 
 
-def _ordering(name: str) -> Callable[..., Any]:
+def _moving(name: str, original: Any) -> Callable[..., Any]:
+    """A method that gives a view or a copy of some elements."""
+
+    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
+        found = original(self, *plain(arguments), **plain(options))
+        if type(found) is not TrackedArray or found._memory is not None:
+            return found
+        return self._moved(found, lambda codes: getattr(codes, name)(*plain(arguments), **plain(options)))
+
+    return method
+
+
+def _computing(name: str, _: Any) -> Callable[..., Any]:
+    """A method that does what the function of that name does."""
+    return lambda self, *arguments, **options: getattr(numpy, name)(self, *arguments, **options)
+
+
+def _writing(name: str, original: Any) -> Callable[..., Any]:
+    """A method that writes what it is given to some elements."""
+
+    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
+        result = original(self, *plain(arguments), **plain(options))
+        self.write_as(lambda marks, of: getattr(marks, name)(*map(_unboxed, of(arguments)), **of(options)))
+        return result
+
+    return method
+
+
+def _ordering(name: str, original: Any) -> Callable[..., Any]:
     """A method that orders the elements as the function of that name does."""
-    original = getattr(numpy.ndarray, name)
 
     def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
         made = provenance_of(getattr(numpy, name)(self, *arguments, **options)) if self.has_provenance else None
@@ -301,19 +255,16 @@ def _ordering(name: str) -> Callable[..., Any]:
         self.write_provenance(..., made)
         return result
 
-    method.__name__ = name
     return method
 
 
-def _forgetting(name: str) -> Callable[..., Any]:
+def _forgetting(_: str, original: Any) -> Callable[..., Any]:
     """A method that changes the bytes of the elements."""
-    original = getattr(numpy.ndarray, name)
 
     def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
         self.forget()
         return original(self, *plain(arguments), **plain(options))
 
-    method.__name__ = name
     return method
 
 
@@ -326,7 +277,9 @@ for _make, _names in (
 ):
     for _name in _names.split():
         if hasattr(numpy.ndarray, _name):  # not every NumPy has all of them
-            setattr(TrackedArray, _name, _make(_name))
+            _method = _make(_name, getattr(numpy.ndarray, _name))
+            _method.__name__ = _name
+            setattr(TrackedArray, _name, _method)
 
 
 def plain(x: Argument) -> Any:
