@@ -75,3 +75,77 @@ def test_program_holds_at_other_source_values(part):
             if found:
                 wrong[seed] = found
     assert not wrong
+
+
+#: What reads and writes files, prints, sets options, or gives what was in the memory.
+OTHER = {
+    'empty',
+    'empty_like',
+    'fastCopyAndTranspose',
+    'info',
+    'source',
+    'lookfor',
+    'show_config',
+    'test',
+    'who',
+    'disp',
+}
+OTHER |= {'byte_bounds', 'memmap', 'safe_eval', 'show_runtime', 'printoptions', 'deprecate', 'deprecate_with_doc'}
+FILES = ('save', 'load', 'from', 'gen', 'rec', 'ndfrom', 'maf', 'set', 'get', 'add_', 'may_share', 'shares', 'compare')
+NAMES = [
+    prefix + name
+    for prefix, module in (('', np), ('linalg.', np.linalg))
+    for name, one in vars(module).items()
+    if callable(one) and not isinstance(one, type) and name[0] != '_' and name not in OTHER
+    if not name.startswith(FILES)
+]
+V, M, Z = [1.0, 2.0, 0.5], [[2.0, 0.5], [0.25, 3.0]], [[[1.0, 2.0], [3.0, 5.0]], [[4.0, 1.0], [0.0, 2.0]]]
+ARGUMENTS = [(V,), (M,), (Z,), (1.5,), (V, V), (M, M), (M, V), (1.5, V), (V, 1.5), (V, V, V), (V, (1,)), (M, (0,))]
+ARGUMENTS += [(Z, Z), (V, ([0],), 1.5), (M, (True,), 1.5)]
+
+
+def outcome(module, name, arguments):
+    """What a function gives, and its arguments after that; or the class of what it raises."""
+    function = module
+    for part in name.split('.'):
+        function = getattr(function, part)
+    try:
+        return function(*arguments), arguments
+    except Exception as error:
+        return type(error)
+
+
+def arrays_of(arguments, make):
+    """Arrays for lists, an element of an array for a float, and what is in a tuple as it is."""
+    for one in arguments:
+        yield one[0] if type(one) is tuple else make(one) if type(one) is list else make([one])[0]
+
+
+def sourced(numbers):
+    flat = [track(number, Source('/node', at)) for at, number in enumerate(np.ravel(numbers).tolist())]
+    return tracked_np.array(flat).reshape(np.shape(numbers))
+
+
+def flat_of(x):
+    if isinstance(x, (list, tuple)):
+        return [number for part in x for number in flat_of(part)]
+    return np.ravel(untracked(x)).tolist()
+
+
+@pytest.mark.filterwarnings('ignore')
+@pytest.mark.parametrize('module', [np, tracked_np])
+def test_every_function_of_numpy_gives_what_it_gives_and_is_sent(module, capsys):
+    wrong = []
+    with np.errstate(all='ignore'):
+        for name in NAMES:
+            for arguments in ARGUMENTS:
+                theirs = outcome(np, name, tuple(arrays_of(arguments, np.array)))
+                ours = outcome(module, name, tuple(arrays_of(arguments, sourced)))
+                if isinstance(theirs, type) or isinstance(ours, type):
+                    if ours is not theirs:
+                        wrong.append((name, arguments, str(ours)[:200], str(theirs)[:200]))
+                elif repr(flat_of(ours)) != repr(flat_of(theirs)):
+                    wrong.append((name, arguments, str(ours)[:200], str(theirs)[:200]))
+                else:
+                    disassemble([leaf for _, leaf in leaves(ours)])
+    assert not wrong
