@@ -13,7 +13,7 @@ UNARY = (
     'positive nan_to_num squeeze atleast_2d diff fix i0 sinc conjugate reciprocal log1p cumprod'
 )
 BINARY = (
-    'add subtract multiply divide maximum minimum fmax fmin arctan2 hypot fmod remainder heaviside '
+    'add subtract multiply divide maximum minimum fmax fmin hypot fmod remainder heaviside '
     'logaddexp floor_divide dot inner outer kron matmul convolve cross vdot append logaddexp2 float_power'
 )
 REDUCTIONS = 'sum mean max min std var median prod ptp nansum nanmax cumsum average'
@@ -41,6 +41,7 @@ CALLS = [
     *[lambda r, n, a, b, name=name: getattr(n, name)(a, axis=_axis(r, a)) for name in REDUCTIONS.split()],
     *[lambda r, n, a, b, name=name: getattr(a, name)(axis=_axis(r, a)) for name in METHODS.split()],
     lambda r, n, a, b: a + b * 2,
+    lambda r, n, a, b: n.arctan2(a, 1 + b * b),
     lambda r, n, a, b: 1 / (1 + a * a),
     lambda r, n, a, b: 0.5 * a - b / 3,
     lambda r, n, a, b: a**2 % 1.5,
@@ -51,7 +52,7 @@ CALLS = [
     lambda r, n, a, b: a[0],
     lambda r, n, a, b: a[-1, ...],
     lambda r, n, a, b: a[[0, -1]],
-    lambda r, n, a, b: a[_mask(r, a)],
+    lambda r, n, a, b: n.asarray(a)[_mask(r, a)],
     lambda r, n, a, b: a.T.copy(),
     lambda r, n, a, b: a.reshape(-1),
     lambda r, n, a, b: n.where(_mask(r, a), a, b),
@@ -167,7 +168,8 @@ def run(n, arrays, seed):
         a, b, is_writer, part = r.choice(known), r.choice(known), r.random() < 0.3, random.Random(r.random())
         try:
             if is_writer:
-                made = n.array(a)
+                made = n.zeros(numpy.shape(a))
+                made[...] = a
                 part.choice(WRITERS)(part, n, made, b)
             else:
                 made = part.choice(CALLS)(part, n, a, b)

@@ -224,3 +224,11 @@ def test_fault_in_recording_is_told_and_costs_the_provenance_alone(monkeypatch):
     assert np.sort(sourced([1.0, 2.0])).tolist() == [1.0, 2.0]
     assert {error for _, error in told} == {SystemError}
     assert len(told) >= 4
+
+
+def test_array_whose_elements_became_plain_is_written_as_a_plain_one():
+    array, plain = sourced([3.0, 1.0]), sourced([5.0, 6.0])
+    plain[...] = 7.0
+    np.place(array, np.array([True, False]), plain)
+    assert ids(array) == [set(), {1}]
+    assert untracked(sourced([1.0])[:0].reshape(0, 3)).shape == (0, 3)

@@ -54,7 +54,7 @@ class TrackedArray(numpy.ndarray):
 
     def of(self, numbers: Any) -> Any:
         """The array of other numbers, in lists, of the same type."""
-        return of_list(numbers, self.dtype)
+        return of_list(numbers, self.dtype, self.shape)
 
     def forget(self) -> None:
         """Cut the elements off from where they come from, in all views of them."""
@@ -314,7 +314,7 @@ def _with_objects(x: Argument) -> Any:
     if not holds_tracked(x) or numpy.asarray(numbers).dtype.kind != 'f':
         return numbers
     node = provenance_of(of_list(x, None))
-    return node.objects(lambda number: number)
+    return numbers if node is None else node.objects(lambda number: number)
 
 
 def provenance_of(value: Argument) -> Any:
