@@ -5,17 +5,20 @@ This folder imports NumPy, so the room loads it only when it is asked for. `numb
 `calling.py` what calls NumPy with them, `functions.py` NumPy's functions by name.
 """
 
-from .calling import LOST
+from .calling import LOST, compute
 from .functions import FUNCTIONS, replacements
+from .graph import FAULTS
 from .numbers import CLASSES, PYTHON_NUMBERS, conversion, python_number, same_number
 from .tracked_array import TrackedArray, holds_tracked, of_list, plain
 
 __all__ = [
     'CLASSES',
+    'FAULTS',
     'FUNCTIONS',
     'LOST',
     'PYTHON_NUMBERS',
     'TrackedArray',
+    'compute',
     'conversion',
     'holds_tracked',
     'of_list',
