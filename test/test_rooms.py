@@ -163,3 +163,46 @@ assert list(rosslt.solve(3 * x, 12.0).values()) == [4.0]
         check=False,
     )
     assert result.returncode == 0, result.stderr
+
+
+def module_of(name):
+    """The file of a module, or of the module that a name is in; None outside the package."""
+    parts = name.split('.')[1:]
+    for end in (len(parts), len(parts) - 1):
+        base = PACKAGE.joinpath(*parts[:end])
+        for path in (base.with_suffix('.py'), base / '__init__.py'):
+            if name.startswith('rosslt.') and end > 0 and path.is_file():
+                return path
+    return None
+
+
+def imported_files(path):
+    """The files that a file imports, also while it runs: by `import_module` with a name beginning with a point."""
+    package = ['rosslt', *path.relative_to(PACKAGE).parent.parts]
+    names = [name for _, name in imports(path)]
+    for node in ast.walk(tree_of(path)):
+        is_import = isinstance(node, ast.Call) and getattr(node.func, 'attr', '') == 'import_module'
+        if is_import and isinstance(node.args[0], ast.Constant) and node.args[0].value.startswith('.'):
+            up = len(node.args[0].value) - len(node.args[0].value.lstrip('.'))
+            names.append('.'.join([*package[: len(package) - up + 1], node.args[0].value.lstrip('.')]))
+    return {found for found in map(module_of, names) if found is not None}
+
+
+def circles(edges):
+    """What is left of `{file: imported files}` when all are taken away that import nothing of what is left."""
+    left = dict(edges)
+    while True:
+        ends = [path for path, found in left.items() if not (found - {path}) & left.keys()]
+        if not ends:
+            return left
+        for path in ends:
+            del left[path]
+
+
+def test_files_of_values_import_each_other_in_one_direction():
+    left = circles({path: imported_files(path) for path in (PACKAGE / 'values').rglob('*.py')})
+    assert not left
+
+
+def test_circle_of_files_is_found():
+    assert circles({'a': {'b'}, 'b': {'c'}, 'c': {'a'}, 'd': {'a'}, 'e': set()}).keys() == {'a', 'b', 'c', 'd'}

@@ -118,4 +118,4 @@ CALLS = {
 }
 
 #: Those of which a part of the result is plain whatever is tracked.
-PARTLY_PLAIN = {'array', 'abs of a list'}
+PARTLY_PLAIN = {'array', 'abs of a list', 'concatenate', 'append', 'diag'}

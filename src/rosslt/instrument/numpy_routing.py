@@ -1,8 +1,10 @@
 """The `numpy` that rewritten code gets: NumPy's functions, keeping provenance."""
 
-from typing import Any, Dict
+import sys
+from typing import Any, Dict, Set, Tuple
 
 import numpy
+import rospy
 
 from rosslt import values
 from rosslt.instrument import cells, functions
@@ -25,6 +27,18 @@ def _reduced(value: Any, protocol: Any) -> Any:
     return arrays.plain(value).__reduce_ex__(protocol)
 
 
+_told: Set[Tuple[str, type]] = set()
+
+
+def _unrecorded(name: str, error: Exception) -> None:
+    """A call of NumPy could not be recorded: `doctor` names the line, and rosout the error, once for each kind."""
+    if (name, type(error)) not in _told:
+        _told.add((name, type(error)))
+        rospy.logwarn('rosslt does not track a result of numpy.%s: %s: %s', name, type(error).__name__, error)
+    if LOSSES.is_watched:
+        LOSSES.note(sys._getframe(1))
+
+
 def look_like_numpy() -> None:
     """Have arrays and numbers with provenance look like NumPy's own in texts, in pickles and to `type`, be cut where
     they carry a state on, and be noticed where they lose their provenance."""
@@ -36,3 +50,4 @@ def look_like_numpy() -> None:
         functions.convert_by(kind, arrays.conversion(kind))
     if LOSSES.computed not in arrays.LOST:
         arrays.LOST.append(LOSSES.computed)
+        arrays.FAULTS.append(_unrecorded)

@@ -8,7 +8,7 @@ installed. Other rooms use the names below and nothing behind them.
 import importlib
 from typing import Any, Callable, Dict
 
-from . import operators
+from . import numpy_ufuncs, operators
 from .affine import affine, linearized
 from .calls import operation
 from .errors import Error, NotInvertible, NotTracked
@@ -101,6 +101,9 @@ __all__ = [
 def numpy_arrays() -> Any:
     """The folder `arrays`: NumPy's arrays and numbers with provenance. NumPy is imported for it."""
     return importlib.import_module('.arrays', __name__)
+
+
+numpy_ufuncs.LOADERS.append(numpy_arrays)
 
 
 def numpy_functions() -> Dict[str, Callable[..., Any]]:

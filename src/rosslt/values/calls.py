@@ -9,6 +9,7 @@ import functools
 from typing import List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from .annotations import Function, Value
+from .graph import UNDEFINED
 from .operations import Form, Operation
 from .operations.notation import FUNCTION, Text, literal
 from .operations.row import known_at
@@ -88,9 +89,8 @@ class CallForm(Form):
 
     def slopes(self, first: Value, second: Value, values: Sequence[Value]) -> Sequence[Value]:
         numbers = self._filled(first, values)
-        return [
-            self._slope(at, numbers, first, second) for at, number in enumerate(first[0]) if type(number) in TRACKED
-        ]
+        places = [at for at, number in enumerate(first[0]) if type(number) in TRACKED]
+        return [self._slope(at, numbers, first, second) for at in places]
 
     def undo(
         self, place: int, wanted: Value, present: Value, first: Value, second: Value, values: Sequence[Value]
@@ -144,7 +144,10 @@ class CallForm(Form):
             slope = _part(derivative(*layout.arguments(numbers)), place)
             return slope if inside is None else slope[inside]
         step = STEP * max(1.0, abs(numbers[at]))
-        ends = [_number(_part(self._result(first, numbers, (at, numbers[at] + by)), place)) for by in (step, -step)]
+        try:
+            ends = [_number(_part(self._result(first, numbers, (at, numbers[at] + by)), place)) for by in (step, -step)]
+        except UNDEFINED:
+            return 0  # a count, for instance: there may be slopes for the others
         return (ends[0] - ends[1]) / (2 * step)
 
 

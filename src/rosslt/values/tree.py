@@ -8,7 +8,8 @@ import operator
 from typing import Callable, Iterator, List, Tuple
 
 from .annotations import Value
-from .tracked import SCALARS, TRACKED
+from .operations import AFFINE, LAZY
+from .tracked import SCALARS, TRACKED, resolve
 
 
 def is_message(x: Value) -> bool:
@@ -137,7 +138,15 @@ def copied(x: Value) -> Value:
 
 def is_tracked(x: Value) -> bool:
     """Return True if `x` has provenance: it is a tracked value or holds one."""
-    return type(x) in TRACKED or any(type(leaf) in TRACKED for _, leaf in leaves(x))
+    return any(type(leaf) in TRACKED and _has_record(leaf) for _, leaf in leaves(x))
+
+
+def _has_record(leaf: Value) -> bool:
+    """Return False for an element of an array whose provenance is looked up in vain."""
+    record = leaf._record
+    if record[0] is LAZY and getattr(record[1], 'is_uncertain', False):
+        record = resolve(leaf)
+    return record[0] is not AFFINE or bool(record[1])
 
 
 def untracked(x: Value) -> Value:

@@ -5,7 +5,7 @@ from typing import Any, Callable, Dict, Iterable, List, Mapping, Sequence, Tuple
 import numpy
 
 from ..recording import spend
-from .graph import ELEMENTWISE, MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node
+from .graph import MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node, of_numbers, report
 from .memory import lazy_number
 from .numbers import CLASSES, WITH_PROVENANCE, complete, plain_number, python_number, recorded
 from .tracked_array import (
@@ -13,6 +13,7 @@ from .tracked_array import (
     TrackedArray,
     converted,
     holds_tracked,
+    of_list,
     of_memory,
     plain,
     provenance_of,
@@ -38,9 +39,17 @@ def wrapped(result: Any, call: Call, operands: Sequence[Any], copied: int) -> An
         result: what NumPy gives.
         call, operands, copied: as of `graph.Node`.
     """
+    try:
+        return _wrapped(result, call, operands, copied)
+    except Exception as error:  # of whatever type: the program goes on
+        report(call.function, error)
+        return result
+
+
+def _wrapped(result: Any, call: Call, operands: Sequence[Any], copied: int) -> Any:
     if type(result) in (list, tuple) or (isinstance(result, tuple) and hasattr(result, '_fields')):
         parts = [
-            wrapped(part, Call(call.function, call.args, call.options, at), operands, copied)
+            _wrapped(part, Call(call.function, call.args, call.options, at), operands, copied)
             for at, part in enumerate(result)
         ]
         return type(result)(*parts) if hasattr(result, '_fields') else type(result)(parts)
@@ -81,6 +90,15 @@ class _Captured:
         self.operands: List[Any] = []
         self.copied = 0
         self.is_whole = True
+
+    def all(self, x: Any) -> Any:
+        """Arguments in a list or dict, as the call of an argument gives each; what cannot be kept is not."""
+        try:
+            return {name: self(one) for name, one in x.items()} if type(x) is dict else [self(one) for one in x]
+        except Exception as error:  # of whatever type: the program goes on
+            report(None, error)
+            self.is_whole = False
+            return x
 
     def __call__(self, x: Argument) -> Any:
         """An argument with nodes for arrays with provenance, and plain arrays copied: the program may change them."""
@@ -125,9 +143,7 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
     if method != '__call__' or options or ufunc.nout != 1:
         return _compute(ufunc, method, inputs, options)
     numbers, args, operands = [], [], []
-    copied = 0
-    has_array = False
-    is_recorded = None
+    copied, has_array, is_recorded = 0, False, None
     for operand in inputs:
         kind = type(operand)
         number = operand
@@ -136,7 +152,7 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
             number = _ARRAY.view(operand, numpy.ndarray)
             if is_recorded is None and operand.has_provenance:
                 is_recorded = spend(OF_ARRAY)
-            operand = operand._memory.node_of(operand) if is_recorded and operand.has_provenance else None
+            operand = provenance_of(operand) if is_recorded else None
             if operand is None:
                 copied += number.size
                 operand = number
@@ -155,7 +171,7 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
         args.append(operand)
     result = ufunc(*numbers)
     if not has_array:
-        return recorded(result, _function_of(ufunc), *inputs)
+        return recorded(result, of_numbers(ufunc), *inputs)
     if not operands or copied >= MAX_COPIED or not (spend(OF_ARRAY) if is_recorded is None else is_recorded):
         return result
     # The program may change plain arrays.
@@ -171,8 +187,8 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
     captured = _Captured()
     args: Sequence[Any] = ()
     # The provenance is taken first: an operation with `out` may overwrite its operands.
-    if method != 'at' and not (out is not None and 'where' in options) and spend(OF_ARRAY):
-        args = [captured(one) for one in inputs]
+    if any(map(holds_tracked, inputs)) and spend(OF_ARRAY):
+        args = captured.all(inputs)
     function = ufunc if method == '__call__' else getattr(ufunc, method)
     if out is None:
         result = function(*numbers, **plain_options)
@@ -182,62 +198,52 @@ def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[
         # An operand of another class may give what it likes instead (NEP 13).
         results = result if len(given) > 1 else (result,)
         out = [target if part is one else None for target, one, part in zip(out, given, results)]
-    if method == 'at' and type(inputs[0]) is TrackedArray:
-        inputs[0].forget()
+    if method == 'at':
+        if type(inputs[0]) is TrackedArray:
+            mask, node = numpy.zeros(numbers[0].shape, bool), None
+            mask[numbers[1]] = True
+            if captured.operands and captured.is_whole:
+                call = Call(_at(function), [args[0], numbers[1], *args[2:]], {})
+                node = Node(call, captured.operands, numbers[0], captured.copied)
+            inputs[0].write_provenance(mask, node)
+        return result
+    chosen = ...
+    if out is not None and method == '__call__' and plain_options.get('where', True) is not True:
+        chosen = plain_options.pop('where')
     made = result
     if captured.operands and captured.is_whole:
         made = wrapped(result, Call(function, args, plain_options), captured.operands, captured.copied)
     if out is None:
         return made
-    return _written(out, made) if len(out) > 1 else _written(out, (made,))[0]
+    return _written(out, made, chosen) if len(out) > 1 else _written(out, (made,), chosen)[0]
 
 
-def _function_of(ufunc: Any) -> Callable[..., Any]:
-    return ELEMENTWISE.get(ufunc.__name__) or _OPERATORS.get(ufunc.__name__) or _no_function
+def _at(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The method `at` of a ufunc as a function that gives a changed copy."""
+
+    def changed(array: Any, *arguments: Any) -> Any:
+        made = numpy.array(array)
+        function(made, *arguments)
+        return made
+
+    return changed
 
 
-def _no_function(*_: Any) -> None:
-    return None
+def _written(out: Sequence[Any], made: Sequence[Any], chosen: Any = ...) -> Tuple[Any, ...]:
+    """The arrays that results were written to, with the provenance of these; the result itself where there is none.
 
-
-_OPERATORS: Dict[str, Callable[..., Any]] = {
-    'add': lambda a, b: a + b,
-    'subtract': lambda a, b: a - b,
-    'divide': lambda a, b: a / b,
-    'floor_divide': lambda a, b: a // b,
-    'remainder': lambda a, b: a % b,
-    'power': lambda a, b: a**b,
-    'float_power': lambda a, b: a**b,
-    'negative': lambda a: -a,
-    'positive': lambda a: a,
-    'absolute': abs,
-    'square': lambda a: a * a,
-    'reciprocal': lambda a: 1 / a,
-    'maximum': lambda a, b: a if a >= b else b,
-    'minimum': lambda a, b: a if a <= b else b,
-    'fmax': lambda a, b: a if a >= b else b,
-    'fmin': lambda a, b: a if a <= b else b,
-    'conjugate': lambda a: a,
-}
-
-
-def _written(out: Sequence[Any], made: Sequence[Any]) -> Tuple[Any, ...]:
-    """The arrays that results were written to, with the provenance of these; the result itself where there is None."""
+    Args:
+        chosen: a mask of what was written; all by default.
+    """
     for target, part in zip(out, made):
         if type(target) is TrackedArray:
-            target.write_provenance(..., provenance_of(part) if target is not part else None)
+            at = chosen if chosen is ... else numpy.broadcast_to(chosen, target.shape)
+            target.write_provenance(at, provenance_of(part) if target is not part else None)
     return tuple(part if target is None else target for target, part in zip(out, made))
 
 
-#: The functions that write to their first argument, and how that is called. What they write has no provenance.
-_WRITING = {
-    numpy.copyto: 'dst',
-    numpy.put: 'a',
-    numpy.place: 'arr',
-    numpy.putmask: 'a',
-    numpy.fill_diagonal: 'a',
-    numpy.put_along_axis: 'arr',
-}
+_TARGETS = ('dst', 'a', 'arr')
+"""The names of the first arguments of NumPy's functions that return nothing: they write to these."""
 
 _RECEPTIVE = {numpy.zeros_like, numpy.ones_like, numpy.empty_like}
 
@@ -250,14 +256,19 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
     """Call a function of NumPy: the result has NumPy's own numbers, with their provenance where it is known."""
     captured = _Captured()
     captured.is_whole = spend(OF_ARRAY)
-    args, named = [captured(one) for one in arguments], {name: captured(one) for name, one in options.items()}
+    args, named = captured.all(arguments), captured.all(options)
     given, plain_named = [plain(one) for one in arguments], plain(options)
     result = function(*given, **plain_named)
-    if function in _WRITING:
-        target = arguments[0] if arguments else options[_WRITING[function]]
+    if result is None:
+        target = arguments[0] if arguments else next((options[name] for name in _TARGETS if name in options), None)
         if type(target) is TrackedArray:
-            target.forget()
-        return result
+            target.write_as(
+                lambda marks, of: function(
+                    *[marks if one is target else of(one) for one in arguments],
+                    **{name: marks if one is target else of(one) for name, one in options.items()},
+                )
+            )
+        return None
     if function in _RECEPTIVE:
         return receptive(result)
     target = None
@@ -314,6 +325,20 @@ def _array_function(
 ) -> Any:
     return call(function, tuple(arguments), dict(options))
 
+
+def _of_array(name: str) -> Callable[..., Any]:
+    """A method of a number that does what an array of this number does."""
+
+    def method(self: Any, *arguments: Any, **options: Any) -> Any:
+        return getattr(of_list(self.tracked, self.dtype), name)(*arguments, **options)
+
+    return method
+
+
+_METHODS = ('sum mean max min prod std var ptp clip ravel flatten', 'reshape repeat cumsum cumprod')
+for _name in ' '.join(_METHODS).split():
+    for _kind in CLASSES.values():
+        setattr(_kind, _name, _of_array(_name))
 
 # They complete the class, as NEP 13 and NEP 18 have it.
 TrackedArray.__array_ufunc__ = _array_ufunc  # type: ignore[method-assign, assignment]

@@ -34,9 +34,15 @@ def noticing(function: Any) -> Any:
 
 def _call_ufunc(ufunc: Any, arguments: Tuple[Argument, ...], options: Dict[str, Argument]) -> Any:
     """Call a ufunc with its results' arrays wherever NumPy takes them: behind the operands, or as `out`."""
-    results = arguments[ufunc.nin :] or options.pop('out', None)
-    if results is not None:
-        options['out'] = results if type(results) is tuple else (results,)
+    results = arguments[ufunc.nin :]
+    if len(results) > ufunc.nout or len(arguments) < ufunc.nin:
+        return ufunc(*map(plain, arguments), **plain(options))  # which says what is wrong
+    if results:
+        options['out'] = (*results, *[None] * (ufunc.nout - len(results)))
+    elif options.get('out') is None:
+        options.pop('out', None)
+    elif type(options['out']) is not tuple:
+        options['out'] = (options['out'],)
     return compute(ufunc, '__call__', arguments[: ufunc.nin], options)
 
 

@@ -1,16 +1,13 @@
-"""The graph of NumPy's operations that made arrays, one node for each, and the expressions of elements made of it.
+"""The graph of NumPy's calls that made arrays, one node for each, and the expressions of elements made of it.
 
-Recording an operation keeps NumPy's function and its operands, and nothing else. When somebody wants to know where an
-element comes from, NumPy's own function is called once more, with tracked numbers in arrays of objects: what it
-computes with them is the expression. A function that takes no objects (`svd`), and a graph of more operations on
-numbers than an expression may have, becomes a call with numbers as of `operation`: it is called again to be evaluated,
-and differentiated numerically.
+Recording a call keeps NumPy's function and its operands, and nothing else. When somebody wants to know where an element
+comes from, the call is expanded: a ufunc by its row of the table; any other function by calling it with symbols, which
+it can add, multiply and move, and cannot look at, so that what it makes of them holds for all numbers. A function that
+looks at its operands (`sort`, `svd`), and a graph of more operations on numbers than an expression may have, becomes a
+call with numbers as of `operation`: the same function is called again to be evaluated, and its slopes are differences.
 """
 
-import bisect
-import contextlib
 import functools
-import itertools
 import math
 import operator
 import sys
@@ -21,12 +18,10 @@ import numpy
 
 from ..affine import HALF, LIMIT
 from ..calls import operation
-from ..elimination import eliminate, solved
 from ..functions import to_float
 from ..graph import tracked_leaves
 from ..numpy_ufuncs import BY_UFUNC
 from ..operations import LAZY
-from ..operations.notation import FUNCTION
 from ..operations.table import TO_FLOAT, TRUNCATE
 from ..recording import OF_PYTHON, OPERATION, allow, apply, apply_and_record, spend
 from ..tracked import TRACKED
@@ -47,13 +42,18 @@ MAX_CALLED = 256
 OF_ARRAY = 8 * OF_PYTHON
 """How many operations of the compiled core take as long as one of arrays that is recorded."""
 
-FAILING = (ArithmeticError, ValueError, TypeError, IndexError, AttributeError, numpy.linalg.LinAlgError)
-"""What NumPy's functions raise of arrays of objects."""
+SERIAL = 1 << 32
+"""The code of an element is its index in a node plus so many times the serial number of that node."""
 
-_CONTRACTIONS = {numpy.matmul, numpy.dot, numpy.inner, numpy.tensordot, numpy.convolve, numpy.correlate, numpy.einsum}
-_CONTRACTIONS |= {numpy.linalg.inv, numpy.linalg.solve}
-_OBJECT = numpy.dtype(object)
-_QUESTIONS = {'isfinite', 'isnan', 'isinf', 'signbit'}
+FAULTS: List[Callable[[str, Exception], None]] = []
+"""Are called with what was to be recorded and the error that kept it from being so: the result is plain."""
+
+
+def report(function: Any, error: Exception) -> None:
+    """Tell that a call could not be recorded."""
+    for tell in FAULTS:
+        tell(getattr(function, '__name__', 'array'), error)
+
 
 Operand = Any
 """A node, a tracked number, or anything else that NumPy's functions take."""
@@ -80,8 +80,7 @@ class Call:
             is_of_objects: whether that is an array of objects.
         """
         options = {name: option for name, option in self.options.items() if not (is_of_objects and name == 'dtype')}
-        function = _OF_OBJECTS.get(self.function, self.function) if is_of_objects else self.function
-        result = function(*replaced(self.args, value_of), **replaced(options, value_of))
+        result = self.function(*replaced(self.args, value_of), **replaced(options, value_of))
         return result if self.part is None else result[self.part]
 
 
@@ -91,33 +90,28 @@ class Gathering:
     Args:
         codes: for each element where it is found, 0 if it is plain.
         numbers: an array with the plain numbers.
-        starts: the code of the first element of each entry.
-        entries: nodes, and tracked numbers.
+        entries: nodes and tracked numbers by their serial numbers.
     """
 
-    __slots__ = ('codes', 'entries', 'numbers', 'starts')
+    __slots__ = ('codes', 'entries', 'numbers')
 
     function = None
 
-    def __init__(self, codes: Any, numbers: Any, starts: List[int], entries: List[Operand]) -> None:
-        self.codes, self.numbers, self.starts = codes, numbers, starts
-        used = {0} if len(entries) == 1 else {self._entry_of(code) for code in codes.ravel().tolist() if code}
-        self.entries = {at: entries[at] for at in used}
-
-    def _entry_of(self, code: int) -> int:
-        return bisect.bisect(self.starts, code) - 1
+    def __init__(self, codes: Any, numbers: Any, entries: Dict[int, Operand]) -> None:
+        self.codes, self.numbers = codes.ravel(), numbers
+        used = list(entries) if len(entries) == 1 else set((self.codes // SERIAL).tolist())
+        self.entries = {serial: entries[serial] for serial in used if serial in entries}
 
     def run(self, value_of: Callable[[Operand], Any], is_of_objects: bool) -> Any:
         """Compute the result for other operands, as of `Call`."""
-        parts = {at: numpy.ravel(value_of(entry)) for at, entry in self.entries.items()}
+        parts = {serial: numpy.ravel(value_of(entry)) for serial, entry in self.entries.items()}
         kind = object if is_of_objects else numpy.result_type(self.numbers, *parts.values())
         result = self.numbers.astype(kind, 'C')
-        flat = result.reshape(-1)
-        for index, code in enumerate(self.codes.ravel().tolist()):
-            if code:
-                at = self._entry_of(code)
-                flat[index] = parts[at][code - self.starts[at]]
-        return result.view(Objects) if is_of_objects else result
+        flat, serials = result.reshape(-1), self.codes // SERIAL
+        for serial, part in parts.items():
+            chosen = serials == serial
+            flat[chosen] = part[self.codes[chosen] % SERIAL]
+        return result
 
 
 class Node:
@@ -136,6 +130,8 @@ class Node:
     """
 
     __slots__ = ('_elements', 'call', 'kind', 'operands', 'shape', 'size')
+
+    is_uncertain = True  # an element that is looked up may have no provenance
 
     def __init__(self, call: Any, operands: Sequence[Operand], result: Any, copied: int = 0) -> None:
         self.call, self.operands = call, operands
@@ -169,6 +165,9 @@ class Node:
             start, allowance = time.thread_time(), allow(sys.maxsize)
             try:
                 _expand(self)
+            except Exception as error:  # of whatever type: the program goes on
+                report(getattr(self.call, 'function', None), error)
+                self.keep([None] * math.prod(self.shape))
             finally:
                 allow(allowance)
                 spend(1 + round((time.thread_time() - start) / OPERATION))
@@ -180,11 +179,11 @@ class Node:
         self._elements = elements
         self.call, self.operands = None, ()
 
-    def objects(self) -> Any:
-        """The elements as an array that NumPy's functions compute with as they do with numbers."""
+    def objects(self, of: Callable[[Any], Any]) -> Any:
+        """What a function makes of the elements, as an array of objects."""
         made = numpy.empty(len(self.elements()), object)
-        made[:] = self.elements()
-        return made.reshape(self.shape).view(Objects)
+        made[:] = [of(element) for element in self.elements()]
+        return made.reshape(self.shape)
 
 
 def of_elements(elements: List[Any], result: Any) -> Node:
@@ -212,26 +211,21 @@ def replaced(x: Operand, value_of: Callable[[Operand], Any]) -> Any:
 
 def _expand(node: Node) -> None:
     """Make the expressions of a node's elements."""
-    order = _below(node)
-    if sum([step.work for step in order]) > HALF:
-        node.keep(_called(order))
-        return
+    order, trace = _below(node), _Trace()
     for step in order:
-        try:
-            elements = _of_objects(step)
-        except FAILING:
-            elements = _called([step])
-        step.node.keep(elements)
+        elements = _traced(step, trace)
+        if trace.left < 0:
+            node.keep(_called(order))
+            return
+        step.node.keep(_called([step]) if elements is None else elements)
 
 
 class _Step(NamedTuple):
-    """A node that is not expanded, with what it forgets when another thread expands it, and about how many operations
-    on numbers it stands for."""
+    """A node that is not expanded, with what it forgets when another thread expands it."""
 
     node: Node
     call: Any
     operands: Sequence[Operand]
-    work: int
 
 
 def _below(node: Node) -> List[_Step]:
@@ -245,90 +239,142 @@ def _below(node: Node) -> List[_Step]:
         elif id(one) not in found:
             call, operands = one.call, one.operands
             if call is not None:
-                stack.append(_Step(one, call, operands, _work(call, one.shape, operands)))
+                stack.append(_Step(one, call, operands))
                 stack.extend([operand for operand in operands if type(operand) is Node])
     return list(found.values())
 
 
-def _work(call: Any, shape: Tuple[int, ...], operands: Sequence[Operand]) -> int:
-    shapes = [operand.shape for operand in operands if type(operand) is Node]
-    if call.function in _CONTRACTIONS:
-        return 2 * math.prod(shape) * max([part[-1] for part in shapes if part] or [1])
-    return max(map(math.prod, [shape, *shapes]))
+class _Trace:
+    """What functions do to symbols.
 
-
-def _of_objects(step: _Step) -> List[Any]:
-    """The elements of a node whose operands are expanded, computed with objects.
-
-    Raises:
-        One of FAILING: NumPy's function takes no objects.
+    Attributes:
+        left: how many operations may still be done; below 0 there were too many.
+        has_looked: True if a function has looked at a symbol.
     """
-    result = step.call.run(_objects_of, True)
-    if type(result) not in TRACKED and getattr(result, 'dtype', None) is not _OBJECT:
-        raise ValueError('the function makes plain numbers of objects')
-    result = numpy.asarray(result, dtype=object)
-    if result.shape != step.node.shape:
-        raise ValueError('the function makes something else of objects')
-    return [python_number(element) for element in result.ravel().tolist()]
+
+    left = HALF
+    has_looked = False
 
 
-def _objects_of(operand: Operand) -> Any:
-    """The objects of a node, or a tracked number in an array."""
-    if type(operand) is Node:
-        return operand.objects()
-    box = numpy.empty((), object)
-    box[()] = operand
-    return box.view(Objects)
+def _traced(step: _Step, trace: _Trace) -> Any:
+    """The elements of a node whose operands are expanded, by arithmetic; None if its function looks at its operands."""
+    call, shape = step.call, step.node.shape
+    is_each = isinstance(call.function, numpy.ufunc) and call.function.signature is None
+    trace.left -= max(map(math.prod, [shape, *[one.shape for one in step.operands if type(one) is Node]]))
+    if trace.left < 0:
+        return None
+
+    def symbol(number: Any) -> Any:
+        return number if is_each or type(number) not in TRACKED else Symbol(number, trace)
+
+    def value_of(operand: Operand) -> Any:
+        if type(operand) is Node:
+            return operand.objects(symbol)
+        if not is_each:
+            return symbol(operand)
+        box = numpy.empty((), object)
+        box[()] = operand
+        return box
+
+    if is_each:
+        call = Call(numpy.frompyfunc(of_numbers(call.function), call.function.nin, 1), call.args, {})
+    trace.has_looked = False
+    try:
+        result = numpy.asarray(call.run(value_of, True), object)
+        # A ufunc may have been given a larger array to write to.
+        result = numpy.broadcast_to(result, shape) if is_each else result
+    except Exception:  # what a function raises of symbols says nothing of numbers
+        return None
+    # NumPy takes an error of a comparison for an answer.
+    if trace.has_looked or result.shape != shape:
+        return None
+    return [one.number if type(one) is Symbol else python_number(one) for one in result.ravel().tolist()]
 
 
 def _called(order: List[_Step]) -> List[Any]:
     """The elements of the last of some nodes, as results of a call with numbers that computes all of the nodes."""
     inside = {id(step.node) for step in order}
     border = {id(operand): operand for step in order for operand in step.operands if id(operand) not in inside}
-    given = [operand.objects().view(numpy.ndarray) if type(operand) is Node else operand for operand in border.values()]
+    given = [_numbers_of(operand) if type(operand) is Node else operand for operand in border.values()]
+    last = order[-1].node
 
     def program(*numbers: Any) -> Any:
-        known = dict(zip(border, numbers))
+        known = {key: numpy.asarray(number) for key, number in zip(border, numbers)}
         try:
             with numpy.errstate(all='ignore'):
                 for step in order:
-                    made = step.call.run(lambda operand: known[id(operand)], False)
-                    known[id(step.node)] = numpy.asarray(made)
-        except numpy.linalg.LinAlgError as error:
+                    made = numpy.asarray(step.call.run(lambda operand: known[id(operand)], False))
+                    known[id(step.node)] = _shaped(made, step.node.shape)
+        except Exception as error:  # of whatever type: there is no result for these numbers
             raise ArithmeticError(str(error)) from None
         return known[id(last)]
 
-    last = order[-1].node
     program.__name__ = getattr(order[-1].call.function, '__name__', 'array')
-    elements: List[Any] = [None] * math.prod(last.shape)
-    if len(tracked_leaves(given)) <= MAX_CALLED:
-        with contextlib.suppress(*FAILING):
-            elements = numpy.asarray(operation(program)(*given), dtype=object).ravel().tolist()
+    if len(tracked_leaves(given)) > MAX_CALLED:
+        raise OverflowError('more than %d tracked numbers' % MAX_CALLED)
+    elements: List[Any] = numpy.asarray(operation(program)(*given), dtype=object).ravel().tolist()
     return elements
 
 
-class Objects(numpy.ndarray):
-    """An array of tracked and plain numbers that NumPy computes with element by element, as the table of operations
-    says."""
+def _shaped(made: Any, shape: Tuple[int, ...]) -> Any:
+    """A result for other numbers as one of its shape before; what is missing at the end of a range is not a number."""
+    if made.ndim == len(shape) == 1 and made.shape > shape:
+        return made[: shape[0]]
+    if made.ndim == len(shape) == 1 != made.shape[0] and made.shape < shape:
+        return numpy.append(made, [math.nan] * (shape[0] - made.shape[0]))
+    return numpy.broadcast_to(made, shape)
+
+
+def _numbers_of(node: Node) -> Any:
+    """The elements of a node as an array of objects if any has provenance; a single number as it is."""
+    if not node.shape:
+        return node.elements()[0]
+    made = node.objects(lambda number: number)
+    return made if node.operands or any(type(one) in TRACKED for one in node.elements()) else made.astype(node.kind)
+
+
+class Symbol:
+    """A number that NumPy's functions compute with and cannot look at: whatever it is, they do the same.
+
+    Args:
+        number: a tracked number.
+        trace: is told what is done to it.
+    """
+
+    __slots__ = ('number', 'trace')
+
+    def __init__(self, number: Any, trace: _Trace) -> None:
+        self.number, self.trace = number, trace
+
+    def _is_unknown(self, *_: Any) -> Any:
+        self.trace.has_looked = True
+        raise TypeError('a function looks at its operands')
 
     def __index__(self) -> int:
-        return operator.index(self.item())
+        """A whole number that counts or chooses elements does so as one in an index does."""
+        return operator.index(self.number._plain)
 
-    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        options.pop('dtype', None)
-        if 'out' in options:
-            options['out'] = tuple(map(_bare, options['out']))
-        bare = list(map(_bare, inputs))
-        if ufunc.__name__ in _QUESTIONS:
-            bare = [numpy.asarray(one, dtype=float) for one in bare]
-        result = getattr(_ON_OBJECTS.get(ufunc.__name__, ufunc), method)(*bare, **options)
-        if type(result) in TRACKED:
-            return _objects_of(result)
-        return result.view(Objects) if isinstance(result, numpy.ndarray) and result.dtype == object else result
+    __bool__ = __float__ = __int__ = __hash__ = __eq__ = __ne__ = _is_unknown
+    __lt__ = __le__ = __gt__ = __ge__ = _is_unknown
+    real = property(lambda self: self)
+
+    def conjugate(self) -> 'Symbol':
+        return self
 
 
-def _bare(x: Any) -> Any:
-    return x.view(numpy.ndarray) if isinstance(x, Objects) else x
+def _symbolic(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of numbers as one of symbols."""
+
+    def method(self: Symbol, *others: Any) -> Any:
+        if any(isinstance(one, numpy.ndarray) for one in others):
+            return NotImplemented  # the array asks for each of its elements
+        self.trace.left -= 1
+        if self.trace.left < 0:
+            raise OverflowError('too many operations')
+        made = function(self.number, *[one.number if type(one) is Symbol else python_number(one) for one in others])
+        return Symbol(made, self.trace) if type(made) in TRACKED else made
+
+    return method
 
 
 def product(a: Any, b: Any) -> Any:
@@ -338,63 +384,43 @@ def product(a: Any, b: Any) -> Any:
     return a * b
 
 
-def _applied(row: Any) -> Callable[..., Any]:
-    function = functools.partial(apply, row)
+def _by_row(row: Any) -> Callable[..., Any]:
+    if row.arity == 2:
+        return lambda a, b: apply(row, a, b)
     # What rounds gives floats, as NumPy has it.
-    return (lambda x: to_float(function(x))) if row.stepped and row.arity == 1 else function
+    return (lambda x: to_float(apply(row, x))) if row.stepped else lambda x: apply(row, x)
 
 
-#: Functions of numbers for the ufuncs that NumPy cannot apply to objects, by name.
-ELEMENTWISE: Dict[str, Callable[..., Any]] = {
-    name: _applied(row) for name, row in BY_UFUNC.items() if row.precedence == FUNCTION
-}
-ELEMENTWISE['multiply'] = product
-_ON_OBJECTS = {name: numpy.frompyfunc(function, getattr(numpy, name).nin, 1) for name, function in ELEMENTWISE.items()}
+EXACT: Dict[str, Callable[..., Any]] = {name: _by_row(row) for name, row in BY_UFUNC.items()}
+EXACT.update(multiply=product, square=lambda a: a * a, positive=lambda a: a, conjugate=lambda a: a)
+"""The ufuncs that the table of operations knows, as functions of numbers."""
+
+for _name in ('add', 'mul', 'sub', 'truediv', 'floordiv', 'mod', 'pow'):
+    _function: Any = product if _name == 'mul' else getattr(operator, _name)
+    setattr(Symbol, '__%s__' % _name, _symbolic(_function))
+    setattr(Symbol, '__r%s__' % _name, _symbolic(lambda a, b, _function=_function: _function(b, a)))
+for _name, _function in (('__neg__', operator.neg), ('__abs__', abs), *EXACT.items()):
+    setattr(Symbol, _name, _symbolic(_function))
 
 
-def _divided(matrix: Any, right: Any) -> Any:
-    """`matrix^-1 right` by elimination, whose every step is an operation of the table."""
-    matrix, right = _matrix(matrix), numpy.asarray(right, object)
-    columns = right[:, None] if right.ndim == 1 else right
-    return numpy.array(solved(matrix.tolist(), columns.tolist()), object).reshape(right.shape)
+def of_numbers(ufunc: Any) -> Callable[..., Any]:
+    """A ufunc as a function of numbers, plain and tracked."""
+    return functools.partial(_computed, ufunc)
 
 
-def _matrix(x: Any) -> Any:
-    x = numpy.asarray(x, object)
-    if x.ndim != 2:
-        raise TypeError('matrices in a stack are computed numerically')
-    return x
+def _computed(ufunc: Any, *numbers: Any) -> Any:
+    if TRACKED.isdisjoint(map(type, numbers)):
+        return ufunc(*numbers)
+    exact = EXACT.get(ufunc.__name__)
+    if exact is not None:
+        try:
+            return exact(*numbers)
+        except (ArithmeticError, TypeError, ValueError):
+            pass  # NumPy gives an infinite number, for instance
 
+    @functools.wraps(ufunc, updated=())
+    def quiet(*numbers: Any) -> Any:
+        with numpy.errstate(all='ignore'):
+            return ufunc(*numbers)
 
-def _einsum(subscripts: str, *operands: Any) -> Any:
-    given, arrow, kept = subscripts.replace(' ', '').partition('->')
-    if not arrow:
-        kept = ''.join(sorted(label for label in set(given) - {','} if given.count(label) == 1))
-    terms = given.split(',')
-    ranges = {label: range(size) for term, one in zip(terms, operands) for label, size in zip(term, one.shape)}
-    result = numpy.zeros([len(ranges[label]) for label in kept], object)
-    for indices in itertools.product(*ranges.values()):
-        at = dict(zip(ranges, indices))
-        factors = [one[tuple([at[label] for label in term])] for term, one in zip(terms, operands)]
-        result[tuple([at[label] for label in kept])] += functools.reduce(product, factors)
-    return result
-
-
-def _arange(*ends: Any, **given: Any) -> Any:
-    names = ('stop',) if len(ends) == 1 and 'stop' not in given else ('start', 'stop', 'step')
-    given.update(zip(names, ends))
-    count = len(numpy.arange(**{name: numpy.asarray(end, float).item() for name, end in given.items()}))
-    start, step = [
-        numpy.asarray(given.get(name, default), object).item() for name, default in (('start', 0), ('step', 1))
-    ]
-    return numpy.array([start + index * step for index in range(count)], object)
-
-
-#: What stands for functions of NumPy that take no objects.
-_OF_OBJECTS = {
-    numpy.arange: _arange,
-    numpy.linalg.inv: lambda a: _divided(a, numpy.identity(len(a))),
-    numpy.linalg.solve: _divided,
-    numpy.linalg.det: lambda a: eliminate(_matrix(a).tolist()),
-    numpy.einsum: _einsum,
-}
+    return operation(quiet)(*numbers)

@@ -1,15 +1,15 @@
 """The provenance of the elements of an array, which its views share: an element is found by its address."""
 
-import bisect
+import itertools
 import math
-from typing import Any, List, Optional
+from typing import Any, Dict, Optional
 
 import numpy
 
 from ..operations import LAZY
 from ..recording import spend
 from ..tracked import new
-from .graph import OF_ARRAY, Gathering, Node
+from .graph import OF_ARRAY, SERIAL, Gathering, Node
 from .numbers import CLASSES, of_numpy, rounding_of, same_number, with_tracked
 
 _CODE = numpy.dtype(numpy.int64)
@@ -18,8 +18,8 @@ _CODE = numpy.dtype(numpy.int64)
 class Memory:
     """The provenance of the elements of an array, which all its views share.
 
-    The elements of entries have codes: those of an entry follow each other, from its start on. The
-    code of a plain element is 0, so that of a large array that is written in few places little memory is used.
+    An element has a code, which says where in which entry it is found. The code of a plain element is 0, so that of a
+    large array that is written in few places little memory is used. Threads may write and read at the same time.
 
     Args:
         root: the plain array, whose elements follow each other in the memory.
@@ -27,53 +27,53 @@ class Memory:
 
     Attributes:
         root: the same.
-        entries: nodes and tracked numbers of Python, in the order in which they were written.
-        starts: the code of the first element of each entry.
+        entries: nodes and tracked numbers of Python by their serial numbers, in the order in which they were written.
         is_tracked: whether all elements come from entries.
     """
 
-    __slots__ = ('_codes', 'entries', 'is_tracked', 'root', 'starts')
+    __slots__ = ('_codes', '_serials', 'entries', 'is_tracked', 'root')
 
     def __init__(self, root: Any, node: Optional[Node] = None) -> None:
         self.root = root
-        self.entries: List[Any] = [] if node is None else [node]
-        self.starts = [1]
+        self.entries: Dict[int, Any] = {} if node is None else {1: node}
         self.is_tracked = node is not None
-        self._codes: Any = None
+        self._serials = itertools.count(2)
+        self._codes: Dict[str, Any] = {}
 
     def codes_of(self, view: Any) -> Any:
         """The codes of the elements of a view, 0 where they are plain. All views see what is written to them."""
         root = self.root
-        if self._codes is None:
-            self._codes = numpy.zeros(root.size, _CODE)
+        if not self._codes:
+            codes = numpy.zeros(root.size, _CODE)
             if self.entries:
-                self._codes_at(root)[...] = numpy.arange(1, root.size + 1).reshape(root.shape)
-        return self._codes_at(view)
+                self._codes_at(root, codes)[...] = _codes_from(1, root.shape)
+            self._codes.setdefault('all', codes)  # another thread's, if that is there
+        return self._codes_at(view, self._codes['all'])
 
     def code_at(self, view: Any, key: Any) -> int:
         """The code of one element of a view, by its index."""
         if type(key) is int and self._is_as_made(view):
-            return key % self.root.size + 1
+            return key % self.root.size + SERIAL
         return int(view.codes[key])
 
     def _is_as_made(self, view: Any) -> bool:
         """Return True for the array as it was made: its elements are those of its only entry, in that order."""
-        return self._codes is None and view._is_whole and view.shape == self.root.shape
+        return not self._codes and view._is_whole and view.shape == self.root.shape
 
-    def _codes_at(self, view: Any) -> Any:
+    def _codes_at(self, view: Any, codes: Any) -> Any:
         width = view.itemsize
         if not view.size or width != self.root.itemsize:  # the program has made it an array of other numbers
             return numpy.zeros(view.shape, _CODE)
         offset = _address(view) - _address(self.root)
         strides = [stride // width * _CODE.itemsize for stride in view.strides]
-        return numpy.ndarray(view.shape, _CODE, self._codes, offset // width * _CODE.itemsize, strides)
+        return numpy.ndarray(view.shape, _CODE, codes, offset // width * _CODE.itemsize, strides)
 
     def node_of(self, view: Any) -> Optional[Node]:
         """Return the node of the elements of a view; None if all of them are plain."""
         if not self.entries:
             return None
         if self._is_as_made(view):
-            whole: Node = self.entries[0]
+            whole: Node = self.entries[1]
             return whole
         return self.gathered(view.codes, view)
 
@@ -82,7 +82,7 @@ class Memory:
         if not self.is_tracked and not codes.any():
             return None
         spend(OF_ARRAY)
-        call = Gathering(codes.copy(), numpy.array(numbers), self.starts, self.entries)
+        call = Gathering(codes.copy(), numpy.array(numbers), self.entries)
         return Node(call, list(call.entries.values()), numbers, numbers.size)
 
     def write(self, codes: Any, key: Any, made: Any) -> None:
@@ -90,7 +90,7 @@ class Memory:
 
         Args:
             codes: of a view.
-            key: the index of what was written.
+            key: the index of what was written; a mask of the shape of a node chooses among that node's elements.
             made: a node, a tracked number of Python, or None for plain numbers.
         """
         if made is None:
@@ -98,39 +98,26 @@ class Memory:
             codes[key] = 0
             return
         if len(self.entries) > 2 * self.root.size + 16:
-            self._forget_overwritten()
-        start = 1
-        if self.entries:
-            last = self.entries[-1]
-            start = self.starts[-1] + (math.prod(last.shape) if type(last) is Node else 1)
-        if self.entries:
-            self.starts.append(start)
-        # Nodes keep the lists of entries that they were made of, to which others may be added.
-        self.entries.append(made)
+            known = list(self.entries)  # taken first: an entry is added after its codes
+            for serial in set(known).difference(numpy.unique(self._codes['all'] // SERIAL).tolist()):
+                self.entries.pop(serial, None)
+        serial = next(self._serials)
         if type(made) is Node:
-            codes[key] = numpy.arange(start, start + math.prod(made.shape)).reshape(made.shape)
+            fresh = _codes_from(serial, made.shape)
+            is_mask = isinstance(key, numpy.ndarray) and key.dtype.kind == 'b' and key.shape == made.shape
+            codes[key] = fresh[key] if is_mask else fresh
         else:
-            codes[key] = start
-
-    def _forget_overwritten(self) -> None:
-        flat = self._codes
-        at = numpy.searchsorted(self.starts, flat, 'right') - 1
-        entries, starts, begin = [], [], 1
-        for used in numpy.unique(at[flat > 0]).tolist():
-            entry = self.entries[used]
-            entries.append(entry)
-            starts.append(begin)
-            chosen = at == used
-            flat[chosen] += begin - self.starts[used]
-            begin += math.prod(entry.shape) if type(entry) is Node else 1
-        self.entries, self.starts = entries, starts or [1]
+            codes[key] = serial * SERIAL
+        self.entries[serial] = made
 
     def read(self, number: Any, code: int) -> Any:
         """A number that was read from the array, of NumPy or of Python, with the provenance of an element."""
-        if not code:
-            return number
-        at = bisect.bisect(self.starts, code) - 1 if len(self.entries) > 1 else 0
-        return lazy_number(number, self.entries[at], code - self.starts[at], self.root.dtype.type)
+        entry = self.entries.get(code // SERIAL) if code else None
+        return number if entry is None else lazy_number(number, entry, code % SERIAL, self.root.dtype.type)
+
+
+def _codes_from(serial: int, shape: Any) -> Any:
+    return numpy.arange(serial * SERIAL, serial * SERIAL + math.prod(shape)).reshape(shape)
 
 
 def _address(array: Any) -> int:

@@ -122,7 +122,7 @@ def recorded(number: Number, function: Callable[..., Any], *operands: Number) ->
         return number
     try:
         return with_tracked(number, python_number(function(*map(python_number, operands))))
-    except (ArithmeticError, TypeError, ValueError):  # where NumPy warns, or computes with other numbers than Python's
+    except Exception:  # where NumPy warns, or computes with other numbers than Python's
         return number
 
 
@@ -171,7 +171,12 @@ def _give(kind: Any, name: str, method: Callable[..., Any]) -> None:
 
 def _give_unary(kind: Any, name: str, of_tracked: Callable[..., Any]) -> None:
     computed = getattr(kind, name)
-    _give(kind, name, lambda self, *arguments: recorded(computed(self, *arguments), of_tracked, self, *arguments))
+
+    def method(self: Number, *arguments: Any, **options: Any) -> Any:
+        made = computed(self, *map(plain_number, arguments), **options)
+        return recorded(made, of_tracked, self, *arguments, *options.values())
+
+    _give(kind, name, method)
 
 
 def _astype(self: Number, dtype: Any, *arguments: Any, **options: Any) -> Number:
@@ -214,7 +219,7 @@ def complete(compute: Callable[..., Any], arrays: Any, array_ufunc: Callable[...
         for name, of_tracked in (('__neg__', operator.neg), ('__pos__', _itself), ('__abs__', abs)):
             _give_unary(kind, name, of_tracked)
         _give_unary(kind, 'round', lambda number, digits=None, _=None: round(number, digits))
-        for name in ('copy', 'squeeze', 'conj', 'conjugate', 'sum', 'mean', 'min', 'max', 'prod'):
+        for name in ('copy', 'squeeze', 'conj', 'conjugate'):
             _give_unary(kind, name, _itself)
         cls.__divmod__ = lambda self, other: (self // other, self % other)
         cls.__rdivmod__ = lambda self, other: (other // self, other % self)

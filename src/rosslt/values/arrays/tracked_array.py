@@ -6,13 +6,12 @@ element is looked up when it is read; a number that was written past this class 
 gives, and so is plain.
 """
 
-import contextlib
 from typing import Any, Callable, List, Optional
 
 import numpy
 
 from ..recording import OF_PYTHON, spend
-from .graph import MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node, of_elements
+from .graph import MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node, of_elements, report
 from .memory import Memory
 from .numbers import CLASSES, PYTHON_NUMBERS, WITH_PROVENANCE, plain_number, python_number
 
@@ -20,6 +19,7 @@ Argument = Any
 """What NumPy's functions take, or give."""
 
 _ARRAY: Any = numpy.ndarray
+_MARK = object()
 
 
 class TrackedArray(numpy.ndarray):
@@ -45,12 +45,6 @@ class TrackedArray(numpy.ndarray):
         return self._memory is not None and bool(self._memory.entries)
 
     @property
-    def flags(self) -> Any:
-        """Override the attribute of `numpy.ndarray`: an array that NumPy made owns its elements."""
-        flags, memory = _ARRAY.flags.__get__(self), self._memory
-        return _OwnerFlags(flags) if memory is not None and self._is_whole and memory.root.flags.owndata else flags
-
-    @property
     def codes(self) -> Any:
         """The codes of the elements in their memory."""
         assert self._memory is not None
@@ -60,7 +54,7 @@ class TrackedArray(numpy.ndarray):
 
     def of(self, numbers: Any) -> Any:
         """The array of other numbers, in lists, of the same type."""
-        return of_list(numbers, self.dtype)
+        return of_list(numbers, self.dtype, self.shape)
 
     def forget(self) -> None:
         """Cut the elements off from where they come from, in all views of them."""
@@ -69,8 +63,34 @@ class TrackedArray(numpy.ndarray):
 
     def write_provenance(self, key: Any, made: Any) -> None:
         """Set the provenance of what was written to some elements: see `Memory.write`."""
-        if self._memory is not None and (made is not None or self._memory.entries):
-            self._memory.write(self.codes, key, made)
+        memory = self._memory
+        if memory is not None and (made is not None or memory.entries):
+            try:
+                memory.write(self.codes, key, made)
+            except Exception as error:  # of whatever type: the program goes on
+                report(self.write_provenance, error)
+                memory.entries.clear()
+
+    def write_as(self, write: Callable[[Any, Callable[[Argument], Any]], Any]) -> None:
+        """Set the provenance of what was written to some elements in any way: it is written once more, to marks.
+
+        Args:
+            write: `write(marks, of)` writes to an array of objects what `of` makes of the program's arguments.
+        """
+        if self._memory is None:
+            return
+        marks = numpy.full(self.shape, _MARK, object)
+        try:
+            write(marks, _with_objects)
+            written = [(at, python_number(one)) for at, one in enumerate(marks.ravel().tolist()) if one is not _MARK]
+            mask = numpy.zeros(self.size, bool)
+            mask[[at for at, _ in written]] = True
+            made = of_elements([one for _, one in written], plain(self).ravel()[mask])
+            is_plain = not any(type(one) in PYTHON_NUMBERS for _, one in written)
+            self.write_provenance(mask.reshape(self.shape), None if is_plain else made)
+        except Exception as error:  # of whatever type: what was written is not known
+            report(write, error)
+            self.forget()
 
     def __getitem__(self, key: Any) -> Any:
         found = _ARRAY.__getitem__(self, key)
@@ -108,7 +128,9 @@ class TrackedArray(numpy.ndarray):
         return self.copy('K')
 
     def __reduce_ex__(self, protocol: Any) -> Any:
-        return (of_list, (self.tolist(), self.dtype)) if self.has_provenance else plain(self).__reduce_ex__(protocol)
+        if not self.has_provenance:
+            return plain(self).__reduce_ex__(protocol)
+        return of_list, (self.ravel().tolist(), self.dtype, self.shape)
 
     def __repr__(self) -> str:
         return repr(plain(self))
@@ -174,56 +196,30 @@ class TrackedArray(numpy.ndarray):
 
     @flat.setter
     def flat(self, values: Any) -> None:
-        self.forget()
         plain(self).flat = plain(values)
+        self.write_as(lambda marks, of: setattr(marks, 'flat', of(values)))
 
     def resize(self, *shape: Any, refcheck: bool = True) -> None:
         """Override the method of `numpy.ndarray`, which resizes no view, as this is one: the elements are cut off."""
-        if self._memory is None or self.size != self._memory.root.size:
+        if self._memory is None or not self._is_whole:
             numpy.ndarray.resize(self, *shape, refcheck=refcheck)  # which says that it is a view
-        made = plain(self).copy()
+        made = plain(self).copy('K')
         made.resize(*shape, refcheck=refcheck)
         self._memory = self._codes = None
-        self.__setstate__((1, made.shape, made.dtype, False, made.tobytes()))
-
-
-class _OwnerFlags:
-    """The flags of an array, with the one that says that it owns its elements."""
-
-    def __init__(self, flags: Any) -> None:
-        vars(self)['flags'] = flags
-
-    owndata = True
-    num = property(lambda self: self.flags.num | 4)  # NPY_ARRAY_OWNDATA
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.flags, name)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        setattr(self.flags, name, value)
-
-    def __getitem__(self, key: str) -> Any:
-        return key in ('O', 'OWNDATA') or self.flags[key]
-
-    def __setitem__(self, key: str, value: Any) -> None:
-        self.flags[key] = value
-
-    def __eq__(self, other: Any) -> bool:
-        return bool(self.num == getattr(other, 'num', None))
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def __repr__(self) -> str:
-        return repr(self.flags).replace('OWNDATA : False', 'OWNDATA : True')
+        self.__setstate__((1, made.shape, made.dtype, made.flags.fnc, made.tobytes('A')))
 
 
 def converted(x: Any, dtype: Any) -> Any:
     return x if x.dtype == object else x.astype(dtype)
 
 
-def _moving(name: str) -> Callable[..., Any]:
+def _unboxed(x: Any) -> Any:
+    """The object in an array without axes: NumPy's methods write it as it is."""
+    return x.item() if isinstance(x, numpy.ndarray) and x.dtype == object and not x.shape else x
+
+
+def _moving(name: str, original: Any) -> Callable[..., Any]:
     """A method that gives a view or a copy of some elements."""
-    original = getattr(numpy.ndarray, name)
 
     def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
         found = original(self, *plain(arguments), **plain(options))
@@ -231,40 +227,59 @@ def _moving(name: str) -> Callable[..., Any]:
             return found
         return self._moved(found, lambda codes: getattr(codes, name)(*plain(arguments), **plain(options)))
 
-    method.__name__ = name
     return method
 
 
-def _computing(name: str) -> Callable[..., Any]:
+def _computing(name: str, _: Any) -> Callable[..., Any]:
     """A method that does what the function of that name does."""
+    return lambda self, *arguments, **options: getattr(numpy, name)(self, *arguments, **options)
+
+
+def _writing(name: str, original: Any) -> Callable[..., Any]:
+    """A method that writes what it is given to some elements."""
 
     def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
-        return getattr(numpy, name)(self, *arguments, **options)
+        result = original(self, *plain(arguments), **plain(options))
+        self.write_as(lambda marks, of: getattr(marks, name)(*map(_unboxed, of(arguments)), **of(options)))
+        return result
 
-    method.__name__ = name
     return method
 
 
-def _writing(name: str) -> Callable[..., Any]:
-    """A method that writes numbers without provenance."""
-    original = getattr(numpy.ndarray, name)
+def _ordering(name: str, original: Any) -> Callable[..., Any]:
+    """A method that orders the elements as the function of that name does."""
+
+    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
+        made = provenance_of(getattr(numpy, name)(self, *arguments, **options)) if self.has_provenance else None
+        result = original(self, *plain(arguments), **plain(options))
+        self.write_provenance(..., made)
+        return result
+
+    return method
+
+
+def _forgetting(_: str, original: Any) -> Callable[..., Any]:
+    """A method that changes the bytes of the elements."""
 
     def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
         self.forget()
         return original(self, *plain(arguments), **plain(options))
 
-    method.__name__ = name
     return method
 
 
 for _make, _names in (
     (_moving, 'reshape ravel flatten take repeat compress'),
     (_computing, 'cumsum cumprod dot trace mean round std var ptp'),
-    (_writing, 'put sort partition itemset byteswap setfield'),
+    (_writing, 'put itemset'),
+    (_ordering, 'sort partition'),
+    (_forgetting, 'byteswap setfield'),
 ):
     for _name in _names.split():
         if hasattr(numpy.ndarray, _name):  # not every NumPy has all of them
-            setattr(TrackedArray, _name, _make(_name))
+            _method = _make(_name, getattr(numpy.ndarray, _name))
+            _method.__name__ = _name
+            setattr(TrackedArray, _name, _method)
 
 
 def plain(x: Argument) -> Any:
@@ -289,16 +304,33 @@ def holds_tracked(x: Argument) -> bool:
     return kind in (list, tuple) and any(map(holds_tracked, x))
 
 
+def _with_objects(x: Argument) -> Any:
+    """An argument that is written to an array of objects, with its tracked numbers; what may be an index is plain."""
+    if type(x) is dict:
+        return {name: _with_objects(part) for name, part in x.items()}
+    if type(x) is tuple:
+        return tuple(map(_with_objects, x))
+    numbers = plain(x)
+    if not holds_tracked(x) or numpy.asarray(numbers).dtype.kind != 'f':
+        return numbers
+    node = provenance_of(of_list(x, None))
+    return numbers if node is None else node.objects(lambda number: number)
+
+
 def provenance_of(value: Argument) -> Any:
     """The node of an array or of a list of numbers, or the tracked number of Python; None for anything plain."""
     kind = type(value)
     if kind in WITH_PROVENANCE:
         return python_number(value)
-    if kind is TrackedArray:
-        return value._memory and value._memory.node_of(value)
-    if kind in (list, tuple) and holds_tracked(value):
-        with contextlib.suppress(ValueError):  # of lists of different lengths NumPy makes no array
+    try:
+        if kind is TrackedArray:
+            return value._memory and value._memory.node_of(value)
+        if kind in (list, tuple) and holds_tracked(value):
             return node_of_list(value, numpy.asarray(plain(value)))
+    except ValueError:
+        pass  # of lists of different lengths NumPy makes no array
+    except Exception as error:  # of whatever type: the program goes on
+        report(provenance_of, error)
     return None
 
 
@@ -310,9 +342,10 @@ def node_of_list(numbers: Argument, result: Any) -> Optional[Node]:
     return of_elements(elements, result) if is_known else None
 
 
-def of_list(numbers: Argument, dtype: Any) -> Any:
+def of_list(numbers: Argument, dtype: Any, shape: Any = None) -> Any:
     """The array of a list of numbers, at any depth."""
     made = numpy.array(plain(numbers), dtype)
+    made = made if shape is None else made.reshape(shape)
     return with_node(made, node_of_list([numbers], made))
 
 
