@@ -16,7 +16,7 @@ import gc
 import sys
 import threading
 import types
-from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
+from typing import Any, Callable, ClassVar, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 import genpy
 
@@ -60,6 +60,7 @@ class Memory:
         self._slots: List[Slot] = []
         self._arrays: List[Tuple[Any, Any]] = []  # each with what it held
         self._generators: List[types.GeneratorType] = []
+        self._by_source: Optional[Dict[Source, List[int]]] = None  # the indices of slots
         self._lock = threading.RLock()
 
     def begin(self) -> None:
@@ -75,6 +76,18 @@ class Memory:
     def _note(self) -> None:
         walk = _Walk()
         self._slots, self._arrays, self._generators = walk.slots, walk.arrays, walk.generators
+        self._by_source = None
+
+    def _depending(self, changes: Mapping[Source, Any]) -> List[int]:
+        """The indices of the slots whose values depend on sources."""
+        if self._by_source is None:
+            # Looking at sources makes literals known, which may be changed by that: by what an earlier run has left.
+            values.sources([number for slot in self._slots for number in _numbers_in(slot.value)])
+            self._by_source = {}
+            for index, slot in enumerate(self._slots):
+                for source in values.sources(list(_numbers_in(slot.value))):
+                    self._by_source.setdefault(source, []).append(index)
+        return sorted({index for source in changes for index in self._by_source.get(source, ())})
 
     def following(self, changes: Mapping[Source, Any]) -> Following:
         """What the configuration becomes of other values of its sources.
@@ -87,14 +100,10 @@ class Memory:
         with self._lock:
             if not self.has_begun:
                 self._note()
+            depending = self._depending(changes)
             self._forget_what_is_gone()
-            # Looking at sources makes literals known, which may be changed by that: by what an earlier run has left.
-            values.sources([number for slot in self._slots for number in _numbers_in(slot.value)])
-            slots = [
-                (index, value)
-                for index, value in enumerate(_reapplied([slot.value for slot in self._slots], changes))
-                if value is not self._slots[index].value
-            ]
+            depending = [index for index in depending if self._slots[index] is not _STATE]
+            slots = list(zip(depending, _reapplied([self._slots[index].value for index in depending], changes)))
             arrays = []
             for index, (array, noted) in enumerate(self._arrays):
                 elements = noted.unwritten(array)
@@ -121,8 +130,8 @@ class Memory:
             owners = set()
             for (index, _), row, is_done in zip(following.slots, rows, values.exchange(rows)):
                 owner, key, before, value = row
+                self._slots[index] = Slot(owner, key, value) if is_done else _STATE
                 if is_done:
-                    self._slots[index] = Slot(owner, key, value)
                     owners.add(id(owner))
             for index, pairs in following.arrays:
                 array, _ = self._arrays[index]
@@ -137,9 +146,13 @@ class Memory:
         self._generators = [one for one in self._generators if one.gi_frame is not None]
         frames = {id(frame) for frame in _running()} | {id(one.gi_frame) for one in self._generators}
         self._slots = [
-            slot for slot in self._slots if type(slot.owner) is not types.FrameType or id(slot.owner) in frames
+            _STATE if type(slot.owner) is types.FrameType and id(slot.owner) not in frames else slot
+            for slot in self._slots
         ]
 
+
+_STATE = Slot(None, None, None)
+"""Instead of a slot that the node has set since, or that is gone."""
 
 MEMORY = Memory()
 """The memory of this process."""
@@ -248,7 +261,10 @@ class _Walk:
         self.generators: List[types.GeneratorType] = []
         self._waiting: List[Any] = []
         self._seen: Set[int] = {id(vars(builtins))}
-        self._own_classes: Dict[type, bool] = {}
+        # By the ids of classes: a metaclass may have no hash.
+        self._own_classes: Dict[int, bool] = {}
+        self._looks: Dict[int, List[Callable[[Any], None]]] = {}
+        self._tracked = set(map(id, values.TRACKED_CLASSES))
         self._own_names = {
             name: is_own_module(vars(module))
             for name, module in list(sys.modules.items())
@@ -257,12 +273,20 @@ class _Walk:
         self._waiting += [vars(sys.modules[name]) for name, is_own in self._own_names.items() if is_own]
         if values.KEEPS_LOCALS:
             self._waiting += _running()
-        self._waiting += [thing for thing in gc.get_objects() if self._is_root(thing)]
+        # There are some hundred thousand objects, of few classes.
+        objects = gc.get_objects()
+        classes = {id(kind): kind for kind in map(type, objects)}
+        kinds = {number for number, kind in classes.items() if self._may_be_root(kind)}
+        self._waiting += [thing for thing in objects if id(type(thing)) in kinds and self._is_root(thing)]
+        del objects
         while self._waiting:
             thing = self._waiting.pop()
             if id(thing) not in self._seen:
                 self._seen.add(id(thing))
                 self._look_into(thing)
+
+    def _may_be_root(self, kind: type) -> bool:
+        return kind is types.FunctionType or issubclass(kind, type) or self._is_of_own_class(kind)
 
     def _is_root(self, thing: Any) -> bool:
         kind = type(thing)
@@ -273,71 +297,120 @@ class _Walk:
         return self._is_of_own_class(kind)
 
     def _is_of_own_class(self, kind: type) -> bool:
-        known = self._own_classes.get(kind)
+        known = self._own_classes.get(id(kind))
         if known is None:
             known = issubclass(kind, genpy.Message) or any(
                 self._own_names.get(getattr(one, '__module__', ''), False) for one in kind.__mro__
             )
-            self._own_classes[kind] = known
+            self._own_classes[id(kind)] = known
         return known
 
     def _look_into(self, thing: Any) -> None:
         kind = type(thing)
-        if issubclass(kind, dict):
-            self._hold(thing, list(thing.items()))
-        elif issubclass(kind, (list, collections.deque)):
-            self._hold(thing, list(enumerate(list(thing))))
-        elif kind is types.FrameType:
-            self._hold(thing, list(thing.f_locals.items()))
-        elif kind is types.FunctionType:
-            self._waiting += thing.__closure__ or ()
-            self._waiting += [thing.__kwdefaults__, thing.__dict__]
-            self._hold(thing, [('__defaults__', thing.__defaults__)])
-        elif kind is types.GeneratorType:
-            if thing.gi_frame is not None and values.KEEPS_LOCALS:
-                self.generators.append(thing)
-                self._waiting.append(thing.gi_frame)
-        elif kind is types.CellType:
-            with contextlib.suppress(ValueError):  # it is empty
-                self._hold(thing, [(None, thing.cell_contents)])
-        elif issubclass(kind, type):
-            self._hold(thing, list(vars(thing).items()))
-        elif issubclass(kind, functools.partial):
-            self._waiting += [thing.func, thing.args, thing.keywords]
-        elif issubclass(kind, types.MethodType):
-            self._waiting += [thing.__func__, thing.__self__]
-        elif issubclass(kind, genpy.Message):
-            self._hold(thing, [(name, getattr(thing, name)) for name in thing.__slots__ if hasattr(thing, name)])
-        elif getattr(thing, 'has_provenance', False) is True:
-            self.arrays.append((thing, values.numpy_arrays().Noted(thing)))
-        elif kind.__module__ == 'numpy' and getattr(getattr(thing, 'dtype', None), 'char', '') == 'O':
-            self._hold(thing, [(index, thing[index]) for index in values.numpy_arrays().indices(thing)])
-        if (kind.__module__, kind.__name__) in _NAMESPACES or (
-            self._is_of_own_class(kind) and not issubclass(kind, type)
-        ):
-            self._hold_attributes(thing, kind)
+        looks = self._looks.get(id(kind))
+        if looks is None:
+            looks = self._looks[id(kind)] = self._looks_into(kind)
+        for look in looks:
+            look(thing)
 
-    def _hold_attributes(self, thing: Any, kind: type) -> None:
+    def _looks_into(self, kind: type) -> List[Callable[[Any], None]]:
+        """What looks into the objects of a class."""
+        for exact, look in self._OF_CLASSES.items():
+            if kind is exact:
+                return [getattr(self, look)]
+        if issubclass(kind, type):
+            return [lambda thing: self._hold(thing, vars(thing).items())]
+        if issubclass(kind, genpy.Message):
+            return [self._look_into_message]
+        looks: List[Callable[[Any], None]] = []
+        for base, look in self._OF_BASES.items():
+            if issubclass(kind, base):
+                looks.append(getattr(self, look))
+        if hasattr(kind, 'has_provenance'):
+            looks.append(self._look_into_tracked_array)
+        elif kind.__module__ == 'numpy':
+            looks.append(self._look_into_array)
+        if (kind.__module__, kind.__name__) in _NAMESPACES or self._is_of_own_class(kind):
+            looks.append(self._look_at_attributes)
+        return looks
+
+    def _look_into_dict(self, thing: Any) -> None:
+        self._hold(thing, thing.items())
+
+    def _look_into_list(self, thing: Any) -> None:
+        self._hold(thing, enumerate(list(thing)))
+
+    def _look_into_message(self, thing: Any) -> None:
+        self._hold(thing, [(name, getattr(thing, name)) for name in thing.__slots__ if hasattr(thing, name)])
+
+    def _look_into_frame(self, thing: Any) -> None:
+        self._hold(thing, thing.f_locals.items())
+
+    def _look_into_function(self, thing: Any) -> None:
+        self._waiting += thing.__closure__ or ()
+        self._waiting += [thing.__kwdefaults__, thing.__dict__]
+        self._hold(thing, [('__defaults__', thing.__defaults__)])
+
+    def _look_into_generator(self, thing: Any) -> None:
+        if thing.gi_frame is not None and values.KEEPS_LOCALS:
+            self.generators.append(thing)
+            self._waiting.append(thing.gi_frame)
+
+    def _look_into_cell(self, thing: Any) -> None:
+        with contextlib.suppress(ValueError):  # it is empty
+            self._hold(thing, [(None, thing.cell_contents)])
+
+    def _look_into_partial(self, thing: Any) -> None:
+        self._waiting += [thing.func, thing.args, thing.keywords]
+
+    def _look_into_method(self, thing: Any) -> None:
+        self._waiting += [thing.__func__, thing.__self__]
+
+    def _look_into_tracked_array(self, thing: Any) -> None:
+        if thing.has_provenance is True:
+            self.arrays.append((thing, values.numpy_arrays().Noted(thing)))
+
+    def _look_into_array(self, thing: Any) -> None:
+        if getattr(getattr(thing, 'dtype', None), 'char', '') == 'O':
+            self._hold(thing, [(index, thing[index]) for index in values.numpy_arrays().indices(thing)])
+
+    _OF_CLASSES: ClassVar[Dict[type, str]] = {
+        dict: '_look_into_dict',
+        list: '_look_into_list',
+        types.FrameType: '_look_into_frame',
+        types.FunctionType: '_look_into_function',
+        types.GeneratorType: '_look_into_generator',
+        types.CellType: '_look_into_cell',
+        types.MethodType: '_look_into_method',
+    }
+    _OF_BASES: ClassVar[Dict[type, str]] = {
+        dict: '_look_into_dict',
+        list: '_look_into_list',
+        collections.deque: '_look_into_list',
+        functools.partial: '_look_into_partial',
+    }
+
+    def _look_at_attributes(self, thing: Any) -> None:
         held = getattr(thing, '__dict__', None)
         if type(held) is dict:
             self._waiting.append(held)
-        if issubclass(kind, genpy.Message):
-            return
-        for one in kind.__mro__:
+        for one in type(thing).__mro__:
             for name in [name for name, slot in vars(one).items() if type(slot) is types.MemberDescriptorType]:
                 with contextlib.suppress(AttributeError):  # it holds nothing
                     self._hold(thing, [(name, object.__getattribute__(thing, name))])
 
-    def _hold(self, owner: Any, items: List[Tuple[Any, Any]]) -> None:
-        for key, value in items:
+    def _hold(self, owner: Any, items: Iterable[Tuple[Any, Any]]) -> None:
+        for key, value in list(items):
             kind = type(value)
-            if kind in values.TRACKED_CLASSES:
+            if id(kind) in _ATOMS:
+                continue
+            if id(kind) in self._tracked:
                 self.slots.append(Slot(owner, key, value))
             elif issubclass(kind, tuple):
                 if any(True for _ in _numbers_in(value)):
                     self.slots.append(Slot(owner, key, value))
                 self._waiting += value
-            elif kind not in _ATOMS and (not _is_of_rospy(kind) or hasattr(kind, 'has_provenance')):
+            elif not _is_of_rospy(kind) or hasattr(kind, 'has_provenance'):
                 self._waiting.append(value)
 
 
@@ -345,4 +418,5 @@ def _is_of_rospy(kind: type) -> bool:
     return str(getattr(kind, '__module__', '')).partition('.')[0] in ('rospy', 'rosslt')
 
 
-_ATOMS = {float, int, str, bool, bytes, type(None), complex, types.ModuleType, types.BuiltinFunctionType}
+_ATOMS = set(map(id, (float, int, str, bool, bytes, type(None), complex, types.ModuleType, types.BuiltinFunctionType)))
+"""The ids of classes of objects in which nothing is kept."""
