@@ -158,8 +158,8 @@ FAULTS = [
     Fault(
         'setters_not_put_back_where_one_refuses',
         'node/server.py',
-        'left = self._put_back([done[one] for one in order if one in done])',
-        'left: List[str] = []',
+        "'; '.join([str(refused), *self._put_back(done)])",
+        'str(refused)',
         ('test/node/test_commit_participant.py',),
     ),
     Fault(

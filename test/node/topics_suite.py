@@ -175,7 +175,7 @@ class Topics(unittest.TestCase):
                 rate.sleep()
             """
         with Node('historian', code):
-            inbox = Inbox(rosslt.Subscriber, '/history', Float64)
+            inbox = Inbox(rosslt.Subscriber, '/history', Float64, keep_provenance=True)
 
             def explained():
                 value = inbox.next().data
