@@ -206,10 +206,13 @@ def put_in_force(pairs: Sequence[Tuple[Location, Value]]) -> None:
     before = [(location.tracked, location) for location, _ in pairs if isinstance(location, HeldLocation)]
     for location, value in pairs:
         location.put(value)
-    MEMORY.follow(
-        following,
-        {id(reading): reading if location.is_polled else location.tracked for reading, location in before},
-    )
+    readings = {}
+    for reading, location in before:
+        readings[id(reading)] = location.tracked
+        if isinstance(location, ParameterLocation) and location.is_polled:
+            location.staying.append(reading)
+            readings.update((id(one), one) for one in location.staying)
+    MEMORY.follow(following, readings)
 
 
 class HeldLocation(Location):
@@ -286,12 +289,13 @@ class ParameterLocation(HeldLocation):
         unsaved: why its value cannot be written into the default in the code; '' where it can.
     """
 
-    __slots__ = ('unsaved', '_defaults', 'is_polled')
+    __slots__ = ('unsaved', '_defaults', 'is_polled', 'staying')
 
     def __init__(self, name: str, site: CallSite, value: Value, defaults: Defaults) -> None:
         super().__init__(name, name, site, value)
         self.unsaved = ''
         self.is_polled = False
+        self.staying: List[Any] = []  # readings that the node may compare with what it reads again
         self._defaults = defaults
 
     @property

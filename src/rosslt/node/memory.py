@@ -16,9 +16,11 @@ import gc
 import sys
 import threading
 import types
+import weakref
 from typing import Any, Callable, ClassVar, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 import genpy
+import rospy
 
 from rosslt import values
 from rosslt.node.json_scalars import Refused
@@ -59,7 +61,7 @@ class Memory:
         self.changed: Callable[[Set[int]], None] = lambda owners: None
         self._slots: List[Slot] = []
         self._arrays: List[Tuple[Any, Any]] = []  # each with what it held
-        self._generators: List[types.GeneratorType] = []
+        self._generators: List[Any] = []  # weak references
         self._by_source: Optional[Dict[Source, List[int]]] = None  # the indices of slots
         self._lock = threading.RLock()
 
@@ -68,8 +70,11 @@ class Memory:
         with self._lock:
             if self.has_begun:
                 return
-            self._note()
             self.has_begun = True
+            try:
+                self._note()
+            except Exception as error:  # of what the node keeps: it goes on as it would by itself
+                rospy.logerr('what this node keeps follows no change: %s: %s', type(error).__name__, error)
         for function in self.begins:
             function()
 
@@ -97,6 +102,12 @@ class Memory:
         """
         if not changes:
             return Following([], [])
+        try:
+            return self._following(changes)
+        except (Refused, RuntimeError, AttributeError, LookupError, MemoryError) as error:
+            raise Refused(str(error)) from error
+
+    def _following(self, changes: Mapping[Source, Any]) -> Following:
         with self._lock:
             if not self.has_begun:
                 self._note()
@@ -134,22 +145,28 @@ class Memory:
                 if is_done:
                     owners.add(id(owner))
             for index, pairs in following.arrays:
-                array, _ = self._arrays[index]
+                array, noted = self._arrays[index]
+                unwritten = {at for at, _ in noted.unwritten(array)}
                 for at, value in pairs:
-                    array[at] = value
+                    if at in unwritten:
+                        array[at] = value
                 self._arrays[index] = array, values.numpy_arrays().Noted(array)
                 owners.add(id(array))
         self.changed(owners)
 
     def _forget_what_is_gone(self) -> None:
         """Forget the local variables of functions and generators that have ended."""
-        self._generators = [one for one in self._generators if one.gi_frame is not None]
-        frames = {id(frame) for frame in _running()} | {id(one.gi_frame) for one in self._generators}
+        generators = [one for one in (reference() for reference in self._generators) if one is not None]
+        frames = {id(frame) for frame in _running()} | {id(one.gi_frame) for one in generators}
         self._slots = [
             _STATE if type(slot.owner) is types.FrameType and id(slot.owner) not in frames else slot
             for slot in self._slots
         ]
 
+
+_REFERENCES = 3
+"""How many references there are to the local variables of a frame if nobody else has them: its own, that of who looks,
+and that of who counts."""
 
 _STATE = Slot(None, None, None)
 """Instead of a slot that the node has set since, or that is gone."""
@@ -159,10 +176,15 @@ MEMORY = Memory()
 
 
 def _fitting(owner: Any, key: Any, before: Any, value: Any) -> Any:
-    """A value as its slot takes it: a whole number if it is a field of whole numbers of a message.
+    """A value as its slot takes it: an int if it is whole and was one, and what a field of a message can hold.
 
-    What is no whole number stays as it was: the node could not send it.
+    A text instead of a number, or a number instead of a text, is not taken: the node would not get far with it.
     """
+    plain, other = values.plain_scalar(before), values.plain_scalar(value)
+    if (type(plain) is str) is not (type(other) is str):
+        return before
+    if type(plain) is int and type(other) is float and other.is_integer():
+        return values.to_int(value)
     if isinstance(owner, genpy.Message) and type(values.plain_scalar(value)) is float:
         kind = dict(zip(owner.__slots__, owner._slot_types)).get(key)
         if kind in _INTEGERS:
@@ -205,23 +227,45 @@ def _alike(before: Any, value: Any) -> Any:
     return values.numpy_arrays().with_tracked(base(values.untracked(value)), value)
 
 
-def _numbers_in(value: Any) -> Iterator[Any]:
-    """The tracked scalars of one, or of a tuple that holds some."""
-    if type(value) in values.TRACKED_CLASSES:
-        yield value
-    elif isinstance(value, tuple):
-        for part in value:
-            yield from _numbers_in(part)
+def _numbers_in(value: Any) -> List[Any]:
+    """The tracked scalars of one, or of a tuple that holds some at any depth."""
+    found, waiting, seen = [], [value], set()
+    while waiting:
+        part = waiting.pop()
+        if type(part) in values.TRACKED_CLASSES:
+            found.append(part)
+        elif issubclass(type(part), tuple) and id(part) not in seen:
+            seen.add(id(part))
+            waiting += tuple.__iter__(part)
+    return found
 
 
-def _rebuilt(value: Any, others: Mapping[int, Any]) -> Any:
-    """A number or tuple with other numbers in it; the same object if nothing in it is another one."""
-    if not isinstance(value, tuple):
-        return others.get(id(value), value)
-    parts = [_rebuilt(part, others) for part in value]
-    if all(map(lambda part, before: part is before, parts, value)):
-        return value
-    return type(value)(*parts) if hasattr(value, '_fields') else type(value)(parts)
+def _rebuilt(value: Any, others: Dict[int, Any]) -> Any:
+    """A number or tuple with other numbers in it; the same object if nothing in it is another one.
+
+    Args:
+        others: {id of a number or tuple: the other one}; tuples are added, so that one object stays one.
+    """
+    waiting = [value]
+    while waiting:
+        part = waiting[-1]
+        if id(part) in others or not issubclass(type(part), tuple):
+            waiting.pop()
+            continue
+        inner = list(tuple.__iter__(part))
+        missing = [one for one in inner if issubclass(type(one), tuple) and id(one) not in others]
+        if missing:
+            waiting += missing
+            continue
+        parts = [others.get(id(one), one) for one in inner]
+        if all(one is before for one, before in zip(parts, inner)):
+            others[id(part)] = part
+        else:
+            made = others[id(part)] = tuple.__new__(type(part), parts)
+            if hasattr(made, '__dict__'):
+                vars(made).update(vars(part))
+        waiting.pop()
+    return others.get(id(value), value)
 
 
 def _running() -> Iterator[types.FrameType]:
@@ -252,13 +296,13 @@ class _Walk:
     Attributes:
         slots: those that hold something tracked.
         arrays: the arrays that do, each with what it holds.
-        generators: those that are under way.
+        generators: weak references to those that are under way.
     """
 
     def __init__(self) -> None:
         self.slots: List[Slot] = []
         self.arrays: List[Tuple[Any, Any]] = []
-        self.generators: List[types.GeneratorType] = []
+        self.generators: List[Any] = []
         self._waiting: List[Any] = []
         self._seen: Set[int] = {id(vars(builtins))}
         # By the ids of classes: a metaclass may have no hash.
@@ -283,27 +327,36 @@ class _Walk:
             thing = self._waiting.pop()
             if id(thing) not in self._seen:
                 self._seen.add(id(thing))
-                self._look_into(thing)
+                with contextlib.suppress(Exception):  # of an object that cannot be looked into
+                    self._look_into(thing)
 
     def _may_be_root(self, kind: type) -> bool:
-        return kind is types.FunctionType or issubclass(kind, type) or self._is_of_own_class(kind)
+        return (
+            kind in (types.FunctionType, types.GeneratorType) or issubclass(kind, type) or self._is_of_own_class(kind)
+        )
 
     def _is_root(self, thing: Any) -> bool:
         kind = type(thing)
+        if kind is types.GeneratorType:
+            return thing.gi_frame is not None and is_own_module(thing.gi_frame.f_globals)
         if kind is types.FunctionType:
             return is_own_module(thing.__globals__)
         if issubclass(kind, type):
-            return self._own_names.get(getattr(thing, '__module__', ''), False)
+            return self._is_own_class(thing)
         return self._is_of_own_class(kind)
 
     def _is_of_own_class(self, kind: type) -> bool:
         known = self._own_classes.get(id(kind))
         if known is None:
-            known = issubclass(kind, genpy.Message) or any(
-                self._own_names.get(getattr(one, '__module__', ''), False) for one in kind.__mro__
-            )
+            known = issubclass(kind, genpy.Message) or any(map(self._is_own_class, type.mro(kind)))
             self._own_classes[id(kind)] = known
         return known
+
+    def _is_own_class(self, kind: type) -> bool:
+        try:
+            return self._own_names.get(type.__getattribute__(kind, '__module__'), False)
+        except (AttributeError, TypeError):  # a class of its own kind
+            return False
 
     def _look_into(self, thing: Any) -> None:
         kind = type(thing)
@@ -335,16 +388,24 @@ class _Walk:
         return looks
 
     def _look_into_dict(self, thing: Any) -> None:
-        self._hold(thing, thing.items())
+        self._hold(thing, dict.items(thing))
 
     def _look_into_list(self, thing: Any) -> None:
-        self._hold(thing, enumerate(list(thing)))
+        kind: Any = list if isinstance(thing, list) else collections.deque
+        self._hold(thing, enumerate(list(kind.__iter__(thing))))
+
+    def _look_into_tuple(self, thing: Any) -> None:
+        self._waiting += tuple.__iter__(thing)
 
     def _look_into_message(self, thing: Any) -> None:
         self._hold(thing, [(name, getattr(thing, name)) for name in thing.__slots__ if hasattr(thing, name)])
 
     def _look_into_frame(self, thing: Any) -> None:
-        self._hold(thing, thing.f_locals.items())
+        held = thing.f_locals
+        self._hold(thing, held.items())
+        # Python would keep what it holds for as long as the function runs; nobody else has it.
+        if sys.getrefcount(held) <= _REFERENCES:
+            held.clear()
 
     def _look_into_function(self, thing: Any) -> None:
         self._waiting += thing.__closure__ or ()
@@ -353,7 +414,7 @@ class _Walk:
 
     def _look_into_generator(self, thing: Any) -> None:
         if thing.gi_frame is not None and values.KEEPS_LOCALS:
-            self.generators.append(thing)
+            self.generators.append(weakref.ref(thing))
             self._waiting.append(thing.gi_frame)
 
     def _look_into_cell(self, thing: Any) -> None:
@@ -367,7 +428,7 @@ class _Walk:
         self._waiting += [thing.__func__, thing.__self__]
 
     def _look_into_tracked_array(self, thing: Any) -> None:
-        if thing.has_provenance is True:
+        if thing.has_provenance is True and thing.flags.writeable:
             self.arrays.append((thing, values.numpy_arrays().Noted(thing)))
 
     def _look_into_array(self, thing: Any) -> None:
@@ -377,6 +438,7 @@ class _Walk:
     _OF_CLASSES: ClassVar[Dict[type, str]] = {
         dict: '_look_into_dict',
         list: '_look_into_list',
+        tuple: '_look_into_tuple',
         types.FrameType: '_look_into_frame',
         types.FunctionType: '_look_into_function',
         types.GeneratorType: '_look_into_generator',
@@ -388,12 +450,12 @@ class _Walk:
         list: '_look_into_list',
         collections.deque: '_look_into_list',
         functools.partial: '_look_into_partial',
+        tuple: '_look_into_tuple',
     }
 
     def _look_at_attributes(self, thing: Any) -> None:
-        held = getattr(thing, '__dict__', None)
-        if type(held) is dict:
-            self._waiting.append(held)
+        with contextlib.suppress(AttributeError):  # it has none
+            self._waiting.append(object.__getattribute__(thing, '__dict__'))
         for one in type(thing).__mro__:
             for name in [name for name, slot in vars(one).items() if type(slot) is types.MemberDescriptorType]:
                 with contextlib.suppress(AttributeError):  # it holds nothing
@@ -407,9 +469,9 @@ class _Walk:
             if id(kind) in self._tracked:
                 self.slots.append(Slot(owner, key, value))
             elif issubclass(kind, tuple):
-                if any(True for _ in _numbers_in(value)):
+                if _numbers_in(value):
                     self.slots.append(Slot(owner, key, value))
-                self._waiting += value
+                self._waiting.append(value)
             elif not _is_of_rospy(kind) or hasattr(kind, 'has_provenance'):
                 self._waiting.append(value)
 

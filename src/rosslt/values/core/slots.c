@@ -27,13 +27,20 @@ static PyObject *held(PyObject *owner, PyObject *key)
     return PyObject_GetItem(owner, key);
 }
 
-static int put(PyObject *owner, PyObject *key, PyObject *value)
+static int put(PyObject *owner, PyObject *key, PyObject *value, PyObject *dropped)
 {
     if (PyCell_Check(owner)) return PyCell_Set(owner, value);
     if (PyFrame_Check(owner)) {
         PyObject *locals = PyObject_GetAttrString(owner, "f_locals");
         int status = locals == NULL ? -1 : PyObject_SetItem(locals, key, value);
         if (status == 0) PyFrame_LocalsToFast((PyFrameObject *)owner, 0);
+        /* The frame would keep this snapshot, and drop what is in it when it is made the next time: in the middle of the
+           next exchange, where nothing may be run. Nobody else has it if the frame and this function alone refer to it. */
+        if (locals != NULL && Py_REFCNT(locals) == 2) {
+            PyObject *kept = PyDict_Check(locals) ? PyDict_Copy(locals) : NULL;
+            if (kept != NULL && PyList_Append(dropped, kept) == 0) PyDict_Clear(locals);
+            Py_XDECREF(kept);
+        }
         Py_XDECREF(locals);
         return status;
     }
@@ -48,18 +55,19 @@ static int put(PyObject *owner, PyObject *key, PyObject *value)
 PyObject *exchange(PyObject *module, PyObject *rows)
 {
     if (!PyList_Check(rows)) return PyErr_Format(PyExc_TypeError, "a list of slots");
-    PyObject *done = PyList_New(0);
-    for (Py_ssize_t at = 0; done != NULL && at < PyList_GET_SIZE(rows); at++) {
+    PyObject *done = PyList_New(0), *dropped = PyList_New(0);
+    for (Py_ssize_t at = 0; done != NULL && dropped != NULL && at < PyList_GET_SIZE(rows); at++) {
         PyObject *owner, *key, *expected, *value;
         if (!PyArg_ParseTuple(PyList_GET_ITEM(rows, at), "OOOO", &owner, &key, &expected, &value)) {
             Py_CLEAR(done);
             break;
         }
         PyObject *found = held(owner, key);
-        int is_done = found == expected && put(owner, key, value) == 0;
+        int is_done = found == expected && put(owner, key, value, dropped) == 0;
         Py_XDECREF(found);
         PyErr_Clear(); /* a slot that is gone, or takes nothing */
         if (PyList_Append(done, is_done ? Py_True : Py_False) < 0) Py_CLEAR(done);
     }
+    Py_XDECREF(dropped); /* what it holds may end now */
     return done;
 }
