@@ -1,5 +1,5 @@
-"""When a node's first round begins: its main thread spins or waits for an event, a thread or a signal, or, in a loop of
-the node's own code, sleeps or asks rospy whether it is shut down.
+"""When a node's first round begins: its main thread spins or waits for a signal, or, in a loop of the node's own code,
+sleeps or asks rospy whether it is shut down.
 
 A loop that does nothing but wait belongs to the set-up, as `while not pub.get_num_connections(): rospy.sleep(0.1)`.
 """
@@ -19,7 +19,7 @@ import rospy
 from rosslt.node.memory import MEMORY
 from rosslt.node.own_code import is_own_module
 
-_SPIN, _PAUSE, _WAIT, _JOIN = rospy.spin, signal.pause, threading.Event.wait, threading.Thread.join
+_SPIN, _PAUSE = rospy.spin, signal.pause
 _LOOPS = (ast.While, ast.For, ast.AsyncFor)
 
 
@@ -37,7 +37,7 @@ def begins_round(function: Callable[..., Any]) -> Callable[..., Any]:
     def called(*args: Any, **kwargs: Any) -> Any:
         if not MEMORY.has_begun and threading.current_thread() is threading.main_thread():
             frame = sys._getframe(1)
-            if is_own_module(frame.f_globals) and (function in (_SPIN, _PAUSE, _WAIT, _JOIN) or _is_in_round(frame)):
+            if is_own_module(frame.f_globals) and (function in (_SPIN, _PAUSE) or _is_in_round(frame)):
                 MEMORY.begin()
         return function(*args, **kwargs)
 
@@ -48,7 +48,7 @@ def watch_first_round() -> None:
     """Have the first round begin when it does, from now on."""
     watched: List[Tuple[Any, str]] = [
         *((rospy, 'is_shutdown'), (rospy, 'sleep'), (rospy, 'spin'), (rospy.Rate, 'sleep'), (time, 'sleep')),
-        *((signal, 'pause'), (threading.Event, 'wait'), (threading.Thread, 'join')),
+        (signal, 'pause'),
     ]
     wrapped = {id(getattr(owner, name)): begins_round(getattr(owner, name)) for owner, name in watched}
     # names that a module of the node has imported before
