@@ -176,15 +176,13 @@ MEMORY = Memory()
 
 
 def _fitting(owner: Any, key: Any, before: Any, value: Any) -> Any:
-    """A value as its slot takes it: an int if it is whole and was one, and what a field of a message can hold.
+    """A value as its slot takes it: a whole number if it is a field of whole numbers of a message.
 
     A text instead of a number, or a number instead of a text, is not taken: the node would not get far with it.
     """
     plain, other = values.plain_scalar(before), values.plain_scalar(value)
     if (type(plain) is str) is not (type(other) is str):
         return before
-    if type(plain) is int and type(other) is float and other.is_integer():
-        return values.to_int(value)
     if isinstance(owner, genpy.Message) and type(values.plain_scalar(value)) is float:
         kind = dict(zip(owner.__slots__, owner._slot_types)).get(key)
         if kind in _INTEGERS:
