@@ -15,8 +15,11 @@ from support.processes import Node, wait_until
 
 
 def source(node, name):
-    listed = rospy.ServiceProxy(node + '/rosslt/list_locations', ListLocations)().locations
-    return rosslt.Source(node, next(one.id for one in listed if one.name == name))
+    def found():
+        listed = rospy.ServiceProxy(node + '/rosslt/list_locations', ListLocations)().locations
+        return [rosslt.Source(node, one.id) for one in listed if one.name == name]
+
+    return wait_until(found, name + ' to be listed')[0]
 
 
 def change(node, **values):
@@ -121,11 +124,13 @@ class Kept(unittest.TestCase):
 
     def test_a_parameter_that_is_read_again_and_again_is_left_to_the_node(self):
         code = """
-        kept = rosslt.get_param('~gain', 1.0)
+        kept, is_polling = rosslt.get_param('~gain', 1.0), False
         publisher = rosslt.Publisher('applied', Float64, queue_size=1, latch=True)
         rate = rospy.Rate(50)
         while not rospy.is_shutdown():
             gain = rosslt.get_param('~gain', 1.0)
+            if not is_polling:
+                is_polling = publisher.publish(0.0) or True
             if gain != kept:
                 kept = gain
                 publisher.publish(10 * gain)
@@ -133,6 +138,7 @@ class Kept(unittest.TestCase):
         """
         with Node('poller', code):
             inbox = Inbox(rosslt.Subscriber, '/applied', Float64)
+            self.assertEqual(inbox.next().data, 0.0)
             rospy.set_param('/poller/gain', 2.5)
             self.assertEqual(inbox.next().data, 25.0)
             inbox.close()
