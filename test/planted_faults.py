@@ -136,8 +136,8 @@ FAULTS = [
     ),
     Fault(
         'local_variables_that_do_not_follow',
-        'node/memory.py',
-        '            self._waiting += _running()\n',
+        'node/walk.py',
+        '            self._waiting += running()\n',
         '            pass\n',
         ('test/instrument/test_memory.py', '-k', 'kept and literal'),
     ),

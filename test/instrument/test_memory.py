@@ -110,6 +110,20 @@ KINDS = {
         'kept["x"] = HAND',
     ),
     'ordered dict': ('kept = collections.OrderedDict(x=READ)', 'kept["x"]', 'kept["x"] = HAND'),
+    'element that moves': (
+        'kept = [1.0, READ, 2.0]',
+        '(kept.append(kept.pop(0)) or max(kept))',
+        'kept[kept.index(max(kept))] = HAND',
+    ),
+    'element of a deque that rotates': (
+        'kept = collections.deque([1.0, READ])',
+        '(kept.rotate() or max(kept))',
+        'kept[kept.index(max(kept))] = HAND',
+    ),
+    'own user dict': ('class D(collections.UserDict): pass\nkept = D(x=READ)', 'kept["x"]', 'kept["x"] = HAND'),
+    'user dict': ('kept = collections.UserDict(x=READ)', 'kept["x"]', 'kept["x"] = HAND'),
+    'user list': ('kept = collections.UserList([READ])', 'kept[0]', 'kept[0] = HAND'),
+    'chain of dicts': ('kept = collections.ChainMap({}, {"x": READ})', 'kept["x"]', 'kept.maps[1]["x"] = HAND'),
     'deque': ('kept = collections.deque([READ, 1.0])', 'kept[0]', 'kept[0] = HAND'),
     'closure': (
         'def make():\n    x = READ\n    def read(): return x\n    def put(y):\n        nonlocal x\n        x = y\n'
@@ -148,6 +162,20 @@ KINDS = {
     'generator': (
         'def numbers():\n    x = READ\n    while True: yield x\nkept = numbers()\nnext(kept)\nset_to = []',
         '(set_to or [next(kept)])[0]',
+        'set_to[:] = [HAND]',
+    ),
+    'coroutine': (
+        'class Once:\n    def __await__(self): yield box[:]\n'
+        'box = []\nasync def numbers():\n    x = READ\n    while True:\n        box[:] = [x]\n        await Once()\n'
+        'kept = numbers()\nkept.send(None)\nset_to = []',
+        '(set_to or kept.send(None))[0]',
+        'set_to[:] = [HAND]',
+    ),
+    'asynchronous generator': (
+        'async def numbers():\n    x = READ\n    while True: yield x\n'
+        'def sent(awaited):\n    try: awaited.send(None)\n    except StopIteration as stop: return stop.value\n'
+        'kept = numbers()\nsent(kept.__anext__())\nset_to = []',
+        '(set_to[0] if set_to else sent(kept.__anext__()))',
         'set_to[:] = [HAND]',
     ),
     'namespace': ('kept = types.SimpleNamespace(x=READ)', 'kept.x', 'kept.x = HAND'),

@@ -43,16 +43,12 @@ def owners():
     vars(frozen)['x'] = OLD
     array = numpy.array([None, OLD], object)
     cell = types.CellType(OLD)
-    own_list = type('Own', (list,), {'__setitem__': None, '__getitem__': None})([OLD])
 
     def function(x=OLD):
         return x
 
     yield {'x': OLD}, 'x', lambda owner: owner['x']
     yield collections.OrderedDict(x=OLD), 'x', lambda owner: owner['x']
-    yield [1, OLD], 1, lambda owner: owner[1]
-    yield own_list, 0, lambda owner: list.__getitem__(owner, 0)
-    yield collections.deque([OLD], 1), 0, lambda owner: owner[0]
     yield made, 'x', lambda owner: owner.x
     yield frozen, 'x', lambda owner: owner.x
     yield holder, 'x', lambda owner: owner.x
@@ -74,11 +70,23 @@ def test_each_kind_of_slot(exchanged):
 
 
 @both
+@pytest.mark.parametrize('kind', [list, collections.deque])
+def test_elements_wherever_they_stand(exchanged, kind):
+    own_methods = dict.fromkeys(['__getitem__', '__setitem__', '__iter__', '__len__'])
+    for made in (kind, type('Own', (kind,), own_methods)):
+        owner, others = made([1, OLD, 2, OLD]), {id(OLD): NEW}
+        kind.insert(owner, 0, kind.pop(owner))
+        assert exchanged([(owner, None, (OLD,), others)]) == [True]
+        assert list(kind.__iter__(owner)) == [NEW, 1, NEW, 2]
+        assert exchanged([(owner, None, (OLD,), others)]) == [False]
+
+
+@both
 def test_slots_that_are_gone(exchanged):
     rows = [
         ({}, 'x'),
-        ([], 3),
-        (collections.deque(), 0),
+        (None, 'x'),
+        (None, None),
         (Plain(), 'x'),
         (types.CellType(), None),
         (Plain, 'y'),

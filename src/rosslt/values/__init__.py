@@ -20,7 +20,7 @@ from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .recording import OPERATION, allow, limit_recording, reapply, spend, widened
-from .slots import KEEPS_LOCALS, Slot, exchange
+from .slots import KEEPS_LOCALS, exchange
 from .solve import continued, nearest, slopes, solve, source_values
 from .sources import Source, UnnamedSource, describe_sources_with
 from .tolerances import is_same
@@ -50,7 +50,6 @@ __all__ = [
     'NotInvertible',
     'NotTracked',
     'Operation',
-    'Slot',
     'Source',
     'UnnamedSource',
     'affine',

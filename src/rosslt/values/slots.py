@@ -1,35 +1,25 @@
 """Slots: the places in which Python keeps values, and their exchange for other values at one moment."""
 
+import collections
 import types
-from typing import Any, List, NamedTuple
+from typing import Any, List
 
 from .accelerator import CORE
-
-
-class Slot(NamedTuple):
-    """A place that holds a value.
-
-    Attributes:
-        owner: a dict, list, deque or array, by key or index; a cell; a class, message or other object, by the name of
-            an attribute; or a frame, by the name of a local variable.
-        key: the key, index or name; None for a cell.
-        value: the object that it holds.
-    """
-
-    owner: Any
-    key: Any
-    value: Any
 
 
 def exchange(rows: List[tuple]) -> List[bool]:
     """Put other values into slots, if these still hold what is expected.
 
     Args:
-        rows: `(owner, key, expected object, other object)` of each slot, as of `Slot`. A local variable needs the
-            compiled core, which does all in one step that no other thread can interrupt.
+        rows: `(owner, key, expected object, other object)` of each slot. The owner is a dict or array, by key or index;
+            a cell, by None; a class, message or other object, by the name of an attribute; or a frame, by the name of
+            a local variable, which needs the compiled core. Or it is a list or deque, by None: then the objects are a
+            tuple of elements, and `{id of one of them: other element}`, wherever these stand.
 
     Returns:
-        Whether each was exchanged.
+        Whether each was exchanged; of a list or deque, whether any of the elements was.
+
+    The compiled core does all in one step that no other thread can interrupt.
     """
     return [_exchange(*row) for row in rows]
 
@@ -52,11 +42,16 @@ def _exchange(owner: Any, key: Any, expected: Any, value: Any) -> bool:
             if isinstance(owner, types.FrameType) or object.__getattribute__(owner, key) is not expected:
                 return False
             object.__setattr__(owner, key, value)
+        elif key is None:
+            kind: Any = list if isinstance(owner, list) else collections.deque
+            found = [(index, one) for index, one in enumerate(kind.__iter__(owner)) if id(one) in value]
+            for index, one in found:
+                kind.__setitem__(owner, index, value[id(one)])
+            return bool(found)
         else:
-            kind: Any = list if isinstance(owner, list) else type(owner)
-            if kind.__getitem__(owner, key) is not expected:
+            if owner[key] is not expected:
                 return False
-            kind.__setitem__(owner, key, value)
+            owner[key] = value
     except (LookupError, AttributeError, TypeError, ValueError):  # it is gone, or takes nothing
         return False
     return True

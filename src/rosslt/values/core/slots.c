@@ -19,11 +19,6 @@ static PyObject *held(PyObject *owner, PyObject *key)
         return value;
     }
     if (PyUnicode_Check(key)) return PyObject_GenericGetAttr(owner, key);
-    if (PyList_Check(owner)) {
-        PyObject *value = PyList_GetItem(owner, PyLong_AsSsize_t(key));
-        Py_XINCREF(value);
-        return value;
-    }
     return PyObject_GetItem(owner, key);
 }
 
@@ -47,8 +42,25 @@ static int put(PyObject *owner, PyObject *key, PyObject *value, PyObject *droppe
     if (PyDict_Check(owner)) return PyDict_SetItem(owner, key, value);
     if (PyType_Check(owner)) return PyType_Type.tp_setattro(owner, key, value);
     if (PyUnicode_Check(key)) return PyObject_GenericSetAttr(owner, key, value);
-    if (PyList_Check(owner)) return PyList_SetItem(owner, PyLong_AsSsize_t(key), Py_NewRef(value));
     return PyObject_SetItem(owner, key, value);
+}
+
+/* Put other elements into a list or deque, given by the ids of those before, wherever these stand: whether any did. */
+static int put_elements(PyObject *owner, PyObject *others)
+{
+    PyTypeObject *type = Py_TYPE(owner); /* the built-in one: a class of the program may have methods of its own */
+    while (type->tp_flags & Py_TPFLAGS_HEAPTYPE) type = type->tp_base;
+    PySequenceMethods *of = type->tp_as_sequence;
+    if (of == NULL || of->sq_item == NULL || of->sq_ass_item == NULL) return 0;
+    int is_done = 0;
+    for (Py_ssize_t at = 0; at < of->sq_length(owner); at++) {
+        PyObject *element = of->sq_item(owner, at), *id = PyLong_FromVoidPtr(element);
+        PyObject *other = id == NULL ? NULL : PyDict_GetItemWithError(others, id);
+        if (other != NULL && of->sq_ass_item(owner, at, other) == 0) is_done = 1;
+        Py_XDECREF(element);
+        Py_XDECREF(id);
+    }
+    return is_done;
 }
 
 /* No bytecode is run meanwhile, so no other thread sees some of the slots exchanged and others not. */
@@ -62,9 +74,14 @@ PyObject *exchange(PyObject *module, PyObject *rows)
             Py_CLEAR(done);
             break;
         }
-        PyObject *found = held(owner, key);
-        int is_done = found == expected && put(owner, key, value, dropped) == 0;
-        Py_XDECREF(found);
+        int is_done;
+        if (key == Py_None && !PyCell_Check(owner)) {
+            is_done = PyDict_Check(value) && put_elements(owner, value);
+        } else {
+            PyObject *found = held(owner, key);
+            is_done = found == expected && put(owner, key, value, dropped) == 0;
+            Py_XDECREF(found);
+        }
         PyErr_Clear(); /* a slot that is gone, or takes nothing */
         if (PyList_Append(done, is_done ? Py_True : Py_False) < 0) Py_CLEAR(done);
     }
