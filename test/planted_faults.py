@@ -130,8 +130,8 @@ FAULTS = [
     Fault(
         'a_state_that_is_set_back',
         'values/core/slots.c',
-        'int is_done = found == expected && put',
-        'int is_done = found != NULL && put',
+        'is_done = found == expected && put',
+        'is_done = found != NULL && put',
         ('test/values/test_slots.py',),
     ),
     Fault(
