@@ -1,7 +1,8 @@
 """When a node's first round begins: its main thread spins or waits for a signal, or, in a loop of the node's own code,
 sleeps or asks rospy whether it is shut down.
 
-A loop that does nothing but wait belongs to the set-up, as `while not pub.get_num_connections(): rospy.sleep(0.1)`.
+A loop that does nothing but wait belongs to the set-up, as `while not pub.get_num_connections(): rospy.sleep(0.1)`; so
+does one that tries something until nothing is raised, and does nothing but wait between.
 """
 
 import ast
@@ -21,6 +22,7 @@ from rosslt.node.own_code import is_own_module
 
 _SPIN, _PAUSE = rospy.spin, signal.pause
 _LOOPS = (ast.While, ast.For, ast.AsyncFor)
+_ENDS = (ast.Break, ast.Return)
 
 
 class _Loop(NamedTuple):
@@ -90,7 +92,22 @@ def _loops_of(path: str) -> Optional[List[_Loop]]:
     if not tree.body:
         return None
     loops = [node for node in ast.walk(tree) if isinstance(node, _LOOPS)]
-    return [_Loop(loop.lineno, loop.end_lineno or loop.lineno) for loop in loops if not all(map(_waits, loop.body))]
+    return [_Loop(loop.lineno, loop.end_lineno or loop.lineno) for loop in loops if not _only_waits(loop.body)]
+
+
+def _only_waits(body: List[ast.stmt]) -> bool:
+    """Return whether a loop does nothing but wait, or does more only in the turn that ends it if nothing is raised."""
+    others = [statement for statement in body if not _waits(statement)]
+    if not others:
+        return True
+    first, *later = others
+    tried, between = [first], []
+    if isinstance(first, ast.Try):
+        tried = [*first.body, *first.orelse]
+        between = [*first.finalbody, *(one for handler in first.handlers for one in handler.body)]
+    ends = isinstance(body[-1], _ENDS) or (isinstance(tried[-1], _ENDS) and not later)
+    goes_on = any(isinstance(part, ast.Continue) for one in [*tried, *later] for part in ast.walk(one))
+    return ends and not goes_on and all(map(_waits, between))
 
 
 def _waits(statement: ast.stmt) -> bool:
@@ -101,4 +118,4 @@ def _waits(statement: ast.stmt) -> bool:
         function = statement.value.func
         name = function.attr if isinstance(function, ast.Attribute) else getattr(function, 'id', '')
         return name in ('sleep', 'print') or name.startswith('log')
-    return isinstance(statement, (ast.Pass, ast.Continue, ast.Break, ast.Return))
+    return isinstance(statement, (ast.Pass, ast.Continue, ast.Raise, *_ENDS))
