@@ -263,7 +263,7 @@ def test_a_module_level_loop_with_a_publisher_before_its_node(run):
         message = heard.next()
         assert all(map(values.is_tracked, (message.point.x, message.point.y, message.point.z)))
         (source,) = node.force_value(message.point.y, 7.5)
-        request = rosslt.srv.ListLocationsRequest([source.location_id])
+        request = rosslt.srv.ListLocationsRequest(location_ids=[source.location_id])
         answers, _ = node.ask_all('list_locations', rosslt.srv.ListLocations, {'/module_loop': request}, 5)
         (one,) = answers['/module_loop'].locations
         assert (one.name, one.rank) == ('radius', 0)  # a named constant, before parts of formulas

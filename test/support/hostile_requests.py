@@ -116,7 +116,7 @@ def _send(chance: random.Random, target: Owner) -> None:
         answer = target.get_values(srv.GetValuesRequest(ids))
         assert len(answer.values) == len(answer.reasons) == len(ids), answer
     elif which == 7:
-        target._list_locations(srv.ListLocationsRequest(ids))
+        target._list_locations(srv.ListLocationsRequest(location_ids=ids))
     else:
         _lock(chance, target, ids, name)
 

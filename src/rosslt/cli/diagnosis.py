@@ -234,7 +234,7 @@ class Examination:
 
     def _can_change(self, source: values.Source) -> bool:
         place = self._directory.of(source)
-        return place is not None and not place.location.read_only
+        return place is not None and not place.is_fixed
 
     def _why_plain(self, topic: str, publisher: str) -> str:
         heard = sorted(name for name, nodes in self._state.subscribers.items() if publisher in nodes)
@@ -274,6 +274,8 @@ class Examination:
                     yield Finding(FAULT, f'{node} does not know the location {source}: it was started with other code')
                 elif place.location.read_only:
                     yield Finding(NOTE, f'{place.name} is read-only')
+                elif place.location.at_next_start:
+                    yield Finding(NOTE, f'a change of {place.name} {place.location.at_next_start}')
                 else:
                     can_change.append(place.name)
         if can_change:

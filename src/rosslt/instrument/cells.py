@@ -10,7 +10,7 @@ import linecache
 import os
 import re
 import threading
-from typing import Any, Callable, Dict, Iterable, List, Optional, Set, Tuple
+from typing import Any, Callable, Collection, Dict, Iterable, List, Optional, Set, Tuple
 
 import rospy
 
@@ -173,10 +173,10 @@ class Cells(list):
                     if number not in self.locations:
                         self[number] = self._reading(number)
 
-    def make_known(self) -> None:
-        """Make the locations of all numbers known that a person would change."""
+    def make_known(self, verdicts: Collection[str] = (NUMBER, WHOLE)) -> None:
+        """Make the locations of numbers known: those that a person would change, or those with other verdicts."""
         for number, literal in enumerate(self.literals):
-            if literal.verdict in (NUMBER, WHOLE):
+            if literal.verdict in verdicts:
                 self.location(number)
 
     def _reading(self, number: int) -> Any:
@@ -297,6 +297,7 @@ class CellLocation(node.LiteralLocation):
             maximum=literal.maximum,
             is_named=literal.name is not None,
         )
+        self.is_polled = not literal.is_read_once
         if literal.verdict == NUMBER or literal.rule == 'no turn':
             self._retype(float)
 

@@ -5,7 +5,7 @@ import io
 import os
 import re
 import tokenize
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt import files, node
 from rosslt.instrument.location_rules import FORM, NUMBER, PLAIN, judge
@@ -32,6 +32,7 @@ class Literal(NamedTuple):
         identity: a key of the literal that stays the same after a restart and after edits elsewhere in the file.
         name: what it is the value of (`speed`), None where it is part of something else.
         minimum, maximum: bounds from a comment, or None.
+        is_read_once: whether it is read when its file is loaded, and never again.
     """
 
     file: str
@@ -47,6 +48,7 @@ class Literal(NamedTuple):
     name: Optional[str]
     minimum: Optional[float]
     maximum: Optional[float]
+    is_read_once: bool
 
     @property
     def rank(self) -> int:
@@ -84,6 +86,7 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
         limits = directives.get(judgement.node.lineno)
         if judgement.rule.verdict != PLAIN and limits != 'skip':
             found.append((judgement, limits or (None, None)))
+    repeated = _repeated(tree)
     identities = node.identities(tree, source.text, [(judgement.node, '') for judgement, _ in found])
     return [
         (
@@ -100,11 +103,28 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
                 judgement.rule.name,
                 f'{source.path}\n{identity}',
                 judgement.name,
-                *limits,
+                minimum,
+                maximum,
+                id(judgement.node) not in repeated,
             ),
         )
-        for (judgement, limits), identity in zip(found, identities)
+        for (judgement, (minimum, maximum)), identity in zip(found, identities)
     ]
+
+
+def _repeated(tree: ast.Module) -> Set[int]:
+    """The ids of the parts of a tree that may run more than once: bodies of functions, and loops."""
+    parts: List[ast.AST] = []
+    for one in ast.walk(tree):
+        if isinstance(one, ast.Lambda):
+            parts.append(one.body)
+        elif isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            parts += one.body
+        elif isinstance(one, ast.While):
+            parts += [one.test, *one.body]
+        elif isinstance(one, ast.For):
+            parts += one.body
+    return {id(inner) for part in parts for inner in ast.walk(part)}
 
 
 def _directives(tree: ast.Module, source: SourceText) -> Dict[int, Any]:

@@ -12,13 +12,14 @@ import math
 import sys
 import time
 import types
-from typing import Any, Callable, Dict, List
+from typing import Any, Callable, Collection, Dict, List
 
 import rospy
 
 from rosslt import node, srv, values
 from rosslt.instrument import exact_classes, reloading
 from rosslt.instrument.cells import loaded_files
+from rosslt.instrument.location_rules import FORM, NUMBER, WHOLE
 from rosslt.instrument.losses import LOSSES
 from rosslt.instrument.program_functions import MATH
 from rosslt.instrument.publishing import Publisher, Service
@@ -135,16 +136,17 @@ def init_node(*args: Any, **kwds: Any) -> None:
         return  # rospy takes a second call with the same arguments, and does nothing
     node.start()
     node.MEMORY.begins.append(_make_known)
+    node.make_all_known_with(lambda: _make_known((NUMBER, WHOLE, FORM)))
     for cells in loaded_files():
         cells.renew()
     _services.append(rospy.Service('~rosslt/find_losses', srv.FindLosses, LOSSES.find))
     reloading.start()
 
 
-def _make_known() -> None:
-    """Have the numbers that a person would change be locations, whether they reach a message or not."""
+def _make_known(verdicts: Collection[str] = (NUMBER, WHOLE)) -> None:
+    """Have numbers be locations, whether they reach a message or not: by default those that a person would change."""
     for cells in loaded_files():
-        cells.make_known()
+        cells.make_known(verdicts)
 
 
 _UNSET = object()

@@ -58,13 +58,20 @@ class Descriptions:
             return self.name(source)
         return '{}, {} of {}'.format(place.file, place.local_name, source.node)
 
-    def read_only(self, sources: Collection[values.Source]) -> Tuple[values.Source, ...]:
-        """Return the sources that are known to be read-only."""
-        places = [(source, self._directory.of(source)) for source in sources]
-        return tuple([source for source, place in places if place is not None and place.read_only])
+    def fixed(self, sources: Collection[values.Source]) -> Tuple[values.Source, ...]:
+        """Return the sources that no change moves, as far as known."""
+        return tuple([source for source in sources if self.why_fixed(source)])
+
+    def why_fixed(self, source: values.Source) -> str:
+        """Say why no change moves a source, as far as known: 'takes no change' for one that refuses all, or that a
+        change takes effect at the next start; '' for others."""
+        place = self._directory.of(source)
+        if place is None or not place.is_fixed:
+            return ''
+        return 'takes no change' if place.read_only else place.location.at_next_start
 
     def can_change(self, value: Any) -> bool:
         """True where a value has a source that takes changes, as far as known."""
         sources = values.sources(value)
         self.look_up(sources)
-        return len(self.read_only(sources)) < len(sources)
+        return len(self.fixed(sources)) < len(sources)

@@ -43,7 +43,7 @@ class Offers(NamedTuple):
 
     def choices(self, handle: Handle) -> List[Choice]:
         """The sources that a drag of a thing may change, the default first."""
-        return choices_of(handle.tracked, self.descriptions.read_only(values.sources(handle.tracked)))
+        return choices_of(handle.tracked, self.descriptions.fixed(values.sources(handle.tracked)))
 
     def title(self, choice: Choice) -> str:
         """The text of a choice."""

@@ -16,6 +16,7 @@ from rosslt.node.api import (
     limits,
     location,
     look_at_files_with,
+    make_all_known_with,
     read_at,
     read_parameter,
     remove_location,

@@ -265,6 +265,11 @@ def look_at_files_with(function: Callable[[], None]) -> None:
     _owner.look_at_files = function
 
 
+def make_all_known_with(function: Callable[[], None]) -> None:
+    """Have a function make those locations known that are not yet, when somebody asks for all."""
+    _owner.make_all_known = function
+
+
 def reread(location: Location, value_in_code: Any, is_saved_here: bool = False) -> bool:
     """Take in the value that the code gives a location after an edit, and have it in force.
 

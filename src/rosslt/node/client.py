@@ -202,7 +202,7 @@ def force_value(
 def solved(
     asker: Asker, sources: Sequence[values.Source], timeout: float, solve: Callable[[Dict[str, Any]], _Solved]
 ) -> _Solved:
-    """The result of solving within what the owners of sources allow; where that is impossible, without read-only.
+    """The result of solving within what the owners of sources allow; if that is impossible, with read-only ones too.
 
     Args:
         timeout: how long to wait for what the owners say, in seconds.
@@ -214,12 +214,18 @@ def solved(
     limits = asker.directory.limits(sources, timeout)
     try:
         return solve(limits)
-    except values.NotInvertible:
-        if not limits['read_only']:
+    except values.NotInvertible as error:
+        late = {source: asker.directory.at_next_start(source) for source in limits['read_only']}
+        late = {source: why for source, why in late.items() if why}
+        refusing = [source for source in limits['read_only'] if source not in late]
+        if late and not refusing:
+            whys = [f'a change of {asker.directory.name(source)} {why}' for source, why in late.items()]
+            raise values.NotInvertible('; '.join([str(error), *whys])) from None
+        if not refusing:
             raise
     # Their owners refuse it and say why, for instance who has locked one; or one takes changes again.
-    asker.directory.forget(limits['read_only'])
-    return solve({**limits, 'read_only': []})
+    asker.directory.forget(refusing)
+    return solve({**limits, 'read_only': list(late)})
 
 
 def _by_source(changes: Mapping[str, Iterable[msg.AppliedChange]]) -> Dict[values.Source, Change]:

@@ -19,16 +19,22 @@ class _Composed:
 
     Args:
         read: makes a new message, list or dict of their present values.
+        locations: these locations.
     """
 
-    __slots__ = ('_read',)
+    __slots__ = ('_locations', '_read')
 
-    def __init__(self, read: _Read) -> None:
+    def __init__(self, read: _Read, locations: List[Location]) -> None:
         self._read = read
+        self._locations = locations
 
     @property
     def tracked(self) -> Any:
         return self._read()
+
+    def read_in_round(self) -> None:
+        for location in self._locations:
+            location.read_in_round()
 
 
 def readable(literal: Any, leaf: _Leaf) -> Readable:
@@ -42,7 +48,15 @@ def readable(literal: Any, leaf: _Leaf) -> Readable:
         TypeError: it, or a part of it, is something else.
     """
     plain = values.plain_scalar(literal)
-    return _Composed(_reader(literal, (), leaf)) if plain is None else leaf(plain, ())
+    if plain is not None:
+        return leaf(plain, ())
+    locations: List[Location] = []
+
+    def kept(value: Any, path: Tuple[str, ...]) -> Location:
+        locations.append(leaf(value, path))
+        return locations[-1]
+
+    return _Composed(_reader(literal, (), kept), locations)
 
 
 def _reader(literal: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:

@@ -8,8 +8,12 @@ from rosslt.node.json_scalars import Refused, Value, to_json
 from rosslt.node.locations import Location
 
 
-def described(location: Location, is_locked: bool = False) -> msg.Location:
-    """A location as a message; one that is locked counts as read-only, so that other sources are changed instead."""
+def described(location: Location, is_locked: bool = False, at_next_start: str = '') -> msg.Location:
+    """A location as a message; one that is locked counts as read-only, so that other sources are changed instead.
+
+    Args:
+        at_next_start: as `Location.at_next_start` says.
+    """
 
     def text(value: Value) -> str:
         return '' if value is None else to_json(value)
@@ -30,6 +34,7 @@ def described(location: Location, is_locked: bool = False) -> msg.Location:
         minimum=text(minimum),
         maximum=text(maximum),
         read_only=location.read_only or is_locked,
+        at_next_start=at_next_start,
         remembered=location.remembered,
         weight=location.weight or 0.0,
         rank=location.rank,

@@ -31,6 +31,10 @@ RETRY_AFTER = 2.0
 TIMEOUT = 2.0
 
 
+SHAPE_RANK = 3
+"""The rank from which on a location gives a formula its shape, as a divisor or a conversion of units."""
+
+
 class Place(NamedTuple):
     """A location as its node describes it: the node's full name, and its rosslt/Location."""
 
@@ -83,6 +87,16 @@ class Place(NamedTuple):
     def read_only(self) -> bool:
         """True if the location refuses all changes."""
         return self.location.read_only
+
+    @property
+    def is_fixed(self) -> bool:
+        """True if no message follows a change of it: it refuses all, or its node does not look at it again."""
+        return self.location.read_only or bool(self.location.at_next_start)
+
+    @property
+    def is_shape(self) -> bool:
+        """True if it gives a formula its shape, and has the value that the code says: people rarely change it."""
+        return self.location.rank >= SHAPE_RANK and self.location.value == self.location.literal
 
     def is_called(self, text: str) -> bool:
         """Return whether `text`, the part after the node's name and a /, names this location."""
@@ -159,6 +173,11 @@ class Directory:
         place = self.of(source)
         return place.name if place else str(source)
 
+    def at_next_start(self, source: values.Source) -> str:
+        """Why a change of a source does nothing before its node starts again, as far as known; '' if it does."""
+        place = self.of(source)
+        return place.location.at_next_start if place else ''
+
     def ordered(self, sources: Iterable[values.Source]) -> List[values.Source]:
         """Sources by node, and in the order in which the node lists them."""
         with self._lock:
@@ -175,7 +194,7 @@ class Directory:
         known = [(source, place) for source, place in ((source, self.of(source)) for source in sources) if place]
         limits: Dict[str, Any] = {
             'bounds': {source: (place.minimum, place.maximum) for source, place in known},
-            'read_only': [source for source, place in known if place.read_only],
+            'read_only': [source for source, place in known if place.is_fixed],
         }
         ranks = {source: place.location.rank for source, place in known if place.location.rank}
         if ranks:
@@ -200,14 +219,21 @@ class Directory:
                     self._wanted.setdefault(node, []).extend(asked)
             self._background.call_soon(self._ask_wanted)
 
-    def ask(self, nodes: Iterable[str], timeout: float = TIMEOUT) -> Tuple[Dict[str, List[Place]], Dict[str, str]]:
+    def ask(
+        self, nodes: Iterable[str], timeout: float = TIMEOUT, makes_known: bool = False
+    ) -> Tuple[Dict[str, List[Place]], Dict[str, str]]:
         """All locations of nodes, asked now.
+
+        Args:
+            nodes: their full names.
+            timeout: how long to wait for their answers, in seconds.
+            makes_known: those, too, that have not been known so far, as they give a formula its shape.
 
         Returns:
             ({node: [Place, ...]}, {node: why it does not answer}).
         """
         nothing: Sequence[values.Source] = ()
-        return self._ask(dict.fromkeys(nodes, nothing), timeout)
+        return self._ask(dict.fromkeys(nodes, nothing), timeout, makes_known)
 
     def take(self, node: str, locations: Iterable[msg.Location]) -> None:
         """Remember what a node says of itself without being asked: on its topic `<node>/rosslt/locations`, or in a
@@ -238,7 +264,7 @@ class Directory:
                 self._asked.update(dict.fromkeys(asked, time.monotonic()))
 
     def _ask(
-        self, sources_by_node: Mapping[str, Sequence[values.Source]], timeout: float
+        self, sources_by_node: Mapping[str, Sequence[values.Source]], timeout: float, makes_known: bool = False
     ) -> Tuple[Dict[str, List[Place]], Dict[str, str]]:
         """Ask nodes for sources of theirs: for all of them where a node has not told them yet, or none is named."""
         if not sources_by_node:
@@ -247,7 +273,7 @@ class Directory:
             node: [source.location_id for source in sources] if node in self._listed else []
             for node, sources in sources_by_node.items()
         }
-        requests = {node: srv.ListLocationsRequest(ids) for node, ids in ids_by_node.items()}
+        requests = {node: srv.ListLocationsRequest(makes_known, ids) for node, ids in ids_by_node.items()}
         answers, silent = ask_all('list_locations', srv.ListLocations, requests, timeout)
         places = {node: [Place(node, location) for location in answer.locations] for node, answer in answers.items()}
         self._take(places, ids_by_node)

@@ -7,6 +7,7 @@ in `parameter_mirror`, the services that change them in `server`.
 import functools
 import hashlib
 import math
+import threading
 import weakref
 from types import CodeType, FrameType
 from typing import Any, Callable, Dict, List, Optional, Protocol, Sequence, Tuple, Type, Union
@@ -167,6 +168,13 @@ class Location:
             greatest if self.maximum is None else min(greatest, self.maximum),
         )
 
+    def at_next_start(self) -> str:
+        """Why a change does nothing before the node starts again, as a sentence without its subject; '' if it does."""
+        return ''
+
+    def read_in_round(self) -> None:
+        """Note that the node reads it in its rounds, or in a callback: it does so again."""
+
     def reread(self, value_in_code: Value) -> None:
         """Take in the value in the code after an edit; the value in force stays."""
 
@@ -216,17 +224,19 @@ def put_in_force(pairs: Sequence[Tuple[Location, Value]]) -> None:
 
 
 class HeldLocation(Location):
-    """A location whose value this node holds in its memory."""
+    """A location whose value this node holds in its memory.
 
-    __slots__ = ('_value', 'tracked')
+    Attributes:
+        is_polled: whether the node reads it again in its rounds.
+    """
+
+    __slots__ = ('_value', 'is_polled', 'tracked')
 
     tracked: Any
-    is_polled = False
-    """Whether the node reads it again in its rounds. It may compare what it reads with the reading that it keeps, which
-    stays; what it has computed of it follows."""
 
     def __init__(self, identity: str, name: str, site: CallSite, value: Value, **limits: Any) -> None:
         super().__init__(identity, name, site, value, **limits)
+        self.is_polled = False
         self.tracked = None
         self.put(value)
 
@@ -237,6 +247,16 @@ class HeldLocation(Location):
     def is_other(self, value: Value) -> bool:
         """Return whether a value is another one than that in force, or of another type."""
         return type(value) is not type(self._value) or bool(value != self._value)
+
+    def read_in_round(self) -> None:
+        self.is_polled = True
+
+    def at_next_start(self) -> str:
+        if self.is_polled or self.changed or not MEMORY.has_begun or MEMORY.keeps(self.source):
+            return ''
+        return (
+            f'takes effect at the next start, or when {self.place} runs again: nothing that the node keeps came of it'
+        )
 
     def name_node(self, node: str) -> None:
         super().name_node(node)
@@ -287,15 +307,16 @@ class ParameterLocation(HeldLocation):
 
     Attributes:
         unsaved: why its value cannot be written into the default in the code; '' where it can.
+        staying: readings that the node may compare with what it reads again in its rounds. They stay; what it has
+            computed of them follows.
     """
 
-    __slots__ = ('unsaved', '_defaults', 'is_polled', 'staying')
+    __slots__ = ('unsaved', '_defaults', 'staying')
 
     def __init__(self, name: str, site: CallSite, value: Value, defaults: Defaults) -> None:
         super().__init__(name, name, site, value)
         self.unsaved = ''
-        self.is_polled = False
-        self.staying: List[Any] = []  # readings that the node may compare with what it reads again
+        self.staying: List[Any] = []
         self._defaults = defaults
 
     @property
@@ -328,6 +349,9 @@ class Readable(Protocol):
     def tracked(self) -> Any:
         """The value in force."""
 
+    def read_in_round(self) -> None:
+        """As of `Location`."""
+
 
 class Locations:
     """All locations of this node, by id, by name, and by the call that reads them.
@@ -344,6 +368,7 @@ class Locations:
         self.by_id: Dict[int, Location] = {}
         self._by_name: Dict[str, Location] = {}
         self.by_call: Dict[Any, Readable] = {}
+        self._in_set_up: Dict[Any, Readable] = {}  # those of calls that were made before the first round alone
         self._codes: Dict[int, Tuple[weakref.ref[CodeType], List[Any]]] = {}  # by id of the code, its calls
         self._namespaces: Dict[str, Dict[str, Location]] = {}
         self._locations_changed: Callable[[], None] = lambda: None
@@ -375,16 +400,28 @@ class Locations:
         with self.lock:
             found = self.by_call.get(call)
             if found is None:
-                found = self.by_call[call] = make()
-                if id(code) not in self._codes:
-                    self._codes[id(code)] = weakref.ref(code, functools.partial(self._forget, id(code))), []
-                self._codes[id(code)][1].append(call)
+                found = self._in_set_up.pop(call, None)
+                if found is None:
+                    found = make()
+                    if id(code) not in self._codes:
+                        self._codes[id(code)] = weakref.ref(code, functools.partial(self._forget, id(code))), []
+                    self._codes[id(code)][1].append(call)
+                self.by_call[call] = found
+            if MEMORY.has_begun or threading.current_thread() is not threading.main_thread():
+                found.read_in_round()
             return found
+
+    def begin_rounds(self) -> None:
+        """Note which calls are made again from now on."""
+        with self.lock:
+            self._in_set_up.update(self.by_call)
+            self.by_call.clear()
 
     def _forget(self, code_id: int, _ended: Any) -> None:
         """Forget the calls of a code object that is no more; called at any time, and waits for no lock."""
         for call in self._codes.pop(code_id)[1]:
-            del self.by_call[call]
+            self.by_call.pop(call, None)
+            self._in_set_up.pop(call, None)
 
     def add(self, location: Location) -> Location:
         """Take a new location in, and return the one that is in force: an earlier one of the same name and literal,

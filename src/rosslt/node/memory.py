@@ -88,6 +88,15 @@ class Memory:
         found = {id(slot): slot for source in changes for slot in self._by_source.get(source, ())}
         return [slot for slot in found.values() if slot.owner() is not None]
 
+    def keeps(self, source: Source) -> bool:
+        """Return whether a slot or array still holds what was made of a source."""
+        with self._lock:
+            self._forget_what_has_ended()
+            return any(source in values.sources(_held(slot)) for slot in self._depending({source: None})) or any(
+                source in values.sources([element for _, element in noted.unwritten(reference())])
+                for reference, noted in self._arrays
+            )
+
     def following(self, changes: Mapping[Source, Any]) -> Following:
         """What the configuration becomes of other values of its sources.
 
@@ -177,6 +186,15 @@ def _left_in(owner: Any, others: Dict[int, Any]) -> Tuple[Any, ...]:
     """Those of the elements that were put into a list or deque: the node may have removed some before."""
     held = set(map(id, elements_of(owner)))
     return tuple(other for other in others.values() if id(other) in held)
+
+
+def _held(slot: Slot) -> List[Any]:
+    """The tracked numbers that a slot still holds of those that were noted."""
+    owner = slot.owner()
+    if _has_elements(owner):
+        return numbers_in(_left_in(owner, {id(one): one for one in slot.value}))
+    # an exchange for itself tells whether it is still there
+    return numbers_in([slot.value]) if values.exchange([(owner, slot.key, slot.value, slot.value)])[0] else []
 
 
 def _fitting(owner: Any, key: Any, before: Any, value: Any) -> Any:

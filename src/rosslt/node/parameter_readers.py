@@ -39,7 +39,7 @@ def check_readers(server: ParameterServer, own_name: str, ids: Dict[str, int]) -
                     access.check(name, REQUESTER)
                 except Refused as refused:
                     refusals.setdefault(node, {})[location_id] = f'{name} is also read by {node}: {refused}'
-    requests = {node: srv.ListLocationsRequest(list(reasons)) for node, reasons in refusals.items()}
+    requests = {node: srv.ListLocationsRequest(location_ids=list(reasons)) for node, reasons in refusals.items()}
     answers, silent = ask_all('list_locations', srv.ListLocations, requests, TIMEOUT)
     for node, reasons in refusals.items():
         if node in answers:

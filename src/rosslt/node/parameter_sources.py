@@ -9,6 +9,7 @@ type is what the parameter says: a number that somebody sets from 1 to 1.5 was a
 import json
 import math
 import operator
+import threading
 from types import FrameType
 from typing import Any, Callable, Collection, Dict, Iterator, List, Sequence, Set, Tuple, Union
 
@@ -67,10 +68,10 @@ class ReadParameters:
         """
         if key not in self._asked:
             self._ask(key, where, default)
-        if MEMORY.has_begun and key not in self._polled:
+        if key not in self._polled and (MEMORY.has_begun or threading.current_thread() is not threading.main_thread()):
             self._polled.add(key)
             for location in [one for name, one in self._present.items() if is_within(name, key)]:
-                location.is_polled = True
+                location.read_in_round()
         if as_float and key not in self._floats:
             self.take_fractions(key)
         value = part_of(self._known, key)
@@ -223,6 +224,8 @@ class ReadParameters:
         if location is None:
             site = next(site for key, site in self._asked.items() if is_within(name, key))
             location = self._made[name] = ParameterLocation(name, site, value, self)
+            if any(is_within(name, key) for key in self._polled):
+                location.read_in_round()
         _put([(location, location.value, value)])
         try:
             self._owner.locations.add(location)

@@ -31,6 +31,7 @@ from rosslt.node.locations import (
 from rosslt.node.lock_service import Locking
 from rosslt.node.locks import Access
 from rosslt.node.master_watch import MASTER_WATCH
+from rosslt.node.memory import MEMORY
 from rosslt.node.parameter_mirror import Parameters
 from rosslt.node.parameter_sources import ReadParameters
 from rosslt.node.serialization import Sending
@@ -61,6 +62,7 @@ class Owner:
         parameters: the parameters behind them.
         read_parameters: those that this node reads as sources.
         look_at_files: called before edits are listed: takes in what the source files say now.
+        make_all_known: called before all locations are listed: makes those known that are not yet.
         settings: the names of parameters in the namespace of the locations that are settings of the node.
         directory: what is known of sources, its own and others'.
         lock: that of the locations.
@@ -81,6 +83,7 @@ class Owner:
         self.directory = Directory(self._described, lambda: self.name)
         self.history = History()
         self.look_at_files: Callable[[], None] = lambda: None
+        self.make_all_known: Callable[[], None] = lambda: None
         self._on_change = Callbacks('rosslt on_change')
         self._background = Callbacks('rosslt background')
         self._locations: Optional[rospy.Publisher] = None
@@ -109,6 +112,7 @@ class Owner:
                     self.parameters.follow(location, is_written=True)
             self._locations = rospy.Publisher('~rosslt/locations', msg.LocationList, queue_size=1, latch=True)
             self.locations.on_locations_changed(self.publish_locations)
+            MEMORY.begins.append(self._begin_rounds)
         self._show_to_reconfigure = reconfigure.serve(self, self._background)
         self.publish_locations()
         rospy.Service('~rosslt/get_values', srv.GetValues, self.get_values)
@@ -131,6 +135,10 @@ class Owner:
         listed = self._list_locations(srv.ListLocationsRequest()).locations
         if self._locations is not None and not rospy.is_shutdown():
             self._locations.publish(self.name, listed)
+
+    def _begin_rounds(self) -> None:
+        self.locations.begin_rounds()
+        self.publish_locations()
 
     def _renew(self) -> None:
         """The master was restarted, and knows no parameters of this node."""
@@ -296,8 +304,15 @@ class Owner:
         return self.parameters.write(*(one for one in changed if isinstance(one, (LiteralLocation, ParameterLocation))))
 
     def _list_locations(self, request: srv.ListLocationsRequest) -> srv.ListLocationsResponse:
-        asked = request.location_ids or list(self.locations.by_id)
-        return srv.ListLocationsResponse([found for found in map(self._described, asked) if found is not None])
+        if request.all:
+            self.make_all_known()
+        with self.lock:
+            asked = request.location_ids or list(self.locations.by_id)
+            found = [self.locations.by_id[one] for one in asked if one in self.locations.by_id]
+            late = [location.at_next_start() for location in found]
+        return srv.ListLocationsResponse(
+            [described(one, one.name in self.access.locks, why) for one, why in zip(found, late)]
+        )
 
     def _described(self, location_id: int) -> Optional[msg.Location]:
         """A location as a message; None where this node has no location of that id."""

@@ -136,9 +136,8 @@ class Walk:
         if issubclass(kind, type):
             yield self._look_into_class
             return
-        for base, look in self._OF_BASES.items():
-            if issubclass(kind, base):
-                yield getattr(self, look)
+        if not _is_of_rospy(kind):
+            yield from (getattr(self, look) for base, look in self._OF_BASES.items() if issubclass(kind, base))
         names = [(_module_of(base), _name_of(base)) for base in _bases_of(kind)]
         if any('has_provenance' in _names_of(base) for base in _bases_of(kind)):
             yield self._look_into_tracked_array
@@ -274,6 +273,11 @@ _NAMESPACES = [
     *(('collections', 'UserDict'), ('collections', 'UserList'), ('collections', 'ChainMap')),
 ]
 """Classes of other modules whose objects hold what a program puts there."""
+
+
+def _is_of_rospy(kind: type) -> bool:
+    """Return whether a class is one of rospy or rosslt: what its objects hold is not the node's own."""
+    return str(_module_of(kind)).partition('.')[0] in ('rospy', 'rosslt')
 
 
 def _refer(owner: Any) -> Reference:

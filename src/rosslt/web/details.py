@@ -75,9 +75,9 @@ class Details:
         lines += ['- {:.6g} = {}'.format(float(one), code(text)) for one, text in zip(handle.tracked, explained)]
         lines += ['', '**The numbers behind it**', '']
         for source in sources:
-            note = ', takes no change' if source in self._descriptions.read_only([source]) else ''
+            note = self._descriptions.why_fixed(source)
             brief, full = self._descriptions.one(source, present.get(source)), self._descriptions.in_full(source)
-            lines.append('- {} ({}){}'.format(code(brief), code(full), note))
+            lines.append('- {} ({}){}'.format(code(brief), code(full), ', ' + note if note else ''))
         return '\n'.join(lines)
 
     def _add_choices(self, client: viser.ClientHandle, name: str, choices: List[Choice]) -> None:

@@ -217,7 +217,8 @@ def _step(number: Any, length: float) -> Any:
 def _label(place: Place) -> str:
     """The label of a field: the name of the location, else its line and column in the file that its folder names."""
     location = place.location
-    return place.local_name if location.is_named else 'line {}:{}'.format(location.line, location.column)
+    label = place.local_name if location.is_named else 'line {}:{}'.format(location.line, location.column)
+    return label + (' (at the next start)' if location.at_next_start else '')
 
 
 def _hint(place: Place) -> str:
@@ -227,4 +228,6 @@ def _hint(place: Place) -> str:
         parts.append('the code says ' + location.literal)
     if location.read_only:
         parts.append('it takes no change')
+    if location.at_next_start:
+        parts.append('a change ' + location.at_next_start)
     return ', '.join(parts)

@@ -15,16 +15,19 @@ from rosslt.node import Directory, Place
 GROUP = LOOK
 SUMMARY = 'nodes and their locations'
 DESCRIPTION = """Print the nodes that have locations, and for each location its name, type, value, bounds and file,
-what the code says where the value is one of an earlier run, and who has locked it and why."""
+what the code says if the value is one of an earlier run, whether a change takes effect at the next start only, and who
+has locked it and why. Numbers that give a formula its shape, as a divisor or a conversion of units, are left out."""
 EXAMPLE = """\
 example:
   rosslt list /talker
 
 In a pipe each location is a line of columns between tabs: NODE/LOCATION, type, value, minimum, maximum, read-only (or
-empty), file:line:column, what the code says (empty where that is the value), who may change it (empty: everybody).
+empty), file:line:column, what the code says (empty if that is the value), who may change it (empty: everybody), why a
+change takes effect at the next start only (empty: it takes effect at once).
 """
 ARGUMENTS = [
     Argument('node', completer='nodes', nargs='?', metavar='NODE', help='this node alone'),
+    Argument('--all', action='store_true', help='also the numbers that give a formula its shape'),
 ]
 
 #: The answer assumed for a node that does not say.
@@ -39,7 +42,9 @@ def run(options: argparse.Namespace) -> int:
     nodes = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
     if not nodes:
         print('rosslt list: no node has locations: none is tracked', file=sys.stderr)
-    places, silent = Directory().ask(nodes)
+    places, silent = Directory().ask(nodes, makes_known=options.all)
+    if not options.all:
+        places = {node: [place for place in found if not place.is_shape] for node, found in places.items()}
     show = _show if is_terminal() else _write
     access = locks_of(places)
     for node in nodes:
@@ -64,6 +69,7 @@ def _show(node: str, places: List[Place], access: srv.LockLocationsResponse) -> 
         (
             f'the code says {place.location.literal}' if place.location.remembered else '',
             place.location.fault,
+            place.location.at_next_start,
             note_of(access, place.location.id),
         )
         for place in places
@@ -86,4 +92,5 @@ def _write(_node: str, places: List[Place], access: srv.LockLocationsResponse) -
             place.file,
             location.literal if location.remembered else '',
             '; '.join(filter(None, [location.fault, *notes_of(access), note_of(access, location.id)])),
+            location.at_next_start,
         )

@@ -1,6 +1,7 @@
 """`rosslt set`: change a location."""
 
 import argparse
+import sys
 
 from rosslt import node
 from rosslt.cli.directory import change, find
@@ -13,7 +14,8 @@ from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'change a location'
-DESCRIPTION = "Give a location a new value; its node takes it or says why it doesn't."
+DESCRIPTION = """Give a location a new value; its node takes it or says why it doesn't. If the node keeps nothing that
+came of the location, and does not read it again, it is said that the change takes effect at the next start."""
 EXAMPLE = """\
 example:
   rosslt set /talker/radius 2.5
@@ -33,3 +35,5 @@ def run(options: argparse.Namespace) -> None:
         raise Failure(f'{place.name}: {error}') from None
     ((old, new),) = change(master, directory, 'rosslt set', {place.source: value}).values()
     write_change(directory, place.source, node.to_json(old), node.to_json(new))
+    if place.location.at_next_start:
+        print(f'rosslt set: it {place.location.at_next_start}', file=sys.stderr)

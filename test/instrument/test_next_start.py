@@ -1,0 +1,96 @@
+"""What a node read once, and keeps nothing of, changes at its next start: whoever asks is told so."""
+
+import pytest
+from geometry_msgs.msg import Point
+
+from rosslt import node, values
+from support.processes import Node, wait_until
+from support.shell import failure, lines, rosslt
+from support.unmodified import Listener, Unmodified
+
+pytestmark = pytest.mark.rostest
+
+LATE = 'takes effect at the next start, or when {} runs again: nothing that the node keeps came of it'
+
+OWNER = """
+    rate = rospy.Rate(rosslt.get_param('~rate', 20))
+    kept = rosslt.location(3.0, name='kept')
+    place = rosslt.location(0.0, name='start')
+    where = rosslt.location({'x': 1.0}, name='where')
+    gone = list(rosslt.location({'x': 1.0}, name='gone'))
+    publisher = rosslt.Publisher('~place', Point, queue_size=1)
+    while not rospy.is_shutdown():
+        publisher.publish(kept, rosslt.location(1.0, name='read') * rosslt.get_param('~gain', 2.0), place)
+        place = place + rosslt.location({'x': 0.5}, name='step')['x']
+        rate.sleep()
+    """
+
+UNMODIFIED = """\
+import rospy
+from geometry_msgs.msg import Point
+
+def said(number):
+    return '%.1f' % number
+
+SPEED = 2.0
+said(7.5)
+rospy.init_node('unmodified')
+rate = rospy.Rate(rospy.get_param('~rate', 20))
+limit = rospy.get_param('~limit', 3.0)
+pub = rospy.Publisher('~place', Point, queue_size=1)
+while not rospy.is_shutdown():
+    if limit > 1.0:
+        pub.publish(SPEED / 4.0, rospy.get_param('~y', 1.0), 0.0)
+    rate.sleep()
+"""
+
+
+def late(name, *options):
+    """{name of a location: the last column of `rosslt list`}."""
+    return {line[0].split('/', 2)[2]: line[9] for line in lines('list', name, *options)}
+
+
+def place(owner, name):
+    return next(line[6] for line in lines('list', owner) if line[0].endswith('/' + name)).rsplit('/', 1)[-1]
+
+
+def test_what_nothing_came_of_is_listed_as_such(master):
+    with Node('late', OWNER):
+        wait_until(lambda: 'step/x' in late('/late'), 'the first round')
+        wait_until(lambda: late('/late')['start'], 'the start to have become a state')
+        assert {name for name, why in late('/late').items() if why} == {'~rate', 'start', 'gone/x'}
+        assert late('/late')['start'] == LATE.format(place('/late', 'start'))
+        asked = rosslt('set', '/late/~rate', '30')
+        assert asked.returncode == 0
+        assert asked.stderr == 'rosslt set: it ' + LATE.format(place('/late', '~rate')) + '\n'
+        assert rosslt('set', '/late/kept', '4').stderr == ''
+        assert LATE.format(place('/late', 'start')) in failure('force', '/late/place/z', '1', '--source', '/late/start')
+
+
+def test_a_drag_and_a_force_leave_it_alone(master):
+    with Node('late', OWNER), Listener('late/place', Point) as heard:
+        wait_until(lambda: late('/late').get('start'), 'the start to have become a state')
+        limits = node.limits(values.sources(heard.next().z))
+        assert {node.directory().of(source).local_name for source in limits['read_only']} == {'start'}
+
+
+def test_an_unmodified_node_says_so_too(master, tmp_path):
+    with Unmodified(tmp_path, 'unmodified', UNMODIFIED), Listener('unmodified/place', Point) as heard:
+        heard.next()
+        wait_until(lambda: '~y' in late('/unmodified'), 'the first round')
+        found = late('/unmodified')
+        (said,) = [name for name in found if name.startswith('unmodified_8_')]
+        assert {name for name, why in found.items() if why} == {'~rate', said}
+        assert found['~limit'] == found['SPEED'] == found['~y'] == ''
+
+
+def test_numbers_that_shape_a_formula_are_listed_on_request(master, tmp_path):
+    with Unmodified(tmp_path, 'unmodified', UNMODIFIED), Listener('unmodified/place', Point) as heard:
+        heard.next()
+        wait_until(lambda: '~y' in late('/unmodified'), 'the first round')
+        more = late('/unmodified', '--all').keys() - late('/unmodified').keys()
+        assert [name.rsplit('_', 1)[0] for name in more] == ['unmodified_15']
+        (name,) = more
+        assert rosslt('set', '/unmodified/' + name, '8').returncode == 0
+        heard.comes(lambda message: message.x == 0.25)
+        assert name in late('/unmodified')
