@@ -460,7 +460,7 @@ class ParametersAsSources(unittest.TestCase):
         rosparam('set', '/limit', '.inf')
         wait_until(lambda: rosslt.get_param('/limit') == math.inf, 'it is seen')
         listed = rospy.ServiceProxy('~rosslt/list_locations', ListLocations)
-        self.assertNotIn('/limit', [one.name for one in listed([]).locations])
+        self.assertNotIn('/limit', [one.name for one in listed(location_ids=[]).locations])
         for key in '/unlimited', '/limit':
             rospy.set_param(key, 2.0)
             wait_until(lambda key=key: rosslt.get_param(key) == 2.0, 'it is seen')

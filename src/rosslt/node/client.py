@@ -214,18 +214,13 @@ def solved(
     limits = asker.directory.limits(sources, timeout)
     try:
         return solve(limits)
-    except values.NotInvertible as error:
-        late = {source: asker.directory.at_next_start(source) for source in limits['read_only']}
-        late = {source: why for source, why in late.items() if why}
-        refusing = [source for source in limits['read_only'] if source not in late]
-        if late and not refusing:
-            whys = [f'a change of {asker.directory.name(source)} {why}' for source, why in late.items()]
-            raise values.NotInvertible('; '.join([str(error), *whys])) from None
-        if not refusing:
+    except values.NotInvertible:
+        if not limits['read_only']:
             raise
-    # Their owners refuse it and say why, for instance who has locked one; or one takes changes again.
-    asker.directory.forget(refusing)
-    return solve({**limits, 'read_only': list(late)})
+    # Their owners refuse it and say why, for instance who has locked one; or one takes changes again. What takes effect
+    # at the next start only is changed if nothing else can be.
+    asker.directory.forget(limits['read_only'])
+    return solve({**limits, 'read_only': []})
 
 
 def _by_source(changes: Mapping[str, Iterable[msg.AppliedChange]]) -> Dict[values.Source, Change]:

@@ -273,7 +273,7 @@ class Directory:
             node: [source.location_id for source in sources] if node in self._listed else []
             for node, sources in sources_by_node.items()
         }
-        requests = {node: srv.ListLocationsRequest(makes_known, ids) for node, ids in ids_by_node.items()}
+        requests = {node: srv.ListLocationsRequest(ids, makes_known) for node, ids in ids_by_node.items()}
         answers, silent = ask_all('list_locations', srv.ListLocations, requests, timeout)
         places = {node: [Place(node, location) for location in answer.locations] for node, answer in answers.items()}
         self._take(places, ids_by_node)

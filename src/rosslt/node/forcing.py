@@ -363,6 +363,8 @@ class Forcing:
             elif self._is_as_asked and not others:
                 parts.append('it is computed in another way than before: the node takes another branch')
             parts += others
+        late = {source: self.asker.directory.at_next_start(source) for source in self._changes}
+        parts += [f'a change of {self._name(source)} {why}' for source, why in late.items() if why]
         return '; '.join(dict.fromkeys([*parts, *self._notes]))
 
     def _why_silent(self) -> str:

@@ -10,7 +10,7 @@ import math
 import threading
 import weakref
 from types import CodeType, FrameType
-from typing import Any, Callable, Dict, List, Optional, Protocol, Sequence, Tuple, Type, Union
+from typing import Any, Callable, Dict, List, Optional, Protocol, Sequence, Tuple, Type
 
 from rosslt import files, values
 from rosslt.node.call_sites import CallSite
@@ -224,11 +224,7 @@ def put_in_force(pairs: Sequence[Tuple[Location, Value]]) -> None:
 
 
 class HeldLocation(Location):
-    """A location whose value this node holds in its memory.
-
-    Attributes:
-        is_polled: whether the node reads it again in its rounds.
-    """
+    """A location whose value this node holds; `is_polled` says whether the node reads it again in its rounds."""
 
     __slots__ = ('_value', 'is_polled', 'tracked')
 
@@ -497,32 +493,6 @@ def namespaces_of(name: str) -> List[str]:
     """`a/b/c` stands in the namespaces `a/b` and `a`."""
     parts = name.split('/')
     return ['/'.join(parts[:count]) for count in range(len(parts) - 1, 0, -1)]
-
-
-def checked_limits(minimum: Value, maximum: Value, weight: Any) -> Dict[str, Union[int, float, None]]:
-    """Bounds and weight of a location as plain numbers.
-
-    Raises:
-        TypeError: one is no number.
-        ValueError: one is not finite, the minimum is above the maximum, or the weight is not above 0.
-    """
-    limits: Dict[str, Union[int, float, None]] = {}
-    for word, given in (('minimum', minimum), ('maximum', maximum), ('weight', weight)):
-        limits[word] = None
-        if given is None:
-            continue
-        number = values.plain_scalar(given)
-        if type(number) not in (int, float):
-            raise TypeError(f'{word}={given!r} is no number: give an int, a float or None')
-        if not math.isfinite(number):
-            raise ValueError(f'{word}={given!r} is not a finite number; leave it out for no limit')
-        limits[word] = number
-    low, high, hard = limits['minimum'], limits['maximum'], limits['weight']
-    if low is not None and high is not None and low > high:
-        raise ValueError(f'minimum={low!r} is above maximum={high!r}: no value is in between')
-    if hard is not None and hard <= 0:
-        raise ValueError(f'weight={hard!r} has to be above 0')
-    return limits
 
 
 def _location_id(identity: str) -> int:
