@@ -5,6 +5,7 @@ The paper's `force_value` and `reevaluate` (section IV-A), acknowledged: every r
 node's service and waits for the answer, but never longer than it was told to.
 """
 
+import contextlib
 import time
 from typing import (
     Any,
@@ -202,7 +203,8 @@ def force_value(
 def solved(
     asker: Asker, sources: Sequence[values.Source], timeout: float, solve: Callable[[Dict[str, Any]], _Solved]
 ) -> _Solved:
-    """The result of solving within what the owners of sources allow; if that is impossible, with read-only ones too.
+    """The result of solving within what the owners of sources allow; if that is impossible, with those that take effect
+    at the next start only; at last with read-only ones.
 
     Args:
         timeout: how long to wait for what the owners say, in seconds.
@@ -217,9 +219,12 @@ def solved(
     except values.NotInvertible:
         if not limits['read_only']:
             raise
-    # Their owners refuse it and say why, for instance who has locked one; or one takes changes again. What takes effect
-    # at the next start only is changed if nothing else can be.
-    asker.directory.forget(limits['read_only'])
+    refusing = [source for source in limits['read_only'] if not asker.directory.at_next_start(source)]
+    if refusing != limits['read_only']:
+        with contextlib.suppress(values.NotInvertible):
+            return solve({**limits, 'read_only': refusing})
+    # Their owners refuse it and say why, for instance who has locked one; or one takes changes again.
+    asker.directory.forget(refusing)
     return solve({**limits, 'read_only': []})
 
 

@@ -174,9 +174,10 @@ class Directory:
         return place.name if place else str(source)
 
     def at_next_start(self, source: values.Source) -> str:
-        """Why a change of a source does nothing before its node starts again, as far as known; '' if it does."""
+        """Why a change of a source does nothing before its node starts again, as far as known; '' if it does, and for a
+        read-only one."""
         place = self.of(source)
-        return place.location.at_next_start if place else ''
+        return place.location.at_next_start if place and not place.read_only else ''
 
     def ordered(self, sources: Iterable[values.Source]) -> List[values.Source]:
         """Sources by node, and in the order in which the node lists them."""
