@@ -145,7 +145,7 @@ class TestList:
             wait_until(lambda: len(rosslt('list', '/faulty').stdout.splitlines()) == 2, 'both are listed')
             listed = {line[0]: line[1:] for line in lines('list', '/faulty')}
             why = 'the getter of port fails: OSError: the port is closed'
-            assert (listed['/faulty/port'][1], listed['/faulty/port'][-1]) == ('', why)
+            assert (listed['/faulty/port'][1], listed['/faulty/port'][7]) == ('', why)
             assert listed['/faulty/beside'][1] == '2.0'
             assert why in on_terminal('list', '/faulty')
             assert failure('get', '/faulty/port') == f'rosslt get: /faulty/port has no value: {why}'

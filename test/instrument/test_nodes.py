@@ -252,10 +252,9 @@ def run(master, tmp_path):
     return lambda code, name, *arguments, **options: Unmodified(tmp_path, name, code.lstrip(), *arguments, **options)
 
 
-def names_of(name):
-    return {
-        line.split('\t')[0].split('/')[-1]: line.split('\t') for line in command('list', '/' + name).stdout.splitlines()
-    }
+def names_of(name, *options):
+    rows = [line.split('\t') for line in command('list', '/' + name, *options).stdout.splitlines()]
+    return {row[0].split('/')[-1]: row for row in rows}
 
 
 def test_a_module_level_loop_with_a_publisher_before_its_node(run):
@@ -505,7 +504,7 @@ def test_what_gives_a_formula_its_shape_is_tracked_where_nothing_else_is(run):
             point = heard.next().point
         assert values.is_tracked(point.x)
         assert len(values.sources(point.y)) == 1
-        names = names_of('wave')
+        names = names_of('wave', '--all')
         assert {columns[2] for columns in names.values()} == {'50.0', '2.5', '40.0', '1'}
 
 

@@ -67,7 +67,15 @@ class Simulated:
 
     def force(self, wanted, **options):
         asker = type('Asker', (), {'name': '/hand', 'directory': self})()
-        asker.directory = type('Names', (), {'limits': self.limits, 'name': staticmethod(self.name_of)})()
+        asker.directory = type(
+            'Names',
+            (),
+            {
+                'limits': self.limits,
+                'name': staticmethod(self.name_of),
+                'at_next_start': staticmethod(lambda source: ''),
+            },
+        )()
         return node.Forcing(asker, self, self.errors, self.path, wanted, **options).run(self.next_before(0.0))
 
 

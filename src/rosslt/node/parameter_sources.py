@@ -9,7 +9,6 @@ type is what the parameter says: a number that somebody sets from 1 to 1.5 was a
 import json
 import math
 import operator
-import threading
 from types import FrameType
 from typing import Any, Callable, Collection, Dict, Iterator, List, Sequence, Set, Tuple, Union
 
@@ -68,7 +67,7 @@ class ReadParameters:
         """
         if key not in self._asked:
             self._ask(key, where, default)
-        if key not in self._polled and (MEMORY.has_begun or threading.current_thread() is not threading.main_thread()):
+        if MEMORY.has_begun and key not in self._polled:
             self._polled.add(key)
             for location in [one for name, one in self._present.items() if is_within(name, key)]:
                 location.read_in_round()

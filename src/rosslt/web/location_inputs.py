@@ -217,8 +217,7 @@ def _step(number: Any, length: float) -> Any:
 def _label(place: Place) -> str:
     """The label of a field: the name of the location, else its line and column in the file that its folder names."""
     location = place.location
-    label = place.local_name if location.is_named else 'line {}:{}'.format(location.line, location.column)
-    return label + (' (at the next start)' if location.at_next_start else '')
+    return place.local_name if location.is_named else 'line {}:{}'.format(location.line, location.column)
 
 
 def _hint(place: Place) -> str:
