@@ -168,7 +168,7 @@ def locations(costs: Costs, count: int) -> None:
     costs['locations', 'force one'][count] = quickest(lambda: rosslt.force_value(held[0], float(next(targets))))
     ids = [rosslt.sources(each)[0].location_id for each in held]
     listing = rospy.ServiceProxy('~rosslt/list_locations', srv.ListLocations)
-    costs['locations', 'list'][count] = quickest(lambda: listing(ids))
+    costs['locations', 'list'][count] = quickest(lambda: listing(location_ids=ids))
 
 
 def nodes(costs: Costs, count: int) -> None:
