@@ -38,9 +38,11 @@ rospy.init_node('unmodified')
 rate = rospy.Rate(rospy.get_param('~rate', 20))
 limit = rospy.get_param('~limit', 3.0)
 pub = rospy.Publisher('~place', Point, queue_size=1)
+TIMES = 2
 while not rospy.is_shutdown():
     if limit > 1.0:
-        pub.publish(SPEED / 4.0, rospy.get_param('~y', 1.0), 0.0)
+        for _ in range(TIMES):
+            pub.publish(SPEED / 4.0, rospy.get_param('~y', 1.0), 0.0)
     rate.sleep()
 """
 
@@ -64,6 +66,9 @@ def test_what_nothing_came_of_is_listed_as_such(master):
         assert asked.returncode == 0
         assert asked.stderr == 'rosslt set: it ' + LATE.format(place('/late', '~rate')) + '\n'
         assert rosslt('set', '/late/kept', '4').stderr == ''
+        assert (
+            'a change of /late/start ' + LATE.format(place('/late', 'start')) in rosslt('doctor', '/late/place').stdout
+        )
         assert LATE.format(place('/late', 'start')) in failure('force', '/late/place/z', '1', '--source', '/late/start')
 
 
@@ -81,7 +86,7 @@ def test_an_unmodified_node_says_so_too(master, tmp_path):
         found = late('/unmodified')
         (said,) = [name for name in found if name.startswith('unmodified_8_')]
         assert {name for name, why in found.items() if why} == {'~rate', said}
-        assert found['~limit'] == found['SPEED'] == found['~y'] == ''
+        assert found['~limit'] == found['SPEED'] == found['TIMES'] == found['~y'] == ''
 
 
 def test_numbers_that_shape_a_formula_are_listed_on_request(master, tmp_path):
@@ -89,7 +94,7 @@ def test_numbers_that_shape_a_formula_are_listed_on_request(master, tmp_path):
         heard.next()
         wait_until(lambda: '~y' in late('/unmodified'), 'the first round')
         more = late('/unmodified', '--all').keys() - late('/unmodified').keys()
-        assert [name.rsplit('_', 1)[0] for name in more] == ['unmodified_15']
+        assert [name.rsplit('_', 1)[0] for name in more] == ['unmodified_17']
         (name,) = more
         assert rosslt('set', '/unmodified/' + name, '8').returncode == 0
         heard.comes(lambda message: message.x == 0.25)

@@ -48,6 +48,7 @@ def owners():
         return x
 
     yield {'x': OLD}, 'x', lambda owner: owner['x']
+    yield {None: OLD}, None, lambda owner: owner[None]
     yield collections.OrderedDict(x=OLD), 'x', lambda owner: owner['x']
     yield made, 'x', lambda owner: owner.x
     yield frozen, 'x', lambda owner: owner.x

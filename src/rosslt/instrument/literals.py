@@ -13,7 +13,7 @@ from rosslt.instrument.states import States
 
 #: The rank at which a drag changes a literal, by its rule; it changes rank 0 first, as for parameters.
 RANKS = {'named': 0, 'parameter': 0, 'value': 1, 'term': 2}
-_RANK_OF_VERDICT = {NUMBER: 2, FORM: 3}
+_RANK_OF_VERDICT = {NUMBER: 2, FORM: node.SHAPE_RANK}
 LAST_RANK = 4
 
 _DIRECTIVE = re.compile(r'#\s*rosslt:\s*(?:(skip)|([-+.\deE]+)?\s*\.\.\s*([-+.\deE]+)?)\s*(?:#.*)?$')

@@ -38,7 +38,7 @@ from rosslt.node.client import (
     undo_request,
 )
 from rosslt.node.closed_loop import ClosedLoop, Observation, observe
-from rosslt.node.directory import Directory, Place
+from rosslt.node.directory import SHAPE_RANK, Directory, Place
 from rosslt.node.forcing import Forcing, NotReached, Outcome, force_field
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import from_json, to_json

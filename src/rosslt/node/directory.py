@@ -32,7 +32,7 @@ TIMEOUT = 2.0
 
 
 SHAPE_RANK = 3
-"""The rank from which on a location gives a formula its shape, as a divisor or a conversion of units."""
+"""The rank of locations that give a formula its shape, as a divisor or a conversion of units."""
 
 
 class Place(NamedTuple):
@@ -96,7 +96,7 @@ class Place(NamedTuple):
     @property
     def is_shape(self) -> bool:
         """True if it gives a formula its shape, and has the value that the code says: people rarely change it."""
-        return self.location.rank >= SHAPE_RANK and self.location.value == self.location.literal
+        return self.location.rank == SHAPE_RANK and self.location.value == self.location.literal
 
     def is_called(self, text: str) -> bool:
         """Return whether `text`, the part after the node's name and a /, names this location."""

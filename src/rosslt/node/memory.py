@@ -30,11 +30,11 @@ class Following(NamedTuple):
 
     Attributes:
         slots: `(slot, its other value)` of those that depend on what changes.
-        arrays: `(index of the array, [(index of an element, its other value), ...])`.
+        arrays: `(the number of the array, the array, [(index of an element, its other value), ...])`.
     """
 
     slots: List[Tuple[Slot, Any]]
-    arrays: List[Tuple[int, List[Tuple[Tuple[int, ...], Any]]]]
+    arrays: List[Tuple[int, Any, List[Tuple[Tuple[int, ...], Any]]]]
 
 
 class Memory:
@@ -93,7 +93,7 @@ class Memory:
         with self._lock:
             self._forget_what_has_ended()
             return any(source in values.sources(_held(slot)) for slot in self._depending({source: None})) or any(
-                source in values.sources([element for _, element in noted.unwritten(reference())])
+                source in values.sources([element for _, element in _unwritten(reference(), noted)])
                 for reference, noted in self._arrays
             )
 
@@ -118,12 +118,13 @@ class Memory:
             depending = self._depending(changes)
             slots = list(zip(depending, _reapplied([slot.value for slot in depending], changes)))
             arrays = []
-            for index, (reference, noted) in enumerate(self._arrays):
-                elements = noted.unwritten(reference())
+            for number, (reference, noted) in enumerate(self._arrays):
+                array = reference()
+                elements = _unwritten(array, noted)
                 others = _reapplied([element for _, element in elements], changes)
                 pairs = [(at, other) for (at, one), other in zip(elements, others) if other is not one]
                 if pairs:
-                    arrays.append((index, pairs))
+                    arrays.append((number, array, pairs))
             return Following(slots, arrays)
 
     def follow(self, following: Following, readings: Mapping[int, Any]) -> None:
@@ -143,14 +144,13 @@ class Memory:
                     owners.add(id(owner))
                 else:
                     slot.owner, slot.value = _gone, None
-            for index, pairs in following.arrays:
-                reference, noted = self._arrays[index]
-                array = reference()
-                unwritten = {at for at, _ in noted.unwritten(array)}
+            for number, array, pairs in following.arrays:
+                reference, noted = self._arrays[number]
+                unwritten = {at for at, _ in _unwritten(array, noted)}
                 for at, value in pairs:
                     if at in unwritten:
                         array[at] = value
-                self._arrays[index] = reference, values.numpy_arrays().Noted(array)
+                self._arrays[number] = reference, values.numpy_arrays().Noted(array)
                 owners.add(id(array))
         self.changed(owners)
 
@@ -159,6 +159,11 @@ class Memory:
         for ended in self._frames.keys() - set(map(id, running())):
             del self._frames[ended]
         self._arrays = [pair for pair in self._arrays if pair[0]() is not None]
+
+
+def _unwritten(array: Any, noted: Any) -> List[Tuple[Tuple[int, ...], Any]]:
+    """The elements of an array that the node has not written since it was noted; none if the array is gone."""
+    return [] if array is None else noted.unwritten(array)
 
 
 def _gone() -> None:

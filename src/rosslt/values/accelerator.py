@@ -9,7 +9,7 @@ import inspect
 import os
 from typing import Any, Callable, TypeVar
 
-INTERFACE = 18
+INTERFACE = 19
 """The version of `core/module.c` that this code needs: a workspace may hold an older build."""
 
 

@@ -2,7 +2,7 @@
 
 #include "core.h"
 
-#define INTERFACE 18 /* what `accelerator.py` asks for */
+#define INTERFACE 19 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python,

@@ -75,7 +75,7 @@ PyObject *exchange(PyObject *module, PyObject *rows)
             break;
         }
         int is_done;
-        if (key == Py_None && !PyCell_Check(owner)) {
+        if (key == Py_None && !PyCell_Check(owner) && !PyDict_Check(owner)) {
             is_done = PyDict_Check(value) && put_elements(owner, value);
         } else {
             PyObject *found = held(owner, key);
