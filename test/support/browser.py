@@ -18,6 +18,7 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
+from urllib3.exceptions import ReadTimeoutError
 
 from support.processes import wait_until
 
@@ -111,6 +112,19 @@ class Server:
             self.process.wait()
 
 
+class _Chromium(webdriver.Chrome):
+    """Knows when it has stopped answering: its drawing without a graphics card may lock up for good."""
+
+    is_hung = False
+
+    def execute(self, driver_command, params=None):
+        try:
+            return super().execute(driver_command, params)
+        except ReadTimeoutError:
+            self.is_hung = True
+            raise
+
+
 class Browser:
     """Chromium with the page in it.
 
@@ -119,17 +133,31 @@ class Browser:
     """
 
     def __init__(self, url):
+        self._url = url
+        self.start()
+
+    def start(self):
         self._profile = tempfile.TemporaryDirectory(prefix='rosslt_browser_', ignore_cleanup_errors=True)
         options = webdriver.ChromeOptions()
         options.binary_location = '/usr/bin/chromium'
         for flag in [*FLAGS, '--user-data-dir=' + self._profile.name]:
             options.add_argument(flag)
-        self.driver = webdriver.Chrome(options=options, service=Service('/usr/bin/chromedriver'))
+        self.driver = _Chromium(options=options, service=Service('/usr/bin/chromedriver'))
         self.driver.set_page_load_timeout(PATIENCE)
-        self.driver.get(url)
+        self.driver.get(self._url)
+
+    def reopen_if_hung(self):
+        """Open another one for the next test if a test has failed since nothing answered any more."""
+        if self.driver.is_hung:
+            self.close()
+            self.start()
 
     def close(self):
-        self.driver.quit()
+        if self.driver.is_hung:
+            subprocess.run(['pkill', '-KILL', '-f', self._profile.name], check=False)
+            self.driver.service.stop()
+        else:
+            self.driver.quit()
         self._profile.cleanup()
 
     def wait(self, holds, what):

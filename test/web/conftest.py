@@ -72,6 +72,13 @@ def browser(page):
     opened.close()
 
 
+@pytest.fixture(autouse=True)
+def _answering(request):
+    """A test that has a browser has one that answers."""
+    if 'browser' in request.fixturenames:
+        request.getfixturevalue('browser').reopen_if_hung()
+
+
 @pytest.fixture(scope='module')
 def talker(master):
     """A node with locations of all kinds, which shows a pose made of them."""
