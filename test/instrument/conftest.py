@@ -7,6 +7,7 @@ import rospy
 
 import rosslt
 from support.masters import reached_master
+from support.memory_oracle import Pair
 from support.saving import Hearing
 
 
@@ -31,3 +32,11 @@ def hearing(master):
     yield hear
     for one in made:
         one.stop()
+
+
+@pytest.fixture
+def pair(master):
+    """A plain node and one with provenance beside each other."""
+    made = Pair()
+    yield made
+    made.close()

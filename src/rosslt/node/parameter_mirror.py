@@ -10,11 +10,11 @@ import contextlib
 import json
 import re
 import threading
-from typing import Callable, Dict, List, Tuple, Union
+from typing import Callable, Dict, List, Sequence, Tuple, Union
 
 import rospy
 
-from rosslt.node.json_scalars import Refused
+from rosslt.node.json_scalars import Refused, Value
 from rosslt.node.locations import LiteralLocation, Location, put_in_force
 from rosslt.node.locks import LOCKS
 from rosslt.node.no_master import NO_MASTER
@@ -94,11 +94,33 @@ class Parameters:
         """Return the value that was set in the namespace, None where nothing was."""
         return part_of(self._own, name)
 
-    def take_over(self, location: LiteralLocation) -> None:
-        """Have a literal begin with what its parameter already says, where that still holds."""
+    def take_over(self, locations: Sequence[LiteralLocation]) -> None:
+        """Have literals that the node has read begin with what their parameters already say, where that still holds."""
+        kept = [(location, self._kept(location)) for location in locations]
+        pairs = [(location, value) for location, value in kept if value is not None]
+        try:
+            put_in_force(pairs)
+        except Refused:  # by one of them: all others are taken
+            for location, value in pairs:
+                try:
+                    put_in_force([(location, value)])
+                except Refused as refused:
+                    self._warn(location, refused)
+        for location, _ in pairs:
+            self._note_taken_over(location)
+
+    def take_over_unread(self, location: LiteralLocation) -> None:
+        """The same of a literal that nothing has read."""
+        value = self._kept(location)
+        if value is not None:
+            location.put(value)
+            self._note_taken_over(location)
+
+    def _kept(self, location: LiteralLocation) -> Value:
+        """What the parameter of a literal says; None if it says nothing, or nothing that holds any more."""
         value = part_of(self._own, location.name)
         if value is None:
-            return
+            return None
         key = f'{self.namespace}/{location.name}'
         record = read_record(part_of(self._records, location.name))
         # A parameter without a record was not left by an earlier run: somebody, perhaps a launch file, has set it for
@@ -115,23 +137,31 @@ class Parameters:
             why = f'now says {location.literal!r} where it said {said!r}'
         if why:
             rospy.loginfo('%s %s: the parameter %s = %r of it is dropped', location.place, why, key, value)
-            return
+            return None
         try:
-            put_in_force([(location, location.checked(value))])
+            return location.checked(value)
         except Refused as refused:
-            kept = location.value
-            rospy.logwarn('%s goes on with %r, the parameter %s is not taken: %s', location.place, kept, key, refused)
+            self._warn(location, refused)
+            return None
+
+    def _warn(self, location: LiteralLocation, refused: Refused) -> None:
+        key, value = f'{self.namespace}/{location.name}', location.value
+        rospy.logwarn('%s goes on with %r, the parameter %s is not taken: %s', location.place, value, key, refused)
+
+    def _note_taken_over(self, location: LiteralLocation) -> None:
+        if location.value == location.literal:
             return
-        if location.value != location.literal:
-            location.remembered = True
-            rospy.loginfo(
-                '%s is %r, %s; the code says %r (%s)',
-                location.name,
-                location.value,
-                'from an earlier run' if record else f'as the parameter {key} says',
-                location.literal,
-                location.place,
-            )
+        location.remembered = True
+        key = f'{self.namespace}/{location.name}'
+        has_record = bool(read_record(part_of(self._records, location.name)))
+        rospy.loginfo(
+            '%s is %r, %s; the code says %r (%s)',
+            location.name,
+            location.value,
+            'from an earlier run' if has_record else f'as the parameter {key} says',
+            location.literal,
+            location.place,
+        )
 
     def follow(self, location: LiteralLocation, is_written: bool) -> None:
         """Have `rosparam set` change a literal from now on, and show its value at once if `is_written`."""

@@ -106,10 +106,10 @@ class Owner:
             self._changes = rospy.Publisher('~rosslt/changes', msg.AppliedChange, queue_size=CHANGES_QUEUE)
             self.name = rospy.get_name()
             self.locations.name_node(self.name)
-            for location in list(self.locations.by_id.values()):
-                if isinstance(location, LiteralLocation):
-                    self.parameters.take_over(location)
-                    self.parameters.follow(location, is_written=True)
+            literals = [one for one in self.locations.by_id.values() if isinstance(one, LiteralLocation)]
+            self.parameters.take_over(literals)
+            for location in literals:
+                self.parameters.follow(location, is_written=True)
             self._locations = rospy.Publisher('~rosslt/locations', msg.LocationList, queue_size=1, latch=True)
             self.locations.on_locations_changed(self.publish_locations)
             MEMORY.begins.append(self._begin_rounds)
@@ -146,12 +146,22 @@ class Owner:
         self.read_parameters.follow(is_new_master=True)
 
     def add_literal(self, location: LiteralLocation, is_written: bool = True) -> Location:
-        """Take in the location of a literal, with a parameter behind it, which shows it at once if `is_written`;
-        returns the one that is in force."""
+        """Take in the location of a literal, with a parameter behind it.
+
+        Args:
+            location: of a call of `location()`, or of a literal that the node may have read.
+            is_written: whether it is of such a call: then its parameter shows it at once.
+
+        Returns:
+            the location that is in force.
+        """
         with self.lock:
             SOURCE_FILES.keep(location.site.file)
             if self.name and not self.locations.is_taken(location.name):
-                self.parameters.take_over(location)  # before anybody can read it
+                if is_written:  # nothing has read what is being made
+                    self.parameters.take_over_unread(location)
+                else:
+                    self.parameters.take_over([location])
             in_force = self.locations.add(location)
             if in_force is location and self.name:
                 self.parameters.follow(location, is_written)
