@@ -424,6 +424,13 @@ def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path, launched_nodes):
         assert command('list', '/other').returncode != 0
 
 
+def test_a_launch_file_that_names_no_package_says_so(tmp_path):
+    file = tmp_path / 'all.launch'
+    file.write_text('<launch><include file="$(find no_such_package)/x.launch"/></launch>')
+    found = command('launch', str(file))
+    assert found.returncode == 1 and 'package no_such_package was not found; looked in /' in found.stderr
+
+
 def test_interactive_markers_run_beside_a_launch_file(run, tmp_path, launched_nodes):
     file = tmp_path / 'one.launch'
     file.write_text('<launch><node pkg="launched_nodes" type="talker.py" name="alone"/></launch>')

@@ -56,7 +56,9 @@ def launch(
         roslaunch.configure_logging(uuid)
         parent = _Parent(uuid, file, given, markers, only, others, screen, rviz)
         parent.start()
-    except (roslaunch.core.RLException, rospkg.ResourceNotFound, ValueError) as error:
+    except rospkg.ResourceNotFound as error:
+        raise NotLaunched(f'package {error.args[0]} was not found; looked in {":".join(error.ros_paths)}') from None
+    except (roslaunch.core.RLException, ValueError) as error:
         raise NotLaunched(str(error)) from None
     parent.spin()
 
