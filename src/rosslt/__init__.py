@@ -10,6 +10,7 @@ from typing import Any, List
 
 from . import math, serializers
 from .values import (
+    UNKNOWN,
     Error,
     Fit,
     NotInvertible,
@@ -58,6 +59,7 @@ _NEED_ROS = {
 _ROOMS = {name: room for room, names in _NEED_ROS.items() for name in names}
 
 __all__ = [
+    'UNKNOWN',
     'Error',
     'Fit',
     'NotInvertible',

@@ -428,7 +428,8 @@ def test_a_launch_file_that_names_no_package_says_so(tmp_path):
     file = tmp_path / 'all.launch'
     file.write_text('<launch><include file="$(find no_such_package)/x.launch"/></launch>')
     found = command('launch', str(file))
-    assert found.returncode == 1 and 'package no_such_package was not found; looked in /' in found.stderr
+    assert found.returncode == 1
+    assert 'package no_such_package was not found; looked in /' in found.stderr
 
 
 def test_interactive_markers_run_beside_a_launch_file(run, tmp_path, launched_nodes):

@@ -6,10 +6,10 @@ from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from rosslt import Source, evaluate, is_tracked, math, solve, sources, track
-from rosslt.messages import SAMPLED, LastProvenance, SampledProvenance, attach, encode
-from rosslt.messages.sampling import LOST, MOST_THINGS, thing_reader
-from rosslt.values import untracked
+from rosslt import NotInvertible, Source, evaluate, is_tracked, math, solve, sources, track
+from rosslt.messages import SAMPLED, LastProvenance, SampledProvenance, attach, encode, make_unknown
+from rosslt.messages.sampling import MOST_THINGS, thing_reader
+from rosslt.values import UNKNOWN, untracked
 
 RATE = 20.0
 A, B = Source('/node', 1), Source('/node', 2)
@@ -21,12 +21,12 @@ class Sent:
 
     def __init__(self):
         self.now, self.state = 100.0, 0
-        self._sampled = SampledProvenance(lambda: RATE, lambda: self.now)
+        self._sampled = SampledProvenance(lambda: RATE, lambda: self.now, lambda: 0.5)
 
-    def is_whole(self, message, at=None, is_between=False):
+    def is_whole(self, message, at=None):
         self.now = self.now if at is None else 100.0 + at
-        data = self._sampled.to_send(message, False, self.state, is_between)
-        assert data in ((SAMPLED, encode(message)) if is_tracked(message) or is_between else (b'',))
+        data = self._sampled.to_send(message, False, self.state)
+        assert data in ((SAMPLED, encode(message)) if is_tracked(message) else (b'',))
         return data not in (b'', SAMPLED)
 
 
@@ -50,35 +50,47 @@ def test_the_message_after_a_change_is_whole():
     assert sent.is_whole(Point(X, 0, 0))
 
 
-def test_what_is_computed_from_sampled_messages_waits_for_a_whole_one():
+def unknown(message):
+    """The message as it is read when it came sampled, after it had come whole."""
+    plain = untracked(message)
+    make_unknown(plain, attach(untracked(message), encode(message)).leaves)
+    return plain
+
+
+def test_what_is_computed_of_a_sampled_message_is_never_whole():
+    read = unknown(Point(X, 3.0, Y))
+    assert list(map(is_tracked, (read.x, read.y, read.z))) == [True, False, True]
+    assert sources(read.x + track(1.0, B)) == [UNKNOWN, B]
+    for leaf in (read.x, read.x + Y, math.sin(read.x) * Y):
+        assert encode(Point(0.0, leaf, Y)) == SAMPLED
+
+
+def test_what_is_not_known_is_never_solved_for():
+    read = unknown(Point(X, 0.0, 0.0))
+    assert solve(read.x * 2 + Y, 9.0) == {B: 5.0}
+    for solved in (read.x, read.x * 2, [read.x, read.x + 1]):
+        with pytest.raises(NotInvertible):
+            solve(solved, [5.0, 6.0] if isinstance(solved, list) else 5.0)
+
+
+def test_a_message_that_waits_for_what_is_not_known_is_whole_next():
     sent = Sent()
+    read = unknown(Point(X, 0.0, 0.0))
     assert sent.is_whole(Point(X, Y, 0), 0.0)
-    assert not sent.is_whole(Point(0, Y, 0), 0.06, is_between=True)
-    assert not sent.is_whole(Point(), 0.07, is_between=True)
-    assert sent.is_whole(Point(X, Y, 0), 0.08)
-    assert not sent.is_whole(Point(), 0.5, is_between=True)
-    assert sent.is_whole(Point(0, Y, 0), 0.5, is_between=True)
+    for at in (0.06, 0.07, 0.3):
+        assert not sent.is_whole(Point(read.x, Y, 0), at)
+    assert sent.is_whole(Point(X, Y, 0), 0.31)
 
 
-def test_the_first_message_of_a_relay_is_followed_by_one_with_all_sources():
-    sent = Sent()
-    assert sent.is_whole(Point(0, Y, 0), 0.0, is_between=True)
-    assert sent.is_whole(Point(X, Y, 0), 0.01)
-
-
-def test_a_relay_that_keeps_what_it_reads_for_a_while_goes_on_sending_sampled_messages():
-    sampled, now = SampledProvenance(lambda: RATE, lambda: now), 100.0
-
-    def sent(message, is_between=False):
-        return sampled.to_send(message, False, 0, is_between, reads_sampled=True)
-
-    assert sent(Point()) == b''
-    assert sent(Point(X, 0, 0)) == encode(Point(X, 0, 0))
-    for step in range(20):
-        now += 0.01
-        assert sent(Point(), is_between=bool(step % 5)) == SAMPLED
-    now += LOST
-    assert sent(Point()) == b''
+def test_all_publishers_send_whole_messages_at_the_same_time():
+    both = [SampledProvenance(lambda: RATE, lambda: now, lambda: now) for _ in range(2)]
+    whole = []
+    for step in range(3000):
+        now = step / 1000
+        sent = [one.to_send(Point(X, 0.0, 0.0), False, 0) for one in both[: 1 + (step > 17)]]
+        if len(sent) == 2 and SAMPLED not in sent:
+            whole.append(now)
+    assert {int(at) for at in whole} == {0, 1, 2}
 
 
 def test_messages_without_provenance_do_not_take_the_turn_of_those_with_it():

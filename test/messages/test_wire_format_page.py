@@ -34,7 +34,7 @@ def test_the_example_is_what_is_sent():
 
 
 def test_the_example_of_a_sampled_message_is_what_is_sent_and_understood():
-    sampled, buff = SampledProvenance(lambda: 20.0, lambda: 0.0), io.BytesIO()
+    sampled, buff = SampledProvenance(lambda: 20.0, lambda: 0.0, lambda: 0.5), io.BytesIO()
     sampled.to_send(message(), False, 0)
     message().serialize(buff)
     append_provenance(message(), buff, sampled.to_send(message(), False, 0))

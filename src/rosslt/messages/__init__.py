@@ -9,7 +9,7 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 - `msg_files`: the generator of tracked message types.
 """
 
-from rosslt.messages.codec import NO_READINGS, SAMPLED, Readings, attach, encode, provenance_to_send
+from rosslt.messages.codec import NO_READINGS, SAMPLED, Readings, attach, encode, make_unknown, provenance_to_send
 from rosslt.messages.errors import BadHeader, UnknownType
 from rosslt.messages.field_path import (
     NoSuchPart,
@@ -33,6 +33,6 @@ from rosslt.messages.inband import (
 from rosslt.messages.leaves import set_leaves, tracked_fields, tracked_leaves, with_leaves
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
-from rosslt.messages.sampling import MOST_THINGS, LastProvenance, SampledProvenance, thing_reader
+from rosslt.messages.sampling import MOST_THINGS, LastProvenance, SampledProvenance, thing_of
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 from rosslt.messages.walkers import plain_check

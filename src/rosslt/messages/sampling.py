@@ -1,7 +1,8 @@
 """Provenance is sampled: a publisher writes it at a rate, and marks the messages between.
 
 A message is whole, with the provenance of all its tracked leaves, or it is sampled: it has tracked leaves and is sent
-without their provenance, which its mark says. Every other message is plain: it has no source. What is one thing for
+without their provenance, which its mark says. Every other message is plain: it has no source. What a node computes of a
+sampled message depends on `values.UNKNOWN`, and a message with such a leaf is sampled as well. What is one thing for
 publishers and readers alike, `ThingReader` says.
 """
 
@@ -18,9 +19,9 @@ from rosslt.values import TRACKED_CLASSES, lazy_of, untracked
 COSTLY = 0.0025
 """The CPU time in seconds from which on a provenance is written less often, in proportion: at 20 Hz, 5 % of a core."""
 
-LOST = 2.0
-"""The time in seconds after which a thing whose messages have come without sources is taken to have none, in a node
-whose inputs are sampled: what it sends may have been read some time before."""
+TOGETHER = 0.1
+"""The time in seconds, from the beginning of each second, in which all messages are whole: what a node computes of
+several inputs is whole only if all of these are, and each might else be whole at another time."""
 
 MOST_THINGS = 1024
 """The most things that a publisher, or a reader, remembers."""
@@ -76,33 +77,43 @@ def _read_nothing(message: Message) -> Tuple[Hashable, ...]:
     return ()
 
 
+def thing_of(message: Message) -> Hashable:
+    """What a message is about, as its ThingReader names it: a key for a dictionary."""
+    return _plain(thing_reader(message.__class__)(message))
+
+
 class SampledProvenance:
     """Decides for one publisher which of its messages are whole.
 
     Args:
         rate: gives how many messages of one thing are whole in a second, at most.
         clock: gives seconds.
+        shared_clock: gives the seconds since 1970, as all nodes know them.
     """
 
-    def __init__(self, rate: Callable[[], float], clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        rate: Callable[[], float],
+        clock: Callable[[], float] = time.monotonic,
+        shared_clock: Callable[[], float] = time.time,
+    ) -> None:
         self._rate = rate
-        self._clock = clock
+        self._clock, self._shared_clock = clock, shared_clock
         self._due: Dict[Hashable, float] = {}
         self._state: Any = None
+        self._is_costly = False
 
-    def to_send(
-        self, message: Message, full_history: bool, state: Any, is_between: bool = False, reads_sampled: bool = False
-    ) -> bytes:
-        """The provenance of a message that is sent now: SAMPLED between whole ones, b'' where no leaf is tracked.
+    def to_send(self, message: Message, full_history: bool, state: Any) -> bytes:
+        """The provenance of a message that is sent now.
 
         Args:
             message: an ordinary one.
             full_history: as of `encode`.
             state: whatever differs after a change, and after somebody has subscribed: the next message is whole.
-            is_between: the node has read sampled messages last: what it computes from them lacks their sources, so
-                what was whole before waits for the next whole message that is read, up to a period.
-            reads_sampled: an input of the node is sampled: what it has kept of it may lack its sources, so what was
-                whole is taken to be sampled for LOST seconds more.
+
+        Returns:
+            SAMPLED between whole ones, and if a leaf depends on what is not known: then the next one is asked again;
+            b'' if no leaf is tracked.
         """
         if state != self._state:
             self._due.clear()
@@ -111,23 +122,26 @@ class SampledProvenance:
         try:
             thing = thing_reader(message.__class__)(message)
             due = self._due.get(thing)
-            if due is not None:
-                # the messages of a loop come a little earlier or later; a whole input comes within a period
-                is_due = now >= due + (period if is_between else -period / 2)
-                if not is_due:
-                    return SAMPLED if is_between or reads_sampled or has_tracked_leaf(message) else b''
+            # the messages of a loop come a little earlier or later
+            if due is not None and now < due - period / 2 and not self._is_together():
+                return SAMPLED if has_tracked_leaf(message) else b''
         except (TypeError, AttributeError):
             return b''  # it is serializing the message that says what is wrong
         start = time.thread_time()
         data = provenance_to_send(message, full_history)
-        if data:
+        if data and data != SAMPLED:
             if len(self._due) >= MOST_THINGS:
                 self._due.clear()
-            pause = max(1.0, (time.thread_time() - start) / COSTLY) * period
+            cost = time.thread_time() - start
+            self._is_costly = cost > COSTLY
+            pause = max(1.0, cost / COSTLY) * period
             # on average one a pause: what comes early or late does not shift those that follow
-            self._due[_plain(thing)] = now + (0.0 if is_between else pause) if due is None else max(now, due + pause)
-        may_lack_sources = due is not None and (is_between or (reads_sampled and now < due + LOST))
-        return data or (SAMPLED if may_lack_sources else b'')
+            self._due[_plain(thing)] = now + pause if due is None else max(now, due + pause)
+        return data
+
+    def _is_together(self) -> bool:
+        """Return whether it is the time in which all publishers send whole messages."""
+        return not self._is_costly and self._shared_clock() % 1.0 < TOGETHER
 
 
 def _plain(thing: Tuple[Any, ...]) -> Hashable:
@@ -161,6 +175,8 @@ class LastProvenance:
         size = walkers(message.__class__).collect(message, 0, fields)
         if not (is_sampled or fields):
             return message
+        if is_sampled and fields:
+            message = untracked(message)  # they depend on what is not known
         thing = publisher, thing_reader(message.__class__)(message)
         names = thing_reader(message.__class__, reads_all=True)(message)
         if not is_sampled:

@@ -3,8 +3,7 @@
 import functools
 import io
 import threading
-import weakref
-from typing import Any, BinaryIO, Callable, Dict, Hashable, Sequence, Set, Tuple
+from typing import Any, BinaryIO, Callable, Dict, Hashable, Set, Tuple
 
 import genpy
 import rospy
@@ -77,7 +76,7 @@ def serializer(message_class: MessageClass, provenance: Provenance = whole_prove
 
     def outgoing(message: Message) -> Any:
         try:
-            return message if is_plain(message) and not SAMPLED_INPUTS else make(message)
+            return message if is_plain(message) else make(message)
         except AttributeError:
             return message  # rospy says which field is wrong when it serializes it
 
@@ -118,32 +117,29 @@ class Input:
     """The messages of one publisher, as one thread of this process reads them."""
 
     def __init__(self) -> None:
-        self.is_whole = False
-        self._readings: Dict[Hashable, Sequence[Any]] = {}
+        self._last: Dict[Hashable, messages.Readings] = {}  # by what they are about
 
-    def take(self, found: messages.Found) -> None:
-        """Note what came with a message: whether it is whole, and whether its sources have changed."""
+    def take(self, message: Message, found: messages.Found) -> None:
+        """Note what came with a message: whether its sources have changed. The leaves of a sampled one that the last
+        whole one of the same thing has with a provenance depend on what is not known.
+
+        Args:
+            message: as it was read.
+            found: what came with it.
+        """
+        if not isinstance(found, messages.Readings):
+            return
+        thing = messages.thing_of(message)
+        last = self._last.get(thing)
         if found is messages.NO_READINGS:
-            self.is_whole = False
-            SAMPLED_INPUTS.add(self)
-        elif isinstance(found, messages.Readings):
-            self.is_whole = True
-            if self._readings.get(found.sources, found.values) != found.values:
-                MEMORY.changes += 1
-            if len(self._readings) >= messages.MOST_THINGS:
-                self._readings.clear()
-            self._readings[found.sources] = found.values
-        elif SAMPLED_INPUTS:
-            SAMPLED_INPUTS.discard(self)
-
-
-#: The inputs of this node whose publishers sample provenance: what is computed from most of their messages lacks it.
-SAMPLED_INPUTS: 'weakref.WeakSet[Input]' = weakref.WeakSet()
-
-
-def is_between() -> bool:
-    """Return whether the messages that this node has read last were sampled, so that what it computes lacks sources."""
-    return bool(SAMPLED_INPUTS) and not any(one.is_whole for one in list(SAMPLED_INPUTS))
+            if last is not None:
+                messages.make_unknown(message, last.leaves)
+            return
+        if last is not None and last.sources == found.sources and last.values != found.values:
+            MEMORY.changes += 1
+        if len(self._last) >= messages.MOST_THINGS:
+            self._last.clear()
+        self._last[thing] = found
 
 
 class ThisThread(threading.local):
@@ -179,9 +175,9 @@ def received_class(message_class: MessageClass, channel: str) -> Any:
     def deserialize(message: Message, data: bytes) -> Any:
         message.__class__ = message_class  # another message would take 0.8 us for a Pose, 6.6 for an Odometry
         found = decode_into(message, data)
-        if found is None and not SAMPLED_INPUTS:
+        if found is None:
             return message
-        this_thread.input.take(found)
+        this_thread.input.take(message, found)
         if found is messages.NO_READINGS or isinstance(found, BadHeader):
             message._connection_header = found
             message.__class__ = untold

@@ -26,11 +26,9 @@ from rosslt.node.rospy_internals import (
     read_all_with,
 )
 from rosslt.node.serialization import (
-    SAMPLED_INPUTS,
     Provenance,
     Sending,
     ThisThread,
-    is_between,
     is_sampled,
     received_class,
     serialization_fault,
@@ -101,7 +99,7 @@ class Publisher(rospy.Publisher):
             return whole_provenance(message)
         # rospy makes another list of connections when somebody subscribes
         state = MEMORY.changes, id(impl.connections)
-        return self._sampled.to_send(message, Sending.full_history, state, is_between(), bool(SAMPLED_INPUTS))
+        return self._sampled.to_send(message, Sending.full_history, state)
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also where the type is
@@ -240,7 +238,7 @@ class Subscriber(rospy.Subscriber):
         def unwrapped(tracked_message: Message, *callback_args: Any) -> None:
             message, found = messages.read_tracked(tracked_message)
             header = tracked_message._connection_header
-            this_thread.input.take(found)
+            this_thread.input.take(message, found)
             message._connection_header = told(found, header, self.resolved_name)
             callback(message, *callback_args)
 

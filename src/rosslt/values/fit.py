@@ -11,7 +11,7 @@ from .annotations import Value
 from .errors import NotTracked
 from .graph import UNDEFINED, Graph
 from .operations import AFFINE
-from .sources import Source, describe_source
+from .sources import UNKNOWN, Source, describe_source
 from .tracked import TRACKED
 from .tree import paired
 
@@ -90,7 +90,7 @@ def fit(
 
     if loss not in LOSSES:
         raise ValueError('the loss must be one of %s, found %r' % (', '.join(LOSSES), loss))
-    problem = _Problem(values, targets, sources, {*read_only, *_without_room(bounds or {})})
+    problem = _Problem(values, targets, sources, {UNKNOWN, *read_only, *_without_room(bounds or {})})
     start = numpy.array([problem.old[source] for source in problem.unknowns])
     low, high = _limits(problem.unknowns, bounds or {})
     before = problem.differences(start)

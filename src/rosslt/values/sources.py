@@ -18,6 +18,12 @@ class Source(NamedTuple):
         return '%s#%s' % self
 
 
+UNKNOWN = Source('', -1)
+"""What a number of a message that came without its provenance depends on, beside all else that is computed with it.
+
+It is nobody's location: it is never solved for, and never sent."""
+
+
 class UnnamedSource(Source):
     """A source of this process before it is a node: it gets the node's name later, wherever it is already used.
 
@@ -87,4 +93,6 @@ def describe_sources_with(function: Optional[Callable[[Source], Optional[str]]])
 
 def describe_source(source: Source) -> str:
     """Return the name of a source in a text: its file and line if these are known."""
+    if source == UNKNOWN:
+        return 'a message without provenance'
     return (_describe and _describe(source)) or str(source)

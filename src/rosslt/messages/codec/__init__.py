@@ -4,6 +4,6 @@
 front (`table_writer`, `table_reader`), and the expressions that are not affine (`expressions`).
 """
 
-from rosslt.messages.codec.decoder import NO_READINGS, Readings, attach
+from rosslt.messages.codec.decoder import NO_READINGS, Readings, attach, make_unknown
 from rosslt.messages.codec.encoder import encode, provenance_to_send
 from rosslt.messages.codec.wire_format import SAMPLED

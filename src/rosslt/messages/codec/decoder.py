@@ -28,7 +28,7 @@ from rosslt.messages.fields import Message, Scalar
 from rosslt.messages.leaves import Located, LocatedArray, locate, put_located
 from rosslt.messages.walkers import BYTES_LIMIT as ARRAY_BYTES_LIMIT
 from rosslt.messages.walkers import END, TRACKED
-from rosslt.values import Source, lazy_of, untracked
+from rosslt.values import UNKNOWN, Source, lazy_of, untracked
 
 SCALAR_TYPES = frozenset((float, int, bool, str))
 """The types of the plain values of leaves."""
@@ -42,6 +42,8 @@ class Readings(NamedTuple):
     sources: Hashable = ()
     """Equal where the sources are."""
     values: Sequence[Any] = ()
+    leaves: Sequence[int] = ()
+    """The indices of the tracked leaves, rising, and END."""
 
 
 NO_READINGS = Readings()
@@ -79,6 +81,22 @@ def attach(message: Message, data: bytes) -> Optional[Readings]:
         )
     put_located(found, header.tracked(found), arrays)
     return header.readings(found)
+
+
+def make_unknown(message: Message, leaves: Sequence[int]) -> None:
+    """Have leaves of a message that came without provenance depend on what is not known.
+
+    Args:
+        message: as received.
+        leaves: as of `Readings`; those that it does not have are left out.
+    """
+    arrays: List[LocatedArray] = []
+    found = locate(message, leaves, arrays)
+    put_located(found, lazy_of(list(map(_VALUE, found)), _not_known), arrays)
+
+
+def _not_known(value: Scalar, _number: int) -> Any:
+    return ((UNKNOWN, value, 1),)
 
 
 class ReceivedFields(NamedTuple):
@@ -127,7 +145,7 @@ class ReceivedHeader:
             for origin, slope, value in zip(self._fields.origins, self._fields.slopes, map(_VALUE, found)):
                 if slope == IDENTITY and origin < sources.size:
                     values[origin] = value
-        return Readings((sources.ids, *sources.nodes), tuple(values))
+        return Readings((sources.ids, *sources.nodes), tuple(values), self.wanted)
 
     def _plain(self, found: Sequence[Any]) -> List[Any]:
         """The scalars that leaves hold, without the provenance that they have already."""

@@ -14,7 +14,7 @@ from rosslt.messages.codec.expressions import (
     register,
     without_sources,
 )
-from rosslt.messages.codec.table_writer import TableWriter, Unencodable
+from rosslt.messages.codec.table_writer import TableWriter, Unencodable, Unknown
 from rosslt.messages.codec.varint import packed
 from rosslt.messages.codec.wire_format import (
     BYTES_LIMIT,
@@ -23,6 +23,7 @@ from rosslt.messages.codec.wire_format import (
     HAS_INSTRUCTIONS,
     IDENTITY,
     INSTRUCTION_LIMIT,
+    SAMPLED,
     VERSION,
 )
 from rosslt.messages.fault_log import warn_once
@@ -54,13 +55,16 @@ def encode(message: Message, full_history: bool = False) -> bytes:
             with more than INSTRUCTION_LIMIT operations is sent without.
 
     Returns:
-        b'' where no leaf is tracked. A leaf whose provenance cannot be sent (see docs/messages.md) is left out, with a
-        warning on rosout.
+        b'' if no leaf is tracked, SAMPLED if one depends on what is not known (`values.UNKNOWN`). A leaf whose
+        provenance cannot be sent (see docs/messages.md) is left out, with a warning on rosout.
     """
     found = sent_fields(message)
     count, data = len(found), b''
     while found:
-        data = _encoded(message._type, found, full_history)
+        try:
+            data = _encoded(message._type, found, full_history)
+        except Unknown:
+            return SAMPLED
         if len(data) <= BYTES_LIMIT:
             break
         del found[len(found) // 2 :]

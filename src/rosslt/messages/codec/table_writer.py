@@ -25,7 +25,11 @@ from rosslt.messages.codec.wire_format import (
     TRUE,
 )
 from rosslt.messages.fields import Scalar
-from rosslt.values import Error, Source
+from rosslt.values import UNKNOWN, Error, Source
+
+
+class Unknown(Error):
+    """A value depends on a message that came without its provenance."""
 
 
 class Unencodable(Error):
@@ -79,6 +83,8 @@ class TableWriter:
         self._listed = self._summed = 0
 
     def _add(self, source: Source, value: Scalar) -> int:
+        if source == UNKNOWN:
+            raise Unknown
         if not isinstance(source.location_id, int):
             raise Unencodable('its location id %r is no integer' % (source.location_id,))
         if not 0 <= source.location_id < 1 << 48:

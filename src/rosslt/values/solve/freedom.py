@@ -4,7 +4,7 @@ import math
 from typing import Callable, Collection, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from ..annotations import Value
-from ..sources import Source
+from ..sources import UNKNOWN, Source
 
 ORDINARY = 2 * math.pi
 """Sources without bounds move alike up to this size, so that angles do, and in proportion to their size beyond it."""
@@ -32,7 +32,7 @@ class Freedom(NamedTuple):
 
     def allows(self, source: Source) -> bool:
         """Return True if a source may change."""
-        return source not in self.read_only and (self.only is None or source in self.only)
+        return source != UNKNOWN and source not in self.read_only and (self.only is None or source in self.only)
 
     def ranked(self, sources: Iterable[Source]) -> List[Source]:
         """Sources in the order in which they are tried: by rank, then the stiff ones last, else in the order given."""

@@ -24,7 +24,7 @@ from ..errors import NotInvertible, NotTracked
 from ..explain import brief
 from ..graph import UNDEFINED, Graph, evaluate
 from ..operations.inverses import refuse
-from ..sources import Source, describe_source
+from ..sources import UNKNOWN, Source, describe_source
 from ..tolerances import RELATIVE, is_same, meets
 from ..tracked import TRACKED, plain_scalar
 from ..tree import paired
@@ -82,7 +82,7 @@ def solve(
     if CORE is not None and source is None and sources is None and not bounds and not read_only:
         # A chain of operations on one source, which is what most values are; ranks do not matter.
         answer: Any = CORE.solve_chain(value, target, RELATIVE)
-        if answer is not None and answer is not NotImplemented:
+        if answer is not None and answer is not NotImplemented and UNKNOWN not in answer:
             return dict(answer)
     only = [source] if source is not None else None if sources is None else list(sources)
     if weights and not all(weight > 0 for weight in weights.values()):
@@ -158,7 +158,7 @@ def solve_one(
         for source in free if base else ():
             share = alone.share(0.5)
             try:
-                if source in freedom.read_only:
+                if source == UNKNOWN or source in freedom.read_only:
                     refuse('{source} is read-only')
                 attempt = Attempt(graph, root, source, base, freedom.limits(source), share, wanted)
                 return {source: attempt.answer()}
