@@ -122,6 +122,41 @@ class TestDoctor:
             sent,
         )
 
+    def test_counts_whole_sampled_and_plain_messages(self, nodes):
+        fast = """
+            publisher = rosslt.Publisher('fast', Float64, queue_size=10)
+            rate = rospy.Rate(100)
+            while not rospy.is_shutdown():
+                publisher.publish(rosslt.location(1.0, name='x'))
+                rate.sleep()
+            """
+        with Node('fast', fast):
+            wait_until(lambda: rosslt('explain', '/fast').returncode == 0, 'it publishes')
+            assert '[x, fast.py:' in rosslt('echo', '-n', '1', '/fast').stdout
+            (sent,) = (text for _, text in findings('/fast')[0] if text.startswith('/fast sends'))
+            assert re.match(r'/fast sends provenance in \d+ of \d+ messages \(\d+ sampled, \d+ plain\): ', sent)
+            whole, count, sampled, plain = map(int, re.findall(r'\d+', sent)[:4])
+            assert whole + sampled + plain == count
+            assert 0 < whole < sampled
+            assert plain == 0
+
+    def test_messages_without_their_provenance_are_not_no_messages(self, nodes):
+        never_whole = """
+            from rosslt.messages import SAMPLED
+            publisher = rosslt.Publisher('never', Float64, queue_size=10)
+            publisher._sampled.to_send = lambda *_: SAMPLED
+            rate = rospy.Rate(20)
+            while not rospy.is_shutdown():
+                publisher.publish(rosslt.location(1.0, name='x'))
+                rate.sleep()
+            """
+        with Node('never', never_whole):
+            wait_until(lambda: rosslt('echo', '-n', '1', '/never').returncode == 0, 'it publishes')
+            for words in (['explain', '/never'], ['force', '/never/data', '2']):
+                told = rosslt(*words, '--timeout', '1').stderr
+                assert 'no message with provenance on /never within 1 s: ' in told
+            assert [text for kind, text in findings('/never')[0] if kind == 'fault' and 'in 0 of' in text]
+
     def test_names_the_fields_that_cannot_be_forced(self, nodes):
         half = """
             publisher = rosslt.Publisher('half', Point, queue_size=1)

@@ -23,7 +23,7 @@ from std_msgs.msg import String
 {node}.init_node('{name}')
 pub = rospy.Publisher('{name}/said', String, queue_size=100)
 {late}
-while not pub.get_num_connections():
+while not (pub.get_num_connections() and rospy.Time.now()):
     time.sleep(0.01)
 
 def main():

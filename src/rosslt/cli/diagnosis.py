@@ -45,7 +45,8 @@ class Stream:
 
     Attributes:
         count: the number of messages.
-        tracked: the number of those with provenance.
+        whole: the number of those with provenance.
+        sampled: the number of those between them.
         size: the bytes of all.
         provenance_size: the bytes of them that were provenance.
         sources: those in the messages, in order of appearance.
@@ -54,7 +55,7 @@ class Stream:
     """
 
     def __init__(self) -> None:
-        self.count = self.tracked = self.size = self.provenance_size = 0
+        self.count = self.whole = self.sampled = self.size = self.provenance_size = 0
         self.sources: Dict[values.Source, None] = {}
         self.is_latched = False
         self.fields: Dict[str, List[values.Source]] = {}
@@ -66,7 +67,8 @@ class Stream:
             leaves = values.leaves(received.message)
             self.fields = {path: values.sources(leaf) for path, leaf in leaves if _is_result(path, leaf, field)}
         self.count += 1
-        self.tracked += bool(sources)
+        self.sampled += received.is_sampled
+        self.whole += bool(sources) and not received.is_sampled
         buff = io.BytesIO()
         received.message.serialize(buff)
         plain_size = buff.tell()
@@ -102,7 +104,7 @@ class Traffic:
 
     def is_tracked(self, topic: str) -> bool:
         """Return whether any message of a topic has provenance."""
-        return any(stream.tracked for (name, _), stream in self._streams.items() if name == topic)
+        return any(stream.whole for (name, _), stream in self._streams.items() if name == topic)
 
 
 def _is_result(path: str, value: Any, field: str) -> bool:
@@ -200,14 +202,15 @@ class Examination:
             silent = f'{publisher} sends nothing within {seconds:g} s: '
             once = 'a message that was published once, without latch=True, does not reach later subscribers'
             yield Finding(FAULT, f'{publisher}: {why}' if why else silent + once)
-        elif not sent.tracked:
+        elif not (sent.whole or sent.sampled):
             yield Finding(FAULT, self._why_plain(topic, publisher))
         else:
+            others = f' ({sent.sampled} sampled, {sent.count - sent.whole - sent.sampled} plain)'
             yield Finding(
-                FINE,
-                f'{publisher} sends provenance in {sent.tracked} of {sent.count} messages: {sent.count / seconds:.1f} '
-                f'a second, {sent.size / sent.count:.0f} B each, {sent.provenance_size / sent.count:.0f} B of them '
-                'provenance',
+                FINE if sent.whole else FAULT,
+                f'{publisher} sends provenance in {sent.whole} of {sent.count} messages'
+                f'{others if sent.whole < sent.count else ""}: {sent.count / seconds:.1f} a second, '
+                f'{sent.size / sent.count:.0f} B each, {sent.provenance_size / sent.count:.0f} B of them provenance',
             )
             if sent.count == 1 and not sent.is_latched:
                 yield Finding(

@@ -77,5 +77,5 @@ def heard_publishers(
             end = min(end, time.monotonic() + _GATHERING)
         found.setdefault(received.publisher, received)
     if not found:
-        raise Failure(f'no message within {timeout:g} s')
+        raise Failure(stream.why_nothing(timeout))
     return [found[name] for name in sorted(found)]

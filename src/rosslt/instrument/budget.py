@@ -1,20 +1,26 @@
 """Limits what recording costs a node: the CPU time that it takes itself and 5 % of a core, over any half a second.
 
-A debt grows by what recording takes, and shrinks by what the node takes itself and as time passes. Where it passes
+A debt grows by what recording takes, and shrinks by what the node takes itself and as time passes. If it passes
 `MOST`, recording stops: what is computed is plain. It begins again with the next round, a message that is sent or a
-callback, once the debt is paid. A publisher whose round was not recorded as a whole sends plain messages.
+callback, once the debt is paid. A publisher whose round was not recorded as a whole sends sampled messages.
+
+Who asks gets an answer: after a change, and after somebody has subscribed, recording goes on until a message was
+recorded as a whole, for `ASKED` at most. That is owed as all else.
 """
 
 import sys
 import time
 from collections import Counter
-from typing import Any, Callable
+from typing import Any, Callable, Set
 
 from rosslt import values
 from rosslt.instrument.tree_rewriting import CELLS
 
 MOST = 0.25
 """The CPU time in seconds by which recording may be ahead of the node: half of that of half a second."""
+
+ASKED = 2.0
+"""The CPU time in seconds that recording may take once somebody has asked, whatever is owed: two rounds of a second."""
 
 FREE = 0.05
 """The share of a core that recording may take, however little the node does itself."""
@@ -44,6 +50,8 @@ class Budget:
         self.spent = 0.0
         self.lines: Counter = Counter()
         self._debt = 0.0
+        self._most = MOST
+        self._asked: Set[object] = set()
         self._clock, self._wall_clock = clock, wall_clock
         self._since, self._wall_since = clock(), wall_clock()
 
@@ -56,9 +64,21 @@ class Budget:
         """Record again, where it was stopped and the debt is paid."""
         if self.stops % 2:
             self._account(0.0)
-            if not self._debt:
+            if self._asked or not self._debt:
                 self.stops += 1
                 values.allow(_GRANT)
+
+    def ask(self, asked: object) -> None:
+        """Record from the next round on, whatever is owed, until what was asked has answered."""
+        self._account(0.0)
+        self._asked.add(asked)
+        self._most = self._debt + ASKED
+
+    def answer(self, asked: object) -> None:
+        """What was asked has sent a message that was recorded as a whole."""
+        self._asked.discard(asked)
+        if not self._asked:
+            self._most = MOST
 
     def _refill(self, overdrawn: int) -> int:
         self._account((_GRANT + overdrawn) * values.OPERATION)
@@ -67,8 +87,10 @@ class Budget:
             frame = frame.f_back
         if frame is not None:
             self.lines[frame.f_globals[CELLS].path, frame.f_lineno] += 1
-        if self._debt < MOST:
+        if self._debt < self._most:
             return _GRANT
+        self._asked.clear()
+        self._most = MOST
         self.stops += 1
         return 0
 

@@ -24,8 +24,8 @@ class Publisher(node.Publisher):
     """
 
     _look_again = 0.0
+    _asked: Any = None
     _stops = 0
-    _is_recorded = True
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
@@ -38,6 +38,12 @@ class Publisher(node.Publisher):
                 reach(node.args_kwds_to_message(self.data_class, args, kwds))
             self._look_again = now + PERIOD
         super().publish(*args, **kwds)
+        asked = self._last_asked
+        if asked != self._asked:
+            self._asked = asked
+            BUDGET.ask(self)
+        elif self._is_recorded:
+            BUDGET.answer(self)
         BUDGET.begin_round()
         self._stops = BUDGET.stops
 

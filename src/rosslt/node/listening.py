@@ -46,6 +46,7 @@ class Listener:
 
     def __init__(self, *topics: str, is_exact: bool = False) -> None:
         self._topics, self._is_exact = topics, is_exact
+        self._left_out = 0
         self._queue: queue.Queue[Heard] = queue.Queue()
         self._last = messages.LastProvenance()
         types = dict(rosgraph.Master(rospy.get_name()).getPublishedTopics('/'))
@@ -64,6 +65,7 @@ class Listener:
     def _take(self, message: Message, topic: str) -> None:
         header, sampled = message._connection_header or {}, is_sampled(message)
         if sampled and self._is_exact:
+            self._left_out += 1
             return
         publisher, type_ = header.get('callerid', ''), header.get('type', message._type)
         message = self._last.completed(message, sampled, (topic, publisher))
@@ -102,7 +104,7 @@ class Listener:
         """
         end = time.monotonic() + timeout
         first: Optional[Heard] = None
-        error: Exception = rospy.ROSException(f'no message on {self._topics[0]} within {timeout:g} s')
+        error: Optional[Exception] = None
         for heard in iter(lambda: self.next_before(end), None):
             try:
                 part, _ = messages.part_at(heard.message, field)
@@ -113,8 +115,15 @@ class Listener:
                 return heard
             first = first or heard
         if first is None:
-            raise error
+            raise error or rospy.ROSException(self.why_nothing(timeout))
         return first
+
+    def why_nothing(self, timeout: float) -> str:
+        """Why none of the messages of the first topic that came within a timeout, in seconds, was taken."""
+        topic = self._topics[0]
+        if not self._left_out:
+            return f'no message on {topic} within {timeout:g} s'
+        return f'no message with provenance on {topic} within {timeout:g} s: {self._left_out} came without theirs'
 
     def clear(self) -> None:
         """Drop messages that have arrived and were not read."""

@@ -59,12 +59,17 @@ def whole_provenance(message: Message) -> bytes:
     return messages.provenance_to_send(message, Sending.full_history)
 
 
-def serializer(message_class: MessageClass, provenance: Provenance = whole_provenance) -> Callable[[Any], Any]:
+def serializer(
+    message_class: MessageClass,
+    provenance: Provenance = whole_provenance,
+    is_recorded: Callable[[], bool] = lambda: True,
+) -> Callable[[Any], Any]:
     """Make the function that wraps a message for rospy, which then serializes it followed by its provenance.
 
     Args:
         message_class: of the messages.
         provenance: what gives the provenance of each.
+        is_recorded: whether a message without provenance has none, as all that it was computed of was recorded.
     """
     if message_class is rospy.AnyMsg:
         return lambda message: message  # with the provenance that it was received with
@@ -76,7 +81,7 @@ def serializer(message_class: MessageClass, provenance: Provenance = whole_prove
 
     def outgoing(message: Message) -> Any:
         try:
-            return message if is_plain(message) else make(message)
+            return message if is_recorded() and is_plain(message) else make(message)
         except AttributeError:
             return message  # rospy says which field is wrong when it serializes it
 

@@ -55,6 +55,8 @@ class Publisher(rospy.Publisher):
         name, data_class, and all others: as of `rospy.Publisher`; `data_class` may be a tracked message type.
     """
 
+    _is_recorded = True
+
     def __init__(
         self,
         name: str,
@@ -68,7 +70,9 @@ class Publisher(rospy.Publisher):
         self._plain_class = messages.plain_type(data_class) if wraps else data_class
         self._sampled = messages.SampledProvenance(lambda: Sending.rate)
         self._is_always_whole = data_class._type.endswith(_OF_ACTIONS)
-        self._serializable: Callable[[Any], Any] = self._wrapped if wraps else serializer(data_class, self._provenance)
+        self._serializable: Callable[[Any], Any] = (
+            self._wrapped if wraps else serializer(data_class, self._provenance, lambda: self._is_recorded)
+        )
         self._latched: Optional[Tuple[Message, Any]] = None  # the last message, and what rospy has of it
         if subscriber_listener is not None:
             whole = functools.partial(self._wrapped, provenance=whole_provenance)
@@ -92,14 +96,17 @@ class Publisher(rospy.Publisher):
         """True where rospy keeps the last message for later subscribers, and where the publisher is unregistered."""
         return getattr(self.impl, 'is_latch', True)
 
+    @property
+    def _last_asked(self) -> Tuple[int, int]:
+        """Differs after a change, and after somebody has subscribed."""
+        # rospy makes another list of connections then
+        return MEMORY.changes, id(getattr(self.impl, 'connections', None))
+
     def _provenance(self, message: Message) -> bytes:
         """The provenance of a message that is sent now: all of it, or none between those that are written at a rate."""
-        impl = self.impl  # None as soon as another thread unregisters this
         if self._is_always_whole or self._keeps_last:
             return whole_provenance(message)
-        # rospy makes another list of connections when somebody subscribes
-        state = MEMORY.changes, id(impl.connections)
-        return self._sampled.to_send(message, Sending.full_history, state)
+        return self._sampled.to_send(message, Sending.full_history, self._last_asked)
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also where the type is

@@ -2,7 +2,8 @@
 
 import argparse
 import math
-from typing import Iterable
+import time
+from typing import Iterable, Iterator
 
 from rosslt import values
 from rosslt.cli import bags
@@ -12,7 +13,10 @@ from rosslt.cli.output import is_terminal
 from rosslt.cli.reading import listener
 from rosslt.cli.rendering import json_line, write_lines, yaml_lines
 from rosslt.cli.verb import LOOK, Argument
-from rosslt.node import Directory, Heard
+from rosslt.node import Directory, Heard, Listener
+
+#: For how long messages without their provenance are left out until one with it has come, in seconds.
+PATIENCE = 1.0
 
 GROUP = LOOK
 SUMMARY = 'messages with the provenance of their fields'
@@ -49,11 +53,20 @@ def run(options: argparse.Namespace) -> None:
     topic, _, field = split_topic(find_master(), options.topic)
     with listener(topic) as stream:
         try:
-            _echo(stream.during(math.inf), field, Directory(), options)
+            _echo(_from_first_whole(stream), field, Directory(), options)
         except KeyboardInterrupt:
             # without a count this is how it ends
             if options.count:
                 raise
+
+
+def _from_first_whole(stream: Listener) -> Iterator[Heard]:
+    """The messages that come, without sampled ones whose provenance is not known yet, if one with it comes soon."""
+    end = time.monotonic() + PATIENCE
+    for received in stream.during(math.inf):
+        if received.is_sampled and not values.is_tracked(received.message) and time.monotonic() < end:
+            continue
+        yield received
 
 
 def _echo(messages: Iterable[Heard], field: str, directory: Directory, options: argparse.Namespace) -> None:
