@@ -93,6 +93,18 @@ def test_all_publishers_send_whole_messages_at_the_same_time():
     assert {int(at) for at in whole} == {0, 1, 2}
 
 
+def test_a_costly_message_that_is_sent_again_is_not_encoded_again():
+    sent, poses = Sent(), PoseArray(poses=[Pose(position=Point(X * step, Y, 0)) for step in range(4000)])
+    assert sent.is_whole(poses)
+    before = sent._sampled._last
+    for at in (100.0, 200.0, 300.0):
+        assert sent.is_whole(poses, at)
+        assert sent._sampled._last is before
+    poses.poses[17].position.x = 1.0 * Y + 0 * X  # equal numbers of other sources
+    poses.poses[3].position.x, poses.poses[3].position.y = poses.poses[3].position.y, poses.poses[3].position.x
+    assert sent.is_whole(poses, 400.0)
+
+
 def test_messages_without_provenance_do_not_take_the_turn_of_those_with_it():
     sent = Sent()
     assert not sent.is_whole(Point())

@@ -8,9 +8,9 @@ publishers and readers alike, `ThingReader` says.
 
 import functools
 import time
-from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Tuple
+from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Optional, Tuple
 
-from rosslt.messages.codec import SAMPLED, provenance_to_send
+from rosslt.messages.codec import SAMPLED, Encoding, encoding_to_send
 from rosslt.messages.fields import INSTANTS, SCALARS, Layout, Message, MessageClass, Scalar, kind_of
 from rosslt.messages.leaves import has_tracked_leaf, locate, with_leaves
 from rosslt.messages.walkers import END, walkers
@@ -102,6 +102,7 @@ class SampledProvenance:
         self._due: Dict[Hashable, float] = {}
         self._state: Any = None
         self._is_costly = False
+        self._last: Optional[Encoding] = None  # of the last message if it was costly
 
     def to_send(self, message: Message, full_history: bool, state: Any) -> bytes:
         """The provenance of a message that is sent now.
@@ -128,12 +129,15 @@ class SampledProvenance:
         except (TypeError, AttributeError):
             return b''  # it is serializing the message that says what is wrong
         start = time.thread_time()
-        data = provenance_to_send(message, full_history)
+        encoding = encoding_to_send(message, full_history, self._last)
+        data = encoding.data
         if data and data != SAMPLED:
             if len(self._due) >= MOST_THINGS:
                 self._due.clear()
             cost = time.thread_time() - start
             self._is_costly = cost > COSTLY
+            if encoding is not self._last:
+                self._last = encoding if self._is_costly else None
             pause = max(1.0, cost / COSTLY) * period
             # on average one a pause: what comes early or late does not shift those that follow
             self._due[_plain(thing)] = now + pause if due is None else max(now, due + pause)

@@ -5,7 +5,7 @@ of which sources, with which coefficients.
 """
 
 import itertools
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.expressions import (
     TERM_LIMIT,
@@ -46,6 +46,26 @@ Terms = Sequence[Tuple[Source, Any, Any]]
 """The sources of an affine value, each with its value and its slope."""
 
 
+class Encoding(NamedTuple):
+    """The provenance of a message that was sent."""
+
+    leaves: List[Leaf]
+    """The leaves that it is of."""
+    full_history: bool
+    data: bytes
+
+    def is_of(self, leaves: List[Leaf], full_history: bool) -> bool:
+        """Return whether it is of the very same leaves: a message that is filled once and sent again has them."""
+        return (
+            self.full_history is full_history
+            and len(self.leaves) == len(leaves)
+            and all(
+                value is before and index == place and kind == type_
+                for (index, value, kind), (place, before, type_) in zip(leaves, self.leaves)
+            )
+        )
+
+
 def encode(message: Message, full_history: bool = False) -> bytes:
     """The provenance of a message's tracked leaves.
 
@@ -58,8 +78,18 @@ def encode(message: Message, full_history: bool = False) -> bytes:
         b'' if no leaf is tracked, SAMPLED if one depends on what is not known (`values.UNKNOWN`). A leaf whose
         provenance cannot be sent (see docs/messages.md) is left out, with a warning on rosout.
     """
-    found = sent_fields(message)
-    count, data = len(found), b''
+    return _encoding(message, full_history, None).data
+
+
+def _encoding(message: Message, full_history: bool, before: Optional[Encoding]) -> Encoding:
+    leaves = sent_fields(message)
+    if before is not None and before.is_of(leaves, full_history):
+        return before
+    return Encoding(leaves, full_history, _encoded_within_limit(message, leaves, full_history))
+
+
+def _encoded_within_limit(message: Message, leaves: List[Leaf], full_history: bool) -> bytes:
+    found, data = leaves, b''
     while found:
         try:
             data = _encoded(message._type, found, full_history)
@@ -67,9 +97,8 @@ def encode(message: Message, full_history: bool = False) -> bytes:
             return SAMPLED
         if len(data) <= BYTES_LIMIT:
             break
-        del found[len(found) // 2 :]
-        data = b''
-    if len(found) < count:
+        found, data = found[: len(found) // 2], b''
+    if len(found) < len(leaves):
         warn_once(
             (message._type, BYTES_LIMIT),
             'a %s has more than %d bytes of provenance: only its first %d tracked leaves are sent with theirs',
@@ -99,14 +128,19 @@ def sent_fields(message: Message) -> List[Leaf]:
 
 
 def provenance_to_send(message: Message, full_history: bool = False) -> bytes:
-    """`encode`, for a message that must be sent in any case: b'' with a warning on rosout where encoding fails in a way
+    """`encode`, for a message that must be sent in any case: b'' with a warning on rosout if encoding fails in a way
     that no check foresaw."""
+    return encoding_to_send(message, full_history, None).data
+
+
+def encoding_to_send(message: Message, full_history: bool, before: Optional[Encoding]) -> Encoding:
+    """The same, with what it is of; `before` itself if it is of the same leaves."""
     try:
-        return encode(message, full_history)
+        return _encoding(message, full_history, before)
     except Exception as error:
         fault = 'a %s is sent untracked: encoding its provenance failed with %s: %s'
         warn_once((message._type, type(error)), fault, message._type, type(error).__name__, error)
-        return b''
+        return Encoding([], full_history, b'')
 
 
 def fits(kind: str, terms: Sequence[Tuple[Any, Any, Any]]) -> bool:
