@@ -226,6 +226,14 @@ def test_fault_in_recording_is_told_and_costs_the_provenance_alone(monkeypatch):
     assert len(told) >= 4
 
 
+def test_array_without_axes_takes_what_is_written_of_a_number():
+    array, (number,) = sourced(0.1), sourced([0.3])
+    result = tracked_np.clip(number, -0.5, 0.5, out=array)
+    assert (float(result), float(array)) == (0.3, 0.3)
+    for made in (result, array):
+        assert evaluate(made, {Source('/node', 0): 0.7}) == 0.5
+
+
 def test_array_whose_elements_became_plain_is_written_as_a_plain_one():
     array, plain = sourced([3.0, 1.0]), sourced([5.0, 6.0])
     plain[...] = 7.0

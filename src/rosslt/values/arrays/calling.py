@@ -272,15 +272,17 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
     if function in _RECEPTIVE:
         return receptive(result)
     target = None
-    if isinstance(result, (numpy.ndarray, list)):
+    out = plain_named.get('out')
+    if out is result or (isinstance(out, numpy.ndarray) and not out.ndim and isinstance(result, numpy.generic)):
+        # It was written to an array without axes, too, if NumPy gives its number.
+        target, named['out'] = options['out'], None
+    elif isinstance(result, (numpy.ndarray, list)):
         if given and result is given[0]:
             return arguments[0]
         # It was written to an array that was given for that: nothing is computed of what was there.
         for at, one in enumerate(given):
             if one is result:
                 target, args[at] = arguments[at], None
-        if plain_named.get('out') is result:
-            target, named['out'] = options['out'], None
     if target is None:
         result, is_view = _views(result, captured.arrays, given)
         if is_view:
@@ -293,7 +295,10 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
     if made is result and captured.operands:
         for tell in LOST:
             tell(result, (arguments, options))
-    return made if target is None else _written([target], [made])[0]
+    if target is None:
+        return made
+    written = _written([target], [made])[0]
+    return made if isinstance(result, numpy.generic) else written
 
 
 def _views(result: Any, arrays: Sequence[TrackedArray], given: Sequence[Any]) -> Tuple[Any, bool]:
