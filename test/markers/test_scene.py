@@ -16,7 +16,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from rosslt import values
 from rosslt.markers.geometry import distance, normalized, product, rotate_vector
 from rosslt.markers.rviz.controls import handle_marker
-from rosslt.markers.scene import by_type, duplicates, hold, joints
+from rosslt.markers.scene import by_type, duplicates, joints
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
@@ -213,20 +213,6 @@ def test_the_goal_of_an_action_has_a_handle_on_its_pose(scene, seen):
     assert seen.handles['/move_base/goal:target_pose'].pose[0] == 1.5
 
 
-def test_a_marker_that_is_the_very_object_of_the_message_before_is_left_as_it_is(scene, seen):
-    one, other = marker(tracked(1.0)), marker(tracked(2.0, 2))
-    other.id = 1
-    take(scene, '/markers', MarkerArray([one, other]))
-    seen.look()
-    other = marker(tracked(3.0, 2))
-    other.id = 1
-    take(scene, '/markers', MarkerArray([one, other]))
-    assert seen.look().changed == ['/markers:thing:1']
-    take(scene, '/markers', MarkerArray([one, other]))
-    assert seen.look().changed == []
-    assert scene.handle('/markers:thing:1').pose[0] == 3.0
-
-
 def test_who_asks_for_a_handle_sees_that_another_message_has_shown_it(scene):
     name, one = '/markers:thing:0', marker(tracked(1.0))
     take(scene, '/markers', MarkerArray([one]))
@@ -236,18 +222,6 @@ def test_who_asks_for_a_handle_sees_that_another_message_has_shown_it(scene):
     after = scene.handle(name)
     assert after is not before
     assert (after.pose, after.draw_key, after.tracked) == (before.pose, before.draw_key, before.tracked)
-
-
-def test_a_dropped_handle_goes_back_where_messages_keep_showing_the_same_marker(scene, monkeypatch):
-    name, one = '/markers:thing:0', marker(tracked(1.0))
-    take(scene, '/markers', MarkerArray([one]))
-    scene.hold(name)
-    scene.let_go(name, {values.Source('/owner', 1): 2.0})
-    take(scene, '/markers', MarkerArray([one]))
-    assert scene.is_held(name), 'this message may be older than the change'
-    monkeypatch.setattr(hold, 'OLDER_MESSAGES', 0.0)
-    take(scene, '/markers', MarkerArray([one]))
-    assert not scene.is_held(name)
 
 
 def test_one_thing_published_as_a_pose_and_drawn_as_a_marker_has_the_handle_of_the_marker(scene, seen):

@@ -7,7 +7,6 @@ A scene asks nobody and tells nobody while its lock is held: messages, drags and
 new with `news`.
 """
 
-import copy
 import math
 import threading
 from typing import Any, Collection, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
@@ -41,12 +40,10 @@ class Thing(NamedTuple):
     Attributes:
         names: the names of its handles.
         publisher: the node whose message shows it.
-        marker: the Marker that they were made from; None where it is no marker.
     """
 
     names: List[str]
     publisher: str
-    marker: Optional[Marker] = None
 
 
 class News(NamedTuple):
@@ -174,8 +171,7 @@ class Scene:
 
         Args:
             topic: its name.
-            message: an ordinary message, with tracked values in it. A marker that is the very object of an earlier
-                message has not changed since.
+            message: an ordinary message, with tracked values in it.
             is_shown: whether RViz shows it by itself.
         """
         publisher = (message._connection_header or {}).get('callerid', '')
@@ -229,14 +225,7 @@ class Scene:
     ) -> Optional[str]:
         """Follow a marker; what is wrong with it, or None."""
         key = (marker.ns, marker.id)
-        thing = things.get(key)
-        if thing is not None and thing.marker is marker and thing.publisher == publisher:
-            self._live(topic, key, marker.lifetime)
-            for name in thing.names:
-                self._handles[name] = handle = copy.copy(self._handles[name])  # another message has shown it
-                if name in self._holds:
-                    self._holds[name].see(handle)
-        elif marker.action == Marker.DELETE:
+        if marker.action == Marker.DELETE:
             self._delete(topic, things, key)
         elif marker.action == Marker.DELETEALL:
             for key in list(things):
@@ -246,7 +235,7 @@ class Scene:
             fault = handles and _fault(marker)
             if fault:
                 return 'marker {}/{} {}'.format(*key, fault)
-            self._put(topic, things, key, handles, publisher, marker)
+            self._put(topic, things, key, handles, publisher)
             self._live(topic, key, marker.lifetime)
         else:
             return 'marker {}/{} has the unknown action {}'.format(*key, marker.action)
@@ -260,15 +249,7 @@ class Scene:
         else:
             self._lives.pop((topic, key), None)
 
-    def _put(
-        self,
-        topic: str,
-        things: Dict[Key, Thing],
-        key: Key,
-        handles: Iterable[Handle],
-        publisher: str,
-        marker: Optional[Marker] = None,
-    ) -> None:
+    def _put(self, topic: str, things: Dict[Key, Thing], key: Key, handles: Iterable[Handle], publisher: str) -> None:
         names = []
         for handle in handles:
             self._put_handle(handle)
@@ -278,7 +259,7 @@ class Scene:
             for name in set(before.names).difference(names):
                 self._drop_handle(name)
         if names:
-            things[key] = Thing(names, publisher, marker)
+            things[key] = Thing(names, publisher)
         else:
             things.pop(key, None)
 
