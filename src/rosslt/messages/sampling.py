@@ -7,6 +7,7 @@ publishers and readers alike, `ThingReader` says.
 """
 
 import functools
+import operator
 import time
 from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Optional, Tuple
 
@@ -33,44 +34,56 @@ number and the times of headers do not count."""
 
 @functools.lru_cache(maxsize=None)
 def thing_reader(message_class: MessageClass, reads_all: bool = False) -> ThingReader:
-    """The ThingReader of a message class, compiled when first asked for.
+    """The ThingReader of a message class.
 
     Args:
         message_class: the class of the messages.
         reads_all: read all elements of an array, and not the first one alone.
     """
     layout = walkers(message_class).layout
-    functions: Dict[str, Any] = {}
-    reader: ThingReader = functions[_write_reader(layout, layout.name, functions, reads_all)]
-    return reader
+    return _reader(layout, layout.name, reads_all)
 
 
-def _write_reader(layout: Layout, type_: str, functions: Dict[str, Any], reads_all: bool) -> str:
-    """Compile the ThingReader of a type into functions that call each other; returns its name."""
-    read: List[str] = []
-
-    def descend(owner: str, path: str) -> None:
+def _reader(layout: Layout, type_: str, reads_all: bool) -> ThingReader:
+    paths: List[str] = []
+    arrays: List[Tuple[Callable[[Message], Any], ThingReader]] = []
+    waiting = [('', type_)]
+    while waiting:
+        path, owner = waiting.pop()
         for field in layout.definitions[owner]:
-            part = '%s.%s' % (path, field.name)
+            name = path + field.name
             if field.type in INSTANTS or (field.type in SCALARS and field.length is not None):
                 continue
             if field.length is not None:
-                name = _write_reader(layout, field.type, functions, reads_all)
-                if functions[name] is not _read_nothing:
-                    elements = 'tuple(map(%s, %s))' if reads_all else '%s(%s[0])'
-                    read.append('%s if %s else ()' % (elements % (name, part), part))
+                read = _reader(layout, field.type, reads_all)
+                if read is not _read_nothing:
+                    arrays.append((operator.attrgetter(name), read))
             elif field.type not in SCALARS:
-                descend(field.type, part)
+                waiting.append((name + '.', field.type))
             elif kind_of(field.type) in 'is' and (owner, field.name) != ('std_msgs/Header', 'seq'):
-                read.append(part)
+                paths.append(name)
+    own = _attributes_reader(paths)
+    if not arrays:
+        return own
 
-    descend(type_, 'm')
-    name = 'thing_%d' % len(functions)
-    functions[name] = _read_nothing
-    if read:
-        code = 'lambda m: (%s,)' % ', '.join(read)
-        functions[name] = eval(compile(code, '<thing of %s>' % type_, 'eval'), functions)
-    return name
+    def read_arrays(message: Message) -> Tuple[Hashable, ...]:
+        found = [*own(message)]
+        for array_of, read in arrays:
+            array = array_of(message)
+            if reads_all:
+                found.append(tuple(map(read, array)))
+            else:
+                found.append(read(array[0]) if array else ())
+        return tuple(found)
+
+    return read_arrays
+
+
+def _attributes_reader(paths: List[str]) -> ThingReader:
+    if not paths:
+        return _read_nothing
+    read = operator.attrgetter(*paths)
+    return read if len(paths) > 1 else lambda message: (read(message),)
 
 
 def _read_nothing(message: Message) -> Tuple[Hashable, ...]:
