@@ -12,7 +12,6 @@ from support.imports import PACKAGE, ROOT, imports, python_files, tree_of
 
 #: What package.xml calls the packages of modules that ROS does not have; a ROS package is called as its module.
 KEYS = {
-    'PyQt5': 'python3-qt5-bindings',
     'numpy': 'python3-numpy',
     'rospkg': 'python3-rospkg',
     'scipy': 'python3-scipy',

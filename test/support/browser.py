@@ -1,6 +1,7 @@
 """A browser of its own, which looks at the page and has a mouse."""
 
 import contextlib
+import io
 import math
 import os
 import socket
@@ -11,7 +12,7 @@ import urllib.request
 from pathlib import Path
 
 import numpy
-from PyQt5.QtGui import QImage
+from PIL import Image
 from selenium import webdriver
 from selenium.common.exceptions import StaleElementReferenceException, TimeoutException, WebDriverException
 from selenium.webdriver.chrome.service import Service
@@ -328,13 +329,12 @@ class Browser:
     def _is_colorful(self, pixel, within=0):
         """Whether it is; None where the browser takes too long to say."""
         try:
-            image = QImage.fromData(self.driver.get_screenshot_as_png())
+            image = Image.open(io.BytesIO(self.driver.get_screenshot_as_png())).convert('RGB')
         except TimeoutException:
             return None
-        around = range(-within, within + 1)
-        colors = [image.pixelColor(pixel[0] + x, pixel[1] + y) for x in around for y in around]
-        parts = [(color.red(), color.green(), color.blue()) for color in colors]
-        return any(max(one) - min(one) > GRAY for one in parts)
+        rows, columns = (slice(max(0, at - within), at + within + 1) for at in reversed(pixel))
+        colors = numpy.asarray(image, int)[rows, columns]
+        return bool((colors.max(axis=2) - colors.min(axis=2) > GRAY).any())
 
     @staticmethod
     def _comes(holds):
