@@ -326,7 +326,8 @@ class TestForce:
             wait_until(
                 lambda: 'nobody' not in rosslt('force', '/mute/x', '1', '--timeout', '0.1').stderr, 'it publishes'
             )
-            assert failure('force', '/mute/x', '1', '--timeout', '0.5') == 'rosslt force: no message within 0.5 s'
+            words = ('force', '/mute/x', '1', '--timeout', '0.5')
+            assert failure(*words) == 'rosslt force: no message on /mute within 0.5 s'
 
 
 class TestSave:

@@ -118,8 +118,9 @@ class TestWhere:
 
     def test_where_there_is_none_it_is_said(self, several):
         short = ('--timeout', '0.5')
-        assert 'no message within' in failure('force', '/in_turn/pose/position/x', '1', '--where', 'id=9', *short)
-        assert "has no field 'nss'" in failure('force', '/in_turn/pose/position/x', '1', '--where', 'nss=base')
+        field = '/in_turn/pose/position/x'
+        assert 'no such message on /in_turn within' in failure('force', field, '1', '--where', 'id=9', *short)
+        assert "has no field 'nss'" in failure('force', field, '1', '--where', 'nss=base')
         assert '--where takes FIELD=VALUE' in failure('force', '/in_turn/pose/position/x', '1', '--where', 'base')
 
 

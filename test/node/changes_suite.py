@@ -100,7 +100,7 @@ class Changes(unittest.TestCase):
             (gain, '9' * 400, 'too large for a float'),
             (count, '9' * 400, 'too large for a float'),
             (gain, '9' * 10000, 'refuse'),
-            (count, '1.5', 'is a int'),
+            (count, '1.5', 'is an int'),
             (frame, '3', 'is a str'),
             (on, '1', 'is a bool'),
             (fixed, '6.0', 'is read-only'),

@@ -66,16 +66,20 @@ def heard_publishers(
             )
         awaited = [name]
     found: Dict[str, Heard] = {}
+    others = 0
     end = time.monotonic() + timeout
     while set(awaited) - found.keys():
         received = stream.next_before(end)
         if received is None:
             break
         if (publisher is not None and received.publisher != awaited[0]) or not is_meant(received):
+            others += 1
             continue
         if not found:
             end = min(end, time.monotonic() + _GATHERING)
         found.setdefault(received.publisher, received)
     if not found:
+        if others:
+            raise Failure(f'no such message on {topic} within {timeout:g} s, but {others} others')
         raise Failure(stream.why_nothing(timeout))
     return [found[name] for name in sorted(found)]

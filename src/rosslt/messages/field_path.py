@@ -90,7 +90,8 @@ def check_range(part: Message, type_: str, wanted: Scalar) -> None:
         except (struct.error, OverflowError):
             bits = 8 * struct.calcsize('<' + letter)
             holds = '{} to {}'.format(*limits_of(kind)) if is_whole else f'numbers of {bits} bits'
-            raise ValueError(f'the field is a {kind}, which holds {holds}, found {target!r}') from None
+            article = 'an' if kind.startswith('int') else 'a'
+            raise ValueError(f'the field is {article} {kind}, which holds {holds}, found {target!r}') from None
 
 
 def is_reached(part: Message, wanted: Scalar, type_: str = '') -> bool:

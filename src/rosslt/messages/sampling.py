@@ -20,9 +20,10 @@ from rosslt.values import TRACKED_CLASSES, lazy_of, untracked
 COSTLY = 0.0025
 """The CPU time in seconds from which on a provenance is written less often, in proportion: at 20 Hz, 5 % of a core."""
 
-TOGETHER = 0.1
+TOGETHER = 0.06
 """The time in seconds, from the beginning of each second, in which all messages are whole: what a node computes of
-several inputs is whole only if all of these are, and each might else be whole at another time."""
+several inputs is whole only if all of these are, and each might else be whole at another time. What is faster than
+20 Hz has a message in it, and what is slower is mostly whole anyway."""
 
 MOST_THINGS = 1024
 """The most things that a publisher, or a reader, remembers."""

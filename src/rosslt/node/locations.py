@@ -148,7 +148,8 @@ class Location:
         elif self.type is int and type(value) is float and float.is_integer(value):
             value = int(value)
         if type(value) is not self.type:
-            raise Refused(f'{self.name} is a {self.type.__name__}, and {given!r} is not')
+            kind = self.type.__name__
+            raise Refused(f'{self.name} is a{"n" if kind == "int" else ""} {kind}, and {given!r} is not')
         to_json(value)
         minimum, maximum = self.bounds
         if minimum is not None and value < minimum:

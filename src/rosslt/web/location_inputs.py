@@ -102,8 +102,11 @@ class Numbers:
                     self._add_buttons(label)
             else:
                 count = sum(place.location.file == path[1] for place in places[path[0]])
+                is_open = count <= MANY
                 with self._folders[path[:1]]:
-                    self._folders[path] = self._server.gui.add_folder(label, expand_by_default=count <= MANY)
+                    self._folders[path] = self._server.gui.add_folder(
+                        label if is_open else f'{label}: {count} numbers, a click opens', expand_by_default=is_open
+                    )
 
     def _show(self, key: Key, place: Place, order: float) -> None:
         kind, field = _kind(place), self._fields.get(key)

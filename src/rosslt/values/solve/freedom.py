@@ -34,6 +34,11 @@ class Freedom(NamedTuple):
         """Return True if a source may change."""
         return source != UNKNOWN and source not in self.read_only and (self.only is None or source in self.only)
 
+    def takes(self, source: Source, value: float) -> bool:
+        """Return True if a source may become a number."""
+        low, high = self.limits(source)
+        return self.allows(source) and low <= value <= high
+
     def ranked(self, sources: Iterable[Source]) -> List[Source]:
         """Sources in the order in which they are tried: by rank, then the stiff ones last, else in the order given."""
         return sorted(sources, key=lambda source: (self.rank(source), self.weights.get(source, 1.0)))

@@ -79,15 +79,15 @@ def solve(
             take; the operation or the bound is named.
         ValueError: the target has another shape than the value, or a weight is not greater than 0.
     """
-    if CORE is not None and source is None and sources is None and not bounds and not read_only:
-        # A chain of operations on one source, which is what most values are; ranks do not matter.
-        answer: Any = CORE.solve_chain(value, target, RELATIVE)
-        if answer is not None and answer is not NotImplemented and UNKNOWN not in answer:
-            return dict(answer)
     only = [source] if source is not None else None if sources is None else list(sources)
     if weights and not all(weight > 0 for weight in weights.values()):
         raise ValueError('weights are greater than 0, found %r' % (dict(weights),))
     freedom = Freedom(only, bounds or {}, read_only, rank_of(rank), weights or {})
+    if CORE is not None and only is None:
+        # A chain of operations on one source, which is what most values are; ranks and weights do not matter.
+        answer: Any = CORE.solve_chain(value, target, RELATIVE)
+        if answer and answer is not NotImplemented and all(map(freedom.takes, answer, answer.values())):
+            return dict(answer)
     if source is not None and source in read_only:
         raise NotInvertible('cannot change %s: it is read-only' % describe_source(source))
     if type(value) in TRACKED:
