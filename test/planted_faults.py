@@ -64,7 +64,7 @@ FAULTS = [
     Fault(
         'fit_that_moves_what_is_read_only',
         'values/fit.py',
-        '{*read_only, *_without_room(bounds or {})}',
+        '{UNKNOWN, *read_only, *_without_room(bounds or {})}',
         '{*_without_room(bounds or {})}',
         ('test/values/test_fit.py',),
     ),

@@ -128,11 +128,11 @@ def test_an_exception_in_decoding_an_expression_leaves_its_field_untracked(monke
 
 
 def test_a_message_whose_provenance_cannot_be_encoded_is_sent_without(monkeypatch, caplog):
-    def fail(message, full_history):
+    def fail(*_):
         raise Unforeseen('of no known kind')
 
     sent = Pose(position=Point(X, 0.0, 0.0))
-    monkeypatch.setattr('rosslt.messages.codec.encoder.encode', fail)
+    monkeypatch.setattr('rosslt.messages.codec.encoder.sent_fields', fail)
     assert in_band(sent) == serialized(sent)
     assert 'Unforeseen' in caplog.text
 

@@ -86,7 +86,8 @@ def solve(
     if CORE is not None and only is None:
         # A chain of operations on one source, which is what most values are; ranks and weights do not matter.
         answer: Any = CORE.solve_chain(value, target, RELATIVE)
-        if answer and answer is not NotImplemented and all(map(freedom.takes, answer, answer.values())):
+        is_found = answer is not None and answer is not NotImplemented
+        if is_found and all(map(freedom.takes, answer, answer.values())):
             return dict(answer)
     if source is not None and source in read_only:
         raise NotInvertible('cannot change %s: it is read-only' % describe_source(source))
