@@ -14,17 +14,25 @@ from pathlib import Path
 import numpy
 from PIL import Image
 from selenium import webdriver
-from selenium.common.exceptions import StaleElementReferenceException, TimeoutException, WebDriverException
+from selenium.common.exceptions import (
+    InvalidSessionIdException,
+    StaleElementReferenceException,
+    TimeoutException,
+    WebDriverException,
+)
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from urllib3.exceptions import ReadTimeoutError
+from selenium.webdriver.remote.remote_connection import RemoteConnection
+from urllib3.exceptions import HTTPError
 
 from support.processes import wait_until
 
 #: For how long a browser may take that draws with the processor alone, in seconds.
 PATIENCE = 240.0
+#: For how long a browser may not answer that is not taken to have stopped for good, in seconds.
+HANG = 120.0
 #: How long something may take to come of what a mouse did before it does it again, in seconds.
 EFFECT = 20.0
 #: What is gray differs by no more than this between red, green and blue, of 255.
@@ -121,7 +129,7 @@ class _Chromium(webdriver.Chrome):
     def execute(self, driver_command, params=None):
         try:
             return super().execute(driver_command, params)
-        except ReadTimeoutError:
+        except (HTTPError, InvalidSessionIdException):
             self.is_hung = True
             raise
 
@@ -143,8 +151,9 @@ class Browser:
         options.binary_location = '/usr/bin/chromium'
         for flag in [*FLAGS, '--user-data-dir=' + self._profile.name]:
             options.add_argument(flag)
+        RemoteConnection.set_timeout(HANG)
         self.driver = _Chromium(options=options, service=Service('/usr/bin/chromedriver'))
-        self.driver.set_page_load_timeout(PATIENCE)
+        self.driver.set_page_load_timeout(HANG - 10)
         self.driver.get(self._url)
 
     def reopen_if_hung(self):
