@@ -3,9 +3,6 @@
 import difflib
 from typing import Iterable
 
-ALIKE = 0.75
-"""How much two names have in common, of 1, if one may be meant by the other: not /robot2 and /rosout."""
-
 
 class Failure(Exception):
     """The command failed: exit code 1. The text says why, in one line."""
@@ -17,5 +14,5 @@ class Misused(Exception):
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The known name that is most like a word, as ` (did you mean NAME?)`; '' where none is like it."""
-    found = difflib.get_close_matches(word, list(known), n=1, cutoff=ALIKE)
+    found = difflib.get_close_matches(word, list(known), n=1)
     return f' (did you mean {found[0]}?)' if found else ''

@@ -44,6 +44,8 @@ _NO_QUEUE_SIZE = (
 )
 #: The endings of the type names of an action's messages. A goal or a result comes once.
 _OF_ACTIONS = 'ActionGoal', 'ActionFeedback', 'ActionResult'
+#: For how long a whole message is waited for instead of one between, in seconds.
+PATIENCE = 1.0
 #: The index of the queue size among the arguments after `subscriber_listener`.
 _PLACE_OF_QUEUE_SIZE = 3
 
@@ -262,7 +264,8 @@ def _leaving_out_sampled(callback: Callable[..., Any]) -> Callable[..., None]:
 
 
 def wait_for_message(topic: str, topic_type: MessageClass, timeout: Optional[float] = None) -> Any:
-    """`rospy.wait_for_message`, with provenance: the next message on a topic.
+    """`rospy.wait_for_message`, with provenance: the next message on a topic. A message between whole ones is taken if
+    no whole one comes within a second.
 
     Args:
         topic, timeout: as of `rospy.wait_for_message`, seconds or None.
@@ -273,11 +276,15 @@ def wait_for_message(topic: str, topic_type: MessageClass, timeout: Optional[flo
         rospy.ROSInterruptException: this node is being shut down.
     """
     arrived = threading.Event()
-    box: List[Any] = []
+    whole: List[Any] = []
+    sampled: List[Tuple[float, Any]] = []  # with the times of their arrival
 
     def take(message: Message) -> None:
-        box.append(message)
-        arrived.set()
+        if is_sampled(message):
+            sampled.append((time.monotonic(), message))
+        else:
+            whole.append(message)
+            arrived.set()
 
     subscriber = Subscriber(topic, topic_type, take)
     try:
@@ -285,8 +292,12 @@ def wait_for_message(topic: str, topic_type: MessageClass, timeout: Optional[flo
         while not arrived.wait(0.05):
             if rospy.is_shutdown():
                 raise rospy.ROSInterruptException('rospy shutdown')
-            if end is not None and time.monotonic() >= end:
+            now = time.monotonic()
+            is_over = end is not None and now >= end
+            if sampled and (is_over or now >= sampled[0][0] + PATIENCE):
+                return sampled[0][1]
+            if is_over:
                 raise rospy.ROSException('timeout exceeded while waiting for message on topic ' + topic)
     finally:
         subscriber.unregister()
-    return box[0]
+    return whole[0]
