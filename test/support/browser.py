@@ -50,8 +50,9 @@ LIBRARIES = os.environ.get('ROSSLT_PAGE_PATH', '')
 FLAGS = [
     '--headless=new',
     '--no-sandbox',
-    '--use-angle=swiftshader',
-    '--enable-unsafe-swiftshader',
+    '--use-gl=angle',  # drawn by Mesa, as RViz is: chromium's own SwiftShader locks up for good now and then
+    '--use-angle=gl-egl',
+    '--ignore-gpu-blocklist',
     '--disable-background-networking',
     '--disable-component-update',
     '--disable-sync',
