@@ -93,10 +93,11 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
 
 
 def _set_up() -> None:
-    from rosslt.instrument import budget, exact_classes, functions, losses
+    from rosslt.instrument import budget, exact_classes, functions, losses, warning_lines
 
     exact_classes.give_plain_ones()
     functions.show_numbers_as_plain()
+    warning_lines.name_lines_of_node(_OURS)
     losses.LOSSES.watch_start()
     budget.BUDGET.begin()
 
