@@ -12,7 +12,7 @@ from std_msgs.msg import Float64MultiArray, Int8MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from rosslt import Source, sources, track
-from rosslt.messages import decode, packed_arrays, tracked_leaves, tracked_type, with_leaves, wrap
+from rosslt.messages import decode, packed_arrays, tracked_fields, tracked_type, with_leaves, wrap
 from rosslt.node.serialization import serializer
 from support.filling import assert_arrived
 
@@ -80,13 +80,13 @@ def test_a_tracked_type_of_numpy_arrives_by_value():
 def test_other_values_of_its_leaves_leave_an_array_what_it_is():
     for sort in (list, tuple, lambda items: numpy.array(items, dtype=object)):
         message = Float64MultiArray(data=sort([X, 3.0]))
-        other = with_leaves(message, {index: 2 * value for index, value in tracked_leaves(message)})
+        other = with_leaves(message, {index: 2 * value for index, value, _ in tracked_fields(message)})
         assert type(other.data) is type(message.data)
         assert list(other.data) == [1.5, 3.0]
         assert sources(other.data[0]) == sources(X)
         assert list(message.data) == [0.75, 3.0]
     sent = numpy_msg(Float64MultiArray)(data=numpy.array([X, 3.0], dtype=object))
-    changed = with_leaves(sent, {index: 2 * value for index, value in tracked_leaves(sent)})
+    changed = with_leaves(sent, {index: 2 * value for index, value, _ in tracked_fields(sent)})
     assert arrived(changed, Float64MultiArray).data == (1.5, 3.0)
 
 

@@ -7,7 +7,7 @@ is two, an array of scalars is one for each element.
 
 import operator
 import struct
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import genmsg
 import genmsg.msg_loader
@@ -45,6 +45,8 @@ SCALARS: Dict[str, Optional[str]] = {
 
 #: Types that genpy gives as `bytes` when they are elements of an array.
 BYTES = ('uint8', 'char')
+
+HEADER = 'std_msgs/Header'
 
 #: A time and a duration are objects with two integers, in a message and in an array.
 INSTANTS = {'time': ('secs', 'nsecs'), 'duration': ('secs', 'nsecs')}
@@ -90,18 +92,11 @@ def whole_numbers(message_class: MessageClass) -> List[Tuple[Callable[[Message],
         Of each the function that reads it, and the least and the greatest number that it holds.
     """
     layout = Layout(message_class)
-    found: List[Tuple[Callable[[Message], Scalar], int, int]] = []
-    waiting = [('', layout.name)]
-    while waiting:
-        path, type_ = waiting.pop()
-        for field in layout.definitions[type_]:
-            if field.length is not None or field.type in INSTANTS or field.type == 'std_msgs/Header':
-                continue
-            if field.type not in SCALARS:
-                waiting.append((f'{path}{field.name}.', field.type))
-            elif kind_of(field.type) == 'i':
-                found.append((operator.attrgetter(path + field.name), *limits_of(field.type)))
-    return found
+    return [
+        (operator.attrgetter(path), *limits_of(field.type))
+        for path, owner, field in layout.parts(layout.name)
+        if field.length is None and kind_of(field.type) == 'i' and owner not in (*INSTANTS, HEADER)
+    ]
 
 
 class Layout:
@@ -136,23 +131,25 @@ class Layout:
             return [Field(name, 'int32' if type_ == 'duration' else 'uint32', None) for name in INSTANTS[type_]]
         return None if type_ in SCALARS else self.definitions[type_]
 
+    def parts(self, type_: str, prefix: str = '') -> Iterator[Tuple[str, str, Field]]:
+        """Yield the scalars and the arrays of a message type in the order of serialization: the path of each, the type
+        that has it as a field, and that field."""
+        for field in self.members(type_) or ():
+            if field.length is None and field.type not in SCALARS:
+                yield from self.parts(field.type, f'{prefix}{field.name}.')
+            else:
+                yield prefix + field.name, type_, field
+
     def flat(self, type_: str) -> Optional[List[Tuple[str, str]]]:
         """The `(path, scalar type)` of all leaves of a type without arrays; None where it has arrays.
 
         The path of a scalar type is ''.
         """
-        members = self.members(type_)
-        if members is None:
+        if type_ in SCALARS:
             return [('', type_)]
-        found: List[Tuple[str, str]] = []
-        for field in members:
-            if field.length is not None:
-                return None
-            inner = self.flat(field.type)
-            if inner is None:
-                return None
-            found += [(field.name + ('.' + path if path else ''), scalar) for path, scalar in inner]
-        return found
+        parts = list(self.parts(type_))
+        has_array = any(field.length is not None for _, _, field in parts)
+        return None if has_array else [(path, field.type) for path, _, field in parts]
 
     def size(self, type_: str) -> Optional[int]:
         """The number of bytes that a type serializes to; None where it varies."""

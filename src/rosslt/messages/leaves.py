@@ -6,7 +6,7 @@ import operator
 from typing import Any, Dict, Iterable, List, Sequence, Tuple
 
 from rosslt.messages.fields import Message
-from rosslt.messages.walkers import END, TRACKED, plain_check, walkers
+from rosslt.messages.walkers import END, TRACKED, walkers
 
 #: The classes of what nobody can change.
 _UNCHANGED = TRACKED | {float, int, bool, str, bytes}
@@ -30,17 +30,9 @@ def tracked_fields(message: Message) -> List[Tuple[int, Any, str]]:
 
 def has_tracked_leaf(message: Message) -> bool:
     """Return whether a leaf of a message is tracked; the first one that is found ends the search."""
-    is_plain = plain_check(message.__class__)
-    if is_plain is not None:
-        return not is_plain(message)
     found: List[Tuple[int, Any, str]] = []
     walkers(message.__class__).collect(message, 0, found, 0)
     return bool(found)
-
-
-def tracked_leaves(message: Message) -> List[Tuple[int, Any]]:
-    """The tracked leaves of a message, as `(index, value)`: the index among the flattened fields of the type."""
-    return [(index, value) for index, value, _ in tracked_fields(message)]
 
 
 def locate(message: Message, wanted: Sequence[int], arrays: List[LocatedArray]) -> List[Located]:
@@ -87,7 +79,7 @@ def with_leaves(message: Message, replaced: Dict[int, Any]) -> Any:
 
     Args:
         message: any ROS message.
-        replaced: `{index: value}`, with indices as of `tracked_leaves`; `{}` for a plain copy.
+        replaced: `{index: value}`, with indices as of `tracked_fields`; `{}` for a plain copy.
     """
     result = _copied(message)
     set_leaves(result, replaced)
@@ -99,7 +91,7 @@ def set_leaves(message: Message, replaced: Dict[int, Any]) -> None:
 
     Args:
         message: any ROS message; it is changed.
-        replaced: `{index: value}`, with indices as of `tracked_leaves`.
+        replaced: `{index: value}`, with indices as of `tracked_fields`.
     """
     arrays: List[LocatedArray] = []
     indices = sorted(replaced)

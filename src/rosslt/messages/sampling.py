@@ -12,7 +12,7 @@ import time
 from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Optional, Tuple
 
 from rosslt.messages.codec import SAMPLED, Encoding, encoding_to_send
-from rosslt.messages.fields import INSTANTS, SCALARS, Layout, Message, MessageClass, Scalar, kind_of
+from rosslt.messages.fields import HEADER, INSTANTS, SCALARS, Layout, Message, MessageClass, Scalar, kind_of
 from rosslt.messages.leaves import has_tracked_leaf, locate, with_leaves
 from rosslt.messages.walkers import END, walkers
 from rosslt.values import TRACKED_CLASSES, lazy_of, untracked
@@ -48,21 +48,14 @@ def thing_reader(message_class: MessageClass, reads_all: bool = False) -> ThingR
 def _reader(layout: Layout, type_: str, reads_all: bool) -> ThingReader:
     paths: List[str] = []
     arrays: List[Tuple[Callable[[Message], Any], ThingReader]] = []
-    waiting = [('', type_)]
-    while waiting:
-        path, owner = waiting.pop()
-        for field in layout.definitions[owner]:
-            name = path + field.name
-            if field.type in INSTANTS or (field.type in SCALARS and field.length is not None):
-                continue
-            if field.length is not None:
-                read = _reader(layout, field.type, reads_all)
-                if read is not _read_nothing:
-                    arrays.append((operator.attrgetter(name), read))
-            elif field.type not in SCALARS:
-                waiting.append((name + '.', field.type))
-            elif kind_of(field.type) in 'is' and (owner, field.name) != ('std_msgs/Header', 'seq'):
-                paths.append(name)
+    for path, owner, field in layout.parts(type_):
+        if field.length is not None:
+            is_of_messages = field.type not in SCALARS and field.type not in INSTANTS
+            read = _reader(layout, field.type, reads_all) if is_of_messages else _read_nothing
+            if read is not _read_nothing:
+                arrays.append((operator.attrgetter(path), read))
+        elif kind_of(field.type) in 'is' and owner not in INSTANTS and (owner, field.name) != (HEADER, 'seq'):
+            paths.append(path)
     own = _attributes_reader(paths)
     if not arrays:
         return own

@@ -8,7 +8,7 @@ themselves is left to a function for its elements.
 import functools
 import operator
 import struct
-from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from rosslt.messages.fields import BYTES, SCALARS, VARIABLE, Field, Layout, MessageClass, kind_of
 from rosslt.values import TRACKED_CLASSES as TRACKED
@@ -44,25 +44,10 @@ def walkers(message_class: MessageClass) -> Walkers:
     return Walkers(layout, *_WalkerCompiler(layout).compiled())
 
 
-@functools.lru_cache(maxsize=None)
-def plain_check(message_class: MessageClass) -> Optional[Callable[[Any], bool]]:
-    """A function that tells whether a message has no tracked leaf, so that nothing has to be appended.
-
-    Returns:
-        `is_plain(message)`; None for a class with arrays, where the check takes as long as collecting.
-    """
-    layout = Layout(message_class)
-    leaves = layout.flat(layout.name)
-    if leaves is None:
-        return None
-    code = ['def is_plain(message):']
-    for lines, value in reached('message', (path for path, _ in leaves)):
-        code += [' ' + line for line in lines]
-        code += [' if type(%s) in TRACKED: return False' % value]
-    constants: Dict[str, Any] = {'TRACKED': TRACKED}
-    exec(compile('\n'.join([*code, ' return True']), '<check of %s>' % layout.name, 'exec'), constants)
-    made: Callable[[Any], bool] = constants['is_plain']
-    return made
+def has_arrays(message_class: MessageClass) -> bool:
+    """Return whether messages of a class have arrays."""
+    layout = walkers(message_class).layout
+    return layout.flat(layout.name) is None
 
 
 def items_of(array: Any) -> Any:
@@ -76,24 +61,6 @@ def items_of(array: Any) -> Any:
 def listed(array: Any) -> List[Any]:
     """The elements of an array of scalars as Python's own."""
     return array.tolist() if hasattr(array, 'tolist') else list(array)
-
-
-def reached(name: str, paths: Iterable[str]) -> Iterator[Tuple[List[str], str]]:
-    """Yield the generated code that reads each leaf of a message: lines that assign the leaf's owner to a variable,
-    unless an earlier leaf has done so, and the expression for the leaf's value.
-
-    Args:
-        name: the variable that holds the message.
-        paths: the paths of the leaves, such as `pose.position.x`; leaves with the same owner follow each other.
-    """
-    names = {'': name}
-    for path in paths:
-        owner, _, last = path.rpartition('.')
-        lines = []
-        if owner not in names:
-            names[owner] = 'o%d' % len(names)
-            lines = ['%s = %s.%s' % (names[owner], name, owner)]
-        yield lines, '%s.%s' % (names[owner], last)
 
 
 def _getter(path: str) -> Tuple[Optional[Callable[[Any], Any]], str]:
@@ -142,22 +109,13 @@ class _WalkerCompiler:
     def _runs(self, type_: str) -> List[Any]:
         """A type as what is walked in one go: lists of `(path, scalar type)`, and arrays as `(path, Field)`."""
         runs: List[Any] = []
-
-        def descend(prefix: str, members: List[Field]) -> None:
-            for field in members:
-                path = prefix + field.name
-                if field.length is not None:
-                    runs.append((path, field))
-                    continue
-                inner = self._layout.members(field.type)
-                if inner is not None:
-                    descend(path + '.', inner)
-                elif runs and isinstance(runs[-1], list):
-                    runs[-1].append((path, field.type))
-                else:
-                    runs.append([(path, field.type)])
-
-        descend('', self._layout.definitions[type_])
+        for path, _, field in self._layout.parts(type_):
+            if field.length is not None:
+                runs.append((path, field))
+            elif runs and isinstance(runs[-1], list):
+                runs[-1].append((path, field.type))
+            else:
+                runs.append([(path, field.type)])
         return runs
 
     # `b` is the index of the next leaf: each walk gets the index of its first leaf and returns the one after its last.
@@ -172,11 +130,13 @@ class _WalkerCompiler:
         self._write(1, 'return b')
 
     def _write_collect_leaves(self, depth: int, name: str, leaves: List[Tuple[str, str]]) -> None:
-        paths = (path for path, _ in leaves)
-        for number, ((_, scalar), (lines, value)) in enumerate(zip(leaves, reached(name, paths))):
-            for line in lines:
-                self._write(depth, '%s', line)
-            self._write(depth, 'v = %s', value)
+        owners = {'': name}
+        for number, (path, scalar) in enumerate(leaves):
+            owner, _, last = path.rpartition('.')
+            if owner not in owners:
+                owners[owner] = 'o%d' % len(owners)
+                self._write(depth, '%s = %s.%s', owners[owner], name, owner)
+            self._write(depth, 'v = %s.%s', owners[owner], last)
             self._write(depth, 'if type(v) in TRACKED: found.append((b + %d, v, %r))', number, kind_of(scalar))
         self._write(depth, 'b += %d', len(leaves))
 

@@ -74,14 +74,12 @@ def serializer(
     if message_class is rospy.AnyMsg:
         return lambda message: message  # with the provenance that it was received with
     make = functools.partial(_class_with_provenance(message_class), provenance)
-    check = messages.plain_check(message_class)
-    if check is None:
-        return make
-    is_plain = check
+    if messages.has_arrays(message_class):
+        return make  # to look for tracked leaves takes as long as to collect them
 
     def outgoing(message: Message) -> Any:
         try:
-            return message if is_recorded() and is_plain(message) else make(message)
+            return make(message) if not is_recorded() or messages.has_tracked_leaf(message) else message
         except AttributeError:
             return message  # rospy says which field is wrong when it serializes it
 

@@ -12,7 +12,6 @@ from rosslt.messages.codec.expressions import (
     are_too_many,
     packed_instructions,
     register,
-    without_sources,
 )
 from rosslt.messages.codec.table_writer import TableWriter, Unencodable, Unknown
 from rosslt.messages.codec.varint import packed
@@ -36,6 +35,7 @@ from rosslt.values import (
     affine,
     disassemble,
     linearized,
+    sources,
     untracked,
 )
 
@@ -56,14 +56,8 @@ class Encoding(NamedTuple):
 
     def is_of(self, leaves: List[Leaf], full_history: bool) -> bool:
         """Return whether it is of the very same leaves: a message that is filled once and sent again has them."""
-        return (
-            self.full_history is full_history
-            and len(self.leaves) == len(leaves)
-            and all(
-                value is before and index == place and kind == type_
-                for (index, value, kind), (place, before, type_) in zip(leaves, self.leaves)
-            )
-        )
+        same = [(index, id(value)) for index, value, _ in leaves] == [(at, id(value)) for at, value, _ in self.leaves]
+        return same and self.full_history is full_history
 
 
 def encode(message: Message, full_history: bool = False) -> bytes:
@@ -78,14 +72,7 @@ def encode(message: Message, full_history: bool = False) -> bytes:
         b'' if no leaf is tracked, SAMPLED if one depends on what is not known (`values.UNKNOWN`). A leaf whose
         provenance cannot be sent (see docs/messages.md) is left out, with a warning on rosout.
     """
-    return _encoding(message, full_history, None).data
-
-
-def _encoding(message: Message, full_history: bool, before: Optional[Encoding]) -> Encoding:
-    leaves = sent_fields(message)
-    if before is not None and before.is_of(leaves, full_history):
-        return before
-    return Encoding(leaves, full_history, _encoded_within_limit(message, leaves, full_history))
+    return _encoded_within_limit(message, sent_fields(message), full_history)
 
 
 def _encoded_within_limit(message: Message, leaves: List[Leaf], full_history: bool) -> bytes:
@@ -136,7 +123,10 @@ def provenance_to_send(message: Message, full_history: bool = False) -> bytes:
 def encoding_to_send(message: Message, full_history: bool, before: Optional[Encoding]) -> Encoding:
     """The same, with what it is of; `before` itself if it is of the same leaves."""
     try:
-        return _encoding(message, full_history, before)
+        leaves = sent_fields(message)
+        if before is not None and before.is_of(leaves, full_history):
+            return before
+        return Encoding(leaves, full_history, _encoded_within_limit(message, leaves, full_history))
     except Exception as error:
         fault = 'a %s is sent untracked: encoding its provenance failed with %s: %s'
         warn_once((message._type, type(error)), fault, message._type, type(error).__name__, error)
@@ -218,6 +208,10 @@ class _Encoder:
     def add_expressions(self, leaves: Sequence[Leaf], full_history: bool) -> bool:
         """Add leaves that are sent as instructions; returns False where the full history of them is too long."""
         instructions, roots = disassemble(leaf for _, leaf, _ in leaves)
+        if any(kind == AFFINE and not rest[1] for kind, *rest in instructions):
+            # A value was received with a provenance that does not make it: what has no other source has none.
+            leaves = [leaf for leaf in leaves if sources([leaf[1]])]
+            instructions, roots = disassemble(leaf for _, leaf, _ in leaves)
         if are_too_many(instructions):
             if full_history:
                 return False
@@ -272,11 +266,8 @@ class _Encoder:
                 for index, _, _ in leaves:
                     self._leave_out(index, error)
                 return
-        sourceless = without_sources(instructions)
         for (index, leaf, kind), root in zip(leaves, roots):
             code, *operands = instructions[root]
-            if root in sourceless:
-                continue  # its received provenance was refused
             if code == SOURCE and type(operands[1]) is TYPE_OF_KIND[kind] and _is_same(operands[1], leaf):
                 self.fields.append((index, self.tables.source(operands[0]), None, False))
             else:

@@ -7,7 +7,7 @@ of them is first needed, operation by operation with a bound on each result.
 
 import math
 import struct
-from typing import Any, Callable, Container, Dict, List, Optional, Sequence, Set
+from typing import Any, Callable, Dict, List, Optional, Sequence
 
 from rosslt.messages.codec.table_reader import ReceivedTables
 from rosslt.messages.codec.table_writer import TableWriter, Unencodable, checked
@@ -113,22 +113,6 @@ def register(instructions: Sequence[tuple], tables: TableWriter) -> None:
                 if not (type(value) in (float, int) and type(instructions[index][2]) in (float, int)):
                     raise Unencodable('its expression was too long, and texts and bools have no slopes')
                 tables.coefficient(slope)
-
-
-def without_sources(instructions: Sequence[tuple]) -> Container[int]:
-    """The indices of the instructions whose values have no source: constants, and what is made of a value that was
-    received with a provenance that does not make it."""
-    if not any(kind == AFFINE and not rest[1] for kind, *rest in instructions):
-        return ()  # Every value that a node makes has one.
-    found: Set[int] = set()
-    for at, (kind, *operands) in enumerate(instructions):
-        if kind == AFFINE:
-            is_without = not operands[1]
-        else:
-            is_without = kind == CONSTANT or (kind != SOURCE and found.issuperset(operands))
-        if is_without:
-            found.add(at)
-    return found
 
 
 def _resolved(instruction: tuple, tables: ReceivedTables) -> tuple:

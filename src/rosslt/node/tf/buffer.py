@@ -85,7 +85,7 @@ class Buffer(tf2_ros.Buffer):
             self._parents[child] = parent
             samples = self._samples.get(child)
             if samples is None:
-                if not messages.tracked_leaves(transform.transform):
+                if not messages.has_tracked_leaf(transform.transform):
                     return
                 samples = StaticSamples() if child in self._static else MovingSamples(self._duration.to_nsec())
                 self._samples[child] = samples
