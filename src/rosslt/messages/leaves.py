@@ -1,8 +1,6 @@
 """The tracked leaves of a message: found, and replaced in a copy."""
 
-import collections
 import copy
-import operator
 from typing import Any, Dict, Iterable, List, Sequence, Tuple
 
 from rosslt.messages.fields import Message
@@ -14,8 +12,6 @@ _UNCHANGED = TRACKED | {float, int, bool, str, bytes}
 
 Located = Tuple[Any, Any, Any, str]
 """A located leaf: its owner, its key in the owner, its value and its kind."""
-
-_OWNER, _KEY = operator.itemgetter(0), operator.itemgetter(1)
 
 LocatedArray = Tuple[Any, str, Any, List[Any]]
 """A located array of scalars: its owner, its name in the owner, the array, and a copy that its leaves refer to."""
@@ -50,11 +46,7 @@ def locate(message: Message, wanted: Sequence[int], arrays: List[LocatedArray]) 
 
 def put_located(found: Sequence[Located], values: Iterable[Any], arrays: Sequence[LocatedArray]) -> None:
     """Write other values to located leaves, also to those in copied arrays."""
-    owners, keys = map(_OWNER, found), map(_KEY, found)
-    if not arrays:
-        collections.deque(map(setattr, owners, keys, values), maxlen=0)
-        return
-    for owner, key, value in zip(owners, keys, values):
+    for (owner, key, _, _), value in zip(found, values):
         if type(owner) is list:
             owner[key] = value
         else:

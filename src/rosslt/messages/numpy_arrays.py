@@ -6,12 +6,13 @@ objects, whose memory is addresses: so they are replaced by arrays of the fields
 
 import copy
 import functools
+import operator
 import struct
 from typing import Any, Callable, List
 
 import genpy
 
-from rosslt.messages.fields import BYTES, SCALARS, Field, Layout, Message, MessageClass, Scalar
+from rosslt.messages.fields import BYTES, SCALARS, Field, Layout, Message, MessageClass
 from rosslt.messages.walkers import walkers
 
 
@@ -26,13 +27,9 @@ def packed_arrays(message_class: MessageClass) -> Callable[[Any], Any]:
         genpy.SerializationError: an element is no number of the field's type.
     """
     if message_class.serialize.__module__ != 'rospy.numpy_msg':
-        return _as_it_is
+        return lambda message: message
     layout = walkers(message_class).layout
     return lambda message: _packed(message, layout.definitions[layout.name], layout)
-
-
-def _as_it_is(message: Message) -> Any:
-    return message
 
 
 def _packed(message: Message, fields: List[Field], layout: Layout) -> Any:
@@ -44,7 +41,7 @@ def _packed(message: Message, fields: List[Field], layout: Layout) -> Any:
             packed: Any = _packed(value, inner, layout)
         elif inner is not None:
             elements = [_packed(element, inner, layout) for element in value]
-            packed = value if all(map(_is, elements, value)) else elements
+            packed = value if all(map(operator.is_, elements, value)) else elements
         elif field.length is not None and SCALARS.get(field.type) and _holds_objects(value):
             packed = _numbers(value, field)
         else:
@@ -54,10 +51,6 @@ def _packed(message: Message, fields: List[Field], layout: Layout) -> Any:
                 result = copy.copy(message)
             setattr(result, field.name, packed)
     return result
-
-
-def _is(one: Scalar, other: Scalar) -> bool:
-    return one is other
 
 
 def _holds_objects(array: Any) -> bool:

@@ -9,13 +9,13 @@ publishers and readers alike, `ThingReader` says.
 import functools
 import operator
 import time
-from typing import Any, Callable, Dict, Hashable, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Hashable, List, Optional, Tuple
 
 from rosslt.messages.codec import SAMPLED, Encoding, encoding_to_send
 from rosslt.messages.fields import HEADER, INSTANTS, SCALARS, Layout, Message, MessageClass, Scalar, kind_of
 from rosslt.messages.leaves import has_tracked_leaf, locate, with_leaves
 from rosslt.messages.walkers import END, walkers
-from rosslt.values import TRACKED_CLASSES, lazy_of, untracked
+from rosslt.values import lazy_of, untracked
 
 COSTLY = 0.0025
 """The CPU time in seconds from which on a provenance is written less often, in proportion: at 20 Hz, 5 % of a core."""
@@ -85,8 +85,8 @@ def _read_nothing(message: Message) -> Tuple[Hashable, ...]:
 
 
 def thing_of(message: Message) -> Hashable:
-    """What a message is about, as its ThingReader names it: a key for a dictionary."""
-    return _plain(thing_reader(message.__class__)(message))
+    """What a message is about, as its ThingReader names it: a key of a dictionary, which keeps it untracked."""
+    return thing_reader(message.__class__)(message)
 
 
 class SampledProvenance:
@@ -128,7 +128,7 @@ class SampledProvenance:
             self._state = state
         now, period = self._clock(), 1.0 / self._rate()
         try:
-            thing = thing_reader(message.__class__)(message)
+            thing = thing_of(message)
             due = self._due.get(thing)
             # the messages of a loop come a little earlier or later
             if due is not None and now < due - period / 2 and not self._is_together():
@@ -147,7 +147,7 @@ class SampledProvenance:
                 self._last = encoding if self._is_costly else None
             pause = max(1.0, cost / COSTLY) * period
             # on average one a pause: what comes early or late does not shift those that follow
-            self._due[_plain(thing)] = now + pause if due is None else max(now, due + pause)
+            self._due[untracked(thing)] = now + pause if due is None else max(now, due + pause)
         return data
 
     def _is_together(self) -> bool:
@@ -155,21 +155,13 @@ class SampledProvenance:
         return not self._is_costly and self._shared_clock() % 1.0 < TOGETHER
 
 
-def _plain(thing: Tuple[Any, ...]) -> Hashable:
-    return tuple(
-        [
-            _plain(each) if type(each) is tuple else untracked(each) if type(each) in TRACKED_CLASSES else each
-            for each in thing
-        ]
-    )
-
-
 class LastProvenance:
     """Keeps the last provenance of each thing, for a reader that needs sampled messages too. Several threads may use
     it."""
 
     def __init__(self) -> None:
-        self._kept: Dict[Hashable, _Kept] = {}
+        # Of each thing the last whole message: its tracked leaves, how many leaves it has in all, and all its names.
+        self._kept: Dict[Hashable, Tuple[List[Tuple[int, Any, str]], int, Tuple[Hashable, ...]]] = {}
 
     def completed(self, message: Message, is_sampled: bool, publisher: Hashable) -> Any:
         """Complete a sampled message: each leaf is the last expression of it plus the difference.
@@ -188,30 +180,19 @@ class LastProvenance:
             return message
         if is_sampled and fields:
             message = untracked(message)  # they depend on what is not known
-        thing = publisher, thing_reader(message.__class__)(message)
+        thing = publisher, thing_of(message)
         names = thing_reader(message.__class__, reads_all=True)(message)
         if not is_sampled:
             if len(self._kept) >= MOST_THINGS:
                 self._kept.clear()
-            self._kept[thing] = _Kept(fields, size, names)
+            self._kept[thing] = fields, size, names
             return message
-        kept = self._kept.get(thing)
-        if kept is None or (kept.size, kept.names) != (size, names):
+        kept, *form = self._kept.get(thing, ((), 0, ()))
+        if form != [size, names]:
             return message
-        found = locate(message, [*(index for index, _, _ in kept.fields), END], [])
-        moved = {index: _moved(leaf, now[2]) for (index, leaf, _), now in zip(kept.fields, found)}
+        found = locate(message, [*(index for index, _, _ in kept), END], [])
+        moved = {index: _moved(leaf, now[2]) for (index, leaf, _), now in zip(kept, found)}
         return with_leaves(message, moved)
-
-
-class _Kept(NamedTuple):
-    """The provenance of a whole message."""
-
-    fields: List[Tuple[int, Any, str]]
-    """Its tracked leaves, as `tracked_fields` gives them."""
-    size: int
-    """The number of all leaves of the message."""
-    names: Tuple[Hashable, ...]
-    """All texts and whole numbers of the message."""
 
 
 def _moved(tracked: Message, value: Scalar) -> Any:

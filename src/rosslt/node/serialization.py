@@ -142,7 +142,7 @@ class Input:
             MEMORY.changes += 1
         if len(self._last) >= messages.MOST_THINGS:
             self._last.clear()
-        self._last[thing] = found
+        self._last[values.untracked(thing)] = found
 
 
 class ThisThread(threading.local):

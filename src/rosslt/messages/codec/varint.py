@@ -6,7 +6,7 @@ varints are quick to read in Python: where each takes one byte, the bytes themse
 
 import math
 import struct
-from typing import Any, List, Sequence, Tuple
+from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy
 
@@ -14,6 +14,9 @@ from rosslt.messages.errors import BadHeader
 
 VARINT_LIMIT = 10
 """The most bytes that a varint takes: 64 bits and the sign that `zigzag` adds."""
+
+LONG_COLUMN = 256
+"""Columns of so many varints are read by NumPy, where they are not bytes."""
 
 SMALL = 1 << 32
 """Floats without a fraction below that are sent as integers."""
@@ -90,19 +93,47 @@ class Reader:
         if not count or max(chunk) < 128:
             self.at += count
             return chunk
-        room = min(len(self.data) - start, VARINT_LIMIT * count + 1)
-        part = numpy.frombuffer(self.data, numpy.uint8, room, start)
+        if count >= LONG_COLUMN:
+            found = self._long_column(count)
+            if found is not None:
+                return found
+        numbers: List[int] = []
+        data, size = self.data, len(self.data)
+        at = start
+        while len(numbers) < count:
+            number = shift = 0
+            while True:
+                if at >= size:
+                    self.at = at
+                    raise self.fail('found %d of %d of %s', len(numbers), count, what)
+                byte = data[at]
+                at += 1
+                number |= (byte & 127) << shift
+                if byte < 128:
+                    break
+                shift += 7
+                if shift >= 7 * VARINT_LIMIT:
+                    self.at = at
+                    raise self.fail('found a number of more than %d bytes in %s', VARINT_LIMIT, what)
+            numbers.append(number)
+        self.at = at
+        return numbers
+
+    def _long_column(self, count: int) -> Optional[List[int]]:
+        """The next `count` varints; None where one of them is not right."""
+        room = min(len(self.data) - self.at, VARINT_LIMIT * count)
+        part = numpy.frombuffer(self.data, numpy.uint8, room, self.at)
         ends = numpy.flatnonzero(part < 128)[:count]
-        starts = numpy.append(0, ends + 1)
-        sizes = numpy.diff(starts if len(ends) == count else numpy.append(starts, room))
-        if sizes.max() > VARINT_LIMIT:
-            raise self.fail('found a number of more than %d bytes in %s', VARINT_LIMIT, what)
         if len(ends) < count:
-            raise self.fail('found %d of %d of %s', len(ends), count, what)
+            return None
+        starts = numpy.concatenate(([0], ends[:-1] + 1))
+        sizes = ends - starts + 1
+        if sizes.max() > VARINT_LIMIT:
+            return None
         low = numpy.zeros(count, numpy.uint64)
         for place in range(min(sizes.max(), VARINT_LIMIT - 1)):
             longer = sizes > place
-            low[longer] |= (part[starts[:-1][longer] + place] & 127).astype(numpy.uint64) << numpy.uint64(7 * place)
+            low[longer] |= (part[starts[longer] + place] & 127).astype(numpy.uint64) << numpy.uint64(7 * place)
         numbers: List[int] = low.tolist()
         longest = numpy.flatnonzero(sizes == VARINT_LIMIT)  # of up to 70 bits
         for index, highest in zip(longest.tolist(), part[ends[longest]].tolist()):
