@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosslt import Source, evaluate, explain, is_tracked, solve, sources, track, untracked
+from rosslt.values import reapply
 from support.numpy_calls import CALLS, MATRIX, PLAIN, VECTOR
 
 np = pytest.importorskip('numpy')
@@ -365,3 +366,10 @@ def test_a_number_in_a_large_array_takes_no_memory_for_the_others():
     assert sources(array[7]) == [A]
     assert sources(array[8]) == []
     assert resident() - before < 1 << 26
+
+
+@pytest.mark.parametrize('again', [evaluate, reapply])
+def test_an_element_that_turns_out_to_be_plain_shifts_no_other(again):
+    found = tracked_np.array([X, Y, 3 * X]) * 2
+    found.view(np.ndarray)[1] = 100.0  # past the array, which finds out when the element is looked up
+    assert untracked(again(found, {A: 1.0, B: 5.0})).tolist() == [2.0, 100.0, 6.0]

@@ -7,7 +7,7 @@ from .annotations import Value
 from .operations import SOURCE
 from .sources import Source
 from .tracked import TRACKED, resolve
-from .tree import leaves, rebuilt
+from .tree import leaves, rebuilt, scalars
 
 UNDEFINED = (ArithmeticError, ValueError, TypeError)
 """Exceptions of undefined arithmetic: a result that is not real or not finite, or unsuitable operands."""
@@ -311,9 +311,8 @@ def evaluate(x: Value, changes: Mapping[Source, Value]) -> Value:
         if value is not NotImplemented:
             return value
         return Graph([x]).values(changes)[-1]
-    roots = tracked_leaves(x)
-    graph = Graph(roots)
+    found = scalars(x)
+    graph = Graph([leaf for leaf in found if type(leaf) in TRACKED])
     values = graph.values(changes)
-    # In the same order: an array makes its elements when they are read.
-    made = iter([values[graph.index[id(leaf)]] for leaf in roots])
-    return rebuilt(x, lambda leaf: next(made) if type(leaf) in TRACKED else leaf)
+    made = iter([values[graph.index[id(leaf)]] if type(leaf) in TRACKED else leaf for leaf in found])
+    return rebuilt(x, lambda _: next(made))

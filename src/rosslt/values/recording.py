@@ -11,13 +11,13 @@ from typing import Callable, Dict, Mapping
 from .accelerator import CORE
 from .affine import LIMIT, joint_size, shorten, size_of
 from .annotations import Value
-from .graph import Graph, check_changes, tracked_leaves
+from .graph import Graph, check_changes
 from .numpy_ufuncs import broadcast, is_array
 from .operations import Operation, Record
 from .operations.table import ADD, MOST_COMPUTED, TooLong
 from .sources import Source
 from .tracked import CLASSES, TRACKED, new, plain_scalar
-from .tree import rebuilt
+from .tree import rebuilt, scalars
 
 OPERATION = 1e-7
 """The CPU time in seconds that is counted for an operation of the compiled core, with what frees its memory again."""
@@ -151,8 +151,8 @@ def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
         ArithmeticError, ValueError: as the operations themselves do for such values.
     """
     check_changes(changes)
-    leaves = tracked_leaves(x)
-    graph = Graph(leaves)
+    found = scalars(x)
+    graph = Graph([leaf for leaf in found if type(leaf) in TRACKED])
     depends, values = graph.depending(changes), graph.plain()
     graph.run(graph.steps(depends), values, changes)
     made: Dict[int, Value] = {}
@@ -165,8 +165,8 @@ def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
             made[id(node)] = make(value, form.with_operands(first, second, operands), size)
         else:
             made[id(node)] = value  # of an operand that is a complex number there
-    results = iter([made[id(leaf)] for leaf in leaves])  # an array makes its elements when they are read
-    return rebuilt(x, lambda leaf: next(results) if type(leaf) in TRACKED else leaf)
+    results = iter([made.get(id(leaf), leaf) for leaf in found])
+    return rebuilt(x, lambda _: next(results))
 
 
 def widened(x: Value) -> Value:

@@ -61,6 +61,12 @@ def leaves(x: Value) -> List[Tuple[str, Value]]:
     return [('', x)] if type(x) in SCALARS else list(each_leaf(x))
 
 
+def scalars(x: Value) -> List[Value]:
+    """The scalars in `x` in the order in which `rebuilt` asks for others. An array makes its elements each time that
+    they are read, and whether one of them is tracked may be known only the next time."""
+    return [leaf for _, leaf in leaves(x) if type(leaf) in SCALARS]
+
+
 def each_leaf(x: Value) -> Iterator[Tuple[str, Value]]:
     """Iterate over the leaves of `x` as `(path, scalar)` without collecting all of them first, unlike `leaves`."""
     waiting = [('', iter([('', x)]))]
