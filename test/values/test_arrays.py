@@ -373,3 +373,20 @@ def test_an_element_that_turns_out_to_be_plain_shifts_no_other(again):
     found = tracked_np.array([X, Y, 3 * X]) * 2
     found.view(np.ndarray)[1] = 100.0  # past the array, which finds out when the element is looked up
     assert untracked(again(found, {A: 1.0, B: 5.0})).tolist() == [2.0, 100.0, 6.0]
+
+
+def test_what_cancels_out_but_for_rounding_keeps_its_sources():
+    # a product of matrices may be rounded in another order than its expression
+    angle = track(0.3, A)
+    turn = tracked_np.array([[tracked_np.cos(angle), -tracked_np.sin(angle)], [tracked_np.sin(angle), np.cos(0.3)]])
+    product = turn @ turn.T
+    assert abs(product[0, 1]) < 1e-15
+    assert sources(product[0, 1]) == [A]
+    assert evaluate(product[0, 1], {A: 0.4}) == pytest.approx(np.sin(0.4) * (np.cos(0.4) - np.cos(0.3)))
+
+
+def test_a_small_number_beside_a_large_one_is_another_one_if_it_was_written_over():
+    found = tracked_np.array([X * 1e9, Y]) * 2
+    found.view(np.ndarray)[1] += 0.5
+    assert sources(found[0]) == [A]
+    assert not is_tracked(found[1])

@@ -77,6 +77,13 @@ def test_program_holds_at_other_source_values(part):
     assert not wrong
 
 
+@pytest.mark.filterwarnings('ignore')
+@pytest.mark.parametrize('seed', [301281, 423112, 468046])
+def test_a_program_that_was_wrong_once_holds(seed):
+    with np.errstate(all='ignore'):
+        assert not list(faults_of(seed))
+
+
 #: What reads and writes files, prints, sets options, or gives what was in the memory.
 OTHER = {
     'empty',

@@ -42,6 +42,9 @@ MAX_CALLED = 256
 OF_ARRAY = 8 * OF_PYTHON
 """How many operations of the compiled core take as long as one of arrays that is recorded."""
 
+NOISE = 256.0
+"""How many units in the last place of the largest element NumPy may have rounded by."""
+
 SERIAL = 1 << 32
 """The code of an element is its index in a node plus so many times the serial number of that node."""
 
@@ -129,7 +132,7 @@ class Node:
         size: how large the graph is: the longest way down, with what was copied.
     """
 
-    __slots__ = ('_elements', 'call', 'kind', 'operands', 'shape', 'size')
+    __slots__ = ('_elements', '_largest', 'call', 'kind', 'operands', 'shape', 'size')
 
     is_uncertain = True  # an element that is looked up may have no provenance
 
@@ -143,6 +146,7 @@ class Node:
                 size = below
         self.size: int = size + 1 + copied // ELEMENTS_PER_SIZE
         self._elements: Any = None
+        self._largest: Any = None
 
     def __call__(self, value: Any, index: int) -> Any:
         """Give the provenance of an element, as `tracked.resolve` asks for it: that of another number is not known."""
@@ -151,12 +155,22 @@ class Node:
             return ()
         if type(made._plain) is not type(value):
             made = apply_and_record(TO_FLOAT if type(value) is float else TRUNCATE, made)
-        plain, rounding = made._plain, rounding_of(self.kind)
-        return made if plain == value or abs(plain - value) <= rounding * max(abs(plain), abs(value)) else ()
+        plain, difference = made._plain, abs(made._plain - value)
+        is_same = plain == value or difference <= rounding_of(self.kind) * max(abs(plain), abs(value))
+        return made if is_same or difference <= self._noise() else ()
 
-    def known(self, index: int) -> Any:
-        """An element, LAZY if it is not known yet."""
-        return LAZY if self._elements is None else self._elements[index]
+    def _noise(self) -> float:
+        """What may be left of numbers that cancel out: where its expression gives 0, NumPy may have rounded."""
+        if self._largest is None:
+            plain = [abs(one._plain) for one in self.elements() if type(one) in PYTHON_NUMBERS]
+            self._largest = max(filter(math.isfinite, plain), default=0.0)
+        is_float = issubclass(self.kind, numpy.floating)
+        return float(NOISE * numpy.finfo(self.kind).eps * self._largest) if is_float else 0.0
+
+    def known(self, index: int, number: Any) -> Any:
+        """An element; LAZY if it is not known yet, or is the number only but for what was rounded."""
+        made = LAZY if self._elements is None else self._elements[index]
+        return LAZY if type(made) in PYTHON_NUMBERS and made._plain != number else made
 
     def elements(self) -> List[Any]:
         """The elements in C's order: tracked numbers of Python, and anything else where there is no provenance."""

@@ -135,7 +135,7 @@ def lazy_number(number: Any, entry: Any, index: int, kind: Any) -> Any:
         kind: the class of the numbers of the array.
     """
     is_numpy = type(number) in CLASSES
-    known = entry.known(index) if type(entry) is Node else entry
+    known = entry.known(index, number) if type(entry) is Node else entry
     if known is not LAZY:
         return with_tracked(number, known) if is_numpy else same_number(number, known, rounding_of(kind))
     if is_numpy:
