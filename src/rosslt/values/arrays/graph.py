@@ -169,7 +169,7 @@ class Node:
 
     def known(self, index: int, number: Any) -> Any:
         """An element; LAZY if it is not known yet, or is the number only but for what was rounded."""
-        made = LAZY if self._elements is None else self._elements[index]
+        made: Any = LAZY if self._elements is None else self._elements[index]
         return LAZY if type(made) in PYTHON_NUMBERS and made._plain != number else made
 
     def elements(self) -> List[Any]:
