@@ -173,8 +173,8 @@ class TestWhatIsSeenAfterwards:
 
     def test_what_cannot_be_reached_is_no_success_and_is_taken_back(self, step):
         assert failure('force', '/stepped/x', '12') == (
-            'rosslt force: /step now sends 18.0 instead of 12.0; it is computed in another way than before: '
-            'the node takes another branch; taken back'
+            'rosslt force: /step now sends 18.0 instead of 12.0; '
+            'it is not computed as its provenance said before the change; taken back'
         )
         assert rosslt('get', '/step/x').stdout == '1.0\n'
 
@@ -183,8 +183,8 @@ class TestWhatIsSeenAfterwards:
         assert result.returncode == 1
         assert result.stdout.startswith('/step/x\t1.0\t6.0\t')
         assert result.stderr == (
-            'rosslt force: /step now sends 18.0 instead of 12.0; it is computed in another way than before: '
-            'the node takes another branch; the change was left\n'
+            'rosslt force: /step now sends 18.0 instead of 12.0; '
+            'it is not computed as its provenance said before the change; the change was left\n'
         )
         assert rosslt('get', '/step/x').stdout == '6.0\n'
 

@@ -133,8 +133,7 @@ def test_what_came_instead_is_said_with_the_branches(simulated):
     with pytest.raises(node.NotReached) as caught:
         made.force(12.0)
     assert str(caught.value) == (
-        '/node now sends 18.0 instead of 12.0; it is computed in another way than before: '
-        'the node takes another branch; taken back'
+        '/node now sends 18.0 instead of 12.0; it is not computed as its provenance said before the change; taken back'
     )
 
 
@@ -172,6 +171,28 @@ def test_a_counter_is_solved_for_its_moment(simulated):
     outcome = simulated(lambda gain, bias, tick: gain + float(tick)).force(-100.0)
     assert (outcome.moves, outcome.is_reached) == (True, True)
     assert abs(outcome.seen + 100.0) <= 4.0
+
+
+def test_a_field_that_stood_still_and_moves_since_the_change_is_not_reached(simulated):
+    """As one that a node runs after: the change has made it move, and it goes on."""
+    made = simulated(lambda gain, bias, tick: 1.0 * gain if gain == 1.0 else gain + float(tick))
+    with pytest.raises(node.NotReached, match=r'; it stood still before the change, and moves since; taken back$'):
+        made.force(-100.0)
+    assert made.present == made.began
+
+
+def test_what_has_not_followed_is_said_to_have_not(simulated):
+    made = simulated(lambda gain, bias, tick: gain if gain < 2 else bias + 1.0)
+    with pytest.raises(node.NotReached, match=r'sends 1\.0 instead of 7\.0; it has not followed the change; '):
+        made.force(7.0, sources=[GAIN])
+
+
+def test_what_an_iteration_comes_to_is_reached_but_for_its_last_digits(simulated):
+    made = simulated(lambda gain, bias, tick: gain * gain * (1.0 + 6e-9 * math.sin(1e9 * float(gain))))
+    outcome = made.force(7.0)
+    assert outcome.is_reached
+    assert outcome.is_near
+    assert outcome.seen == pytest.approx(7.0, rel=1e-8)
 
 
 def test_a_change_that_makes_the_node_raise_is_taken_back_at_once(simulated):

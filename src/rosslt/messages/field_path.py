@@ -94,18 +94,19 @@ def check_range(part: Message, type_: str, wanted: Scalar) -> None:
             raise ValueError(f'the field is {article} {kind}, which holds {holds}, found {target!r}') from None
 
 
-def is_reached(part: Message, wanted: Scalar, type_: str = '') -> bool:
+def is_reached(part: Message, wanted: Scalar, type_: str = '', within: float = 0.0) -> bool:
     """Return True if a part of a message equals its target, up to rounding.
 
     Args:
         part: a scalar, a message or an array of them.
         wanted: the target, in the same shape; None for parts that may have any value.
         type_: the part's ROS type.
+        within: by how much a number may differ beside that, relative to its target.
 
     Raises:
         ValueError: the target has another shape.
     """
-    return all(_is_met(leaf, target, kind) for leaf, target, kind in _paired(part, wanted, type_))
+    return all(_is_met(leaf, target, kind, within) for leaf, target, kind in _paired(part, wanted, type_))
 
 
 def is_sent_as(value: Scalar, reading: MessageClass) -> bool:
@@ -150,10 +151,11 @@ def _paired(part: Message, wanted: Scalar, type_: str) -> Iterator[Tuple[Any, An
         yield part, wanted, type_
 
 
-def _is_met(leaf: Scalar, wanted: Scalar, type_: str) -> bool:
+def _is_met(leaf: Scalar, wanted: Scalar, type_: str, within: float) -> bool:
     plain = values.untracked(leaf)
     if isinstance(plain, float) and isinstance(wanted, (int, float)):
-        return values.is_same(plain, wanted) or (type_ == 'float32' and abs(plain - wanted) <= FLOAT32 * abs(wanted))
+        within = max(within, FLOAT32) if type_ == 'float32' else within
+        return values.is_same(plain, wanted) or abs(plain - wanted) <= within * abs(wanted)
     try:
         return bool(plain == wanted)
     except ValueError:  # arrays of numbers

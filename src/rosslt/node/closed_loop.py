@@ -17,6 +17,9 @@ from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
 #: The time in which messages show whether a field stands still, in seconds.
 LOOK = 1.0
 
+#: How near a number that comes no nearer must be, relative to the target: the node may have iterated.
+NEAR = 1e-6
+
 
 class Expression:
     """The expression that computed a part of a message, without its numbers.
@@ -58,6 +61,7 @@ class Observation(NamedTuple):
         expression: how it was computed.
         distance: how far it is from the target.
         is_reached: whether it is the target.
+        is_near: whether it is the target but for NEAR.
     """
 
     number: int
@@ -66,6 +70,7 @@ class Observation(NamedTuple):
     expression: Expression
     distance: float
     is_reached: bool
+    is_near: bool
 
 
 def observe(part: Any, wanted: Any, type_: str = '', number: int = 0) -> Observation:
@@ -82,6 +87,7 @@ def observe(part: Any, wanted: Any, type_: str = '', number: int = 0) -> Observa
         Expression(part),
         messages.distance(part, wanted),
         messages.is_reached(part, wanted, type_),
+        messages.is_reached(part, wanted, type_, NEAR),
     )
 
 
@@ -93,13 +99,15 @@ class ClosedLoop:
             empty where there is nothing left to try.
         rounds: how many times at most.
         timeout: how long to wait for a message that shows a change, in seconds.
+        moved_before: whether the field moved before it was changed: only then it is believed to move by itself.
         leaves_moving: for a thing that a hand has dropped: it is solved again only where it has stood still for LOOK,
             and left alone where it has not.
 
     Attributes:
-        is_over, is_reached: whether it is at its end, and the field as wanted. One that moves by itself is as wanted
-            where it was solved for its moment: computed as it was then, and no further off than it moves.
-        moves: whether the field moves by itself.
+        is_over, is_reached: whether it is at its end, and the field as wanted, or as near as NEAR where it comes no
+            nearer. One that moves by itself is as wanted where it was solved for its moment: computed as it was then,
+            and no further off than it moves.
+        moves: whether the field moves after the change.
         rounds: how many times sources were changed.
         end: until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called.
         seen: the observations that show the last change.
@@ -113,9 +121,11 @@ class ClosedLoop:
         change: Callable[[Observation], Dict[Source, Change]],
         rounds: int,
         timeout: float,
+        moved_before: bool = False,
         leaves_moving: bool = False,
     ) -> None:
-        self._change, self._most, self._timeout, self._leaves_moving = change, rounds, timeout, leaves_moving
+        self._change, self._most, self._timeout = change, rounds, timeout
+        self._moved_before, self._leaves_moving = moved_before, leaves_moving
         self.is_over = self.is_reached = self.moves = False
         self.rounds = self.old = 0
         self.seen: List[Observation] = []
@@ -128,7 +138,7 @@ class ClosedLoop:
         if changed:
             self.follow(observation, changed)
         else:
-            self.is_over = True
+            self.is_over, self.is_reached = True, not self.moves and self.last is not None and self.last.is_near
 
     def follow(self, solved: Observation, changed: Dict[Source, Change]) -> None:
         """Look at what comes: the sources have been changed for an observation."""
@@ -153,7 +163,7 @@ class ClosedLoop:
             self.end = min(self._latest_end, observation.at + LOOK)
         if is_new and len(seen) > 1:
             is_reached = observation.is_reached and seen[-2].is_reached
-            if is_reached or (not self._leaves_moving and _is_alike(*seen[-2:])):
+            if is_reached or (not self._leaves_moving and is_alike(*seen[-2:])):
                 self.pass_time()
 
     def pass_time(self) -> None:
@@ -165,8 +175,9 @@ class ClosedLoop:
             self.last, self.moves, self.is_over, self.is_reached = seen[-2:][0], False, True, True
         else:
             pairs = list(zip(seen, seen[1:]))
-            self.moves = not all(_is_alike(*pair) for pair in (pairs if self._leaves_moving else pairs[-1:]))
-            if self.moves and (self._leaves_moving or self._is_of_its_moment(seen)):
+            self.moves = not all(is_alike(*pair) for pair in (pairs if self._leaves_moving else pairs[-1:]))
+            is_by_itself = self._leaves_moving or (self._moved_before and self._is_of_its_moment(seen))
+            if self.moves and is_by_itself:
                 self.last, self.is_over, self.is_reached = seen[0], True, True
                 return
             self.last = seen[-1]
@@ -191,7 +202,8 @@ class ClosedLoop:
         return False
 
 
-def _is_alike(one: Observation, other: Observation) -> bool:
+def is_alike(one: Observation, other: Observation) -> bool:
+    """Return whether a field is the same in two observations."""
     return messages.is_reached(other.part, values.untracked(one.part))
 
 

@@ -18,7 +18,7 @@ from rosslt.node.client import (
     solved,
     undo_request,
 )
-from rosslt.node.closed_loop import ClosedLoop, Observation, is_equal, observe
+from rosslt.node.closed_loop import LOOK, ClosedLoop, Observation, is_alike, is_equal, observe
 from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import Value
 from rosslt.node.listening import Listener
@@ -70,14 +70,16 @@ class Outcome(NamedTuple):
         changes: {Source: Change(old, new)}: before the first round, and after the last one.
         wanted: the target.
         seen: the field in the last message that was looked at, plain; None where none came.
-        is_reached: whether messages have the wanted value. For a field that moves by itself: whether it was solved for
-            the moment it was seen at, and is no further from it than it moves by itself.
-        moves: whether the field moves by itself, without a change.
+        is_reached: whether messages have the wanted value, to a relative 1e-6 if they come no nearer. For a field that
+            moves by itself: whether it was solved for the moment it was seen at, and is no further from it than it
+            moves by itself.
+        moves: whether the field moves after the change.
         rounds: how many times it was solved.
         messages: how many messages of the publisher came after the first change, up to the one that was seen.
         milliseconds: from the first request to that message.
         reason: why it was not reached, as far as known; '' where it was.
         is_taken_back: whether all changes have been taken back.
+        is_near: whether messages have the wanted value to a relative 1e-6 only, and come no nearer.
     """
 
     changes: Dict[Source, Change]
@@ -90,6 +92,7 @@ class Outcome(NamedTuple):
     milliseconds: float = 0.0
     reason: str = ''
     is_taken_back: bool = False
+    is_near: bool = False
 
 
 class NotReached(values.Error):
@@ -135,9 +138,10 @@ def force_field(
 ) -> Outcome:
     """Have a field of a topic become a target, and see that it has.
 
-    Solves for the field of the next message, has the owners change its sources, and looks at the messages that the same
-    publisher sends then. Where the field is not as wanted, because the node takes another branch for instance, the
-    new message's expression is solved, until the field is as wanted (to a relative 1e-9) or comes no nearer.
+    Looks at two messages, which tell whether the field moves by itself, solves for the later one, has the owners change
+    its sources, and looks at the messages that the same publisher sends then. If the field is not as wanted, because
+    the node takes another branch for instance, the new message's expression is solved, until the field is as wanted (to
+    a relative 1e-9) or comes no nearer (then a relative 1e-6 is enough).
 
     Args:
         topic: as of `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
@@ -208,8 +212,7 @@ class Forcing:
         """
         if self.rounds < 1:
             raise ValueError(f'rounds must be at least 1, found {self.rounds}')
-        self._loop = loop = ClosedLoop(self._change, self.rounds, self.timeout)
-        self._publisher, thing = heard.publisher, thing_of(heard.message, self.path)
+        self._publisher, self._thing = heard.publisher, thing_of(heard.message, self.path)
         self._request_id = new_request_id()
         self._changes: Dict[Source, Change] = {}
         self._began = self._requested = 0.0
@@ -222,7 +225,11 @@ class Forcing:
         messages.check_range(*messages.part_at(heard.message, self.path), self.wanted)
         if first.is_reached:
             return Outcome({}, self.wanted, values.untracked(first.part), True)
-        loop.solve(first)
+        before = None if getattr(heard, 'is_latched', False) else self._next_like(first)
+        self._moved_before = before is not None and not is_alike(first, before)
+        self._before = before or first
+        self._loop = loop = ClosedLoop(self._change, self.rounds, self.timeout, self._moved_before)
+        loop.solve(self._before)
         while not loop.is_over:
             latest = self.stream.next_before(min(loop.end, time.monotonic() + ERROR_PERIOD))
             error = self._why_raised()
@@ -233,7 +240,7 @@ class Forcing:
                 loop.pass_time()
             elif latest is None:
                 continue
-            elif latest.publisher == heard.publisher and thing_of(latest.message, self.path) == thing:
+            elif self._is_of_thing(latest):
                 self._messages += 1
                 observation = self._observed(latest.message)
                 if not self._is_other_goal(latest.message, observation):
@@ -243,6 +250,20 @@ class Forcing:
         if loop.last is None and not self._notes:
             self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
         raise self._not_reached()
+
+    def _is_of_thing(self, heard: Heard) -> bool:
+        return heard.publisher == self._publisher and thing_of(heard.message, self.path) == self._thing
+
+    def _next_like(self, first: Observation) -> Optional[Observation]:
+        """The next message of the thing with the same sources, which tells whether it moves by itself; None if none
+        comes within LOOK."""
+        end = time.monotonic() + LOOK
+        while time.monotonic() < end:
+            heard = self.stream.next_before(end)
+            observation = self._observed(heard.message) if heard is not None and self._is_of_thing(heard) else None
+            if observation is not None and set(observation.expression.sources) == set(first.expression.sources):
+                return observation
+        return None
 
     def _change(self, observation: Observation) -> Dict[Source, Change]:
         """Have the sources become what an observation needs; {} where they are that already."""
@@ -328,6 +349,7 @@ class Forcing:
             1e3 * ((time.monotonic() if last is None else last.at) - self._began),
             reason,
             is_taken_back,
+            is_reached and not self._loop.moves and last is not None and not last.is_reached,
         )
 
     def _not_reached(self) -> NotReached:
@@ -359,9 +381,15 @@ class Forcing:
                 if readings and not any(messages.is_sent_as(change.new, reading) for reading in readings)
             ]
             if self._loop.moves:
-                parts.append('it changes by itself')
+                parts.append(
+                    'it changes by itself'
+                    if self._moved_before
+                    else 'it stood still before the change, and moves since'
+                )
+            elif is_alike(self._before, last):
+                parts.append('it has not followed the change')
             elif self._is_as_asked and not others:
-                parts.append('it is computed in another way than before: the node takes another branch')
+                parts.append('it is not computed as its provenance said before the change')
             parts += others
         late = {source: self.asker.directory.at_next_start(source) for source in self._changes}
         parts += [f'a change of {self._name(source)} {why}' for source, why in late.items() if why]

@@ -155,6 +155,8 @@ def _report(outcome: node.Outcome, publisher: str) -> None:
             f'{outcome.seen} since',
             file=sys.stderr,
         )
+    elif outcome.is_near:
+        print(f'rosslt force: {publisher} sends {outcome.seen}, and comes no nearer', file=sys.stderr)
     if not is_terminal():
         return
     if not outcome.rounds:
