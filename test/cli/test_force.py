@@ -134,7 +134,7 @@ def limited(master, several):
 
 
 class TestLimitsOfJoints:
-    refusal = 'rosslt force: 9.0 is above the limits of the joint elbow, which are -2.4 .. 2.4 in robot_description'
+    refusal = 'rosslt force: 9.0 is above the limits of the joint elbow, which are -2.4 .. 2.4 in /robot_description'
 
     def test_a_joint_is_not_forced_beyond_its_limits(self, limited):
         before = rosslt('get', '/several/b').stdout

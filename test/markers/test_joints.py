@@ -41,9 +41,16 @@ def tracked(value):
     return values.track(value, values.Source('/owner', 1))
 
 
+def describe(monkeypatch, parameters):
+    """Have the master give parameters, and no others."""
+    joints._description_for.cache_clear()
+    monkeypatch.setattr(joints.rospy, 'has_param', parameters.__contains__)
+    monkeypatch.setattr(joints.rospy, 'get_param_cached', parameters.get)
+
+
 @pytest.fixture
 def crane(monkeypatch):
-    monkeypatch.setattr(joints.rospy, 'get_param_cached', lambda name, default: URDF)
+    describe(monkeypatch, {'/robot_description': URDF})
 
 
 def scene_of(name, present, topic='/joint_states', scene=None):
@@ -151,8 +158,7 @@ def test_a_person_is_told_of_the_limit_that_a_drag_has_met(crane, monkeypatch):
 
 
 def test_the_robot_is_that_of_the_namespace_of_the_topic(monkeypatch):
-    described = {'/left/robot_description': URDF}
-    monkeypatch.setattr(joints.rospy, 'get_param_cached', described.get)
+    describe(monkeypatch, {'/left/robot_description': URDF})
     scene = Scene(Settings())
     for topic in ('/left/arm/joint_states', '/right/arm/joint_states'):
         scene_of('tower', 0.3, topic, scene)
@@ -160,5 +166,18 @@ def test_the_robot_is_that_of_the_namespace_of_the_topic(monkeypatch):
 
 
 def test_joints_without_a_description_have_no_handle(monkeypatch):
-    monkeypatch.setattr(joints.rospy, 'get_param_cached', lambda name, default: {})  # as rospy says it the second time
+    parameters = {}
+    describe(monkeypatch, parameters)
     assert not scene_of('tower', 0.3).names()
+    parameters['/robot_description'] = URDF
+    assert scene_of('tower', 0.3).names()
+    parameters['/robot_description'] = {}  # as rospy says that it was deleted
+    assert not scene_of('tower', 0.3).names()
+
+
+def test_a_description_that_cannot_be_read_is_named_in_the_log(monkeypatch):
+    logged = []
+    monkeypatch.setattr(joints.rospy, 'logerr_throttle', lambda period, text: logged.append(text))
+    describe(monkeypatch, {'/robot_description': '<robot>'})
+    assert not scene_of('tower', 0.3).names()
+    assert logged[0].startswith('/robot_description cannot be read: ')

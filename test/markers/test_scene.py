@@ -365,11 +365,12 @@ def test_nobody_is_asked_or_told_while_the_scene_is_locked(scene, monkeypatch):
         locked.append(scene._lock._is_owned())
         return ''
 
-    monkeypatch.setattr(joints.rospy, 'get_param_cached', noting)  # asks the master
+    monkeypatch.setattr(joints, '_description_for', noting)  # asks the master
+    monkeypatch.setattr(joints.rospy, 'get_param_cached', noting)
     monkeypatch.setattr(rospy, 'logwarn_throttle_identical', noting)
     take(scene, '/joint_states', JointState(name=['tower'], position=[tracked(0.3)]))
     take(scene, '/markers', marker(plain_math.inf * tracked(1.0)))
-    assert locked == [False] * 2
+    assert locked == [False] * 3
 
 
 def test_a_marker_that_cannot_be_read_leaves_the_others_of_its_message(scene, seen, monkeypatch):

@@ -48,6 +48,7 @@ def test_limits_that_leave_nothing_between_are_none():
 def arm(monkeypatch):
     """Has `robot_description` in the namespace of all topics of `/lab`."""
     described = {'/lab/robot_description': URDF.format(limit=LIMIT)}
+    monkeypatch.setattr(robot_description.rospy, 'has_param', described.__contains__)
     monkeypatch.setattr(robot_description.rospy, 'get_param', described.get)
     return JointState(name=['base', 'elbow'], position=[9.0, values.track(0.5, values.Source('/arm', 1))])
 
@@ -66,7 +67,7 @@ def test_no_joint_is_forced_beyond_its_limits(arm, path, wanted):
     with pytest.raises(values.NotInvertible) as refused:
         node.check_joint_limits('/lab/arm/joint_states', arm, path, wanted)
     assert str(refused.value) == (
-        '9.0 is above the limits of the joint elbow, which are -2.4 .. 2.4 in robot_description'
+        '9.0 is above the limits of the joint elbow, which are -2.4 .. 2.4 in /lab/robot_description'
     )
 
 

@@ -2,7 +2,7 @@
 
 import functools
 import math
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 from xml.etree import ElementTree
 
 import rosgraph.names
@@ -44,23 +44,36 @@ class Joint(NamedTuple):
         return min(max(position, min(self.lower, present)), max(self.upper, present))
 
 
-def joints_of(topic: str, get_param: Callable[[str, str], Any]) -> Dict[str, Joint]:
-    """{name: Joint} of the robot whose joints a topic tells of, empty where there is no description of it.
+def description_for(topic: str) -> str:
+    """The parameter that describes the robot whose joints a topic tells of.
 
-    The parameter is looked for in the namespace of the topic, then in those around it.
+    It is looked for in the namespace of the topic, then in those around it.
 
     Args:
         topic: its full name.
-        get_param: `rospy.get_param`, or `rospy.get_param_cached` for those who ask often.
+
+    Raises:
+        LookupError: there is none.
     """
-    namespace, text = topic, None
-    while namespace != '/' and not text:
+    namespace = topic
+    while namespace != '/':
         namespace = rosgraph.names.namespace(namespace)
-        text = get_param(namespace + NAME, '')
+        if rospy.has_param(namespace + NAME):
+            return str(namespace) + NAME
+    raise LookupError(f'there is no {NAME} for {topic}')
+
+
+def joints_in(parameter: str, description: Any) -> Dict[str, Joint]:
+    """{name: Joint} of a robot; empty, with an error in the log, where its description cannot be read.
+
+    Args:
+        parameter: the name of the parameter.
+        description: its value.
+    """
     try:
-        return read_joints(text) if isinstance(text, str) and text else {}
+        return read_joints(str(description))
     except (ElementTree.ParseError, ValueError) as error:
-        rospy.logerr_throttle(60, f'{namespace}{NAME} cannot be read: {error}')
+        rospy.logerr_throttle(60, f'{parameter} cannot be read: {error}')
         return {}
 
 
@@ -79,7 +92,13 @@ def check_joint_limits(topic: str, message: Any, path: str, wanted: Any) -> None
         values.NotInvertible: it moves one beyond them.
     """
     positions = list(_positions(path, wanted)) if message._type == 'sensor_msgs/JointState' else []
-    joints = joints_of(topic, rospy.get_param) if positions else {}
+    if not positions:
+        return
+    try:
+        description = description_for(topic)
+    except LookupError:
+        return
+    joints = joints_in(description, rospy.get_param(description))
     for index, position in positions:
         joint = joints.get(message.name[index]) if index < len(message.name) else None
         if joint is None or position is None:
@@ -89,7 +108,7 @@ def check_joint_limits(topic: str, message: Any, path: str, wanted: Any) -> None
             above = 'above' if kept < position else 'below'
             raise values.NotInvertible(
                 f'{position!r} is {above} the limits of the joint {joint.name}, '
-                f'which are {joint.lower!r} .. {joint.upper!r} in {NAME}'
+                f'which are {joint.lower!r} .. {joint.upper!r} in {description}'
             )
 
 

@@ -3,8 +3,9 @@
 A JointState says how far each joint has turned; where the joints are, `robot_description` says (URDF).
 """
 
+import functools
 import math
-from typing import Any, Iterator, List, Optional, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import rospy
 from sensor_msgs.msg import JointState
@@ -93,11 +94,25 @@ class JointHandle(Handle):
 def joint_state(topic: str, message: JointState, settings: Settings) -> Iterator[Tuple[str, Optional[Handle]]]:
     """A JointState: a handle for each joint whose position is tracked."""
     tracked = [(name, value) for name, value in zip(message.name, message.position) if has_source(value)]
-    joints = node.joints_of(topic, rospy.get_param_cached) if tracked else {}
+    joints = _joints_for(topic) if tracked else {}
     for name, value in tracked:
         key = '{}:{}'.format(topic, name)
         is_there = name in joints and math.isfinite(value)
         yield key, JointHandle(key, joints[name], value, 0.5 * settings.ball_size) if is_there else None
+
+
+#: Asks the master, but no more once there is one.
+_description_for = functools.lru_cache(maxsize=None)(node.description_for)
+
+
+def _joints_for(topic: str) -> Dict[str, node.Joint]:
+    """{name: Joint} of the robot that a topic is about, empty where there is no description of it."""
+    try:
+        parameter = _description_for(topic)
+    except LookupError:
+        return {}
+    description = rospy.get_param_cached(parameter, '')
+    return node.joints_in(parameter, description) if description else {}
 
 
 def _around(axis: Vector, angle: float) -> Rotation:
