@@ -124,6 +124,31 @@ class TestWhere:
         assert '--where takes FIELD=VALUE' in failure('force', '/in_turn/pose/position/x', '1', '--where', 'base')
 
 
+@pytest.fixture
+def limited(master, several):
+    """The same joints, with a description of their robot."""
+    limit = '<parent link="upper"/><limit lower="-2.4" upper="2.4" effort="1" velocity="1"/>'
+    master.setParam('/robot_description', f'<robot><joint name="elbow" type="revolute">{limit}</joint></robot>')
+    yield
+    master.deleteParam('/robot_description')
+
+
+class TestLimitsOfJoints:
+    refusal = 'rosslt force: 9.0 is above the limits of the joint elbow, which are -2.4 .. 2.4 in /robot_description'
+
+    def test_a_joint_is_not_forced_beyond_its_limits(self, limited):
+        before = rosslt('get', '/several/b').stdout
+        for field, wanted in (('position[1]', '9'), ('position', '[0.1, 9]'), ('', '{position: [0.1, 9]}')):
+            assert failure('force', '/joints/' + field, wanted) == self.refusal
+        assert failure('force', '/joints/position[1]', '9', '--dry-run') == self.refusal
+        assert failure('force', '/joints/position', '9', '--where', 'name=elbow') == self.refusal
+        assert rosslt('get', '/several/b').stdout == before
+
+    def test_a_joint_is_forced_up_to_its_limit_and_others_are_free(self, limited):
+        assert lines('force', '/joints/position[1]', '2.4')[0][2] == '2.4'
+        assert lines('force', '/joints/position[0]', '9')[0][2] == '9.0'
+
+
 @pytest.fixture(scope='module')
 def twins(master):
     """Two nodes that publish one topic, of one code."""

@@ -23,23 +23,31 @@ class Robot(MouseCase):
     topic, node = '/stage', '/robot_stage'
     spots = (-5.5, 4.0), (5.5, -4.0)
 
-    def test_the_ring_of_a_joint_turns_what_its_position_comes_from(self):
-        before, angle = self.parameter('shoulder'), math.radians(50)
+    def turn_ring(self, angle, steps):
+        """Turn the ring of the joint by an angle; the pixels where the mouse was pressed and let go."""
 
         def on_ring(direction):
             return CENTRE[0] + RADIUS * math.cos(direction), CENTRE[1] + RADIUS * math.sin(direction)
 
-        centre = self.screen.pixel(*CENTRE)
         first = self.press(on_ring(2.4), JOINT)
-        path = [self.screen.pixel(*on_ring(2.4 + angle * step / 20)) for step in range(1, 21)]
+        path = [self.screen.pixel(*on_ring(2.4 + angle * step / steps)) for step in range(1, steps + 1)]
         self.screen.move(path)
         self.screen.release()
+        return first, path[-1]
+
+    def test_the_ring_of_a_joint_turns_what_its_position_comes_from(self):
+        before, centre = self.parameter('shoulder'), self.screen.pixel(*CENTRE)
 
         def direction(pixel):
             return math.atan2(centre[1] - pixel[1], pixel[0] - centre[0])
 
-        turned = (direction(path[-1]) - direction(first)) % (2 * math.pi)
+        first, last = self.turn_ring(math.radians(-50), 20)
+        turned = math.remainder(direction(last) - direction(first), 2 * math.pi)
         self.assert_comes_to('shoulder', before + turned, tolerance=1.5 / (RADIUS * self.screen.scale))
+
+    def test_the_ring_of_a_joint_stops_at_its_limit(self):
+        self.turn_ring(math.radians(350), 140)
+        self.assert_comes_to('shoulder', 3.0, 1e-12)
 
     def test_the_goal_of_an_action_is_dragged_and_keeps_its_bound(self):
         x, y = self.parameter('goal_x'), self.parameter('goal_y')

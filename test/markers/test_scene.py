@@ -14,25 +14,11 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import values
-from rosslt.markers.geometry import distance, normalized, product, rotate_vector
-from rosslt.markers.rviz.controls import handle_marker
+from rosslt.markers.geometry import distance
 from rosslt.markers.scene import by_type, duplicates, joints
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
-
-URDF = """
-<robot name="crane">
-  <joint name="tower" type="continuous">
-    <parent link="base"/><child link="arm"/>
-    <origin xyz="0 0 1" rpy="0 0 1.5707963267948966"/><axis xyz="0 0 2"/>
-  </joint>
-  <joint name="trolley" type="prismatic">
-    <parent link="arm"/><child link="hook"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>
-  </joint>
-  <joint name="paint" type="fixed"><parent link="arm"/><child link="paint"/></joint>
-</robot>
-"""
 
 
 def tracked(value, number=1):
@@ -372,52 +358,6 @@ def test_the_line_of_a_polygon_is_closed(all_drawn, seen):
     assert shape.points[0] == shape.points[-1]
 
 
-@pytest.fixture
-def crane(monkeypatch):
-    monkeypatch.setattr(joints.rospy, 'get_param_cached', lambda name, default: URDF)
-
-
-def joint_handles(scene, seen, tower=0.3, trolley=0.2):
-    message = JointState(name=['tower', 'trolley'], position=[tracked(tower, 1), tracked(trolley, 2)])
-    take(scene, '/joint_states', message)
-    return seen.handles['/joint_states:tower'], seen.handles['/joint_states:trolley']
-
-
-def test_a_joint_that_turns_has_a_ring_around_its_axis(scene, seen, crane):
-    tower, _ = joint_handles(scene, seen)
-    assert (tower.frame, tower.pose[:3]) == ('base', (0.0, 0.0, 1.0))
-    drawn = handle_marker(tower, tower.motions(lambda _value: True), False)
-    (ring,) = [control for control in drawn.controls if control.name.startswith('rotate')]
-    axis = rotate_vector(
-        normalized(ring.orientation.x, ring.orientation.y, ring.orientation.z, ring.orientation.w), (1.0, 0.0, 0.0)
-    )
-    assert axis == pytest.approx((0.0, 0.0, 1.0))
-
-
-@pytest.mark.parametrize('present', [0.3, 3.0, -7.0])
-def test_a_ring_that_is_turned_turns_its_joint_by_that_angle(scene, seen, crane, present):
-    tower, _ = joint_handles(scene, seen, tower=present)
-    turn = (0.0, 0.0, plain_math.sin(0.25), plain_math.cos(0.25))
-    pose = (*tower.pose[:3], *product(turn, tower.pose[3:]))
-    (value,), (target,) = tower.wanted(pose, moved=False, turned=True)
-    assert value == present
-    assert target == pytest.approx(present + 0.5)
-
-
-def test_a_joint_that_slides_has_a_ball_that_moves_along_its_axis(scene, seen, crane):
-    _, trolley = joint_handles(scene, seen)
-    assert trolley.pose[:3] == pytest.approx((0.5, 0.2, 0.0))
-    assert rotate_vector(trolley.pose[3:], (1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0))
-    (_,), (target,) = trolley.wanted((0.5, 0.7, 0.0, *trolley.pose[3:]), moved=True, turned=False)
-    assert target == pytest.approx(0.7)
-
-
-def test_joints_without_a_description_have_no_handle(scene, seen, monkeypatch):
-    monkeypatch.setattr(joints.rospy, 'get_param_cached', lambda name, default: {})  # as rospy says it the second time
-    take(scene, '/joint_states', JointState(name=['tower'], position=[tracked(0.3)]))
-    assert not seen.handles
-
-
 def test_nobody_is_asked_or_told_while_the_scene_is_locked(scene, monkeypatch):
     locked = []
 
@@ -425,11 +365,12 @@ def test_nobody_is_asked_or_told_while_the_scene_is_locked(scene, monkeypatch):
         locked.append(scene._lock._is_owned())
         return ''
 
-    monkeypatch.setattr(joints.rospy, 'get_param_cached', noting)  # asks the master
+    monkeypatch.setattr(joints, '_description_for', noting)  # asks the master
+    monkeypatch.setattr(joints.rospy, 'get_param_cached', noting)
     monkeypatch.setattr(rospy, 'logwarn_throttle_identical', noting)
     take(scene, '/joint_states', JointState(name=['tower'], position=[tracked(0.3)]))
     take(scene, '/markers', marker(plain_math.inf * tracked(1.0)))
-    assert locked == [False] * 2
+    assert locked == [False] * 3
 
 
 def test_a_marker_that_cannot_be_read_leaves_the_others_of_its_message(scene, seen, monkeypatch):

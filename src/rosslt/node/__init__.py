@@ -52,6 +52,7 @@ from rosslt.node.no_master import NO_MASTER
 from rosslt.node.node_errors import NodeErrors
 from rosslt.node.own_code import include_file, is_own_file
 from rosslt.node.program_parameters import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
+from rosslt.node.robot_description import Joint, check_joint_limits, description_for, joints_in
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
 from rosslt.node.rounds import begins_round
 from rosslt.node.saving import Unsaved, changes_to_save, tell_saved

@@ -23,6 +23,7 @@ from rosslt.node.history import new_request_id
 from rosslt.node.json_scalars import Value
 from rosslt.node.listening import Listener
 from rosslt.node.node_errors import NodeErrors
+from rosslt.node.robot_description import check_joint_limits
 from rosslt.values import Source
 
 #: The timeout of owners' answers, in seconds.
@@ -42,7 +43,10 @@ LONGEST = 160
 
 
 class Heard(Protocol):
-    """A message, and the node that has sent it."""
+    """A message, the topic that it was on, and the node that has sent it."""
+
+    @property
+    def topic(self) -> str: ...
 
     @property
     def publisher(self) -> str: ...
@@ -158,7 +162,8 @@ def force_field(
         by itself is solved for the moment it was seen at; then `moves` is True.
 
     Raises:
-        NotTracked, NotInvertible: there is no answer to begin with; nothing was requested.
+        NotTracked, NotInvertible: there is no answer to begin with, or a joint would go beyond its limits in
+            `robot_description`; nothing was requested.
         ChangeRejected, SourceUnreachable: as of `force_value`.
         NotReached: the sources have changed, but no message shows the target; the error says what came instead, and
             why as far as it is known, and has the Outcome.
@@ -205,7 +210,7 @@ class Forcing:
         """Begin with a message.
 
         Raises:
-            values.NotTracked, values.NotInvertible: there is no answer to begin with; nothing was requested.
+            values.NotTracked, values.NotInvertible: as of `force_field`; nothing was requested.
             ChangeRejected, SourceUnreachable: as of `force_value`, in the first round.
             NotReached: no message has the wanted value.
             ValueError: the message has no such field, or that cannot hold what is wanted.
@@ -223,6 +228,7 @@ class Forcing:
         if first is None:
             raise ValueError(f'the message has no field {self.path}')
         messages.check_range(*messages.part_at(heard.message, self.path), self.wanted)
+        check_joint_limits(heard.topic, heard.message, self.path, self.wanted)
         if first.is_reached:
             return Outcome({}, self.wanted, values.untracked(first.part), True)
         before = None if getattr(heard, 'is_latched', False) else self._next_like(first)

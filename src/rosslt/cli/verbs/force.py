@@ -92,6 +92,7 @@ def run(options: argparse.Namespace) -> None:
         field = paths[publisher]
         wanted = target(heard_one.message, field, options.value)
         if options.dry_run:
+            node.check_joint_limits(heard_one.topic, heard_one.message, field, wanted)
             _show(directory, _planned(directory, part, wanted, source), is_planned=True)
             return
         outcome = _forced(directory, stream, errors, heard_one, field, wanted, source, options)

@@ -2,7 +2,7 @@
 
 import math
 import time
-from typing import Any, Dict, Optional
+from typing import Any, Dict, List, Optional, Tuple
 
 from rosslt import node, values
 from rosslt.markers.geometry import PoseTuple, are_same_rotation, normalized, turn_without_noise, without_noise
@@ -28,6 +28,7 @@ class Drag:
         is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
         heard: when the hand last did something.
+        turn: how far the hand has turned it, as of `Handle.turn`, also more than once around.
         requested: when the owners were first asked.
         fault: why it asks for nothing more, or None.
         refusal: the error of the last request, or None.
@@ -41,6 +42,7 @@ class Drag:
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
         self.start: PoseTuple = handle.pose
+        self.turn = handle.turn(handle.pose)
         self.is_moved = self.is_turned = self.is_over = False
         self.is_exact = False
         self.heard, self.due, self.requested = time.monotonic(), 0.0, math.inf
@@ -54,15 +56,27 @@ class Drag:
         """The hand took hold of it at a pose: that of a thing that moves is no longer the one of the last message."""
         if self._is_sound(frame, pose):
             self.start = self.asked = self.pose = self._without_noise(pose)
+            self.turn = self.handle.turn(self.pose)
 
     def move(self, frame: str, pose: PoseTuple) -> None:
         """The hand is at a pose now."""
         if not self._is_sound(frame, pose):
             return
         self.pose = self._without_noise(pose)
+        self.turn = self.handle.turn(self.pose, self.turn)
         # Only what the hand has changed is asked for, and that even where it goes back to where it was.
         self.is_moved = self.is_moved or self.pose[:3] != self.start[:3]
         self.is_turned = self.is_turned or not are_same_rotation(self.pose[3:], self.start[3:], NOISE**2)
+
+    def wanted(self, handle: Handle, pose: PoseTuple) -> Tuple[List[Any], List[float], str]:
+        """The targets of this drag to a pose, for the handle as a message has it now.
+
+        Returns:
+            ([tracked value], [what it should become], what to tell of a limit of the thing that was met, or '').
+        """
+        tracked, targets = handle.wanted(pose, self.is_moved, self.is_turned)
+        # The limits are those where the hand took hold of it: what was beyond them can go back there with the hand.
+        return (tracked, *self.handle.limited(targets, self.turn)) if tracked else ([], [], '')
 
     def misfit(self, handle: Handle) -> Optional[str]:
         """Why a pose of this drag means nothing for a handle of the same name in a later message, or None."""

@@ -51,14 +51,14 @@ class Drop:
 
     def _is_of_the_way(self, handle: Handle) -> bool:
         """Return whether a message was computed from source values that the hand has passed on its way."""
-        present = values.source_values(handle.wanted(self.drag.pose, self.drag.is_moved, self.drag.is_turned)[0])
+        present = values.source_values(self.drag.wanted(handle, self.drag.pose)[0])
         return any(
             source in present and not messages.is_sent_as(new, present[source])
             for source, new in self.drag.after.items()
         )
 
     def _observed(self, handle: Handle) -> node.Observation:
-        tracked, targets = handle.wanted(self.drag.pose, self.drag.is_moved, self.drag.is_turned)
+        tracked, targets, _ = self.drag.wanted(handle, self.drag.pose)
         are_there = [
             abs(float(value) - target) <= NOISE * max(1.0, abs(target)) for value, target in zip(tracked, targets)
         ]

@@ -306,7 +306,7 @@ class Drags:
         if misfit:
             drag.fault = drag.fault or misfit
             return None
-        tracked, targets = handle.wanted(pose, drag.is_moved, drag.is_turned)
+        tracked, targets, limit = drag.wanted(handle, pose)
         if not tracked:
             return None
         timeout = self._rules.timeout
@@ -324,7 +324,7 @@ class Drags:
             drag.remember(getattr(error, 'changed', {}))
             return error
         drag.is_exact = plan.gap <= NOTICEABLE
-        self._say_how_far(handle, plan)
+        self._say_how_far(handle, plan, limit)
         return None
 
     def _why_gone(self, drag: Drag, handle: Handle) -> str:
@@ -339,9 +339,11 @@ class Drags:
             return f'its numbers are others by now: {error}'
         return ''
 
-    def _say_how_far(self, handle: Handle, plan: changes.Plan) -> None:
+    def _say_how_far(self, handle: Handle, plan: changes.Plan, limit: str) -> None:
         # A whole number rarely fits exactly; that is not worth a message.
         is_whole = any(isinstance(value, int) for value in plan.after.values())
+        stop = ''
         if plan.gap > NOTICEABLE and not is_whole:
-            reasons: List[str] = [wording.limit(plan.stops, self._name_of)] if plan.stops else []
-            self._scene.say(handle, '; '.join(reasons) or 'as near as possible')
+            stop = wording.limit(plan.stops, self._name_of) if plan.stops else 'as near as possible'
+        if limit or stop:
+            self._scene.say(handle, '; '.join(filter(None, [wording.short_numbers(limit), stop])))

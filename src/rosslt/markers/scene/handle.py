@@ -126,6 +126,26 @@ class Handle:
         """
         raise NotImplementedError
 
+    def turn(self, pose: PoseTuple, near: Optional[float] = None) -> float:
+        """How far a pose has it turned around its only axis, in radians, where it can be turned more than once around.
+
+        Args:
+            near: of the turns that look alike, the one nearest to this is meant; by default nearest to the present one.
+        """
+        return 0.0
+
+    def limited(self, targets: List[float], turn: float) -> Tuple[List[float], str]:
+        """The targets of a drag within the limits that the thing has, whatever its numbers come from.
+
+        Args:
+            targets: as `wanted` gives them, at least one.
+            turn: how far the drag has turned it, as of `turn`.
+
+        Returns:
+            The targets, and what to tell a person of the limit that was met, '' where there is none.
+        """
+        return targets, ''
+
     def motions(self, can_change: CanChange) -> Motions:
         """The ways in which it can be moved, given which sources take changes."""
         raise NotImplementedError

@@ -5,12 +5,12 @@ A JointState says how far each joint has turned; where the joints are, `robot_de
 
 import functools
 import math
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
-from xml.etree import ElementTree
+from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import rospy
 from sensor_msgs.msg import JointState
 
+from rosslt import node, values
 from rosslt.markers.geometry import (
     IDENTITY,
     PoseTuple,
@@ -26,25 +26,6 @@ from rosslt.markers.scene.handle import CanChange, Handle, Motions, Ring, Settin
 from rosslt.markers.scene.marker import COLOR
 from rosslt.markers.scene.shapes import sphere
 
-TURNING = ('revolute', 'continuous')
-SLIDING = ('prismatic',)
-
-
-class Joint(NamedTuple):
-    """A joint of a robot.
-
-    Attributes:
-        parent: the link, and frame, that it is fixed to.
-        origin: where it is in that frame, for position 0.
-        axis: around or along which it moves, in its own coordinates; of length 1.
-        is_turning: whether it turns or slides.
-    """
-
-    parent: str
-    origin: PoseTuple
-    axis: Vector
-    is_turning: bool
-
 
 class JointHandle(Handle):
     """A handle that turns or slides a joint of a robot: a ball on the joint.
@@ -58,10 +39,10 @@ class JointHandle(Handle):
 
     __slots__ = ('_axis', '_joint', '_start', '_value')
 
-    def __init__(self, name: str, joint: Joint, value: Any, size: float) -> None:
+    def __init__(self, name: str, joint: node.Joint, value: Any, size: float) -> None:
         self._joint, self._value = joint, value
-        x, y, z = joint.origin[:3]
-        self._start = joint.origin[3:]
+        x, y, z = joint.position
+        self._start = _rotation(*joint.roll_pitch_yaw)
         self._axis = rotate_vector(self._start, joint.axis)
         if joint.is_turning:
             rotation = product(self._start, _around(joint.axis, float(value)))
@@ -79,13 +60,28 @@ class JointHandle(Handle):
         if not (turned if self._joint.is_turning else moved):
             return [], []
         if self._joint.is_turning:
-            x, y, z, w = product(inverse(self._start), pose[3:])
-            angle = 2.0 * math.atan2(sum(a * b for a, b in zip((x, y, z), self._joint.axis)), w)
-            # The turn nearest the present one: joints turn further than once around.
-            present = float(self._value)
-            return [self._value], [present + math.remainder(angle - present, 2.0 * math.pi)]
-        way = sum((a - b) * c for a, b, c in zip(pose[:3], self._joint.origin[:3], self._axis))
+            return [self._value], [self.turn(pose, float(self._value))]
+        way = sum((a - b) * c for a, b, c in zip(pose[:3], self._joint.position, self._axis))
         return [self._value], [way]
+
+    def turn(self, pose: PoseTuple, near: Optional[float] = None) -> float:
+        """How far a joint that turns has turned at a pose."""
+        if not self._joint.is_turning:
+            return 0.0
+        x, y, z, w = product(inverse(self._start), pose[3:])
+        angle = 2.0 * math.atan2(sum(a * b for a, b in zip((x, y, z), self._joint.axis)), w)
+        near = float(self._value) if near is None else near
+        return near + math.remainder(angle - near, 2.0 * math.pi)
+
+    def limited(self, targets: List[float], turn: float) -> Tuple[List[float], str]:
+        """The target within the limits of the joint, and which limit stops it."""
+        joint, wanted = self._joint, turn if self._joint.is_turning else targets[0]
+        kept = joint.kept(wanted, float(self._value))
+        if kept == wanted:
+            return [wanted], ''
+        word, limit = ('maximum', joint.upper) if kept < wanted else ('minimum', joint.lower)
+        where = 'at' if values.is_same(kept, limit) else 'beyond'
+        return [kept], f'{joint.name} is {where} its {word} {limit!r} in robot_description'
 
     def motions(self, can_change: CanChange) -> Motions:
         """A ring around its axis, or a way along it."""
@@ -95,53 +91,28 @@ class JointHandle(Handle):
         return Motions((is_free, False, False))
 
 
-def robot_joints() -> Dict[str, Joint]:
-    """{name: Joint} of `robot_description`, empty where there is none."""
-    text = rospy.get_param_cached('robot_description', '')
-    try:
-        return read_joints(text) if text else {}
-    except (ElementTree.ParseError, ValueError) as error:
-        rospy.logerr_throttle(60, 'robot_description cannot be read: %s', error)
-        return {}
-
-
-@functools.lru_cache(maxsize=1)
-def read_joints(urdf: str) -> Dict[str, Joint]:
-    """The joints of a URDF that turn or slide, by name.
-
-    Raises:
-        ElementTree.ParseError, ValueError: it is no URDF.
-    """
-    found = {}
-    for element in ElementTree.fromstring(urdf).iter('joint'):
-        kind, parent = element.get('type'), element.find('parent')
-        if parent is None or kind not in TURNING + SLIDING:
-            continue
-        origin, axis = element.find('origin'), element.find('axis')
-        x, y, z = _numbers(origin, 'xyz', (0.0, 0.0, 0.0))
-        rotation = _roll_pitch_yaw(*_numbers(origin, 'rpy', (0.0, 0.0, 0.0)))
-        direction = _numbers(axis, 'xyz', (1.0, 0.0, 0.0))
-        length = math.sqrt(sum(part * part for part in direction))
-        if length == 0.0:
-            raise ValueError('the axis of the joint {} has no direction'.format(element.get('name')))
-        a, b, c = (part / length for part in direction)
-        found[element.get('name', '')] = Joint(parent.get('link', ''), (x, y, z, *rotation), (a, b, c), kind in TURNING)
-    return found
-
-
 def joint_state(topic: str, message: JointState, settings: Settings) -> Iterator[Tuple[str, Optional[Handle]]]:
     """A JointState: a handle for each joint whose position is tracked."""
     tracked = [(name, value) for name, value in zip(message.name, message.position) if has_source(value)]
-    joints = robot_joints() if tracked else {}
+    joints = _joints_for(topic) if tracked else {}
     for name, value in tracked:
         key = '{}:{}'.format(topic, name)
         is_there = name in joints and math.isfinite(value)
         yield key, JointHandle(key, joints[name], value, 0.5 * settings.ball_size) if is_there else None
 
 
-def _numbers(element: Optional[ElementTree.Element], attribute: str, default: Sequence[float]) -> Sequence[float]:
-    text = None if element is None else element.get(attribute)
-    return default if text is None else [float(part) for part in text.split()]
+#: Asks the master, but no more once there is one.
+_description_for = functools.lru_cache(maxsize=None)(node.description_for)
+
+
+def _joints_for(topic: str) -> Dict[str, node.Joint]:
+    """{name: Joint} of the robot that a topic is about, empty where there is no description of it."""
+    try:
+        parameter = _description_for(topic)
+    except LookupError:
+        return {}
+    description = rospy.get_param_cached(parameter, '')
+    return node.joints_in(parameter, description) if description else {}
 
 
 def _around(axis: Vector, angle: float) -> Rotation:
@@ -149,7 +120,7 @@ def _around(axis: Vector, angle: float) -> Rotation:
     return x, y, z, math.cos(angle / 2)
 
 
-def _roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Rotation:
+def _rotation(roll: float, pitch: float, yaw: float) -> Rotation:
     turns = zip(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (roll, pitch, yaw))
     result = IDENTITY
     for axis, angle in turns:
