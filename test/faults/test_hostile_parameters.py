@@ -6,8 +6,8 @@ import xmlrpc.client
 
 import pytest
 
+from rosslt.node.change.locks import ACCEPT_FROM, Access
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locks import ACCEPT_FROM, Access
 from support.processes import Node, wait_until
 from support.shell import rosslt
 
@@ -130,6 +130,6 @@ def test_who_asks_while_a_setting_is_refused_is_refused_as_well(monkeypatch):
             access.check('gain', '/somebody')
         refused.append('/somebody')
 
-    monkeypatch.setattr('rosslt.node.locks.rospy.logerr', ask)
+    monkeypatch.setattr('rosslt.node.change.locks.rospy.logerr', ask)
     access.set(ACCEPT_FROM, 1.0)
     assert refused

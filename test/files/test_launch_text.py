@@ -7,7 +7,7 @@ import pytest
 from roslaunch.loader import convert_value
 
 from rosslt import files
-from rosslt.node.saving import _read_param
+from rosslt.node.locations.saving import _read_param
 
 LAUNCH = """<launch>
   <param name="gain" value="1.50"/>

@@ -234,7 +234,7 @@ def test_bytecode_is_that_of_all_files_that_rewrite():
         needed.update(
             f'instrument/{file}' for file in re.findall(r'^from rosslt\.instrument\.(\w+) import', text, re.M)
         )
-    assert set(loader._REWRITING) == {*found, 'node/literal_identities'}
+    assert set(loader._REWRITING) == {*found, 'node/locations/literal_identities'}
 
 
 def test_a_relay_of_a_catkin_workspace_is_followed(folder):

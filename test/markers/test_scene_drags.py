@@ -20,7 +20,7 @@ from rosslt.markers.geometry import IDENTITY
 from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
-from rosslt.node import closed_loop
+from rosslt.node.change import closed_loop
 from support.processes import wait_until
 
 HEIGHT, TIME = values.Source('/owner', 1), values.Source('/owner', 2)

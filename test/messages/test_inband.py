@@ -11,7 +11,7 @@ from visualization_msgs.msg import Marker
 
 from rosslt import Source, track
 from rosslt.messages import append_provenance, attach, encode, split_provenance
-from rosslt.node.serialization import serializer
+from rosslt.node.topics.serialization import serializer
 from support.filling import Filling, assert_arrived, serialized
 
 X = track(0.25, Source('/node', 1))

@@ -23,7 +23,7 @@ from rosslt.messages import (
     wrap,
 )
 from rosslt.messages.walkers import BYTES_LIMIT
-from rosslt.node.serialization import received_class
+from rosslt.node.topics.serialization import received_class
 from support.filling import Filling, assert_arrived, serialized
 
 ONE, TWO = Source('/n', 1), Source('/n', 2)

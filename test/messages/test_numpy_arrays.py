@@ -13,7 +13,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from rosslt import Source, sources, track
 from rosslt.messages import decode, packed_arrays, tracked_fields, tracked_type, with_leaves, wrap
-from rosslt.node.serialization import serializer
+from rosslt.node.topics.serialization import serializer
 from support.filling import assert_arrived
 
 # genpy's classes call it

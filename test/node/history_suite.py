@@ -160,13 +160,13 @@ class Told(unittest.TestCase):
 
     def test_nobody_reads_the_literal_of_a_location_whose_value_is_remembered(self):
         code = """
-            from rosslt.node import parameter_mirror
-            kept = parameter_mirror.Parameters._kept
+            from rosslt.node.parameters import mirror
+            kept = mirror.Parameters._kept
             def slowly(self, location):
                 print('taking over', flush=True)
                 sys.stdin.readline()
                 return kept(self, location)
-            parameter_mirror.Parameters._kept = slowly
+            mirror.Parameters._kept = slowly
             """ + textwrap.dedent(OWNER).replace('\n', '\n            ')
         with Node('early', OWNER) as node:
             gain = tracked(node, 'gain')

@@ -20,7 +20,7 @@ from rosslt.srv import ChangeSources, GetHistory, GetValues, ListLocations, Lock
 
 import rosslt
 from rosslt.node.api import _BY_CALL
-from rosslt.node.parameter_server import ParameterServer
+from rosslt.node.parameters.server import ParameterServer
 from support.processes import Node, wait_until
 
 SHOW = """

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 import rosgraph
 
-from rosslt.node.call_sites import CallSite, identity_of, name_of, word_of
+from rosslt.node.locations.call_sites import CallSite, identity_of, name_of, word_of
 
-FOLDER = Path(__file__).resolve().parents[2] / 'src' / 'rosslt' / 'node'
+FOLDER = Path(__file__).resolve().parents[2] / 'src' / 'rosslt' / 'node' / 'locations'
 
 #: Calls in all kinds of places; each says its own name.
 CALLS = """\
@@ -70,7 +70,7 @@ PROBE = """\
 import importlib.util, json, sys
 for name in ('literal_identities', 'call_sites'):
     spec = importlib.util.spec_from_file_location(name, sys.argv[1] + name + '.py')
-    call_sites = sys.modules['rosslt.node.' + name] = importlib.util.module_from_spec(spec)
+    call_sites = sys.modules['rosslt.node.locations.' + name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(call_sites)
 sites = []
 

@@ -8,8 +8,8 @@ from move_base_msgs.msg import MoveBaseActionGoal
 from std_msgs.msg import Float64
 
 from rosslt import node, values
-from rosslt.node import forcing
-from rosslt.node.listening import Heard
+from rosslt.node.change import forcing
+from rosslt.node.topics.listening import Heard
 
 GAIN, BIAS = values.Source('/owner', 1), values.Source('/owner', 2)
 NAMES = {GAIN: '/owner/gain', BIAS: '/owner/bias'}

@@ -7,9 +7,9 @@ import pytest
 import rospy
 from rosslt.srv import ChangeSourcesRequest
 
-from rosslt.node import commit_participant
-from rosslt.node.call_sites import CallSite
-from rosslt.node.external_location import ExternalLocation
+from rosslt.node.change import commit_participant
+from rosslt.node.locations.call_sites import CallSite
+from rosslt.node.locations.external import ExternalLocation
 from support.hostile_requests import owner as owner_of_four
 
 SITE = CallSite('participant.py', 1, 1, '', 0, 1)

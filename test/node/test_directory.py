@@ -6,10 +6,10 @@ import threading
 import pytest
 
 from rosslt import msg, srv, values
-from rosslt.node.directory import Directory
+from rosslt.node.locations.directory import Directory
 from support.processes import wait_until
 
-directories = importlib.import_module('rosslt.node.directory')
+directories = importlib.import_module('rosslt.node.locations.directory')
 
 GAIN = values.Source('/owner', 7)
 

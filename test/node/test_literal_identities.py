@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from rosslt.instrument.literals import SourceText, find_literals
 from rosslt.instrument.states import find_states
-from rosslt.node.literal_identities import identities
+from rosslt.node.locations.literal_identities import identities
 
 #: Lines with a number that is a location, and one that is none where there are two.
 CALLS = [

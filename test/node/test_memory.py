@@ -12,8 +12,8 @@ import pytest
 import rosslt
 from rosslt import numpy as tracked_numpy
 from rosslt import values
-from rosslt.node import memory
-from rosslt.node.memory import Following, Memory
+from rosslt.node.memory import remembered
+from rosslt.node.memory.remembered import Following, Memory
 
 NUMBERS = itertools.count(1)
 
@@ -160,9 +160,9 @@ def test_a_node_goes_on_after_an_error_of_the_walk(node, monkeypatch):
     def fail():
         raise MemoryError('all is full')
 
-    monkeypatch.setattr(memory.rospy, 'logerr', lambda text, *parts: said.append(text % parts))
+    monkeypatch.setattr(remembered.rospy, 'logerr', lambda text, *parts: said.append(text % parts))
     node.memory.begins.append(lambda: called.append(1))
-    monkeypatch.setattr(memory, 'Walk', fail)
+    monkeypatch.setattr(remembered, 'Walk', fail)
     node.memory.begin()
     assert called
     assert said == ['what this node keeps follows no change: MemoryError: all is full']

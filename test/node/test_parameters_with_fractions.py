@@ -3,8 +3,8 @@
 import pytest
 
 from rosslt import values
-from rosslt.node.call_sites import CallSite
-from rosslt.node.locations import ParameterLocation
+from rosslt.node.locations.call_sites import CallSite
+from rosslt.node.locations.location import ParameterLocation
 
 
 def test_what_was_read_as_an_int_takes_fractions_without_being_replaced():

@@ -8,8 +8,8 @@ import sys
 import pytest
 import rosgraph
 
-from rosslt.node.call_sites import CallSite
-from rosslt.node.locations import HeldLocation
+from rosslt.node.locations.call_sites import CallSite
+from rosslt.node.locations.location import HeldLocation
 from rosslt.node.reconfigure import configuration
 from support.processes import Node, wait_until
 

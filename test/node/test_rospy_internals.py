@@ -50,7 +50,7 @@ def test_what_is_used_of_a_publisher_and_a_subscriber_is_there(kind):
         '/topic', String
     )
     gone = [name for name in rospy_internals.USED_OF_IMPLEMENTATIONS[kind] if not hasattr(made, name)]
-    assert not gone, f'the implementation of a {kind} has no {gone} any more; rosslt/node/topics.py needs it'
+    assert not gone, f'the implementation of a {kind} has no {gone} any more; rosslt/node/topics/topics.py needs it'
 
 
 def test_what_is_used_of_a_connection_is_there():

@@ -4,8 +4,8 @@ import textwrap
 
 import pytest
 
-from rosslt.node import rounds
-from rosslt.node.memory import Memory
+from rosslt.node.memory import rounds
+from rosslt.node.memory.remembered import Memory
 
 #: Loops that belong to the set-up. `work` raises in its first two calls.
 SET_UP = {

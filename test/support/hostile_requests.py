@@ -9,9 +9,9 @@ from typing import Any, Dict, List, Set, Tuple
 import rospy
 
 from rosslt import srv
-from rosslt.node.call_sites import CallSite
-from rosslt.node.locations import HeldLocation
-from rosslt.node.locks import WHOLE
+from rosslt.node.change.locks import WHOLE
+from rosslt.node.locations.call_sites import CallSite
+from rosslt.node.locations.location import HeldLocation
 from rosslt.node.server import Owner
 
 TEXTS = [

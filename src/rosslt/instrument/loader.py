@@ -91,7 +91,7 @@ _REWRITING = (
         f'instrument/{name}'
         for name in ('callees', 'lifetimes', 'literals', 'location_rules', 'states', 'tree_rewriting')
     ),
-    'node/literal_identities',
+    'node/locations/literal_identities',
 )
 _made_by: List[bytes] = []
 

@@ -23,9 +23,7 @@ from rosslt.node.api import (
     reread,
     start,
 )
-from rosslt.node.call_sites import CallSite, call_site
-from rosslt.node.change_lock import CHANGE_LOCK
-from rosslt.node.client import (
+from rosslt.node.change.client import (
     Change,
     ChangeRejected,
     Requester,
@@ -37,30 +35,32 @@ from rosslt.node.client import (
     undo,
     undo_request,
 )
-from rosslt.node.closed_loop import ClosedLoop, Observation, observe
-from rosslt.node.directory import SHAPE_RANK, Directory, Place
-from rosslt.node.forcing import Forcing, NotReached, Outcome, force_field
-from rosslt.node.history import new_request_id
+from rosslt.node.change.closed_loop import ClosedLoop, Observation, observe
+from rosslt.node.change.forcing import Forcing, NotReached, Outcome, force_field
+from rosslt.node.change.history import new_request_id
+from rosslt.node.change.last_change import histories, last_change, taking_part, values_in_code
+from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
-from rosslt.node.listening import Heard, Listener
-from rosslt.node.literal_identities import identities
-from rosslt.node.locations import HeldLocation, LiteralLocation
+from rosslt.node.locations.call_sites import CallSite, call_site
+from rosslt.node.locations.directory import SHAPE_RANK, Directory, Place
+from rosslt.node.locations.literal_identities import identities
+from rosslt.node.locations.location import HeldLocation, LiteralLocation
+from rosslt.node.locations.mutex import CHANGE_LOCK
+from rosslt.node.locations.saving import Unsaved, changes_to_save, tell_saved
+from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.master_watch import MASTER_WATCH
-from rosslt.node.memory import MEMORY
+from rosslt.node.memory.own_code import include_file, is_own_file
+from rosslt.node.memory.remembered import MEMORY
+from rosslt.node.memory.rounds import begins_round
 from rosslt.node.no_master import NO_MASTER
-from rosslt.node.node_errors import NodeErrors
-from rosslt.node.own_code import include_file, is_own_file
-from rosslt.node.program_parameters import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
+from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.robot_description import Joint, check_joint_limits, description_for, joints_in
 from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
-from rosslt.node.rounds import begins_round
-from rosslt.node.saving import Unsaved, changes_to_save, tell_saved
 from rosslt.node.service_calls import NO_ANSWER, ask_all
-from rosslt.node.services import Service, ServiceProxy
-from rosslt.node.source_files import SOURCE_FILES
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
-from rosslt.node.topics import Publisher, Subscriber, wait_for_message
-from rosslt.node.undoing import histories, last_change, taking_part, values_in_code
+from rosslt.node.topics.listening import Heard, Listener
+from rosslt.node.topics.services import Service, ServiceProxy
+from rosslt.node.topics.topics import Publisher, Subscriber, wait_for_message

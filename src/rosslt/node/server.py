@@ -12,14 +12,16 @@ from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tupl
 import rospy
 
 from rosslt import msg, srv, values
-from rosslt.node import locks, reconfigure
+from rosslt.node import reconfigure
 from rosslt.node.callbacks import Callbacks
-from rosslt.node.commit_participant import APPLIED, CommitParticipant
-from rosslt.node.description import described
-from rosslt.node.directory import Directory
-from rosslt.node.history import History, Request, applied_change, differing
+from rosslt.node.change import locks
+from rosslt.node.change.commit_participant import APPLIED, CommitParticipant
+from rosslt.node.change.history import History, Request, applied_change, differing
+from rosslt.node.change.lock_service import Locking
+from rosslt.node.change.locks import Access
 from rosslt.node.json_scalars import Refused, Value, to_json
-from rosslt.node.locations import (
+from rosslt.node.locations.directory import Directory
+from rosslt.node.locations.location import (
     Change,
     HeldLocation,
     LiteralLocation,
@@ -28,14 +30,13 @@ from rosslt.node.locations import (
     ParameterLocation,
     put_in_force,
 )
-from rosslt.node.lock_service import Locking
-from rosslt.node.locks import Access
+from rosslt.node.locations.report import described
+from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.master_watch import MASTER_WATCH
-from rosslt.node.memory import MEMORY
-from rosslt.node.parameter_mirror import Parameters
-from rosslt.node.parameter_sources import ReadParameters
-from rosslt.node.serialization import Sending
-from rosslt.node.source_files import SOURCE_FILES
+from rosslt.node.memory.remembered import MEMORY
+from rosslt.node.parameters.mirror import Parameters
+from rosslt.node.parameters.sources import ReadParameters
+from rosslt.node.topics.serialization import Sending
 
 #: The maximal wait of an acknowledgement for the parameter server, in seconds; the change is in force in any case.
 FOLLOW_TIMEOUT = 1.0

@@ -6,7 +6,7 @@ Where dynamic_reconfigure is not installed, there is nothing for them, and the n
 from typing import Callable
 
 from rosslt.node.callbacks import Callbacks
-from rosslt.node.owner import Owner
+from rosslt.node.change.owner import Owner
 
 
 def serve(owner: Owner, background: Callbacks) -> Callable[[], None]:

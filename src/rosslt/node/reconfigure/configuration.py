@@ -10,7 +10,7 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
 from dynamic_reconfigure import msg
 
 from rosslt.node.json_scalars import Refused, Value
-from rosslt.node.locations import Location
+from rosslt.node.locations.location import Location
 
 #: The keys of a group's dictionary in dynamic_reconfigure that are not names of parameters.
 RESERVED = {'groups', 'id', 'name', 'parameters', 'parent', 'state', 'type'}

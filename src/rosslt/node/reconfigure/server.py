@@ -16,10 +16,10 @@ from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, Reconfigure
 
 from rosslt import srv
 from rosslt.node.callbacks import Callbacks
-from rosslt.node.history import new_request_id
+from rosslt.node.change.history import new_request_id
+from rosslt.node.change.owner import Owner
 from rosslt.node.json_scalars import Value
-from rosslt.node.locations import Location
-from rosslt.node.owner import Owner
+from rosslt.node.locations.location import Location
 from rosslt.node.reconfigure.configuration import Configuration
 
 #: While values change, they are published no more often than this, in seconds.

@@ -7,7 +7,7 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from rosslt.node.topics import Publisher
+from rosslt.node.topics.topics import Publisher
 
 # The __init__ of tf2_ros' classes makes a plain publisher and nothing else; those here make one that keeps provenance.
 

@@ -6,8 +6,8 @@ import tf2_ros
 from tf2_msgs.msg import TFMessage
 
 from rosslt import messages
-from rosslt.node.serialization import is_sampled
-from rosslt.node.topics import Subscriber
+from rosslt.node.topics.serialization import is_sampled
+from rosslt.node.topics.topics import Subscriber
 
 
 class TransformListener(tf2_ros.TransformListener):

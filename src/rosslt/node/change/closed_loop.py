@@ -1,0 +1,212 @@
+"""The closed loop: solve, change, look at what comes, at most so many times.
+
+An expression says how a node computed a field, not how it will compute it after a change: it may take another branch,
+round, or go on from what it has summed up. So the next messages are looked at; where the field is not what was wanted,
+the new message's expression is solved, and so on. `forcing` feeds it with the messages of a topic, drags with those of
+the thing that was dropped.
+"""
+
+import math
+import time
+from typing import Any, Callable, Dict, List, NamedTuple, Optional
+
+from rosslt import messages, values
+from rosslt.node.change.client import Change
+from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
+
+#: The time in which messages show whether a field stands still, in seconds.
+LOOK = 1.0
+
+#: How near a number that comes no nearer must be, relative to the target: the node may have iterated.
+NEAR = 1e-6
+
+
+class Expression:
+    """The expression that computed a part of a message, without its numbers.
+
+    Where a node takes another branch (`a if x < 5 else b`), sources and operations come and go.
+
+    Args:
+        part: a scalar, a message or an array, with tracked leaves.
+
+    Attributes:
+        sources: what it was computed from.
+        readings: {source: its values that were used}; of a counter or an integral several.
+        form: equal for expressions that compute in the same way.
+    """
+
+    def __init__(self, part: Any) -> None:
+        tracked = [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
+        instructions, roots = values.disassemble(tracked)
+        self.sources: List[Source] = values.sources(tracked)
+        self.readings: Dict[Source, List[Any]] = {}
+        self.form: List[Any] = [roots]
+        for kind, *rest in instructions:
+            if kind == SOURCE:
+                self.readings.setdefault(rest[0], []).append(rest[1])
+                self.form.append(rest[0])
+            elif kind == AFFINE:
+                self.form.append(tuple(index for index, _ in rest[1]))
+            else:
+                self.form.append(CONSTANT if kind == CONSTANT else (kind.name, *rest))
+
+
+class Observation(NamedTuple):
+    """A field as a message has it.
+
+    Attributes:
+        number: how many messages there were up to this one, since the first change.
+        at: when it came, a time of `time.monotonic`.
+        part: the field, with its provenance.
+        expression: how it was computed.
+        distance: how far it is from the target.
+        is_reached: whether it is the target.
+        is_near: whether it is the target but for NEAR.
+    """
+
+    number: int
+    at: float
+    part: Any
+    expression: Expression
+    distance: float
+    is_reached: bool
+    is_near: bool
+
+
+def observe(part: Any, wanted: Any, type_: str = '', number: int = 0) -> Observation:
+    """The Observation of a part of a message that has just come.
+
+    Args:
+        part, wanted, type_: as of `messages.is_reached`.
+        number: of the message.
+    """
+    return Observation(
+        number,
+        time.monotonic(),
+        part,
+        Expression(part),
+        messages.distance(part, wanted),
+        messages.is_reached(part, wanted, type_),
+        messages.is_reached(part, wanted, type_, NEAR),
+    )
+
+
+class ClosedLoop:
+    """Has the sources of a field changed, looks at what comes, and has them changed again.
+
+    Args:
+        change: has the sources become what an observation needs, and gives what it has changed, {Source: Change};
+            empty where there is nothing left to try.
+        rounds: how many times at most.
+        timeout: how long to wait for a message that shows a change, in seconds.
+        moved_before: whether the field moved before it was changed: only then it is believed to move by itself.
+        leaves_moving: for a thing that a hand has dropped: it is solved again only where it has stood still for LOOK,
+            and left alone where it has not.
+
+    Attributes:
+        is_over, is_reached: whether it is at its end, and the field as wanted, or as near as NEAR where it comes no
+            nearer. One that moves by itself is as wanted where it was solved for its moment: computed as it was then,
+            and no further off than it moves.
+        moves: whether the field moves after the change.
+        rounds: how many times sources were changed.
+        end: until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called.
+        seen: the observations that show the last change.
+        other: those without any of the changed sources; they count where `seen` stays empty.
+        old: how many still had an old value of a changed source.
+        last: the observation that is the result; None where no message shows the change.
+    """
+
+    def __init__(
+        self,
+        change: Callable[[Observation], Dict[Source, Change]],
+        rounds: int,
+        timeout: float,
+        moved_before: bool = False,
+        leaves_moving: bool = False,
+    ) -> None:
+        self._change, self._most, self._timeout = change, rounds, timeout
+        self._moved_before, self._leaves_moving = moved_before, leaves_moving
+        self.is_over = self.is_reached = self.moves = False
+        self.rounds = self.old = 0
+        self.seen: List[Observation] = []
+        self.other: List[Observation] = []
+        self.last: Optional[Observation] = None
+
+    def solve(self, observation: Observation) -> None:
+        """Have the sources changed for an observation; raises what `change` raises."""
+        changed = self._change(observation) if self.rounds < self._most else {}
+        if changed:
+            self.follow(observation, changed)
+        else:
+            self.is_over, self.is_reached = True, not self.moves and self.last is not None and self.last.is_near
+
+    def follow(self, solved: Observation, changed: Dict[Source, Change]) -> None:
+        """Look at what comes: the sources have been changed for an observation."""
+        self.rounds += 1
+        self._solved, self._changed = solved, changed
+        self.last, self.seen, self.other, self.old = None, [], [], 0
+        self.end = self._latest_end = time.monotonic() + self._timeout
+        self._nearest = math.inf
+
+    def take(self, observation: Optional[Observation]) -> None:
+        """Take in what a message shows; None where it has no such field."""
+        if observation is None:
+            return
+        if not observation.is_reached and self._is_older(observation.expression):
+            self.old += 1
+            return
+        is_new = observation.is_reached or bool(self._changed.keys() & set(observation.expression.sources))
+        seen = self.seen if is_new else self.other
+        seen.append(observation)
+        if len(seen) == 1 or observation.distance < self._nearest:  # it may come nearer by itself
+            self._nearest = observation.distance
+            self.end = min(self._latest_end, observation.at + LOOK)
+        if is_new and len(seen) > 1:
+            is_reached = observation.is_reached and seen[-2].is_reached
+            if is_reached or (not self._leaves_moving and is_alike(*seen[-2:])):
+                self.pass_time()
+
+    def pass_time(self) -> None:
+        """Judge what was seen of a change, at `end` if not earlier, and solve that where it is not what was wanted."""
+        seen = self.seen or self.other
+        if not seen or (self._leaves_moving and len(seen) < 2):  # one message does not tell whether it moves
+            self.is_over = True
+        elif all(one.is_reached for one in seen[-2:]):
+            self.last, self.moves, self.is_over, self.is_reached = seen[-2:][0], False, True, True
+        else:
+            pairs = list(zip(seen, seen[1:]))
+            self.moves = not all(is_alike(*pair) for pair in (pairs if self._leaves_moving else pairs[-1:]))
+            is_by_itself = self._leaves_moving or (self._moved_before and self._is_of_its_moment(seen))
+            if self.moves and is_by_itself:
+                self.last, self.is_over, self.is_reached = seen[0], True, True
+                return
+            self.last = seen[-1]
+            self.solve(seen[-1])
+
+    def _is_of_its_moment(self, seen: List[Observation]) -> bool:
+        """Return whether a field that moves is computed as when it was solved, and no further off than it moves."""
+        first, form = values.untracked(seen[0].part), self._solved.expression.form
+        spread = max(messages.distance(one.part, first) for one in seen)
+        return seen[0].distance <= spread and all(one.expression.form == form for one in seen)
+
+    def _is_older(self, expression: Expression) -> bool:
+        """Return whether a message was computed before the change, or from a value that was kept from before."""
+        for source, change in self._changed.items():
+            readings = expression.readings.get(source)
+            if (
+                readings
+                and not is_equal(*change)
+                and all(messages.is_sent_as(change.old, reading) for reading in readings)
+            ):
+                return True
+        return False
+
+
+def is_alike(one: Observation, other: Observation) -> bool:
+    """Return whether a field is the same in two observations."""
+    return messages.is_reached(other.part, values.untracked(one.part))
+
+
+def is_equal(one: Any, other: Any) -> bool:
+    """Return whether two values of a source are the same, and of one type."""
+    return type(one) is type(other) and bool(one == other)

@@ -1,0 +1,426 @@
+"""Forcing a field of a topic: a change is believed when a message shows it, and else it is said what came instead."""
+
+import dataclasses
+import time
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
+
+import rospy
+
+from rosslt import messages, values
+from rosslt.node.api import started
+from rosslt.node.change.client import (
+    Asker,
+    Change,
+    ChangeRejected,
+    SourceUnreachable,
+    reevaluate,
+    request_values,
+    solved,
+    undo_request,
+)
+from rosslt.node.change.closed_loop import LOOK, ClosedLoop, Observation, is_alike, is_equal, observe
+from rosslt.node.change.history import new_request_id
+from rosslt.node.change.node_errors import NodeErrors
+from rosslt.node.json_scalars import Value
+from rosslt.node.robot_description import check_joint_limits
+from rosslt.node.topics.listening import Listener
+from rosslt.values import Source
+
+#: The timeout of owners' answers, in seconds.
+OWNER_TIMEOUT = 2.0
+
+#: The period of checking, while no message comes, whether a callback of the node has raised, in seconds.
+ERROR_PERIOD = 0.1
+
+#: Fields that say what a message is about, where a node sends several things on one topic.
+NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
+
+#: The end of the path of a goal's id in a message of an action: each goal has its own, also when sent again.
+OF_GOALS = 'goal_id.id'
+
+#: The longest value or expression in an error, in characters.
+LONGEST = 160
+
+
+class Heard(Protocol):
+    """A message, the topic that it was on, and the node that has sent it."""
+
+    @property
+    def topic(self) -> str: ...
+
+    @property
+    def publisher(self) -> str: ...
+
+    @property
+    def message(self) -> Any: ...
+
+
+class Stream(Protocol):
+    """The messages of a topic as they come."""
+
+    def next_before(self, end: float) -> Optional[Heard]:
+        """The next one; None where there is none until a time of `time.monotonic`."""
+        ...
+
+    def clear(self) -> None:
+        """Drop those that have arrived and were not read."""
+        ...
+
+
+class Outcome(NamedTuple):
+    """The result of forcing a field: what has changed, and what was seen then.
+
+    Attributes:
+        changes: {Source: Change(old, new)}: before the first round, and after the last one.
+        wanted: the target.
+        seen: the field in the last message that was looked at, plain; None where none came.
+        is_reached: whether messages have the wanted value, to a relative 1e-6 if they come no nearer. For a field that
+            moves by itself: whether it was solved for the moment it was seen at, and is no further from it than it
+            moves by itself.
+        moves: whether the field moves after the change.
+        rounds: how many times it was solved.
+        messages: how many messages of the publisher came after the first change, up to the one that was seen.
+        milliseconds: from the first request to that message.
+        reason: why it was not reached, as far as known; '' where it was.
+        is_taken_back: whether all changes have been taken back.
+        is_near: whether messages have the wanted value to a relative 1e-6 only, and come no nearer.
+    """
+
+    changes: Dict[Source, Change]
+    wanted: Any
+    seen: Any
+    is_reached: bool
+    moves: bool = False
+    rounds: int = 0
+    messages: int = 0
+    milliseconds: float = 0.0
+    reason: str = ''
+    is_taken_back: bool = False
+    is_near: bool = False
+
+
+class NotReached(values.Error):
+    """A field has not become what was wanted, although its sources have changed.
+
+    Attributes:
+        outcome: the Outcome: what was changed, what came instead, and why.
+    """
+
+    __module__ = 'rosslt'
+
+    def __init__(self, message: str, outcome: Outcome) -> None:
+        super().__init__(message)
+        self.outcome = outcome
+
+
+def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
+    """The thing that a message is about, where nodes send several on one topic: what its names are.
+
+    Args:
+        path: the field in question, which is no name of it.
+    """
+    own = path.strip('/').replace('/', '.')
+    return tuple(
+        leaf
+        for where, leaf in values.leaves(message)
+        if where.rpartition('.')[2].partition('[')[0] in NAMES
+        and not where.endswith(OF_GOALS)
+        and where != own
+        and not values.is_tracked(leaf)
+    )
+
+
+def force_field(
+    topic: str,
+    field: str,
+    target: Any,
+    source: Optional[values.Source] = None,
+    sources: Optional[Sequence[values.Source]] = None,
+    rounds: int = 5,
+    timeout: float = 5.0,
+    keep_anyway: bool = False,
+) -> Outcome:
+    """Have a field of a topic become a target, and see that it has.
+
+    Looks at two messages, which tell whether the field moves by itself, solves for the later one, has the owners change
+    its sources, and looks at the messages that the same publisher sends then. If the field is not as wanted, because
+    the node takes another branch for instance, the new message's expression is solved, until the field is as wanted (to
+    a relative 1e-9) or comes no nearer (then a relative 1e-6 is enough).
+
+    Args:
+        topic: as of `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
+        field: `pose/position/x`, `points[3].x`; '' for the whole message.
+        target: plain, of the field's shape, in its unit; in a message or array None leaves a part free.
+        source: change this Source alone.
+        sources: change no other than these.
+        rounds: how many times it is solved at most.
+        timeout: how long to wait for the first message, and for each message that shows a change, in seconds.
+        keep_anyway: leave the changes where the target is not reached; otherwise they are taken back.
+
+    Returns:
+        The Outcome: what has changed, what was seen, and after how many messages and milliseconds. A field that moves
+        by itself is solved for the moment it was seen at; then `moves` is True.
+
+    Raises:
+        NotTracked, NotInvertible: there is no answer to begin with, or a joint would go beyond its limits in
+            `robot_description`; nothing was requested.
+        ChangeRejected, SourceUnreachable: as of `force_value`.
+        NotReached: the sources have changed, but no message shows the target; the error says what came instead, and
+            why as far as it is known, and has the Outcome.
+        ValueError: the topic's messages have no such field, it cannot hold the target (400 in a `uint8`), or both
+            `source` and `sources` were given.
+        rospy.ROSException: nobody publishes the topic, no message came in time, or `init_node` has not been called.
+    """
+    if source is not None and sources is not None:
+        raise ValueError('give either source or sources')
+    owner = started('force_field')
+    with Listener(rospy.resolve_name(topic), is_exact=True) as stream, NodeErrors() as errors:
+        heard = stream.first(field, timeout)
+        chosen = sources if source is None else [source]
+        return Forcing(owner, stream, errors, field, target, chosen, rounds, timeout, keep_anyway).run(heard)
+
+
+@dataclasses.dataclass
+class Forcing:
+    """Solves for a field, changes its sources, and looks at the next messages, until the field is as wanted.
+
+    Attributes:
+        asker: who asks for changes.
+        stream: the messages of the topic from now on.
+        errors: those of nodes, heard since before the first message.
+        path: of the field in the message.
+        wanted: plain, of the field's shape; None leaves a part free.
+        sources: change no other than these.
+        rounds: how many times it is solved at most.
+        timeout: how long to wait for a message that shows a change, in seconds.
+        keep_anyway: leave the changes where the target is not reached.
+    """
+
+    asker: Asker
+    stream: Stream
+    errors: NodeErrors
+    path: str
+    wanted: Any
+    sources: Optional[Collection[Source]] = None
+    rounds: int = 5
+    timeout: float = 5.0
+    keep_anyway: bool = False
+
+    def run(self, heard: Heard) -> Outcome:
+        """Begin with a message.
+
+        Raises:
+            values.NotTracked, values.NotInvertible: as of `force_field`; nothing was requested.
+            ChangeRejected, SourceUnreachable: as of `force_value`, in the first round.
+            NotReached: no message has the wanted value.
+            ValueError: the message has no such field, or that cannot hold what is wanted.
+        """
+        if self.rounds < 1:
+            raise ValueError(f'rounds must be at least 1, found {self.rounds}')
+        self._publisher, self._thing = heard.publisher, thing_of(heard.message, self.path)
+        self._request_id = new_request_id()
+        self._changes: Dict[Source, Change] = {}
+        self._began = self._requested = 0.0
+        self._messages = 0
+        self._is_as_asked = True  # whether owners have given sources what was asked for
+        self._notes: List[str] = []  # what else explains that it was not reached
+        first = self._observed(heard.message)
+        if first is None:
+            raise ValueError(f'the message has no field {self.path}')
+        messages.check_range(*messages.part_at(heard.message, self.path), self.wanted)
+        check_joint_limits(heard.topic, heard.message, self.path, self.wanted)
+        if first.is_reached:
+            return Outcome({}, self.wanted, values.untracked(first.part), True)
+        before = None if getattr(heard, 'is_latched', False) else self._next_like(first)
+        self._moved_before = before is not None and not is_alike(first, before)
+        self._before = before or first
+        self._loop = loop = ClosedLoop(self._change, self.rounds, self.timeout, self._moved_before)
+        loop.solve(self._before)
+        while not loop.is_over:
+            latest = self.stream.next_before(min(loop.end, time.monotonic() + ERROR_PERIOD))
+            error = self._why_raised()
+            if error:
+                self._notes.append(error)
+                break
+            if time.monotonic() >= loop.end:
+                loop.pass_time()
+            elif latest is None:
+                continue
+            elif self._is_of_thing(latest):
+                self._messages += 1
+                observation = self._observed(latest.message)
+                if not self._is_other_goal(latest.message, observation):
+                    loop.take(observation)
+        if loop.is_reached and (loop.moves or self._is_kept()):
+            return self._outcome(is_reached=True)
+        if loop.last is None and not self._notes:
+            self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
+        raise self._not_reached()
+
+    def _is_of_thing(self, heard: Heard) -> bool:
+        return heard.publisher == self._publisher and thing_of(heard.message, self.path) == self._thing
+
+    def _next_like(self, first: Observation) -> Optional[Observation]:
+        """The next message of the thing with the same sources, which tells whether it moves by itself; None if none
+        comes within LOOK."""
+        end = time.monotonic() + LOOK
+        while time.monotonic() < end:
+            heard = self.stream.next_before(end)
+            observation = self._observed(heard.message) if heard is not None and self._is_of_thing(heard) else None
+            if observation is not None and set(observation.expression.sources) == set(first.expression.sources):
+                return observation
+        return None
+
+    def _change(self, observation: Observation) -> Dict[Source, Change]:
+        """Have the sources become what an observation needs; {} where they are that already."""
+        part, present = observation.part, observation.expression.readings
+        try:
+            answer = solved(
+                self.asker,
+                values.sources(part),
+                OWNER_TIMEOUT,
+                lambda limits: values.solve(part, self.wanted, sources=self.sources, **limits),
+            )
+            new = {source: value for source, value in answer.items() if not is_equal(present[source][-1], value)}
+            if not new:
+                return {}
+            self.stream.clear()
+            self._requested = time.monotonic()
+            self._began = self._began or self._requested
+            changed = request_values(new, OWNER_TIMEOUT, self._request_id, self.asker)
+        except (values.NotInvertible, values.NotTracked, ChangeRejected, SourceUnreachable) as error:
+            if not self._changes:
+                raise
+            self._notes.append(str(error))
+            return {}
+        for source, change in changed.items():
+            first = self._changes.get(source, change)
+            self._changes[source] = Change(first.old, change.new)
+            if not is_equal(change.new, new[source]):
+                self._is_as_asked = False
+                self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
+        return changed
+
+    def _observed(self, message: Any) -> Optional[Observation]:
+        try:
+            part, type_ = messages.part_at(message, self.path)
+        except messages.NoSuchPart:
+            return None
+        return observe(part, self.wanted, type_, self._messages)
+
+    def _is_other_goal(self, message: Any, observation: Optional[Observation]) -> bool:
+        """Return whether a message is a goal of an action that has none of the changed sources.
+
+        Each goal is a thing of its own: such a one says nothing of the goal that was changed, and stays as it is.
+        """
+        is_goal = hasattr(message, 'goal_id') and hasattr(message, 'goal')
+        return is_goal and observation is not None and not self._changes.keys() & set(observation.expression.sources)
+
+    def _is_kept(self) -> bool:
+        """Return whether owners still have what they were given: one may have clamped it after a message or two."""
+        given = [values.track(change.new, source) for source, change in self._changes.items()]
+        try:
+            present = reevaluate(given, OWNER_TIMEOUT, self.asker)
+        except SourceUnreachable:
+            return True  # the messages have shown it
+        lost = [
+            f'{self._name(source)} is {now!r} by now, it was made {asked!r}'
+            for source, now, asked in zip(self._changes, values.untracked(present), values.untracked(given))
+            if now != asked
+        ]
+        if lost:
+            self._notes, self._loop.last = lost, None
+        return not lost
+
+    def _why_raised(self) -> str:
+        """The error that a change has made a node raise; '' where there is none, or a message shows the change."""
+        if self._loop.seen:
+            return ''
+        nodes = {self._publisher, *(source.node for source in self._changes)}
+        return self.errors.raised_since(nodes, self._requested)
+
+    def _name(self, source: Source) -> str:
+        return self.asker.directory.name(source)
+
+    def _outcome(self, is_reached: bool, reason: str = '', is_taken_back: bool = False) -> Outcome:
+        last = self._loop.last
+        return Outcome(
+            {source: change for source, change in self._changes.items() if not is_equal(*change)},
+            self.wanted,
+            None if last is None else values.untracked(last.part),
+            is_reached,
+            self._loop.moves,
+            self._loop.rounds,
+            self._messages if last is None else last.number,
+            1e3 * ((time.monotonic() if last is None else last.at) - self._began),
+            reason,
+            is_taken_back,
+            is_reached and not self._loop.moves and last is not None and not last.is_reached,
+        )
+
+    def _not_reached(self) -> NotReached:
+        """The error to raise, once the changes have been taken back."""
+        reason = self._reason()
+        afterwards, is_taken_back = 'the change was left', False
+        if not self.keep_anyway:
+            nodes = {source.node for source, change in self._changes.items() if not is_equal(*change)}
+            undone = undo_request(self._request_id, nodes, self.asker.name, OWNER_TIMEOUT)
+            is_taken_back = not undone.reasons
+            afterwards = 'taken back'
+            if undone.reasons:
+                whys = '; '.join(f'{node}: {why}' for node, why in undone.reasons.items())
+                afterwards = f'the change could not be taken back: {whys}'
+        return NotReached(f'{reason}; {afterwards}', self._outcome(False, reason, is_taken_back))
+
+    def _reason(self) -> str:
+        """Say what came instead, and why as far as it is known."""
+        parts, last = [], self._loop.last
+        if last is not None:
+            parts.append(
+                f'{self._publisher} now sends {_differing(last.part, self.wanted)} instead of '
+                f'{_differing(self.wanted, last.part)}'
+            )
+            others = [
+                f'{self._name(source)} is {readings[-1]!r} by now, it was made {change.new!r}'
+                for source, change in self._changes.items()
+                for readings in [last.expression.readings.get(source)]
+                if readings and not any(messages.is_sent_as(change.new, reading) for reading in readings)
+            ]
+            if self._loop.moves:
+                parts.append(
+                    'it changes by itself'
+                    if self._moved_before
+                    else 'it stood still before the change, and moves since'
+                )
+            elif is_alike(self._before, last):
+                parts.append('it has not followed the change')
+            elif self._is_as_asked and not others:
+                parts.append('it is not computed as its provenance said before the change')
+            parts += others
+        late = {source: self.asker.directory.at_next_start(source) for source in self._changes}
+        parts += [f'a change of {self._name(source)} {why}' for source, why in late.items() if why]
+        return '; '.join(dict.fromkeys([*parts, *self._notes]))
+
+    def _why_silent(self) -> str:
+        """Why no message shows a change."""
+        publisher, names = self._publisher, ' and '.join(map(self._name, self._changes))
+        if self._loop.old:
+            return f'the {self._loop.old} messages of {publisher} since then still come from the old value of {names}'
+        which = f' that was computed from {names}' if self._messages else ''
+        return f'no message of {publisher}{which} came within {self.timeout:g} s'
+
+
+def _differing(part: Any, other: Any) -> str:
+    """The leaves of a part of a message that differ from those of another one, in one line."""
+    others = dict(values.leaves(other))
+    found = []
+    for path, leaf in values.leaves(part):
+        if leaf is None or (path in others and (others[path] is None or values.is_same(leaf, others[path]))):
+            continue
+        found.append(f'{path}: {values.untracked(leaf)!r}' if path else repr(values.untracked(leaf)))
+    return _short(', '.join(found) or str(values.untracked(part)))
+
+
+def _short(value: Value) -> str:
+    text = ' '.join(str(value).split())
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + '...'

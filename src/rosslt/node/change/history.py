@@ -1,0 +1,159 @@
+"""The history of this node: who changed what, when, and from what; and how it is taken back."""
+
+import time
+import uuid
+from collections import deque
+from typing import Any, Deque, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
+
+from rosslt import msg
+from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.node.locations.location import Change, Location
+
+#: The maximal number of remembered requests.
+LENGTH = 1000
+
+NOTHING_TO_UNDO = 'there is no change to take back'
+
+
+def new_request_id() -> str:
+    """An id for a request, which no other one in the ROS graph has. Later ones are greater, by the machine's clock: the
+    time of ROS stands still in a simulation that is paused."""
+    return f'{time.time_ns():016x}{uuid.uuid4().hex[16:]}'
+
+
+class Request:
+    """The changes of one request, made in one call or, as a drag does, in many.
+
+    Attributes:
+        id: the same in all nodes that it has changed.
+        requester: who asked.
+        stamp: when its last part was applied.
+        at: the same, a time of `time.monotonic`.
+        changes: {Location: (value before, value after)}.
+        undone: True once it has been taken back.
+    """
+
+    __slots__ = ('id', 'requester', 'stamp', 'at', 'changes', 'undone')
+
+    def __init__(self, request_id: str, requester: str) -> None:
+        self.id = request_id
+        self.requester = requester
+        self.stamp: Any = None
+        self.at = 0.0
+        self.changes: Dict[Location, Tuple[Value, Value]] = {}
+        self.undone = False
+
+
+class History:
+    """The requests that have changed locations of this node, the oldest first."""
+
+    def __init__(self) -> None:
+        self._requests: Deque[Request] = deque(maxlen=LENGTH)
+
+    def record(self, request_id: str, requester: str, stamp: Any, changes: Iterable[Change]) -> None:
+        """Remember changes that have been applied.
+
+        Args:
+            request_id: that of the request before continues it; '' for one of its own.
+            stamp: when they were applied.
+            changes: (location, value before, value after).
+        """
+        last = self._requests[-1] if self._requests else None
+        if last is None or last.undone or not request_id or last.id != request_id:
+            last = Request(request_id or new_request_id(), requester)
+            self._requests.append(last)
+        last.stamp, last.at = stamp, time.monotonic()
+        for location, old, new in changes:
+            first, _ = last.changes.get(location, (old, None))
+            last.changes[location] = first, new
+
+    def since(self, start: float) -> List[Request]:
+        """The requests that were applied since a time of `time.monotonic` and not taken back, from the latest one."""
+        return [request for request in self._left() if request.at >= start]
+
+    def is_taken_back(self, request_id: str) -> bool:
+        """Return whether a request of that id has changed something, and all of it was taken back."""
+        return bool(request_id) and {one.undone for one in self._requests if one.id == request_id} == {True}
+
+    def latest(self, request_id: str) -> Optional[Request]:
+        """The latest part of a request that has not been taken back; None where there is none."""
+        return next((one for one in self._left() if one.id == request_id), None)
+
+    def withdraw(self, request_id: str, values: Dict[Location, Value]) -> None:
+        """Note that the last part of a request was taken back, because other nodes have not done theirs.
+
+        Args:
+            request_id: that of the request.
+            values: {Location: the value that it has again}.
+        """
+        request = self.latest(request_id)
+        if request is not None:
+            for location, value in values.items():
+                first, _ = request.changes.get(location, (value, value))
+                request.changes[location] = first, value
+            request.undone = all(old == new for old, new in request.changes.values())
+
+    def to_undo(self, request_id: str, present: Dict[int, Location]) -> Tuple[List[Request], Dict[Location, Value]]:
+        """Find what has to be done to take a request back.
+
+        Args:
+            request_id: '' for the last request that has not been taken back.
+            present: the locations that there are, by id; what was changed in others cannot be taken back.
+
+        Returns:
+            (the requests, {Location: value that it gets again}); both empty where there is nothing to take back.
+
+        Raises:
+            Refused: another request has changed one of the locations since.
+        """
+        if not request_id:
+            request_id = next((one.id for one in self._left() if self._values(one, present)), '')
+        taken: List[Request] = []
+        others: Dict[Location, Request] = {}
+        back: Dict[Location, Value] = {}
+        for request in self._left():  # from the latest one
+            if request.id != request_id:
+                for location in request.changes:
+                    others.setdefault(location, request)
+                continue
+            taken.append(request)
+            for location, old in self._values(request, present).items():
+                if location in others:
+                    raise Refused(
+                        f'{location.name} has been changed since by {others[location].requester or "somebody"}: '
+                        'take that back first'
+                    )
+                back[location] = old
+        return (taken, back) if back else ([], {})
+
+    def messages(self, request_id: str, limit: int) -> List[msg.RecordedChange]:
+        """The changes as messages, the oldest first; the arguments are those of the service GetHistory."""
+        found = [
+            msg.RecordedChange(
+                request.id,
+                applied_change(request.stamp, location, old, new, request.requester),
+                request.undone,
+            )
+            for request in self._requests
+            if request_id in ('', request.id)
+            for location, (old, new) in request.changes.items()
+        ]
+        return found[-limit:] if limit else found
+
+    def _left(self) -> Iterator[Request]:
+        """The requests that have not been taken back, from the latest one."""
+        return (request for request in reversed(self._requests) if not request.undone)
+
+    def _values(self, request: Request, present: Dict[int, Location]) -> Dict[Location, Value]:
+        """The values before a request, of the locations that are still there."""
+        return {location: old for location, (old, _) in request.changes.items() if present.get(location.id) is location}
+
+
+def applied_change(stamp: Any, location: Location, old: Value, new: Value, requester: str) -> msg.AppliedChange:
+    """A change as a message."""
+    return msg.AppliedChange(stamp, location.id, location.name, to_json(old), to_json(new), requester)
+
+
+def differing(changes: Sequence[Change]) -> List[Change]:
+    """Return the (location, value before, value after) whose value or type has changed."""
+    return [(location, old, new) for location, old, new in changes if type(old) is not type(new) or old != new]

@@ -1,0 +1,1 @@
+"""Locations: what they are, where they stand in files, and what nodes report of them."""

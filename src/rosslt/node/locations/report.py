@@ -1,0 +1,49 @@
+"""Locations as messages."""
+
+import os
+from typing import Tuple
+
+from rosslt import msg
+from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.node.locations.location import Location
+
+
+def described(location: Location, is_locked: bool = False, at_next_start: str = '') -> msg.Location:
+    """A location as a message; one that is locked counts as read-only, so that other sources are changed instead.
+
+    Args:
+        at_next_start: as `Location.at_next_start` says.
+    """
+
+    def text(value: Value) -> str:
+        return '' if value is None else to_json(value)
+
+    value, fault = _value_or_fault(location)
+    minimum, maximum = location.bounds
+    return msg.Location(
+        id=location.id,
+        name=location.name,
+        is_named=location.is_named,
+        file=os.fsencode(os.path.realpath(location.site.file)).decode('utf-8', 'replace'),
+        line=location.site.line,
+        column=location.site.column,
+        type=location.type.__name__,
+        value=value,
+        fault=fault,
+        literal=text(location.literal),
+        minimum=text(minimum),
+        maximum=text(maximum),
+        read_only=location.read_only or is_locked,
+        at_next_start=at_next_start,
+        remembered=location.remembered,
+        weight=location.weight or 0.0,
+        rank=location.rank,
+    )
+
+
+def _value_or_fault(location: Location) -> Tuple[str, str]:
+    """The value of a location, and the reason where it has none; one of both is ''."""
+    try:
+        return to_json(location.value), ''
+    except Refused as refused:
+        return '', str(refused)

@@ -1,0 +1,235 @@
+"""Changed values of a node, and where in files they stand."""
+
+import contextlib
+import copy
+import functools
+import json
+from typing import Any, Collection, Dict, List, NamedTuple, Tuple
+
+import rosgraph
+import rospy
+
+from rosslt import files, srv
+from rosslt.node.change.client import SourceUnreachable
+from rosslt.node.json_scalars import from_json
+from rosslt.node.locations.directory import Directory, Place
+from rosslt.node.parameters.server import element_of
+from rosslt.node.service_calls import ask_all
+
+#: The maximal number of remembered values of a parameter that a save offered to write.
+_MOST_OFFERED = 20
+
+
+class Unsaved(NamedTuple):
+    """A changed value that cannot be written back: what it is called, and why."""
+
+    name: str
+    reason: str
+
+
+def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[Unsaved]]:
+    """Make the edits that write a node's changed values back to the files that they were read from.
+
+    Args:
+        node: its full name.
+        timeout: how long it may take to answer each question, in seconds.
+
+    Raises:
+        SourceUnreachable: it does not answer; the message is the reason alone.
+    """
+    listed, silent = Directory().ask([node], timeout)
+    if node not in listed:
+        raise SourceUnreachable(silent[node], silent)
+    places = listed[node]
+    answer: Any = _call(node, 'list_edits', srv.ListEdits, srv.ListEditsRequest(), timeout)
+    edits, unsaved = _in_sources(answer, places)
+    history: Any = _call(node, 'get_history', srv.GetHistory, srv.GetHistoryRequest(), timeout)
+    in_files, others = _in_parameter_files(history, places, answer.read_ids)
+    return edits + in_files, unsaved + others
+
+
+def tell_saved(node: str, timeout: float) -> None:
+    """Have a node look at what was just written into its files, so that whatever is written from now on is an edit."""
+    ask_all('list_edits', srv.ListEdits, {node: srv.ListEditsRequest()}, timeout)
+
+
+def _call(node: str, service: str, service_class: Any, request: Any, timeout: float) -> Any:
+    answers, silent = ask_all(service, service_class, {node: request}, timeout)
+    if node not in answers:
+        raise SourceUnreachable(silent[node], silent)
+    return answers[node]
+
+
+def _in_sources(answer: Any, places: List[Place]) -> Tuple[List[files.Edit], List[Unsaved]]:
+    """Convert the node's answer to edits of its source files, and the values that it cannot save."""
+    by_id = {place.location.id: place for place in places}
+
+    def name(location_id: int) -> str:
+        return by_id[location_id].local_name if location_id in by_id else str(location_id)
+
+    edits = [
+        files.Edit(
+            edit.file, edit.digest, edit.start, edit.end, edit.old.encode(), edit.new.encode(), name(edit.location_id)
+        )
+        for edit in answer.edits
+    ]
+    return edits, [Unsaved(name(one), reason) for one, reason in zip(answer.left_ids, answer.reasons)]
+
+
+def _in_parameter_files(
+    history: Any, places: List[Place], in_sources: Collection[int]
+) -> Tuple[List[files.Edit], List[Unsaved]]:
+    """Make the edits that write changed parameters into the YAML and launch files that they were loaded from.
+
+    Args:
+        history: the node's.
+        in_sources: the ids of the locations that are read from source files.
+    """
+    past: Dict[int, List[Any]] = {}  # what a changed one was, from the beginning
+    for one in history.changes:
+        values = past.setdefault(one.change.location_id, [from_json(one.change.old_value)])
+        values.append(from_json(one.change.new_value))
+    parameters = [
+        place for place in places if place.location.name.startswith('/') and place.location.id not in in_sources
+    ]
+    if not parameters:
+        return [], []
+    origins: Any = {}
+    master = rosgraph.Master(rospy.get_name())
+    with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
+        origins = json.loads(master.getParam(files.ORIGINS))
+    before = copy.deepcopy(origins)
+    by_file: Dict[str, List[Tuple[Place, Dict[str, Any]]]] = {}
+    unsaved: List[Unsaved] = []
+    changed_back = set()
+    for place in parameters:
+        origin, values = origins.get(place.location.name), past.get(place.location.id, [])
+        if not values and not _was_changed_earlier(place, origin):
+            continue
+        if values and files.equal(place.value, values[0]):
+            changed_back.add(place.local_name)
+        reason = _why_not(place, origin) or _said_for_another(place, origins, master)
+        if reason:
+            unsaved.append(Unsaved(place.local_name, reason))
+        else:
+            # What was changed back may have been saved in between, by an earlier run of the node, too.
+            said = [origin['said'], *filter(files.is_scalar, values), *origin.get('offered', ())]
+            by_file.setdefault(origin['file'], []).append((place, {**origin, 'said': said}))
+    edits: List[files.Edit] = []
+    for file, those in by_file.items():
+        try:
+            made, left = _edits_of(file, those)
+        except files.FileError as error:
+            unsaved += [Unsaved(place.local_name, str(error)) for place, _ in those]
+        else:
+            edits += made
+            unsaved += [Unsaved(name, reason) for name, reason in left]
+            written = {edit.what for edit in made}
+            _offer(origins, [place for place, _ in those if place.local_name in written])
+    if origins != before:
+        master.setParam(files.ORIGINS, json.dumps(origins))
+    return edits, [one for one in unsaved if one.name not in changed_back]
+
+
+def _offer(origins: Any, places: List[Place]) -> None:
+    """Note what is about to be written beside where it stands: the node may be started again, and its history is gone
+    then, or be changed back to what the file said at first."""
+    for place in places:
+        offered = origins[place.location.name].setdefault('offered', [])
+        if not any(files.equal(place.value, one) for one in offered):
+            offered.append(place.value)
+            del offered[:-_MOST_OFFERED]
+
+
+def _was_changed_earlier(place: Place, origin: Any) -> bool:
+    """Return whether a node that ran earlier, and whose history is gone, may have changed a parameter.
+
+    Its value differs from the one in the file that it was loaded from, or a save was offered before.
+    """
+    if (origin or {}).get('offered'):
+        return True
+    said = (origin or {}).get('said')
+    if type(said) is str:
+        said = said.replace('\r\n', '\n').replace('\r', '\n')  # as XML carries it to the parameter server
+    return files.is_scalar(said) and files.is_scalar(place.value) and not files.equal(said, place.value)
+
+
+def _why_not(place: Place, origin: Any) -> str:
+    """Why a parameter cannot be written back; '' where it can."""
+    if not origin:
+        return 'no file is known that it was read from; rosslt launch notes them'
+    if origin.get('is_substituted'):
+        return f'it stands in {origin["file"]} through a substitution'
+    return ''
+
+
+def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> str:
+    """Why what says a parameter must not be written, as it says another one, too, which has another value; '' where
+    it may. Launch files are included several times, and YAML files loaded in several namespaces."""
+    own = _where(origins[place.location.name])
+    others = [name for name, one in origins.items() if name != place.location.name and _where(one) == own]
+    if not others:
+        return ''
+    parameters = master.getParam('/')
+    for name in others:
+        value = element_of(parameters, name)
+        if value is not None and not files.equal(value, place.value):
+            return f'{own["file"]} says it for {name} as well, which is {value!r}'
+    return ''
+
+
+def _where(origin: Dict[str, Any]) -> Dict[str, Any]:
+    """Return the position of a parameter in its file; equal for parameters that were read from the same text."""
+    return {key: origin.get(key) for key in ('file', 'tag', 'name', 'text', 'rosparam', 'path', 'said')}
+
+
+def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
+    """Make the edits that write parameters into a file, and list those that cannot be saved."""
+    content = files.read_bytes(file)
+    import rosparam  # noqa: F401 - teaches yaml to read angles
+
+    # By the <rosparam> of a launch file that they stand in; None where the file is YAML itself.
+    in_yaml: Dict[Any, List[files.YamlChange]] = {}
+    for place, origin in those:
+        if 'path' in origin:
+            tag = tuple(origin['rosparam']) if 'rosparam' in origin else None
+            change = files.YamlChange(origin['path'], origin['said'], place.value, place.local_name)
+            in_yaml.setdefault(tag, []).append(change)
+    if None in in_yaml:
+        return files.yaml_edits(file, content, in_yaml[None])
+    edits: List[files.Edit] = []
+    left: List[Tuple[str, str]] = []
+    for (nth, count), changes in in_yaml.items():
+        made, unmade = files.inline_edits(file, content, nth, count, changes)
+        edits, left = edits + made, left + unmade
+    from roslaunch.loader import convert_value
+
+    made, unmade = files.param_edits(
+        file,
+        content,
+        [
+            files.ParamChange(
+                origin['tag'][0],
+                origin['tag'][1],
+                origin['name'],
+                origin['said'],
+                place.value,
+                functools.partial(_read_param, convert_value, origin['type']),
+                place.local_name,
+            )
+            for place, origin in those
+            if 'path' not in origin
+        ],
+    )
+    return edits + made, left + unmade
+
+
+def _read_param(convert_value: Any, kind: str, text: str) -> Any:
+    import yaml
+
+    if '$(' in text:
+        raise ValueError('roslaunch would take $( for a substitution')
+    try:
+        return convert_value(text.strip(), kind)
+    except yaml.YAMLError as error:  # of type="yaml"
+        raise ValueError(str(error)) from None

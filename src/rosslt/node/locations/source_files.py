@@ -1,0 +1,162 @@
+"""Finds the values of this node in its source files, and makes the edits that save changed values there."""
+
+import os
+from typing import Any, Dict, Iterable, List, Optional, Set, Tuple
+
+from rosslt import files
+from rosslt.node.locations.location import Location
+from rosslt.node.locations.mutex import CHANGE_LOCK
+
+
+class NotWritten(Exception):
+    """A value that stands in no file, or no longer; the text says why."""
+
+
+class SourceFiles:
+    """The source files of this process, as they were when their code was loaded."""
+
+    def __init__(self) -> None:
+        self._contents: Dict[str, bytes] = {}
+        self._originals: Dict[str, files.SourceText] = {}
+        # What was offered to be written: where the file says it, it is no edit of somebody else.
+        self._offered: Dict[Location, Set[Any]] = {}
+        self._offered_digests: Set[str] = set()
+
+    def keep(self, path: str, content: Optional[bytes] = None) -> None:
+        """Remember a file.
+
+        Args:
+            path: of the file. One that is known already stays as it is.
+            content: what was loaded; by default what is there now.
+        """
+        path = os.path.realpath(path)
+        if path not in self._contents:
+            try:
+                self._contents[path] = files.read_bytes(path) if content is None else content
+            except files.FileError:  # code that came from no file
+                self._contents[path] = b''
+
+    def original(self, path: str) -> files.SourceText:
+        """A file as it was loaded.
+
+        Raises:
+            files.FileError: it has no content that could be read.
+        """
+        path = os.path.realpath(path)
+        known = self._originals.get(path)
+        if known is None:
+            content = self._contents.get(path)
+            if not content:
+                raise files.FileError(path, None, None, 'it is not known what it said when it was loaded')
+            known = self._originals[path] = files.SourceText(path, content)
+        return known
+
+    def is_saved_here(self, digest: str) -> bool:
+        """Return whether a file's present content is a result of `edits`.
+
+        Each content is recognized once only, since a user may restore it later.
+        """
+        with CHANGE_LOCK:
+            is_saved = digest in self._offered_digests
+            self._offered_digests.discard(digest)
+            return is_saved
+
+    def edits(
+        self, locations: Iterable[Location]
+    ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
+        """Make the edits that write changed values of locations back to the source files.
+
+        Args:
+            locations: all those of this node.
+
+        Returns:
+            ([(location, edit), ...], [(changed location, why it cannot be written back), ...]).
+        """
+        by_file: Dict[str, List[Location]] = {}
+        for location in locations:
+            if location.value_in_code is not None:
+                by_file.setdefault(os.path.realpath(location.site.file), []).append(location)
+        edits: List[Tuple[Location, files.Edit]] = []
+        left: List[Tuple[Location, str]] = []
+        for path, those in by_file.items():
+            changed = [one for one in those if not files.equal(one.value, one.value_in_code) or one in self._offered]
+            if not changed:
+                continue
+            try:
+                made, others = _edits_of_file(self.original(path), those, changed, self._offered)
+            except files.FileError as error:
+                left += [(location, str(error)) for location in changed]
+            else:
+                edits += made
+                left += others
+                for location, _ in made:
+                    self._offered.setdefault(location, set()).add(location.value)
+                if made:
+                    content = files.replaced(files.read_bytes(path), [edit for _, edit in made])
+                    self._offered_digests.add(files.digest_of(content))
+        return edits, left
+
+
+def _edits_of_file(
+    original: files.SourceText, those: List[Location], changed: List[Location], offered: Dict[Location, Set[Any]]
+) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
+    """Make the edits of one file, for `SourceFiles.edits`."""
+    readers: Dict[int, List[Location]] = {}
+    for location in those:
+        index = location.find_in(original)
+        if index is not None:
+            readers.setdefault(index, []).append(location)
+    present = files.SourceText(original.path, files.read_bytes(original.path))
+    indices = files.followed(original, present, readers).literals
+    wanted: Dict[int, Any] = {}
+    owners: Dict[int, Location] = {}
+    left: List[Tuple[Location, str]] = []
+    for location in changed:
+        try:
+            index = _index_of(location, original, indices, readers)
+            value = present.literals[index].value
+            if not any(
+                files.equal(value, one) for one in (location.value_in_code, location.value, *offered.get(location, ()))
+            ):
+                raise NotWritten(
+                    f'what stands at {location.place} was edited since it was read: '
+                    f'{present.path} says {value!r} instead of {location.value_in_code!r}'
+                )
+        except NotWritten as why:
+            left.append((location, str(why)))
+            continue
+        if not files.equal(value, location.value):
+            wanted[index], owners[index] = location.value, location
+    return list(zip((owners[index] for index in sorted(wanted)), present.edits(wanted))), left
+
+
+def _index_of(
+    location: Location, original: files.SourceText, indices: Dict[int, int], readers: Dict[int, List[Location]]
+) -> int:
+    """The index of the literal in its present file that is a location's value.
+
+    Raises:
+        NotWritten: there is none, or the value must not be written there.
+    """
+    if location.unsaved:
+        raise NotWritten(location.unsaved)
+    index = location.find_in(original)
+    if index is None:
+        raise NotWritten(
+            f'it is no number, no truth value and no text in one piece and on one line of its own at {location.place}'
+        )
+    if not files.alike(location.value, location.value_in_code):
+        raise NotWritten(
+            f'{location.value!r} is of another kind than {location.value_in_code!r}, which {location.place} said'
+        )
+    if location.is_shared:
+        raise NotWritten(f'its name is given in several places of the code, not at {location.place} alone')
+    if any(other.value != location.value for other in readers[index]):
+        raise NotWritten(f'what stands at {location.place} is that of several locations, with other values')
+    if index not in indices:
+        raise NotWritten(f'the line of {location.place} was edited since it was read')
+    return indices[index]
+
+
+#: The source files of this process.
+SOURCE_FILES = SourceFiles()

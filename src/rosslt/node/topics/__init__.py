@@ -1,0 +1,1 @@
+"""Topics and services: rospy's, carrying provenance."""

@@ -1,0 +1,139 @@
+"""Listening to topics whatever their types, with provenance: their messages in the order in which they come."""
+
+import contextlib
+import queue
+import time
+from typing import Iterator, NamedTuple, Optional
+
+import genpy.message
+import rosgraph
+import rospy
+
+from rosslt import messages, values
+from rosslt.messages import Message
+from rosslt.node.service_calls import SHUTDOWN_CHECK_PERIOD
+from rosslt.node.topics.serialization import is_sampled
+from rosslt.node.topics.topics import Subscriber
+
+
+class Heard(NamedTuple):
+    """A message with its provenance."""
+
+    topic: str
+    publisher: str
+    """The publishing node; '' where that is not known."""
+    type: str
+    """The type on the wire."""
+    message: Message
+    """An ordinary message, also where the type on the wire is a tracked one."""
+    is_latched: bool = False
+    """True for a latched publisher, which sends its last message to later subscribers."""
+    is_sampled: bool = False
+    """True for a message that was sent plain between whole ones, although a leaf of it is tracked."""
+
+
+class Listener:
+    """The messages of topics as they come, for a node that may have other subscribers of them.
+
+    Args:
+        topics: their full names.
+        is_exact: leave out messages between whole ones, instead of completing them from the last whole one.
+
+    Raises:
+        rospy.ROSException: nobody publishes one of them.
+        UnknownType: the types of all of them are not installed here; without this, those that are not are left out.
+    """
+
+    def __init__(self, *topics: str, is_exact: bool = False) -> None:
+        self._topics, self._is_exact = topics, is_exact
+        self._left_out = 0
+        self._queue: queue.Queue[Heard] = queue.Queue()
+        self._last = messages.LastProvenance()
+        types = dict(rosgraph.Master(rospy.get_name()).getPublishedTopics('/'))
+        for topic in topics:
+            if topic not in types:
+                raise rospy.ROSException(f'nobody publishes {topic}')
+        classes = {topic: genpy.message.get_message_class(types[topic]) for topic in topics}
+        if topics and not any(classes.values()):
+            raise messages.UnknownType(f'{topics[0]} has the type {types[topics[0]]}, which is not installed here')
+        self._subscribers = [
+            Subscriber(topic, message_class, self._take, topic)
+            for topic, message_class in classes.items()
+            if message_class
+        ]
+
+    def _take(self, message: Message, topic: str) -> None:
+        header, sampled = message._connection_header or {}, is_sampled(message)
+        if sampled and self._is_exact:
+            self._left_out += 1
+            return
+        publisher, type_ = header.get('callerid', ''), header.get('type', message._type)
+        message = self._last.completed(message, sampled, (topic, publisher))
+        self._queue.put(Heard(topic, publisher, type_, message, header.get('latching') == '1', sampled))
+
+    def during(self, seconds: float) -> Iterator[Heard]:
+        """The messages of that time, as they come."""
+        end = time.monotonic() + seconds
+        return iter(lambda: self.next_before(end), None)
+
+    def next_before(self, end: float) -> Optional[Heard]:
+        """The next message, or None where there is none until a time of `time.monotonic`.
+
+        Raises:
+            rospy.ROSInterruptException: this node is being shut down.
+        """
+        while True:
+            left = end - time.monotonic()
+            with contextlib.suppress(queue.Empty):
+                return self._queue.get(timeout=max(0.0, min(left, SHUTDOWN_CHECK_PERIOD)))
+            if rospy.is_shutdown():
+                raise rospy.ROSInterruptException('rospy shutdown')
+            if left <= 0:
+                return None
+
+    def first(self, field: str, timeout: float) -> Heard:
+        """The first message of the topic in whose field something has a source; the first one at all where none has.
+
+        Args:
+            field: as `messages.part_at` takes it.
+            timeout: how long to wait for a message, in seconds.
+
+        Raises:
+            rospy.ROSException: none came in time.
+            ValueError: the messages have no such field.
+        """
+        end = time.monotonic() + timeout
+        first: Optional[Heard] = None
+        error: Optional[Exception] = None
+        for heard in iter(lambda: self.next_before(end), None):
+            try:
+                part, _ = messages.part_at(heard.message, field)
+            except messages.NoSuchPart as missing:
+                error = ValueError(f'the messages on {self._topics[0]} have no field {field}: {missing}')
+                continue
+            if values.is_tracked(part):
+                return heard
+            first = first or heard
+        if first is None:
+            raise error or rospy.ROSException(self.why_nothing(timeout))
+        return first
+
+    def why_nothing(self, timeout: float) -> str:
+        """Why none of the messages of the first topic that came within a timeout, in seconds, was taken."""
+        topic = self._topics[0]
+        if not self._left_out:
+            return f'no message on {topic} within {timeout:g} s'
+        return f'no message with provenance on {topic} within {timeout:g} s: {self._left_out} came without theirs'
+
+    def clear(self) -> None:
+        """Drop messages that have arrived and were not read."""
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._queue.get_nowait()
+
+    def __enter__(self) -> 'Listener':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for subscriber in self._subscribers:
+            subscriber.unregister()
