@@ -17,8 +17,8 @@ TIMEOUT = 2.0
 #: At which service a tracked node lists its locations.
 LIST_SERVICE = '/rosslt/list_locations'
 
-#: The exceptions of asking a master where nothing, or something else, answers at its address.
-_NO_MASTER = (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException, ValueError)
+#: The exceptions of asking a master, or a node, where nothing, or something else, answers at its address.
+NO_ANSWER = (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException, ValueError)
 
 
 def find_master(timeout: float = TIMEOUT) -> rosgraph.Master:
@@ -35,7 +35,7 @@ def find_master(timeout: float = TIMEOUT) -> rosgraph.Master:
         socket.create_connection((address.hostname, address.port), timeout).close()
         with default_timeout(timeout):
             found.getPid()
-    except _NO_MASTER:
+    except NO_ANSWER:
         raise Failure(f'found no ROS master at {uri}: is roscore running, and ROS_MASTER_URI right?') from None
     return found
 
