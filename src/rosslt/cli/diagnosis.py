@@ -251,9 +251,9 @@ class Examination:
             if type_ not in (None, self._types[topic]):
                 yield Finding(
                     FAULT,
-                    f'{publisher} sends it as {type_}, but the master knows it as {self._types[topic]}, as another '
-                    'node has said: who goes by the master, as this command and RViz do, gets nothing of it. Have all nodes '
-                    'use one type, or another topic',
+                    f'{publisher} sends it as {type_}, but the master knows it as {self._types[topic]}, as '
+                    'another node has said: who goes by the master, as this command and RViz do, gets nothing of it. '
+                    'Have all nodes use one type, or another topic',
                 )
                 return
             why = problem_of(self._master, publisher)
