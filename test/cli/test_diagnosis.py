@@ -39,6 +39,7 @@ class TestNames:
         [
             (('get', '/talker/raduis'), '(did you mean radius?)'),
             (('get', '/talkr/radius'), '(did you mean /talker?)'),
+            (('get', '/talkr/~parking/0'), '(did you mean /talker?)'),
             (('list', '/talkre'), '(did you mean /talker?)'),
             (('echo', '/gaet'), '(did you mean /gate?)'),
             (('echo', '/gaet/pose/position'), '(did you mean /gate?)'),
@@ -50,6 +51,10 @@ class TestNames:
     )
     def test_a_misspelt_name_is_guessed(self, nodes, arguments, meant):
         assert meant in failure(*arguments)
+
+    @pytest.mark.parametrize('verb', ['get', 'echo'])
+    def test_nothing_is_guessed_where_nothing_is_like_it(self, nodes, verb):
+        assert 'did you mean' not in failure(verb, '/robot2/nothing/x')
 
 
 class TestNodesThatAreGone:

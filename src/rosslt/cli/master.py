@@ -9,7 +9,7 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import rosgraph
 
-from rosslt.cli.failure import Failure, did_you_mean
+from rosslt.cli.failure import Failure, did_it_begin_with
 
 #: Timeout for answers of a master or a node, and for connections to them, in seconds; a person is waiting.
 TIMEOUT = 2.0
@@ -88,7 +88,8 @@ def split_topic(master: rosgraph.Master, text: str) -> Tuple[str, str, str]:
     full = full_name(path) + bracket + index
     topic = max((name for name in types if is_below(full, name)), key=len, default=None)
     if topic is None:
-        raise Failure(f'nobody publishes {full}{did_you_mean("/".join(full.split("/")[:2]), types)}')
+        meant = did_it_begin_with(full, [name for name in types if not name.startswith('/rosout')])
+        raise Failure(f'nobody publishes {full}{meant}')
     return topic, types[topic], full[len(topic) :].lstrip('/.')
 
 
