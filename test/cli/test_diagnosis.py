@@ -39,6 +39,7 @@ class TestNames:
         [
             (('get', '/talker/raduis'), '(did you mean radius?)'),
             (('get', '/talkr/radius'), '(did you mean /talker?)'),
+            (('get', '/talkr/~parking/0'), '(did you mean /talker?)'),
             (('list', '/talkre'), '(did you mean /talker?)'),
             (('echo', '/gaet'), '(did you mean /gate?)'),
             (('echo', '/gaet/pose/position'), '(did you mean /gate?)'),
@@ -50,6 +51,10 @@ class TestNames:
     )
     def test_a_misspelt_name_is_guessed(self, nodes, arguments, meant):
         assert meant in failure(*arguments)
+
+    @pytest.mark.parametrize('verb', ['get', 'echo'])
+    def test_nothing_is_guessed_where_nothing_is_like_it(self, nodes, verb):
+        assert 'did you mean' not in failure(verb, '/robot2/nothing/x')
 
 
 class TestNodesThatAreGone:
@@ -195,6 +200,49 @@ class TestDoctor:
         finally:
             plain.terminate()
             plain.wait(30)
+
+    def test_does_not_advise_to_run_what_is_no_python_node(self, nodes):
+        started = [
+            subprocess.Popen(['rostopic', 'pub', '-r', '20', '/counted', 'std_msgs/Float64', '1']),
+            subprocess.Popen(['rosrun', 'topic_tools', 'relay', '/counted', '/compiled', '__name:=compiled']),
+        ]
+        try:
+            wait_until(lambda: rosslt('echo', '-n', '1', '/compiled').returncode == 0, 'it publishes')
+            assert findings('/compiled') == (
+                {('fault', '/compiled is plain: /compiled is not a Python node: only those can be tracked')},
+                1,
+            )
+        finally:
+            for one in started:
+                one.terminate()
+                one.wait(30)
+
+    def test_says_that_types_differ(self, nodes):
+        goal = """
+            publisher = rosslt.Publisher('goal', PoseStamped, queue_size=1)
+            while not rospy.is_shutdown():
+                goal = PoseStamped()
+                goal.pose.position.x = rosslt.location(1.0, name='x')
+                publisher.publish(goal)
+                time.sleep(0.05)
+            """
+        handles = """
+            from visualization_msgs.msg import InteractiveMarkerUpdate
+            publisher = rospy.Publisher('/other/update', InteractiveMarkerUpdate, queue_size=1)
+            rospy.Subscriber('/goal', Pose, lambda goal: None)
+            rospy.spin()
+            """
+        with Node('goal', goal):
+            with Node('other', handles):
+                wait_until(lambda: 'takes it for' in rosslt('doctor', '/goal', *BRIEFLY).stdout, 'it listens')
+                found, code = findings('/goal')
+                differ = '/other takes it for geometry_msgs/Pose, but it is sent as geometry_msgs/PoseStamped'
+                assert ('fault', differ) in found
+                assert code == 1
+                assert not [text for _, text in found if 'handles are shown' in text]
+            sent = '/goal sends it as geometry_msgs/PoseStamped, but the master knows it as geometry_msgs/Pose, '
+            with Node('changer', "rosslt.Publisher('goal', Pose, queue_size=1)\nrospy.spin()"):
+                wait_until(lambda: any(text.startswith(sent) for _, text in findings('/goal')[0]), 'its type changes')
 
     def test_finds_where_provenance_enters_and_does_not_leave(self, nodes):
         loses = """

@@ -168,7 +168,7 @@ def test_it_is_applied_and_saved_where_it_stands(run):
     ('arguments', 'reason'),
     [
         ((FIELDS[0], '--to', *TRUTH), 'found 1 fields and 3 after --to'),
-        ((FIELDS[0], '--to', '/truth/vector'), '/truth/vector holds a geometry_msgs/Vector3, and not a number'),
+        ((FIELDS[0], '--to', '/truth/vector'), '/truth/vector is of type geometry_msgs/Vector3, and not a number'),
         ((FIELDS[0], '--to', '/truht/vector/x'), 'has no topic /truht/vector/x'),
         ((TRUTH[0], '--to', FIELDS[0]), 'no result comes from a source'),
         ((FIELDS[0], '--to', TRUTH[0], '--source', 'nobody'), 'nobody is not among the sources'),

@@ -3,6 +3,7 @@
 import re
 
 import pytest
+import rospy
 from std_msgs.msg import Float64, Float64MultiArray
 
 import rosslt
@@ -92,6 +93,39 @@ def test_numbers_have_no_method_of_their_own_while_nobody_looks():
     assert '__float__' in vars(kind)
     LOSSES.end()
     assert '__float__' not in vars(kind)
+
+
+DEAD_ZONE = """
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node('zone')
+pub = rospy.Publisher('speed', Float64, queue_size=1)
+while not rospy.is_shutdown():
+    gain = 0.5
+    error = rospy.get_time() if rospy.has_param('/is_far') else 0.0
+    command = Float64()
+    if abs(error) >= 0.1:
+        command.data = gain * error
+    pub.publish(command)  # here
+    rospy.sleep(0.02)
+"""
+
+
+def test_the_doctor_says_that_a_branch_sends_constants(master, tmp_path):
+    constants = (
+        '/speed is plain: /zone sends constants, the same numbers in each message, '
+        'at zone.py:11: pub.publish(command)  # here. They have sources '
+    )
+    with Unmodified(tmp_path, 'zone', DEAD_ZONE.lstrip()), Listener('speed', Float64) as heard:
+        only = 'only while a branch of its code runs that computes them from a location'
+        assert findings('/speed') == {('fault', constants + only)}
+        rospy.set_param('/is_far', True)
+        heard.comes(lambda message: values.is_tracked(message.data))
+        rospy.sleep(1.0)  # it looks at one message in half a second
+        rospy.delete_param('/is_far')
+        heard.comes(lambda message: not values.is_tracked(message.data))
+        before = 'while other branches of its code run, as they had before'
+        assert findings('/speed') == {('fault', constants + before)}
 
 
 RECORDING = """

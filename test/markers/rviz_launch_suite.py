@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""rviz.launch: RViz opens with the topics that can be dragged, gets those that come later, and has handles."""
+"""rviz.launch: RViz opens with the topics that can be dragged, follows them as they come and go, and has handles."""
 
 import unittest
 from pathlib import Path
@@ -8,10 +8,12 @@ import rospy
 import rostest
 import yaml
 from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import JointState
 
 import rosslt
 from support.hand import Hand, wait_until
 
+ROBOT = '<robot><link name="base"/><joint name="hip"><parent link="base"/><child link="leg"/></joint></robot>'
 SHOWN = Path(rospy.myargv()[1])
 
 
@@ -44,6 +46,21 @@ class RvizLaunch(unittest.TestCase):
         late.publish(pose)
         wait_until(lambda: displays().get('/late') == 'rviz/Pose', 'the display of the new topic')
         self.assertEqual(manager()['Displays'][0]['Color'], '1; 2; 3')
+        late.unregister()
+        wait_until(lambda: '/late' not in displays(), 'the display of what is gone to go')
+        self.assertEqual(manager()['Displays'][0]['Color'], '1; 2; 3')
+
+    def test_a_robot_is_shown_where_a_node_says_how_it_stands(self):
+        rospy.set_param('/robot_description', ROBOT)
+        wait_until(SHOWN.exists, 'RViz to be opened', 60.0)
+        wait_until(lambda: '/stage' in displays(), 'the display of the stage')
+        rospy.sleep(3.0)
+        self.assertNotIn('Robot', displays())
+        states = rospy.Publisher('/joint_states', JointState, queue_size=1, latch=True)
+        states.publish(name=['hip'], position=[0.5])
+        wait_until(lambda: displays().get('Robot') == 'rviz/RobotModel', 'the display of the robot')
+        states.unregister()
+        wait_until(lambda: 'Robot' not in displays(), 'the display of the robot to go')
 
 
 if __name__ == '__main__':

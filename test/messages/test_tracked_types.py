@@ -95,7 +95,7 @@ def test_what_is_no_message_type_is_said():
 
 
 def test_a_message_of_another_type_is_not_wrapped():
-    with pytest.raises(TypeError, match='expected a geometry_msgs/Pose for rosslt/PoseTracked, found a std_msgs/Strin'):
+    with pytest.raises(TypeError, match='geometry_msgs/Pose for rosslt/PoseTracked, found one of type std_msgs/Strin'):
         wrap(String(), rosslt.msg.PoseTracked)
 
 

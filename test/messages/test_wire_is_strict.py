@@ -308,7 +308,8 @@ def test_of_more_tracked_leaves_than_the_limit_the_first_are_sent(caplog):
     kept = [rosslt.sources(value) for value in received.data]
     assert kept == [[rosslt.Source('/node', at)] if at < 16383 else [] for at in range(16400)]
     assert [record.getMessage() for record in caplog.records if record.name == 'rosout'] == [
-        'a std_msgs/Float64MultiArray has more than 16384 tracked leaves: those after these are sent without provenance'
+        'a message of type std_msgs/Float64MultiArray has more than 16384 tracked leaves: '
+        'those after these are sent without provenance'
     ]
 
 
@@ -319,7 +320,7 @@ def test_where_the_provenance_has_too_many_bytes_the_first_leaves_are_sent_with_
     assert list(received.data) == [float(at) for at in range(12000)]
     assert [len(rosslt.sources(value)) for value in received.data] == [1] * 6000 + [0] * 6000
     assert [record.getMessage() for record in caplog.records if record.name == 'rosout'] == [
-        'a std_msgs/Float64MultiArray has more than 1048576 bytes of provenance: '
+        'a message of type std_msgs/Float64MultiArray has more than 1048576 bytes of provenance: '
         'only its first 6000 tracked leaves are sent with theirs'
     ]
 

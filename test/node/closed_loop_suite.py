@@ -49,7 +49,9 @@ class Branches(unittest.TestCase):
 class Misuse(unittest.TestCase):
     def test_a_target_of_another_shape_is_refused(self):
         for target in ([1.0], {'data': 1.0}):
-            with self.assertRaisesRegex(ValueError, 'the target of a std_msgs/Float64 must be one, too'):
+            with self.assertRaisesRegex(
+                ValueError, 'the target of a message of type std_msgs/Float64 must be one, too'
+            ):
                 rosslt.force_field('three_branches', '', target)
         with self.assertRaisesRegex(ValueError, 'the target of an array must be a list'):
             rosslt.force_field('gone_above_five', 'data', 1.0)

@@ -143,7 +143,7 @@ class Literals(unittest.TestCase):
             rosslt.location(7, name='too_much', maximum=5)
 
     def test_what_cannot_be_a_location_is_refused(self):
-        with self.assertRaisesRegex(TypeError, 'a set cannot be a location'):
+        with self.assertRaisesRegex(TypeError, 'what is of type set cannot be a location'):
             rosslt.location({1, 2})
         with self.assertRaisesRegex(TypeError, 'either a value or a getter'):
             rosslt.location()

@@ -39,6 +39,41 @@ from rosslt.web.markdown import block
 print(ascii(block(b'+x = 1.5  # \xe4'.decode('utf-8', 'surrogateescape'), 'diff')))
 """
 
+#: The hints of a parameter that the code has a default for, of one that a launch file gives, and of a literal.
+HINTS = """
+from rosslt import msg
+from rosslt.node import Place
+from rosslt.web.location_inputs import hint
+
+origins = {'/n/height': {'file': '/my.launch', 'said': 2.0}}
+for name in ('/n/width', '/n/height', 'radius'):
+    print(hint(Place('/n', msg.Location(name=name, file='/n.py', line=7)), origins))
+"""
+
+#: The labels of the folders of files with few and with many fields, and after more have come.
+FOLDERS = """
+import contextlib
+from unittest import mock
+
+from rosslt import msg
+from rosslt.node import Place
+from rosslt.web.location_inputs import Numbers
+
+made = []
+def add_folder(label, expand_by_default=True):
+    made.append(mock.MagicMock(label=label, expand_by_default=expand_by_default))
+    return made[-1]
+
+server, locations = mock.MagicMock(), mock.MagicMock()
+server.gui.add_folder = add_folder
+numbers = Numbers(server, contextlib.nullcontext(True), locations, print, print)
+few = [Place('/n', msg.Location(id=at, file='/few.py', fault='none')) for at in range(50)]
+for count in (51, 60):
+    many = [Place('/n', msg.Location(id=100 + at, file='/many.py', fault='none')) for at in range(count)]
+    numbers._keep_folders({'/n': few + many})
+    print([(folder.label, folder.expand_by_default) for folder in made])
+"""
+
 
 def printed(code):
     """What a program prints that finds the page's modules."""
@@ -61,3 +96,20 @@ def test_frames_that_hang_on_each_other_or_have_odd_names_do_not_stop_the_page()
 
 def test_a_text_that_was_not_in_utf8_can_be_sent_to_a_browser():
     assert printed(DIFF) == r"'```diff\n+x = 1.5  # ?\n```'"
+
+
+def test_the_hint_of_a_parameter_says_where_it_is_given():
+    assert printed(HINTS).split('\n') == [
+        'a parameter, read at /n.py:7',
+        'given in /my.launch, read at /n.py:7',
+        '/n.py:7',
+    ]
+
+
+def test_the_label_of_a_closed_folder_says_how_many_fields_are_in_it():
+    few = "('/n', True), ('few.py', True)"
+    assert printed(FOLDERS).split('\n') == [
+        '/n',
+        f"[{few}, ('many.py: 51 numbers, a click opens', False)]",
+        f"[{few}, ('many.py: 60 numbers, a click opens', False)]",
+    ]

@@ -14,6 +14,7 @@ import rosgraph
 from rosslt import messages, srv, values
 from rosslt.cli.locks import locks_of, note_of
 from rosslt.cli.master import TIMEOUT, SystemState, problem_of
+from rosslt.cli.slave_api import About, about
 from rosslt.node import Directory, Heard, ask_all
 
 #: The kinds of findings: nothing is wrong; it may hinder a change; it prevents a change.
@@ -52,6 +53,7 @@ class Stream:
         sources: those in the messages, in order of appearance.
         is_latched: whether the publisher is a latched one.
         fields: {path: sources} of the numbers in the first message, or in the first with provenance if one has it.
+        is_varied: whether the numbers differ from message to message, as long as none has a source.
     """
 
     def __init__(self) -> None:
@@ -59,6 +61,8 @@ class Stream:
         self.sources: Dict[values.Source, None] = {}
         self.is_latched = False
         self.fields: Dict[str, List[values.Source]] = {}
+        self.is_varied = False
+        self._first: List[Any] = []
 
     def add(self, received: Heard, field: str) -> None:
         """Take a message; `field` is the path of the part that is looked at, '' for all."""
@@ -66,6 +70,10 @@ class Stream:
         if not self.count or (sources and not any(self.fields.values())):
             leaves = values.leaves(received.message)
             self.fields = {path: values.sources(leaf) for path, leaf in leaves if _is_result(path, leaf, field)}
+        if not self.sources:
+            numbers = _numbers(received.message, field)
+            self._first = numbers if not self.count else self._first
+            self.is_varied = self.is_varied or numbers != self._first
         self.count += 1
         self.sampled += received.is_sampled
         self.whole += bool(sources) and not received.is_sampled
@@ -112,8 +120,21 @@ def _is_result(path: str, value: Any, field: str) -> bool:
     for, else one that has been computed."""
     plain = values.untracked(value)
     if field:
-        return type(plain) in (float, int) and path.startswith(field) and path[len(field) : len(field) + 1] in '.['
+        return type(plain) in (float, int) and _is_within(path, field)
     return type(plain) is float and (plain != 0 or values.is_tracked(value)) and not path.endswith(_NO_RESULTS)
+
+
+def _is_within(path: str, field: str) -> bool:
+    return path.startswith(field) and path[len(field) : len(field) + 1] in '.['
+
+
+def _numbers(message: Any, field: str) -> List[Any]:
+    """The numbers in a part of a message, but for times and counts."""
+    return [
+        value
+        for path, value in values.leaves(message)
+        if isinstance(value, (float, int)) and not path.endswith(_NO_RESULTS) and (not field or _is_within(path, field))
+    ]
 
 
 class Losses:
@@ -143,6 +164,28 @@ class Losses:
             return ''
         lines = zip(answer.files, answer.lines, answer.texts)
         return _few([f'{os.path.basename(file)}:{line}: {text}' for file, line, text in lines], '; ')
+
+    def why_plain(self, publisher: str, topic: str, sent: Stream) -> str:
+        """Say why messages of a node that `rosslt run` runs have no provenance; '' if the node does not say how it
+        sends them."""
+        self._asking.join()
+        answer, lines = self._answers.get(publisher), self.of(publisher)
+        if answer is None:
+            return ''
+        index = answer.topics.index(topic) if topic in answer.topics else None
+        if lines and (index is None or not answer.had_sources[index]):
+            return f'{publisher} makes plain numbers of tracked ones at {lines}'
+        if index is None:
+            return f'{publisher} sends it by a Publisher that `rosslt run` has not replaced: a library has made it'
+        is_constant = sent.count > 1 and not sent.is_varied
+        numbers = 'constants, the same numbers in each message' if is_constant else 'numbers that come from no location'
+        at = f', at {answer.sent_at[index]}' if answer.sent_at[index] else ''
+        when = (
+            'while other branches of its code run, as they had before'
+            if answer.had_sources[index]
+            else 'only while a branch of its code runs that computes them from a location'
+        )
+        return f'{publisher} sends {numbers}{at}. They have sources {when}'
 
     def recording_of(self, publisher: str) -> str:
         """Say what recording provenance costs a node, as a sentence; '' if it is not known, or nothing."""
@@ -178,6 +221,12 @@ class Examination:
         self._master, self._state, self._traffic, self._directory = master, state, traffic, directory
         self._losses = losses
         self._types: Dict[str, str] = dict(master.getTopicTypes())
+        self._about: Dict[str, About] = {}
+
+    def _about_node(self, node: str) -> About:
+        if node not in self._about:
+            self._about[node] = about(self._master, node)
+        return self._about[node]
 
     def findings(self, topic: str) -> Iterator[Finding]:
         """All that is found about one topic."""
@@ -198,6 +247,15 @@ class Examination:
     def _of_publisher(self, topic: str, publisher: str) -> Iterator[Finding]:
         sent, seconds = self._traffic.of(topic, publisher), self._traffic.seconds
         if not sent.count:
+            type_ = self._about_node(publisher).published.get(topic)
+            if type_ not in (None, self._types[topic]):
+                yield Finding(
+                    FAULT,
+                    f'{publisher} sends it as {type_}, but the master knows it as {self._types[topic]}, as '
+                    'another node has said: who goes by the master, as this command and RViz do, gets nothing of it. '
+                    'Have all nodes use one type, or another topic',
+                )
+                return
             why = problem_of(self._master, publisher)
             silent = f'{publisher} sends nothing within {seconds:g} s: '
             once = 'a message that was published once, without latch=True, does not reach later subscribers'
@@ -243,25 +301,31 @@ class Examination:
         heard = sorted(name for name, nodes in self._state.subscribers.items() if publisher in nodes)
         entering = [name for name in heard if name != topic and self._traffic.is_tracked(name)]
         if publisher not in self._state.tracked_nodes:
-            how = (
-                f'{publisher} uses rospy as it is: start it with `rosslt run`, or have its code use init_node, '
-                'Publisher and Subscriber of rosslt'
-            )
-        elif self._losses.of(publisher):
-            how = f'{publisher} makes plain numbers of tracked ones at {self._losses.of(publisher)}'
+            how = self._why_untracked(publisher)
+        elif self._losses.why_plain(publisher, topic, self._traffic.of(topic, publisher)):
+            how = self._losses.why_plain(publisher, topic, self._traffic.of(topic, publisher))
         elif entering:
             how = (
                 f"{publisher} loses it: it uses rospy's Publisher or Subscriber in place of rosslt's, or turns the "
-                'numbers into plain ones, for example with the functions of `math`'
+                'numbers into plain ones, for example with the functions of `math`, or sends others'
             )
         else:
             how = (
-                f"{publisher} has locations, but none reaches this topic: its Publisher is rospy's, or the numbers "
-                'are no locations'
+                f"{publisher} has locations, but what it sends now comes from none: its Publisher is rospy's, the "
+                'numbers are no locations, or the branch of its code that runs sends constants'
             )
         if entering:
             return 'provenance enters {} on {} and does not leave it: {}'.format(publisher, ' and '.join(entering), how)
         return f'{topic} is plain: {how}'
+
+    def _why_untracked(self, publisher: str) -> str:
+        node = self._about_node(publisher)
+        if node.is_other:
+            return f'{publisher} is not a Python node: only those can be tracked'
+        how = 'start it with `rosslt run`, or have its code use init_node, Publisher and Subscriber of rosslt'
+        if node.is_python:
+            return f'{publisher} uses rospy as it is: {how}'
+        return f'{publisher} has no locations, and does not say what it is. If it is a Python node, {how}'
 
     def _of_sources(self, sources: List[values.Source]) -> Iterator[Finding]:
         can_change = []
@@ -295,13 +359,16 @@ class Examination:
             yield Finding(NOTE, 'no node makes handles to drag it with: rosrun rosslt slt_visualization does')
             return
         listening = set(self._state.subscribers.get(topic, ()))
+        makers = sorted({node for nodes in updates.values() for node in nodes})
+        deaf = {maker: self._about_node(maker).subscribed.get(topic) for maker in makers if maker in listening}
+        deaf = {maker: type_ for maker, type_ in deaf.items() if type_ not in (None, self._types[topic])}
+        for maker, type_ in deaf.items():
+            yield Finding(FAULT, f'{maker} takes it for {type_}, but it is sent as {self._types[topic]}')
+        listening -= deaf.keys()
         serving = {name for name, nodes in updates.items() if nodes & listening}
         if not serving:
-            makers = ', '.join(sorted({node for nodes in updates.values() for node in nodes}))
-            yield Finding(
-                NOTE,
-                f'{makers} makes no handles for it: {self._types.get(topic)} has no handles, or is not watched',
-            )
+            why = f'{self._types[topic]} has no handles, or is not watched'
+            yield Finding(NOTE, f'{", ".join(makers)} makes no handles for it: {"its types differ" if deaf else why}')
             return
         shown = {name for name in updates if set(self._state.subscribers.get(name, ())) - updates[name]}
         if serving & shown:

@@ -6,7 +6,7 @@ from typing import Any, Dict, Iterable, List, Mapping, Tuple
 import rosgraph
 
 from rosslt import node, values
-from rosslt.cli.failure import Failure, did_you_mean
+from rosslt.cli.failure import Failure, did_it_begin_with, did_you_mean
 from rosslt.cli.master import TIMEOUT, full_name, problem_of, system_state, tracked_nodes
 from rosslt.node import Directory, Place
 
@@ -101,7 +101,7 @@ def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
     if found is None:
         if text in nodes:
             raise Failure(f'{text} names no location of the node; see rosslt list {text}')
-        meant = did_you_mean(text.rpartition('/')[0] or text, nodes)
+        meant = did_it_begin_with(text, nodes)
         raise Failure(f'{text} begins with no node that has locations{meant}; see rosslt list')
     return found, text[len(found) + 1 :]
 

@@ -16,3 +16,14 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The known name that is most like a word, as ` (did you mean NAME?)`; '' where none is like it."""
     found = difflib.get_close_matches(word, list(known), n=1)
     return f' (did you mean {found[0]}?)' if found else ''
+
+
+def did_it_begin_with(path: str, known: Iterable[str]) -> str:
+    """`did_you_mean` for a path that should begin with one of several names: as many of its words are compared with a
+    name as that has, those with most words first."""
+    words, names = path.split('/'), list(known)
+    for count in sorted({name.count('/') for name in names}, reverse=True):
+        meant = did_you_mean('/'.join(words[: count + 1]), [name for name in names if name.count('/') == count])
+        if meant:
+            return meant
+    return ''

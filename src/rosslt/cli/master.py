@@ -9,7 +9,7 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import rosgraph
 
-from rosslt.cli.failure import Failure, did_you_mean
+from rosslt.cli.failure import Failure, did_it_begin_with
 
 #: Timeout for answers of a master or a node, and for connections to them, in seconds; a person is waiting.
 TIMEOUT = 2.0
@@ -17,8 +17,8 @@ TIMEOUT = 2.0
 #: At which service a tracked node lists its locations.
 LIST_SERVICE = '/rosslt/list_locations'
 
-#: The exceptions of asking a master where nothing, or something else, answers at its address.
-_NO_MASTER = (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException, ValueError)
+#: The exceptions of asking a master, or a node, where nothing, or something else, answers at its address.
+NO_ANSWER = (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException, ValueError)
 
 
 def find_master(timeout: float = TIMEOUT) -> rosgraph.Master:
@@ -35,7 +35,7 @@ def find_master(timeout: float = TIMEOUT) -> rosgraph.Master:
         socket.create_connection((address.hostname, address.port), timeout).close()
         with default_timeout(timeout):
             found.getPid()
-    except _NO_MASTER:
+    except NO_ANSWER:
         raise Failure(f'found no ROS master at {uri}: is roscore running, and ROS_MASTER_URI right?') from None
     return found
 
@@ -88,7 +88,8 @@ def split_topic(master: rosgraph.Master, text: str) -> Tuple[str, str, str]:
     full = full_name(path) + bracket + index
     topic = max((name for name in types if is_below(full, name)), key=len, default=None)
     if topic is None:
-        raise Failure(f'nobody publishes {full}{did_you_mean("/".join(full.split("/")[:2]), types)}')
+        meant = did_it_begin_with(full, [name for name in types if not name.startswith('/rosout')])
+        raise Failure(f'nobody publishes {full}{meant}')
     return topic, types[topic], full[len(topic) :].lstrip('/.')
 
 

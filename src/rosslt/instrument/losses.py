@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 import types
+from collections import Counter
 from typing import Any, Dict, Tuple
 
 import rospy
@@ -47,6 +48,8 @@ class Losses:
     def __init__(self) -> None:
         self.is_watched = False
         self._counts: Dict[Tuple[str, int], int] = {}
+        self._topics: Dict[str, bool] = {}  # whether a number on it had a source
+        self._sent: Counter = Counter()  # by (topic, file, line)
         self._watchers = 0
         self._lock = threading.Lock()
         self._is_starting = False
@@ -57,8 +60,9 @@ class Losses:
         self._is_starting = True
         self.begin()
 
-    def published(self, now: float) -> None:
-        """The node has sent a message, at a time of `time.monotonic`."""
+    def published(self, topic: str, now: float, has_sources: bool) -> None:
+        """The node has sent a message, at a time of `time.monotonic`; said of one in half a second."""
+        self._topics[topic] = has_sources or self._topics.get(topic, False)
         if self._is_starting:
             self._started_at = self._started_at or now
             if now > self._started_at + START:
@@ -86,9 +90,8 @@ class Losses:
     def note(self, frame: Any) -> None:
         """A number has lost its provenance in what a frame does, or in what was called from there."""
         while frame is not None:
-            cells = frame.f_globals.get(CELLS)
-            if cells is not None:
-                place = cells.path, frame.f_lineno
+            place = _place(frame)
+            if place is not None:
                 if place in self._counts or len(self._counts) < MOST_PLACES:
                     self._counts[place] = self._counts.get(place, 0) + 1
                 return
@@ -99,6 +102,14 @@ class Losses:
     def places(self) -> Dict[Tuple[str, int], int]:
         """{(file, line): how many numbers have lost their provenance there}."""
         return dict(self._counts)
+
+    def sent(self, topic: str, frame: Any) -> None:
+        """A frame of the node, or what was called from there, has published a message."""
+        while frame is not None and _place(frame) is None:
+            frame = frame.f_back
+        place = frame and (topic, *_place(frame))
+        if place and (place in self._sent or len(self._sent) < MOST_PLACES):
+            self._sent[place] += 1
 
     def computed(self, result: Any, arguments: Any) -> None:
         """A function that is not known to keep provenance has given a result."""
@@ -112,7 +123,7 @@ class Losses:
         """Look for so long; serves `~rosslt/find_losses`."""
         end = time.monotonic() + min(max(request.seconds, 0.0), LONGEST)
         cpu, recording = time.process_time(), BUDGET.spent
-        lines = BUDGET.lines.copy()
+        lines, sent = BUDGET.lines.copy(), self._sent.copy()
         self.begin()
         try:
             while not rospy.is_shutdown() and time.monotonic() < end:
@@ -120,6 +131,7 @@ class Losses:
         finally:
             self.end()
         found = sorted(self.places().items())
+        topics, sending = dict(self._topics), sorted(self._sent.copy() - sent)
         return srv.FindLossesResponse(
             [path for (path, _), _ in found],
             [line for (_, line), _ in found],
@@ -127,11 +139,21 @@ class Losses:
             [count for _, count in found],
             time.process_time() - cpu,
             BUDGET.spent - recording,
-            [
-                f'{os.path.basename(path)}:{line}: {linecache.getline(path, line).strip()}'
-                for (path, line), _ in (BUDGET.lines - lines).most_common(MOST_COSTLY)
-            ],
+            [_shown(*place) for place, _ in (BUDGET.lines - lines).most_common(MOST_COSTLY)],
+            list(topics),
+            list(topics.values()),
+            ['; '.join(_shown(*place) for topic, *place in sending if topic == one) for one in topics],
         )
+
+
+def _place(frame: types.FrameType) -> Any:
+    """(file, line) of a frame of the node's own code, None for another one."""
+    cells = frame.f_globals.get(CELLS)
+    return None if cells is None else (cells.path, frame.f_lineno)
+
+
+def _shown(path: str, line: int) -> str:
+    return f'{os.path.basename(path)}:{line}: {linecache.getline(path, line).strip()}'
 
 
 def _package(frame: types.FrameType) -> str:

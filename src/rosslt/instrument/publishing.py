@@ -2,6 +2,7 @@
 the rounds begin in which it is recorded."""
 
 import contextlib
+import sys
 import time
 from typing import Any, List
 
@@ -31,11 +32,14 @@ class Publisher(node.Publisher):
         """Publish a message, as `rospy.Publisher.publish` does."""
         self._is_recorded = self._stops == BUDGET.stops and not BUDGET.stops % 2
         now = time.monotonic()
+        if LOSSES.is_watched:
+            LOSSES.sent(self.resolved_name, sys._getframe(1))
         if now >= self._look_again and node.is_started():
-            LOSSES.published(now)
+            has_sources = False
             # It is rospy that says what is wrong with a message.
             with contextlib.suppress(TypeError, ValueError, AttributeError, rospy.ROSException):
-                reach(node.args_kwds_to_message(self.data_class, args, kwds))
+                has_sources = reach(node.args_kwds_to_message(self.data_class, args, kwds))
+            LOSSES.published(self.resolved_name, now, has_sources)
             self._look_again = now + max(PERIOD, (time.monotonic() - now) / SHARE)
         super().publish(*args, **kwds)
         asked = self._last_asked
@@ -63,14 +67,17 @@ class Service(node.Service):
         BUDGET.begin_round()
 
 
-def reach(message: Any) -> None:
+def reach(message: Any) -> bool:
     """Make the literals known that are in a message. Those that reach a field of whole numbers stay whole.
 
     Args:
         message: any ROS message.
+
+    Returns:
+        whether anything in it has a source.
     """
     if _is_sent_as_it_is(message):
-        return
+        return False
     fields = messages.tracked_fields(message)
     leaves = list({id(value): value for _, value, _ in fields}.values())
     sources = values.sources(leaves)
@@ -81,6 +88,7 @@ def reach(message: Any) -> None:
             location.keep_whole()
     if any(map(node.is_whole_parameter, sources)):
         _take_fractions([value for _, value, kind in fields if kind in 'df'])
+    return bool(sources)
 
 
 def _is_sent_as_it_is(message: Any) -> bool:

@@ -136,7 +136,7 @@ def _paired(part: Message, wanted: Scalar, type_: str) -> Iterator[Tuple[Any, An
         return
     if hasattr(part, '_slot_types'):
         if list(getattr(wanted, '__slots__', ())) != list(part.__slots__):
-            raise ValueError(f'the target of a {part._type} must be one, too, found {wanted!r}')
+            raise ValueError(f'the target of a message of type {part._type} must be one, too, found {wanted!r}')
         for name, kind in zip(part.__slots__, _types(part)):
             yield from _paired(getattr(part, name), getattr(wanted, name), kind)
     elif isinstance(part, (list, tuple)):

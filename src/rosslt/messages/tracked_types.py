@@ -156,7 +156,10 @@ def wrap(message: Message, tracked_class: MessageClass, provenance: Optional[byt
     """
     tracked: Message = tracked_class()
     if message._md5sum != plain_type(tracked_class)._md5sum:
-        raise TypeError('expected a %s for %s, found a %s' % (tracked._slot_types[1], tracked._type, message._type))
+        raise TypeError(
+            'expected a message of type %s for %s, found one of type %s'
+            % (tracked._slot_types[1], tracked._type, message._type)
+        )
     tracked.provenance.data = provenance_to_send(message) if provenance is None else provenance
     tracked.data = message
     return packed_arrays(tracked_class)(tracked)

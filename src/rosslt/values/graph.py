@@ -287,7 +287,7 @@ def check_changes(changes: Mapping[Source, Value]) -> None:
     """
     for key in changes:
         if not isinstance(key, Source):
-            raise TypeError('changes are {Source: value}, and %r is a %s' % (key, type(key).__name__))
+            raise TypeError('changes are {Source: value}, and %r is of type %s' % (key, type(key).__name__))
 
 
 def evaluate(x: Value, changes: Mapping[Source, Value]) -> Value:

@@ -130,7 +130,7 @@ def track(value: Value, source: Source) -> Value:
     """
     number = plain_scalar(value)
     if number is None:
-        raise TypeError('cannot track a %s, only float, int, bool and str' % type(value).__name__)
+        raise TypeError('cannot track what is of type %s, only float, int, bool and str' % type(value).__name__)
     return new(number, (SOURCE, source, None), 1)
 
 

@@ -4,16 +4,19 @@ A number without a slider stands in a field for text: what is typed there is jud
 would say nothing of what is no number.
 """
 
+import collections
 import contextlib
 import functools
 import json
 import math
 import os
 import time
-from typing import Any, Callable, ContextManager, Dict, List, Optional, Tuple, Union
+from typing import Any, Callable, ContextManager, Dict, List, Mapping, Optional, Tuple, Union
 
+import rospy
 import viser
 
+from rosslt import files
 from rosslt.markers import contained
 from rosslt.node import Place
 from rosslt.web.drawing import MANY
@@ -85,28 +88,29 @@ class Numbers:
                     self._take_typed(field, *field.typed)
 
     def _keep_folders(self, places: Dict[str, List[Place]]) -> None:
-        wanted: Dict[Tuple[str, ...], str] = {}
+        wanted: Dict[Tuple[str, ...], int] = {}  # {(node, or node and file): how many numbers there are}
         for node, those in places.items():
-            wanted[(node,)] = node
-            for place in those:
-                wanted[node, place.location.file] = os.path.basename(place.location.file) or 'parameters'
+            wanted[(node,)] = len(those)
+            wanted.update(collections.Counter((node, place.location.file) for place in those))
         # the folders of files before the folders of nodes that they are in
         for path in sorted(set(self._folders).difference(wanted), key=len, reverse=True):
             self._folders.pop(path).remove()
-        for path, label in wanted.items():
-            if path in self._folders:
-                continue
+        for path, count in wanted.items():
+            folder = self._folders.get(path)
             if len(path) == 1:
-                self._folders[path] = self._server.gui.add_folder(label)
-                with self._folders[path]:
-                    self._add_buttons(label)
-            else:
-                count = sum(place.location.file == path[1] for place in places[path[0]])
-                is_open = count <= MANY
+                if folder is None:
+                    self._folders[path] = self._server.gui.add_folder(path[0])
+                    with self._folders[path]:
+                        self._add_buttons(path[0])
+                continue
+            is_open = count <= MANY if folder is None else folder.expand_by_default
+            label = os.path.basename(path[1]) or 'parameters'
+            label = label if is_open else f'{label}: {count} numbers, a click opens'
+            if folder is None:
                 with self._folders[path[:1]]:
-                    self._folders[path] = self._server.gui.add_folder(
-                        label if is_open else f'{label}: {count} numbers, a click opens', expand_by_default=is_open
-                    )
+                    self._folders[path] = self._server.gui.add_folder(label, expand_by_default=is_open)
+            elif folder.label != label:
+                folder.label = label
 
     def _show(self, key: Key, place: Place, order: float) -> None:
         kind, field = _kind(place), self._fields.get(key)
@@ -129,7 +133,7 @@ class Numbers:
     def _widget(self, place: Place, order: float) -> Any:
         gui, value = self._server.gui, _shown(place)
         fault = place.location.fault
-        options = {'disabled': bool(place.read_only or fault), 'hint': _hint(place), 'order': order}
+        options = {'disabled': bool(place.read_only or fault), 'hint': hint(place, _origins()), 'order': order}
         if place.location.type == 'bool' and not fault:
             return gui.add_checkbox(_label(place), value, **options)
         if not _has_slider(place):
@@ -217,15 +221,31 @@ def _step(number: Any, length: float) -> Any:
     return 10.0 ** math.floor(math.log10(length / STEPS))
 
 
+def _origins() -> Any:
+    with contextlib.suppress(ValueError, TypeError):  # what is there is not what `rosslt launch` writes
+        return dict(json.loads(rospy.get_param_cached(files.ORIGINS, '{}')))
+    return {}
+
+
 def _label(place: Place) -> str:
     """The label of a field: the name of the location, else its line and column in the file that its folder names."""
     location = place.location
     return place.local_name if location.is_named else 'line {}:{}'.format(location.line, location.column)
 
 
-def _hint(place: Place) -> str:
+def hint(place: Place, origins: Mapping[str, Any]) -> str:
+    """The hint of a field: where its number stands.
+
+    Args:
+        place: its location.
+        origins: {full name of a parameter: where it is given}, as `rosslt launch` has noted it.
+    """
     location = place.location
-    parts = ['{}:{}'.format(location.file, location.line) if location.file else 'a parameter']
+    line = '{}:{}'.format(location.file, location.line) if location.file else ''
+    parts = [line or 'a parameter']
+    if line and location.name.startswith('/'):  # a parameter's: the line is that which reads it
+        given = origins.get(location.name)
+        parts = ['given in {}, read at {}'.format(given['file'], line) if given else 'a parameter, read at ' + line]
     if location.literal:
         parts.append('the code says ' + location.literal)
     if location.read_only:

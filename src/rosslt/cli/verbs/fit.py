@@ -220,7 +220,7 @@ def _number(value: Part, text: str) -> Part:
     plain = values.untracked(value)
     if isinstance(plain, bool) or not isinstance(plain, (int, float)):
         kind = getattr(plain, '_type', type(plain).__name__)
-        raise Failure(f'{text} holds a {kind}, and not a number: name a field of numbers')
+        raise Failure(f'{text} is of type {kind}, and not a number: name a field of numbers')
     return value
 
 

@@ -3,18 +3,18 @@
 import collections
 import os
 import subprocess
-from typing import Any, Dict, List, NamedTuple, Sequence
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-import rosgraph
 import rospkg
 import rospy
 import yaml
 from std_msgs.msg import Bool, String
 
 from rosslt.markers.faults import contained
+from rosslt.markers.rviz.robot import Robot
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
-from rosslt.markers.scene.topics import Watch
+from rosslt.markers.scene.topics import Graph, Watch
 
 #: The period in which new topics are looked for, in seconds. RViz gets those that came once none has come for so long.
 PERIOD = 1.0
@@ -41,6 +41,14 @@ DISPLAYS = {
     'visualization_msgs/MarkerArray': DisplayKind('rviz/MarkerArray', 'Marker Topic'),
 }
 
+#: The name of the display of the robot.
+ROBOT = 'Robot'
+
+_SUBJECTS = {
+    **{kind.display: kind.topic_property for kind in DISPLAYS.values()},
+    'rviz/RobotModel': 'Robot Description',
+}
+
 
 def configuration(types: Dict[str, str], fixed_frame: str, has_robot: bool) -> Dict[str, Any]:
     """An RViz configuration.
@@ -48,7 +56,7 @@ def configuration(types: Dict[str, str], fixed_frame: str, has_robot: bool) -> D
     Args:
         types: {topic: type of its messages}, those to be shown.
         fixed_frame: RViz's fixed frame.
-        has_robot: whether there is a robot_description.
+        has_robot: whether a robot is to be shown.
     """
     displays = [
         _display('rviz/Grid', 'Grid', {'Color': '130; 130; 135', 'Alpha': 0.5}),
@@ -87,7 +95,7 @@ def displays_of(types: Dict[str, str], has_robot: bool) -> List[Dict[str, Any]]:
     """The displays of topics, {topic: type of its messages}, and of the robot."""
     displays = []
     if has_robot:
-        displays.append(_display('rviz/RobotModel', 'Robot', {'Robot Description': 'robot_description'}))
+        displays.append(_display('rviz/RobotModel', ROBOT, {'Robot Description': 'robot_description'}))
     for topic, kind in sorted(types.items()):
         if kind in DISPLAYS:
             row = DISPLAYS[kind]
@@ -95,8 +103,32 @@ def displays_of(types: Dict[str, str], has_robot: bool) -> List[Dict[str, Any]]:
     return displays
 
 
+def merged(present: List[Dict[str, Any]], wanted: List[Dict[str, Any]]) -> List[Dict[str, Any]]:
+    """The displays of RViz with those that are wanted, each once, and without those of what is gone.
+
+    Args:
+        present: as RViz has them; what a person has changed in them stays, and so do those that a person has added.
+        wanted: as of `displays_of`.
+    """
+    missing = {_subject(display): display for display in wanted}
+    kept = []
+    for display in present:
+        subject = _subject(display)
+        if subject and display['Name'] in (subject[1], ROBOT) and subject not in missing:
+            continue  # it is gone, or there already
+        missing.pop(subject, None)
+        kept.append(display)
+    return [*kept, *missing.values()]
+
+
+def _subject(display: Dict[str, Any]) -> Optional[Tuple[str, str]]:
+    """(Class, topic or parameter) of a display; None of one that shows neither."""
+    shown = display.get(_SUBJECTS.get(display['Class'], ''))
+    return (display['Class'], shown) if shown else None
+
+
 def open_rviz(arguments: Sequence[str] = ()) -> int:
-    """Open RViz with all topics that can be dragged, and add those that come later; its exit status once it is closed.
+    """Open RViz with all topics that can be dragged, as they come and go; its exit status once it is closed.
 
     Args:
         arguments: handed on to RViz.
@@ -105,12 +137,13 @@ def open_rviz(arguments: Sequence[str] = ()) -> int:
     path = os.path.join(rospkg.get_ros_home(), 'rosslt.rviz')
     os.makedirs(os.path.dirname(path), exist_ok=True)
     _write(path, configuration({}, shown.frame, has_robot=False))
-    name = '{}_rviz'.format(rospy.get_name())
+    # of this process alone: a node of the same name that is about to end may have an RViz, too
+    name = '{}_rviz_{}'.format(rospy.get_name(), os.getpid())
     process = subprocess.Popen(['rviz', '-d', path, *arguments, '__name:=' + name.rpartition('/')[2]])
     try:
         while process.poll() is None and not rospy.is_shutdown():
-            with contained('what has come cannot be added to RViz'):
-                shown.add_to(name, path)
+            with contained('RViz cannot be told what there is'):
+                shown.update(name, path)
             rospy.rostime.wallsleep(PERIOD)
     finally:
         if process.poll() is None:
@@ -119,7 +152,7 @@ def open_rviz(arguments: Sequence[str] = ()) -> int:
 
 
 class Shown:
-    """The topics that RViz shows, and those that it is to show next.
+    """What RViz shows, and what it is to show next.
 
     Args:
         fixed_frame: RViz's fixed frame; by default the one that most topics use.
@@ -130,49 +163,42 @@ class Shown:
 
     def __init__(self, fixed_frame: str = '') -> None:
         self._chosen_frame, self.frame = fixed_frame, fixed_frame or WORLD
-        self._scene = Scene(Settings())
-        Watch(self._scene)
-        self._master = rosgraph.Master(rospy.get_name())
-        self._types: Dict[str, str] = {}  # of the topics that RViz shows
-        self._has_robot = False
-        self._found: Dict[str, str] = {}  # {topic: frame} of all that can be dragged
+        self._scene, self._robot = Scene(Settings()), Robot()
+        self._frames: Dict[str, str] = {}  # of all topics that can be dragged
+        # What there is, was at the last look, and is shown: {topic: type}, and whether there is a robot.
+        self._present: Tuple[Dict[str, str], bool] = {}, False
+        self._before = self._shown = self._present
+        Watch(self._scene, also=[self._look])
 
-    def add_to(self, rviz: str, path: str) -> None:
-        """Add the displays of what has come to RViz, which keeps what a person has changed in it."""
-        if not self._has_news():
+    def _look(self, graph: Graph) -> None:
+        found = {**self._frames, **self._scene.topics()}
+        self._frames = {topic: frame for topic, frame in found.items() if topic in graph.types}
+        has_robot = self._robot.is_there(graph.types, graph.publishers)
+        self._present = {topic: graph.types[topic] for topic in self._frames}, has_robot
+
+    def update(self, rviz: str, path: str) -> None:
+        """Have RViz show what there is, once no more comes; it keeps what a person has changed in it."""
+        present, before = self._present, self._before
+        self._before = present
+        if present == self._shown or present != before:
             return
         try:
             _ask_rviz(rviz, 'save_config', path)
         except rospy.ServiceException:
             return  # it is still starting
         with open(path, encoding='utf-8') as file:
-            present = yaml.safe_load(file)
-        manager = present['Visualization Manager']
-        before = self.frame
-        manager['Displays'] += self._take_new()
-        if manager['Global Options']['Fixed Frame'] == before:
-            manager['Global Options']['Fixed Frame'] = self.frame
-        _write(path, present)
+            saved = yaml.safe_load(file)
+        manager = saved['Visualization Manager']
+        manager['Displays'] = merged(manager['Displays'], displays_of(*present))
+        frames = collections.Counter(frame.lstrip('/') for frame in self._frames.values())
+        frame = self._chosen_frame or max(frames, key=lambda frame: frames[frame], default=self.frame)
+        if manager['Global Options']['Fixed Frame'] == self.frame:
+            manager['Global Options']['Fixed Frame'] = frame
+        self.frame = frame
+        _write(path, saved)
         _ask_rviz(rviz, 'load_config_discarding_changes', path)
-        rospy.loginfo('RViz shows %s', ', '.join(sorted(self._types)))
-
-    def _has_news(self) -> bool:
-        """Look what can be dragged; True where RViz lacks some of it, and nothing more has come since the last look."""
-        found = self._scene.topics()
-        is_quiet = found.keys() <= self._found.keys()
-        self._found.update(found)
-        has_new_robot = not self._has_robot and rospy.has_param('robot_description')
-        return is_quiet and (has_new_robot or not self._found.keys() <= self._types.keys())
-
-    def _take_new(self) -> List[Dict[str, Any]]:
-        """The displays of what RViz does not show yet; the fixed frame is the one that most topics use."""
-        types = dict(self._master.getTopicTypes())
-        new = {topic: types.get(topic, '') for topic in self._found if topic not in self._types}
-        self._types.update(new)
-        had_robot, self._has_robot = self._has_robot, self._has_robot or rospy.has_param('robot_description')
-        frames = collections.Counter(frame.lstrip('/') for frame in self._found.values())
-        self.frame = self._chosen_frame or max(frames, key=lambda frame: frames[frame], default=WORLD)
-        return displays_of(new, self._has_robot and not had_robot)
+        self._shown = present
+        rospy.loginfo('RViz shows %s', ', '.join(sorted(present[0])) or 'no topic')
 
 
 class SendFilePath:

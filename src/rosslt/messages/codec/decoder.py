@@ -153,7 +153,7 @@ class ReceivedHeader:
         for index, value in zip(self._fields.wanted, values):
             if type(value) not in SCALAR_TYPES:
                 raise BadHeader(
-                    'bad provenance: found one of leaf %d, which holds a %s' % (index, type(value).__name__)
+                    'bad provenance: found one of leaf %d, which is of type %s' % (index, type(value).__name__)
                 )
         return values
 

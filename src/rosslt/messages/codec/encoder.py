@@ -88,7 +88,8 @@ def _encoded_within_limit(message: Message, leaves: List[Leaf], full_history: bo
     if len(found) < len(leaves):
         warn_once(
             (message._type, BYTES_LIMIT),
-            'a %s has more than %d bytes of provenance: only its first %d tracked leaves are sent with theirs',
+            'a message of type %s has more than %d bytes of provenance: only its first %d tracked leaves are sent with '
+            'theirs',
             message._type,
             BYTES_LIMIT,
             len(found),
@@ -106,7 +107,7 @@ def sent_fields(message: Message) -> List[Leaf]:
     if len(found) > FIELD_LIMIT:
         warn_once(
             (message._type, FIELD_LIMIT),
-            'a %s has more than %d tracked leaves: those after these are sent without provenance',
+            'a message of type %s has more than %d tracked leaves: those after these are sent without provenance',
             message._type,
             FIELD_LIMIT,
         )
@@ -128,7 +129,7 @@ def encoding_to_send(message: Message, full_history: bool, before: Optional[Enco
             return before
         return Encoding(leaves, full_history, _encoded_within_limit(message, leaves, full_history))
     except Exception as error:
-        fault = 'a %s is sent untracked: encoding its provenance failed with %s: %s'
+        fault = 'a message of type %s is sent untracked: encoding its provenance failed with %s: %s'
         warn_once((message._type, type(error)), fault, message._type, type(error).__name__, error)
         return Encoding([], full_history, b'')
 
@@ -222,7 +223,11 @@ class _Encoder:
     def _leave_out(self, index: int, error: Unencodable) -> None:
         fault = str(error)
         warn_once(
-            (self._message_type, fault), 'leaf %d of a %s is sent untracked: %s', index, self._message_type, fault
+            (self._message_type, fault),
+            'leaf %d of a message of type %s is sent untracked: %s',
+            index,
+            self._message_type,
+            fault,
         )
 
     def _linearized(self, leaves: Sequence[Leaf]) -> Tuple[List[Leaf], List[tuple], List[int]]:

@@ -55,7 +55,7 @@ def checked(value: Scalar) -> Any:
         except UnicodeEncodeError as error:
             raise Unencodable('its provenance holds a text that is not Unicode') from error
     elif kind is not bool:
-        raise Unencodable('its provenance holds a %s' % kind.__name__)
+        raise Unencodable('its provenance holds what is of type %s' % kind.__name__)
     return value
 
 
@@ -123,7 +123,7 @@ class TableWriter:
         key = _key(slope)
         if key not in self._coefficients:
             if type(slope) is not float and type(slope) is not int:
-                raise Unencodable('its slope is a %s' % type(slope).__name__)
+                raise Unencodable('its slope is of type %s' % type(slope).__name__)
             if len(self._coefficients) == TABLE_LIMIT:
                 raise Unencodable('the message has too many coefficients')
             self._coefficients[key] = checked(slope)

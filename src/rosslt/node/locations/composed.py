@@ -77,7 +77,7 @@ def _reader(literal: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
     if hasattr(literal, '_slot_types'):
         return _message_reader(literal, path, leaf)
     raise TypeError(
-        f'a {type(literal).__name__} cannot be a location: give a float, int, str or bool, or a '
+        f'what is of type {type(literal).__name__} cannot be a location: give a float, int, str or bool, or a '
         'message, list or dict of them'
     )
 

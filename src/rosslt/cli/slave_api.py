@@ -1,0 +1,57 @@
+"""What nodes say of themselves by ROS's slave API: whether they are Python, and the types of their topics."""
+
+import http.client
+import urllib.parse
+import xmlrpc.client
+from types import MappingProxyType
+from typing import Any, Mapping, NamedTuple, Tuple
+
+import rosgraph
+
+from rosslt.cli.master import NO_ANSWER, TIMEOUT, default_timeout
+
+
+class About(NamedTuple):
+    """A node, as it describes itself; all is empty where it does not answer."""
+
+    server: str = ''
+    """What its XML-RPC server calls itself: rospy's names Python, that of roscpp XMLRPC++."""
+    published: Mapping[str, str] = MappingProxyType({})
+    """{topic: the type with which the node publishes it}."""
+    subscribed: Mapping[str, str] = MappingProxyType({})
+    """{topic: the type with which the node subscribes to it}."""
+
+    @property
+    def is_python(self) -> bool:
+        """True where it is known to be a Python program."""
+        return 'Python' in self.server
+
+    @property
+    def is_other(self) -> bool:
+        """True where it is known to be none."""
+        return bool(self.server) and not self.is_python
+
+
+def about(master: rosgraph.Master, node: str) -> About:
+    """Ask a node."""
+    try:
+        with default_timeout(TIMEOUT):
+            address = urllib.parse.urlparse(master.lookupNode(node))
+        server, published = _call(address.netloc, 'getPublications')
+        _, subscribed = _call(address.netloc, 'getSubscriptions')
+    except (*NO_ANSWER, TypeError, IndexError):
+        return About()
+    return About(server, dict(published), dict(subscribed))
+
+
+def _call(address: str, method: str) -> Tuple[str, Any]:
+    """(What the server at an address calls itself, what it answers)."""
+    connection = http.client.HTTPConnection(address, timeout=TIMEOUT)
+    try:
+        headers = {'Content-Type': 'text/xml'}
+        connection.request('POST', '/RPC2', xmlrpc.client.dumps(('/rosslt',), method), headers)
+        response = connection.getresponse()
+        answer: Any = xmlrpc.client.loads(response.read())[0][0]
+        return response.getheader('Server', ''), answer[2]
+    finally:
+        connection.close()

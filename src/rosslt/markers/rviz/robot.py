@@ -1,0 +1,62 @@
+"""Whether the robot of `robot_description` is there: RViz draws a white heap where no node says how its parts stand.
+
+The parameter server keeps the description when the robot's nodes have ended.
+"""
+
+import collections
+from typing import Any, Dict, FrozenSet, List, Set
+from xml.etree import ElementTree
+
+import rospy
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+
+from rosslt import node, values
+
+
+class Robot:
+    """What nodes say of the joints and links of a robot, by any of their topics."""
+
+    def __init__(self) -> None:
+        self._named: Dict[str, Set[str]] = collections.defaultdict(set)  # {node: joints and frames that it has named}
+        self._subscribers: Dict[str, node.Subscriber] = {}
+
+    def is_there(self, types: Dict[str, str], publishers: Dict[str, List[str]]) -> bool:
+        """Return whether a node publishes the joint states of the robot that is described, or transforms of its links.
+
+        Args:
+            types: {topic: its type}.
+            publishers: {topic: the nodes that publish it}.
+        """
+        description = rospy.get_param('robot_description', '')
+        if not description:
+            return False
+        for topic, kind in types.items():
+            if topic in publishers and topic not in self._subscribers and kind in _NAMING:
+                message_class, names_in = _NAMING[kind]
+                self._subscribers[topic] = node.Subscriber(topic, message_class, self._note, names_in)
+        present = {name for topic in self._subscribers for name in publishers.get(topic, ())}
+        return any(parts_of(description) & self._named[name] for name in present)
+
+    def _note(self, message: Any, names_in: Any) -> None:
+        self._named[message._connection_header['callerid']].update(map(values.untracked, names_in(message)))
+
+
+#: {type: (the class, the function that gives the names of the joints or the links that a message is about)}.
+_NAMING = {
+    JointState._type: (JointState, lambda state: state.name),
+    TFMessage._type: (
+        TFMessage,
+        lambda message: [transform.child_frame_id.lstrip('/') for transform in message.transforms],
+    ),
+}
+
+
+def parts_of(urdf: str) -> FrozenSet[str]:
+    """The names of a robot's joints, and of the links that they hold; none where the text is no URDF."""
+    try:
+        joints = list(ElementTree.fromstring(urdf).iter('joint'))
+    except ElementTree.ParseError:
+        return frozenset()
+    held = [child.get('link', '') for joint in joints for child in joint.iter('child')]
+    return frozenset(held + [joint.get('name', '') for joint in joints])
