@@ -8,7 +8,7 @@ from .graph import Graph
 from .operations import SOURCE
 from .operations import table as ops
 from .sources import Source
-from .tolerances import ROUNDING
+from .tolerances import is_rounded
 from .tracked import TRACKED, resolve
 
 _WAVES = (ops.SIN, ops.COS, ops.TAN)
@@ -30,7 +30,7 @@ def sources_of_angles(xs: Iterable[Value]) -> List[Source]:
         if form.single_operand:
             is_wave = form.operation in _WAVES
             source, factor = _multiple(first if is_wave else node)
-            if source is not None and (is_wave or math.isclose(abs(factor), _DEGREE, rel_tol=ROUNDING)):
+            if source is not None and (is_wave or is_rounded(abs(factor), _DEGREE)):
                 found.append(source)
     return list(dict.fromkeys(found))
 
