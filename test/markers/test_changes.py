@@ -93,3 +93,15 @@ def test_a_thing_that_is_seen_at_its_bound_is_still_as_near_as_it_comes(monkeypa
         plan = changes.plan([x], [100.0], began=began)
         assert (plan.after, plan.stops, plan.is_exact) == ({SHOULDER: 0.5}, {SHOULDER: 'maximum 0.5'}, False)
     assert changes.to_request(plan, {SHOULDER: 0.5}) == {}
+
+
+@pytest.mark.parametrize(('wanted', 'nearest'), [(0.0841, 84), (0.0299, 30)])
+def test_a_number_that_takes_whole_ones_alone_becomes_the_nearest_one(no_limits, wanted, nearest):
+    found = changes.plan([values.track(50, SHOULDER) * 0.001], [wanted], may_leap=True)
+    assert (found.after, found.whole) == ({SHOULDER: nearest}, [SHOULDER])
+    assert not found.is_exact
+
+
+def test_a_whole_number_that_fits_is_exact(no_limits):
+    found = changes.plan([values.track(4, SHOULDER) * 0.5], [3.0])
+    assert (found.after, found.whole, found.is_exact) == ({SHOULDER: 6}, [], True)

@@ -142,6 +142,64 @@ class Histories(unittest.TestCase):
         self.assertEqual(value(self.owner, 'offset'), 60.0)
 
 
+class Killed(unittest.TestCase):
+    """A node that is killed comes back with what it was changed to, and that can be taken back."""
+
+    def drag(self, node, gain, speed):
+        """A step of a drag."""
+        wanted = {'gain': gain, node.name + '/speed': speed}
+        changes = {rosslt.sources(tracked(node, name))[0]: one for name, one in wanted.items()}
+        rosslt_node.request_values(changes, 5.0, 'drag')
+
+    def kill(self, node):
+        node.stop(signal.SIGKILL)
+        node.start()
+        listed(node)
+
+    def values(self, node):
+        return value(node, 'gain'), value(node, node.name + '/speed')
+
+    def test_half_a_drag_is_taken_back_after_the_node_was_killed(self):
+        with Node('killed', OWNER) as node:
+            self.drag(node, 3.0, 0.75)
+            self.drag(node, 4.0, 1.0)
+            self.kill(node)
+            self.assertEqual(self.values(node), (4.0, 1.0))
+            self.assertEqual(undo(node).state, 'applied')
+            self.assertEqual(self.values(node), (2.0, 0.5))
+            self.kill(node)
+            self.assertEqual(self.values(node), (2.0, 0.5))
+            self.assertEqual(undo(node).reasons, ['there is no change to take back'])
+
+    def test_a_drag_that_goes_on_after_the_node_was_killed_is_one(self):
+        with Node('going_on', OWNER) as node:
+            self.drag(node, 3.0, 0.75)
+            self.kill(node)
+            self.drag(node, 4.0, 1.0)
+            self.kill(node)
+            self.assertEqual(undo(node).state, 'applied')
+            self.assertEqual(self.values(node), (2.0, 0.5))
+
+    def test_what_was_set_while_the_node_was_not_there_stays(self):
+        with Node('set_meanwhile', OWNER) as node:
+            self.drag(node, 3.0, 0.75)
+            node.stop(signal.SIGKILL)
+            rospy.set_param(node.name + '/speed', 1.5)
+            node.start()
+            listed(node)
+            self.assertEqual(undo(node).state, 'applied')
+            self.assertEqual(self.values(node), (2.0, 1.5))
+
+    def test_the_change_before_the_last_one_is_left_where_that_was_taken_back(self):
+        with Node('taken_back', OWNER) as node:
+            rosslt.force_value(tracked(node, 'offset'), 5.0)
+            self.drag(node, 3.0, 0.75)
+            undo(node)
+            self.kill(node)
+            self.assertEqual(undo(node).state, 'applied')
+            self.assertEqual((*self.values(node), value(node, 'offset')), (2.0, 0.5, 1.0))
+
+
 class Told(unittest.TestCase):
     def test_what_an_earlier_run_left_is_said_and_listed(self):
         with Node('remembering', OWNER) as node:

@@ -163,3 +163,35 @@ def test_whole_numbers_and_plain_values_are_followed():
     assert continued([n * 2, 2.0 * x, 5.0], [6, 2.0, 5.0], last) == {}
     with pytest.raises(NotInvertible, match='no source'):
         continued([n * 2, 2.0 * x, 5.0], [6, 2.0, 6.0], last)
+
+
+@pytest.mark.parametrize('start', [30.0, 0.0])
+@pytest.mark.parametrize('end', [0.0, 29.0, 12.34])
+@pytest.mark.parametrize(
+    'compute',
+    [
+        lambda angle: [angle],
+        lambda angle: [math.sin(angle / 2), math.cos(angle / 2)],
+        lambda angle: [math.sin(angle / 2 + 0.3) * 0.7, math.cos(angle / 2 + 0.3) * 0.7],
+    ],
+)
+def test_a_path_leaves_nothing_of_its_roundings(compute, start, end):
+    source = Source('/camera', 1)
+    results = compute(math.radians(track(start, source)))
+    last = {}
+    for step in range(1, 8):
+        degrees = -40.0 + (end + 40.0) * step / 7
+        targets = list(map(float, compute(plain_math.radians(degrees) * (1 + 2e-16))))
+        last = continued(results, targets, last)
+    assert last == ({} if start == end else {source: end})
+
+
+def test_what_other_numbers_bring_to_zero_is_zero():
+    sources = [Source('/pose', number) for number in range(3)]
+    roll, pitch, yaw = map(track, (0.3, 0.2, 0.5), sources)
+    results = [math.cos(pitch) * math.cos(yaw), math.cos(pitch) * math.sin(yaw), math.sin(pitch), math.sin(roll + yaw)]
+    last = {}
+    for step in range(1, 8):
+        there = dict(zip(sources, (0.3, 0.2, 0.5 - 0.5 * step / 7)))
+        last = continued(results, [float(evaluate(result, there)) for result in results], last)
+    assert last == {sources[2]: 0.0}

@@ -96,11 +96,12 @@ def _is_sent_as_it_is(message: Any) -> bool:
 
 
 def _take_fractions(leaves: List[Any]) -> None:
-    """Have parameters take fractions that say 1 where 1.0 is meant: those that are all that is in a field of floats.
+    """Have parameters take fractions that say 1 where 1.0 is meant: those that are all that is in a field of floats,
+    and angles, such as one in degrees.
 
     What is computed with other numbers as well may be a count.
     """
-    for leaf in leaves:
-        source = values.source_of_functions(leaf)
+    alone = [values.source_of_functions(leaf) for leaf in leaves]
+    for source in dict.fromkeys([*alone, *values.sources_of_angles(leaves)]):
         if source is not None and node.is_whole_parameter(source):
             node.take_fractions(source)

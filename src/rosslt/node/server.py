@@ -109,6 +109,7 @@ class Owner:
             self.locations.name_node(self.name)
             literals = [one for one in self.locations.by_id.values() if isinstance(one, LiteralLocation)]
             self.parameters.take_over(literals)
+            self.history.begin(self.parameters.last_request)
             for location in literals:
                 self.parameters.follow(location, is_written=True)
             self._locations = rospy.Publisher('~rosslt/locations', msg.LocationList, queue_size=1, latch=True)
@@ -196,8 +197,15 @@ class Owner:
         Raises:
             Refused: no change is taken now, or the location was changed since.
         """
+        self._claim_changes()
         requests, back = self.history.to_undo(request_id, self.locations.by_id)
         return requests, [(self.changeable(location, requester), old) for location, old in back.items()]
+
+    def _claim_changes(self) -> None:
+        """Have the history know what there is by now of that which an earlier run has changed."""
+        for location in self.locations.by_id.values():
+            if isinstance(location, HeldLocation):
+                self.history.claim(location, location.value)
 
     def applied(self, changes: Sequence[Change], requester: str, request_id: str = '', record: bool = True) -> None:
         """Publish changes that have been applied, and add them to the history."""
@@ -371,6 +379,7 @@ class Owner:
 
     def _get_history(self, request: srv.GetHistoryRequest) -> srv.GetHistoryResponse:
         with self.lock:
+            self._claim_changes()
             return srv.GetHistoryResponse(self.history.messages(request.request_id, request.limit))
 
     def _source_change(self, change: msg.SourceChange) -> None:

@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict
 
 from . import numpy_ufuncs, operators
 from .affine import affine, linearized
+from .angles import sources_of_angles
 from .calls import operation
 from .errors import Error, NotInvertible, NotTracked
 from .explain import explain
@@ -86,6 +87,7 @@ __all__ = [
     'source_of_functions',
     'source_values',
     'sources',
+    'sources_of_angles',
     'spend',
     'stripper',
     'to_bool',

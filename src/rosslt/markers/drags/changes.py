@@ -16,6 +16,7 @@ class Plan(NamedTuple):
         gap: the distance from the target that remains.
         stops: {Source: a bound that it has come to, such as 'maximum 4.5'}.
         is_exact: whether the values become their targets.
+        whole: the sources that take whole numbers only, and have become the nearest ones.
     """
 
     before: Dict[values.Source, Any]
@@ -23,6 +24,10 @@ class Plan(NamedTuple):
     gap: float = 0.0
     stops: Optional[Dict[values.Source, str]] = None
     is_exact: bool = True
+
+    @property
+    def whole(self) -> List[values.Source]:
+        return [] if self.is_exact else [source for source, value in self.after.items() if type(value) is int]
 
 
 def plan(

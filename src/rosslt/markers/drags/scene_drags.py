@@ -323,7 +323,8 @@ class Drags:
             # Of several owners, some may have changed what others have refused.
             drag.remember(getattr(error, 'changed', {}))
             return error
-        drag.is_exact = plan.gap <= NOTICEABLE
+        # The nearest whole number is all that can be had: where it puts the thing is where that belongs.
+        drag.is_exact = plan.gap <= NOTICEABLE and not plan.whole
         self._say_how_far(handle, plan, limit)
         return None
 
@@ -340,10 +341,10 @@ class Drags:
         return ''
 
     def _say_how_far(self, handle: Handle, plan: changes.Plan, limit: str) -> None:
-        # A whole number rarely fits exactly; that is not worth a message.
-        is_whole = any(isinstance(value, int) for value in plan.after.values())
-        stop = ''
-        if plan.gap > NOTICEABLE and not is_whole:
-            stop = wording.limit(plan.stops, self._name_of) if plan.stops else 'as near as possible'
-        if limit or stop:
-            self._scene.say(handle, '; '.join(filter(None, [wording.short_numbers(limit), stop])))
+        reasons = [wording.short_numbers(limit)] if limit else []
+        if plan.gap > NOTICEABLE:
+            reasons += [wording.limit(plan.stops, self._name_of)] if plan.stops else []
+            reasons += ['{} takes whole numbers only'.format(self._name_of(source)) for source in plan.whole]
+            reasons = reasons or ['as near as possible']
+        if reasons:
+            self._scene.say(handle, '; '.join(reasons))

@@ -1,13 +1,16 @@
 """The history of this node: who changed what, when, and from what; and how it is taken back."""
 
+import json
 import time
 import uuid
 from collections import deque
-from typing import Any, Deque, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Deque, Dict, Iterator, List, Optional, Sequence, Tuple
+
+import rospy
 
 from rosslt import msg
 from rosslt.node.json_scalars import Refused, Value, to_json
-from rosslt.node.locations.location import Change, Location
+from rosslt.node.locations.location import Change, HeldLocation, Location
 
 #: The maximal number of remembered requests.
 LENGTH = 1000
@@ -45,12 +48,48 @@ class Request:
 
 
 class History:
-    """The requests that have changed locations of this node, the oldest first."""
+    """The requests that have changed locations of this node, the oldest first.
+
+    The last one is kept over a restart: a node may end in the middle of a drag, and what it comes back with can be
+    taken back all the same.
+    """
 
     def __init__(self) -> None:
         self._requests: Deque[Request] = deque(maxlen=LENGTH)
+        self._earlier: Optional[Request] = None
+        # What it has changed in an earlier run, and was not looked for yet: {name: (id, value before, value after)}.
+        self._unclaimed: Dict[str, Tuple[int, Value, Value]] = {}
 
-    def record(self, request_id: str, requester: str, stamp: Any, changes: Iterable[Change]) -> None:
+    def begin(self, text: Any) -> None:
+        """Begin with the last request of an earlier run, as `last` has written it, and without where none has."""
+        try:
+            request_id, requester, secs, nsecs, changes = json.loads(text)
+            stamp = rospy.Time(secs, nsecs)
+            unclaimed = {name: (location_id, old, new) for name, (location_id, old, new) in changes.items()}
+        except (TypeError, ValueError, AttributeError, RecursionError):
+            return
+        self._earlier, self._unclaimed = Request(str(request_id), str(requester)), unclaimed
+        self._earlier.stamp = stamp
+        self._requests.appendleft(self._earlier)
+
+    def claim(self, location: Location, value: Value) -> None:
+        """Have what an earlier run has changed of a location be taken back, too, if it has that value still."""
+        location_id, old, new = self._unclaimed.pop(location.name, (0, None, None))
+        if self._earlier is not None and location_id == location.id and not differing([(location, new, value)]):
+            self._earlier.changes[location] = old, new
+
+    def last(self) -> str:
+        """The last request that has not been taken back, as a text for `begin`; '' where there is none."""
+        request = next(self._left(), None)
+        if request is None:
+            return ''
+        changes: Dict[str, Any] = dict(self._unclaimed) if request is self._earlier else {}
+        for location, (old, new) in request.changes.items():
+            if isinstance(location, HeldLocation):
+                changes[location.name] = location.id, old, new
+        return json.dumps([request.id, request.requester, request.stamp.secs, request.stamp.nsecs, changes])
+
+    def record(self, request_id: str, requester: str, stamp: Any, changes: Sequence[Change]) -> None:
         """Remember changes that have been applied.
 
         Args:
@@ -58,6 +97,8 @@ class History:
             stamp: when they were applied.
             changes: (location, value before, value after).
         """
+        for location, old, _ in changes:
+            self.claim(location, old)
         last = self._requests[-1] if self._requests else None
         if last is None or last.undone or not request_id or last.id != request_id:
             last = Request(request_id or new_request_id(), requester)

@@ -36,6 +36,9 @@ ANONYMOUS = re.compile(r'_\d+_\d{13}$')
 #: The namespace below a node's name that keeps what its parameters started from.
 RECORDS = 'rosslt_records'
 
+#: The parameter in it that keeps the last request that has changed something, to be taken back after a restart.
+LAST_REQUEST = '_last_request'
+
 #: The thread tries again after this many seconds where the master does not answer.
 RETRY_PERIOD = 1.0
 
@@ -56,6 +59,7 @@ class Parameters:
     Attributes:
         server: the parameter server.
         namespace: `<node>/rosslt`, '' before the node has a name.
+        last_request: the last request, as `History.last` has written it; '' where there is none.
     """
 
     def __init__(
@@ -63,6 +67,7 @@ class Parameters:
     ) -> None:
         self._owner, self._write_read, self._learn = owner, write_read, learn
         self._node = self.namespace = ''
+        self.last_request: Tree = ''
         self.server = ParameterServer(self._notice)
         self._wake = threading.Condition()
         self._literals: Dict[str, LiteralLocation] = {}  # by name
@@ -86,6 +91,7 @@ class Parameters:
         self.server.subscribe(self.namespace)
         self._own = self.server.get(self.namespace)
         self._records = self.server.get(f'{node}/{RECORDS}')
+        self.last_request = part_of(self._records, LAST_REQUEST) or ''
         if ANONYMOUS.search(node):
             rospy.on_shutdown(self._clear)  # its name does not come again
         threading.Thread(target=self._work, name='rosslt parameters', daemon=True).start()
@@ -193,6 +199,7 @@ class Parameters:
     def renew(self) -> None:
         """Show the values of literals, and the locks, to a new master, and hear of what is set there."""
         self.server.subscribe_again()
+        self.last_request = ''
         self.write(*self._shown, *([LOCKS] if self._owner.access.locks else []))
 
     def _clear(self) -> None:
@@ -267,7 +274,12 @@ class Parameters:
                 has_read = True
         if has_read:
             pairs += self._write_read()
+        with self._owner.lock:
+            last_request = self._owner.history.last()
+        if last_request != self.last_request:
+            pairs.append((f'{self._node}/{RECORDS}/{LAST_REQUEST}', last_request))
         self.server.set(pairs)
+        self.last_request = last_request
 
     def _read(self, key: str) -> None:
         """Take in what the master says of a parameter that was set, and of those above and below it."""

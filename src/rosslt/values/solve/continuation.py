@@ -56,7 +56,7 @@ class Path(System):
         met = straight and self._descend(straight, self._equations)
         goal = self._turned(met.x, last) if met else self.start
         if met:
-            yield self._tidied(goal)
+            yield goal
         end = self._descend(last, self._equations)
         if end is not None and self.accepts(end.x):
             yield self._drawn(end.x, goal, CATCH_UP * self._between(end.x, last))
@@ -179,15 +179,29 @@ def continued(
         'rank': rank,
         'weights': weights,
     }
-    if not last:
-        return solve(list(xs), list(targets), **options)
     freedom = Freedom(None if sources is None else list(sources), bounds or {}, read_only, rank_of(rank), weights or {})
     goals = [(path, x, target_of(x, wanted)) for path, x, wanted in tracked_parts(list(xs), list(targets))]
+    if not last:
+        return _tidied(goals, freedom, solve(list(xs), list(targets), **options))
     graph = Graph(x for _, x, _ in goals)
     answer: Dict[Source, Value] = {}
     for group in connected(graph, goals, freedom):
-        answer.update(_group_continued(group, freedom, last, options))
+        answer.update(_tidied(group, freedom, _group_continued(group, freedom, last, options)))
     return answer
+
+
+def _tidied(goals: List[Goal], freedom: Freedom, answer: Dict[Source, Value]) -> Dict[Source, Value]:
+    """An answer without what rounding did to its floats."""
+    graph = Graph(x for _, x, _ in goals)
+    floats = [source for source in answer if holds_floats(graph, source)]
+    if not floats:
+        return answer
+    rest = {source: value for source, value in answer.items() if source not in floats}
+    try:
+        system = System(graph, goals, floats, freedom, Budget.of(graph), graph.values(rest))
+        return _changed(graph, {**rest, **dict(zip(floats, system.tidied([answer[source] for source in floats])))})
+    except UNDEFINED:
+        return answer
 
 
 def _group_continued(

@@ -58,7 +58,7 @@ class System(Descents):
             return None
         if self._periods and max([abs(a - b) for a, b in zip(best, self.start)]) > FAR:
             best = min([best, *itertools.islice(answers, MOST_FURTHER)], key=self._way)
-        return self._tidied(best)
+        return self.tidied(best)
 
     def _answers(self) -> Iterator[Point]:
         """Yield the answers that starts lead to, each moved as near to the present values as it can be."""
@@ -203,9 +203,10 @@ class System(Descents):
             pass
         return x
 
-    def _tidied(self, x: Point) -> Point:
+    def tidied(self, x: Point) -> Point:
         """The answer as people would write it, without what rounding did, as far as that is an answer, too: what moved
-        by no more stays where it was, what is so near a bound is at it, and 0.5 stands for 0.49999999999999983."""
+        by no more stays where it was, what is so near a bound, or 0, is at it, and 0.5 stands for
+        0.49999999999999983."""
         way = self._way(x)
         tidy = []
         for value, start, scale, (low, high) in zip(x, self.start, self._scales, self._limits):
@@ -213,6 +214,8 @@ class System(Descents):
                 value = start
             elif is_at(value, low) or is_at(value, high):
                 value = low if is_at(value, low) else high
+            elif low <= 0.0 <= high and abs(value) <= ROUNDING * max(abs(start), scale):
+                value = 0.0
             tidy.append(value)
         short = [
             value if value == start else self._clamped(place, float('%.*g' % (DIGITS, value)))
