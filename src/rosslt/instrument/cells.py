@@ -353,10 +353,11 @@ class CellLocation(node.LiteralLocation):
 
 
 def _words(literal: Literal) -> Tuple[str, ...]:
-    """Return the words of a literal's name: the name that it is assigned to, else its file, line and column."""
+    """Return the words of a literal's name, else its file, line and column."""
     stem = re.sub(r'\W', '_', os.path.splitext(os.path.basename(literal.file))[0], flags=re.ASCII)
     if literal.name:
         words = [word for word in re.split(r'\W', literal.name, flags=re.ASCII) if word and word != 'self']
-        if words and words[0][0].isalpha():
+        words[:1] = [word.lstrip('_') for word in words[:1]]
+        if words and words[0][:1].isalpha():
             return tuple(words)
     return (stem if stem[:1].isalpha() else 'l_' + stem, str(literal.line), str(literal.column))

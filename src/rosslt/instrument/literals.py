@@ -8,6 +8,7 @@ import tokenize
 from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt import files, node
+from rosslt.instrument.literal_names import literal_names
 from rosslt.instrument.location_rules import FORM, NUMBER, PLAIN, judge
 from rosslt.instrument.states import States
 
@@ -30,7 +31,7 @@ class Literal(NamedTuple):
         value: the number.
         verdict, rule: as of `location_rules.RULES`.
         identity: a key of the literal that stays the same after a restart and after edits elsewhere in the file.
-        name: what it is the value of (`speed`), None where it is part of something else.
+        name: what it is the value of (`speed`), or its place in that (`waypoints.2.x`); None where it has none.
         minimum, maximum: bounds from a comment, or None.
         is_read_once: whether it is read when its file is loaded, and never again.
     """
@@ -88,6 +89,7 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
             found.append((judgement, limits or (None, None)))
     repeated = _repeated(tree)
     identities = node.identities(tree, source.text, [(judgement.node, '') for judgement, _ in found])
+    names = literal_names(tree, [(judgement.node, judgement.name) for judgement, _ in found])
     return [
         (
             judgement.node,
@@ -102,13 +104,13 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
                 judgement.rule.verdict,
                 judgement.rule.name,
                 f'{source.path}\n{identity}',
-                judgement.name,
+                name,
                 minimum,
                 maximum,
                 id(judgement.node) not in repeated,
             ),
         )
-        for (judgement, (minimum, maximum)), identity in zip(found, identities)
+        for (judgement, (minimum, maximum)), identity, name in zip(found, identities, names)
     ]
 
 

@@ -1,0 +1,116 @@
+"""Names for number literals that are part of something else, `WAYPOINTS_2_x`, which outlive edits of other lines.
+
+A name says what the whole is assigned to, or else which function is called with it, or runs there; then the keywords,
+keys and indices on the way down to the number. Lines and columns are no part of it.
+"""
+
+import ast
+import itertools
+from collections import Counter
+from typing import Dict, List, Optional, Sequence, Tuple
+
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+def literal_names(tree: ast.Module, nodes: Sequence[Tuple[ast.expr, Optional[str]]]) -> List[Optional[str]]:
+    """The name of each of some literals of a file, its words between dots; no two of those made here are the same.
+
+    Args:
+        tree: of the file.
+        nodes: the literals in the order of the file, each with the name that it is the whole value of, or None.
+
+    Returns:
+        Their names; None for what stands in no assignment, call or function.
+    """
+    places = {
+        id(child): (parent, field, index)
+        for parent in ast.walk(tree)
+        for field, value in ast.iter_fields(parent)
+        for index, child in enumerate(value if isinstance(value, list) else [value])
+        if isinstance(child, ast.AST)
+    }
+    taken = Counter(name for _, name in nodes if name)
+    found: List[Optional[str]] = []
+    for node, name in nodes:
+        made = name or '.'.join(_words(node, places)) or None
+        if made and not name:
+            taken[made] += 1
+            if taken[made] > 1:
+                made = next(other for at in itertools.count(2) for other in [f'{made}.{at}'] if other not in taken)
+                taken[made] += 1
+        found.append(made)
+    return found
+
+
+_Places = Dict[int, Tuple[ast.AST, str, int]]
+
+
+def _words(node: ast.AST, places: _Places) -> List[str]:
+    words: List[str] = []  # from the number outward
+    called = ''
+    while id(node) in places:
+        parent, field, index = places[id(node)]
+        if isinstance(parent, (ast.List, ast.Tuple, ast.Set)):
+            words.append(str(index))
+        elif isinstance(parent, ast.Dict):
+            key = parent.keys[index]
+            words.append(str(key.value) if isinstance(key, ast.Constant) else str(index))
+        elif isinstance(parent, ast.keyword):
+            words.append(parent.arg or '')
+        elif isinstance(parent, ast.Call) and field != 'func':
+            words += [str(index)] if field == 'args' and len(parent.args) > 1 else []
+            called = (_target(parent.func) or [called])[-1]
+        elif isinstance(parent, ast.arguments):
+            words.append(_parameter(parent, field, index))
+        elif isinstance(parent, ast.stmt):
+            return (_assigned(parent, words) or ([called] if called else _function(parent, places))) + words[::-1]
+        node = parent
+    return []
+
+
+def _parameter(arguments: ast.arguments, field: str, index: int) -> str:
+    """The parameter that a default belongs to."""
+    if field == 'kw_defaults':
+        return arguments.kwonlyargs[index].arg
+    positional = [*getattr(arguments, 'posonlyargs', ()), *arguments.args]
+    return positional[len(positional) - len(arguments.defaults) + index].arg
+
+
+def _assigned(statement: ast.stmt, words: List[str]) -> List[str]:
+    """The words of what a statement assigns to; of `x, y = 1.0, 2.0` the one of a number, whose index is taken."""
+    if isinstance(statement, ast.Assign):
+        target = statement.targets[0]
+    elif isinstance(statement, (ast.AnnAssign, ast.AugAssign)):
+        target = statement.target
+    else:
+        return []
+    if (
+        isinstance(target, (ast.Tuple, ast.List))
+        and words
+        and words[-1].isdigit()
+        and int(words[-1]) < len(target.elts)
+    ):
+        target = target.elts[int(words.pop())]
+    return _target(target)
+
+
+def _target(target: ast.AST) -> List[str]:
+    """The words of `self.poses['left'].x`: `poses`, `left` and `x`; none where it is anything else."""
+    if isinstance(target, ast.Name):
+        return [] if target.id == 'self' else [target.id]
+    if isinstance(target, ast.Attribute):
+        return [*_target(target.value), target.attr]
+    if isinstance(target, ast.Subscript):
+        key = getattr(target.slice, 'value', None)  # of Python 3.8 an ast.Index
+        key = key.value if isinstance(key, ast.Constant) else key
+        return [*_target(target.value), str(key)] if isinstance(key, (int, str)) else _target(target.value)
+    return []
+
+
+def _function(node: ast.AST, places: _Places) -> List[str]:
+    """The function that a statement stands in, or is; none for one of the module or of a class."""
+    while not isinstance(node, _FUNCTIONS):
+        if id(node) not in places:
+            return []
+        node = places[id(node)][0]
+    return [node.name]
