@@ -13,12 +13,13 @@ NODE = """
 import rospy
 from geometry_msgs.msg import PointStamped
 rospy.init_node('dragged')
-place = PointStamped()
-place.point.x = 1.5
-place.point.y = rospy.get_param('~y', 2.5)
+y = rospy.get_param('~y', 2.5)
 publisher = rospy.Publisher('dragged', PointStamped, queue_size=1)
 rate = rospy.Rate(20)
 while not rospy.is_shutdown():
+    place = PointStamped()
+    place.point.x = 1.5
+    place.point.y = y
     publisher.publish(place)
     rate.sleep()
 """
@@ -37,7 +38,6 @@ def test_half_a_drag_is_taken_back_by_the_command(master, tmp_path):
         drag(heard, 2.0, 3.0)
         drag(heard, 3.5, 4.0)
         dragged.stop(signal.SIGKILL)
-    heard.last = None
     with Unmodified(tmp_path, 'dragged', NODE), Listener('dragged', PointStamped) as heard:
         heard.comes(lambda message: values.is_tracked(message.point.x) and message.point.x == 3.5)
         assert rosslt('undo').returncode == 0
