@@ -100,8 +100,8 @@ def test_a_changed_value_stays_with_its_literal_where_lines_were_moved(master, t
     moved = MOVING.replace('    p.point.x', '    p.point.y = max(0.25, p.point.z)\n    p.point.x')
     with Unmodified(tmp_path, 'moving', moved), Listener('moving', PointStamped) as heard:
         message = heard.comes(lambda message: message.point.y)
-        assert message.point.y == 0.25
-        assert command('save', '/moving', '--diff').stdout == ''
+        assert (message.point.x, message.point.y) == (0.75, 0.25)
+        assert '+    p.point.x = max(0.75, p.point.z)\n' in command('save', '/moving', '--diff').stdout
 
 
 MOVING = """import rospy
