@@ -215,8 +215,9 @@ class Owner:
             location.remembered = False
             location.turn += 1
             self._changes.publish(applied_change(stamp, location, old, new, requester))
-            for function in location.changed:
-                self._on_change.call_soon(function)
+        # Those of a message's leaves are one function, which is called once.
+        for function in dict.fromkeys(function for location, _, _ in changes for function in location.changed):
+            self._on_change.call_soon(function)
         if changes:
             self._show_to_reconfigure()
         if record and changes:
