@@ -83,6 +83,7 @@ class TestEveryVerb:
             publishers, subscribers, services = master.getSystemState()
             return {node for part in (publishers, subscribers, services) for _, nodes in part for node in nodes}
 
+        rosslt('force', '/gate/pose/position/x', '9')  # the node keeps its last request
         before = set(master.getParamNames())
         rosslt('force', '/gate/pose/position/x', '10', '_private:=1', '__name:=somebody')
         rosslt('force', '/gate/pose/position/x', '10')
