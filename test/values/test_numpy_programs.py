@@ -59,7 +59,8 @@ def faults_of(seed):
             found = np.array(evaluate(made, changes), float)
         except (ArithmeticError, ValueError):
             return  # a step between has no result
-        allowed = 1e-7 * (1 + np.abs(anew[at])) + 1e3 * np.abs(near[at] - anew[at])
+        # and the last digits of the present value, by which NumPy has rounded
+        allowed = 1e-7 * (1 + np.abs(anew[at])) + 1e3 * np.abs(near[at] - anew[at]) + 1e-13 * np.abs(untracked(made))
         if not (np.abs(found - anew[at]) <= allowed).all():
             yield at, found, anew[at]
             return
@@ -78,7 +79,7 @@ def test_program_holds_at_other_source_values(part):
 
 
 @pytest.mark.filterwarnings('ignore')
-@pytest.mark.parametrize('seed', [301281, 423112, 468046])
+@pytest.mark.parametrize('seed', [301281, 423112, 468046, 624010, 681194])
 def test_a_program_that_was_wrong_once_holds(seed):
     with np.errstate(all='ignore'):
         assert not list(faults_of(seed))

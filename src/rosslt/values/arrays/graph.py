@@ -25,7 +25,8 @@ from ..operations import LAZY
 from ..operations.table import TO_FLOAT, TRUNCATE
 from ..recording import OF_PYTHON, OPERATION, allow, apply, apply_and_record, spend
 from ..tracked import TRACKED
-from .numbers import PYTHON_NUMBERS, python_number, rounding_of
+from ..tree import is_tracked
+from .numbers import PYTHON_NUMBERS, plain_number, python_number, rounding_of
 
 MAX_SIZE = LIMIT
 """The size of a graph past which an array is plain: it is a state that feeds on itself."""
@@ -343,8 +344,9 @@ def _numbers_of(node: Node) -> Any:
     """The elements of a node as an array of objects if any has provenance; a single number as it is."""
     if not node.shape:
         return node.elements()[0]
-    made = node.objects(lambda number: number)
-    return made if node.operands or any(type(one) in TRACKED for one in node.elements()) else made.astype(node.kind)
+    if is_tracked(node.elements()):
+        return node.objects(lambda number: number)
+    return node.objects(plain_number).astype(node.kind)
 
 
 class Symbol:
