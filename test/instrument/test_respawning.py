@@ -116,6 +116,33 @@ while not rospy.is_shutdown():
 """
 
 
+def test_what_was_changed_before_a_restart_follows_the_next_change(master, tmp_path):
+    """A message that is filled once begins with what an earlier run has left, and is changed from there."""
+    with Unmodified(tmp_path, 'filling', FILLING) as started, Listener('filling', PointStamped) as heard:
+        heard.next()
+        change('/filling', goal_point_x=3.0)
+        heard.comes(lambda message: message.point.x == 3.0)
+        started.stop(signal.SIGKILL)
+    with Unmodified(tmp_path, 'filling', FILLING), Listener('filling', PointStamped) as heard:
+        heard.comes(lambda message: message.point.x == 3.0)
+        change('/filling', goal_point_x=4.0)
+        heard.comes(lambda message: message.point.x == 4.0)
+        assert command('list', '/filling').stdout.rstrip('\n').split('\t')[9:] in ([], [''])
+
+
+FILLING = """import rospy
+from geometry_msgs.msg import PointStamped
+goal = PointStamped()
+goal.point.x = 1.5
+rospy.init_node('filling')
+pub = rospy.Publisher('filling', PointStamped, queue_size=1)
+rate = rospy.Rate(30)
+while not rospy.is_shutdown():
+    pub.publish(goal)
+    rate.sleep()
+"""
+
+
 def test_a_changed_value_stays_with_its_literal_where_another_one_of_that_name_is_sent_first(master, tmp_path):
     with Unmodified(tmp_path, 'twins', TWINS) as started, Listener('twins', PointStamped) as heard:
         assert command('set', '/twins/gain', '0.9').returncode == 0

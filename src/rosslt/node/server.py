@@ -160,6 +160,7 @@ class Owner:
         with self.lock:
             SOURCE_FILES.keep(location.site.file)
             if self.name and not self.locations.is_taken(location.name):
+                location.name_node(self.name)  # the memory of the node is searched by the names of sources
                 if is_written:  # nothing has read what is being made
                     self.parameters.take_over_unread(location)
                 else:
