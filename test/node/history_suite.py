@@ -36,7 +36,10 @@ def listed(node):
     list_locations = service(node, 'list_locations', ListLocations)
 
     def found():
-        by_name = {one.name: one for one in list_locations().locations}
+        try:
+            by_name = {one.name: one for one in list_locations().locations}
+        except rospy.ServiceException:  # it was killed, and its service at the master is still the one before
+            return None
         return by_name if node.name + '/speed' in by_name else None
 
     return wait_until(found, 'all locations are there')
