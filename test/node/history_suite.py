@@ -382,4 +382,5 @@ if __name__ == '__main__':
     import rostest
 
     rosslt.init_node('history')
+    rosslt_node.MEMORY.begin()  # what tests keep of callbacks is not what a node sets up
     rostest.rosrun('rosslt', 'history', '__main__')
