@@ -1,6 +1,7 @@
 """Which loops are rounds, and which belong to the set-up."""
 
 import textwrap
+import threading
 
 import pytest
 
@@ -129,6 +130,8 @@ ROUNDS = {
 def test_which_loops_begin_a_round(tmp_path, monkeypatch, text, begins):
     memory, calls = Memory(), {'work': 0, 'is_ready': 0}
     monkeypatch.setattr(rounds, 'MEMORY', memory)
+    # tests that run in parallel may not run in the main thread of their process
+    monkeypatch.setattr(threading, 'main_thread', threading.current_thread)
 
     def work():
         calls['work'] += 1
