@@ -8,7 +8,7 @@ import pytest
 import rospy
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerFeedback
 
-from rosslt import values
+from rosslt import node, values
 from rosslt.markers.geometry import IDENTITY
 from rosslt.markers.offers import Offers
 from rosslt.markers.rviz import display as displays
@@ -19,6 +19,13 @@ from rosslt.markers.scene.handle import Motions, Settings
 from rosslt.markers.scene.scene import Scene
 
 SOURCE = values.Source('/owner', 1)
+
+
+def made_two():
+    """What has made the source 2."""
+    request = node.ChangeRequest(1.0)
+    request.note({SOURCE: node.Change(0.0, 2.0)})
+    return request
 
 
 class Thing:
@@ -136,7 +143,7 @@ def test_what_a_hand_holds_is_left_alone(shown):
 
 def test_a_handle_waits_where_it_was_dropped_until_a_message_has_the_new_value(shown):
     shown.scene.hold('thing')
-    shown.scene.let_go('thing', {SOURCE: 2.0})
+    shown.scene.let_go('thing', made_two())
     assert shown.put(Thing(1.0)) == [], 'that message was older than the drag'
     assert shown.put(Thing(1.9, at=2.0)) == [('pose', 'thing', 1.9)], 'computed from the new value'
     assert shown.put(Thing(3.0)) == [('pose', 'thing', 3.0)]
@@ -146,13 +153,13 @@ def test_where_the_last_message_before_the_drop_has_the_new_value_none_is_waited
     """A latched topic may say nothing more."""
     shown.scene.hold('thing')
     assert shown.put(Thing(1.0, at=2.0)) == [], 'the hand still has it'
-    shown.scene.let_go('thing', {SOURCE: 2.0})
+    shown.scene.let_go('thing', made_two())
     assert shown.sends() == [('pose', 'thing', 1.0)]
 
 
 def test_what_is_removed_after_the_drop_is_erased(shown):
     shown.scene.hold('thing')
-    shown.scene.let_go('thing', {SOURCE: 2.0})
+    shown.scene.let_go('thing', made_two())
     assert shown.drop('thing') == [('erase', 'thing')]
     assert not shown.scene.is_held('thing')
     assert shown.put(Thing(1.0)) == [('insert', 'thing')]
@@ -161,14 +168,14 @@ def test_what_is_removed_after_the_drop_is_erased(shown):
 def test_what_is_removed_during_the_drag_is_erased_after_the_drop(shown):
     shown.scene.hold('thing')
     assert shown.drop('thing') == [], 'the hand still has it'
-    shown.scene.let_go('thing', {SOURCE: 2.0})
+    shown.scene.let_go('thing', made_two())
     assert shown.sends() == [('erase', 'thing')]
 
 
 def test_what_one_message_removes_and_adds_again_waits_where_it_was_dropped(shown):
     """Many nodes begin each message with DELETEALL."""
     shown.scene.hold('thing')
-    shown.scene.let_go('thing', {SOURCE: 2.0})
+    shown.scene.let_go('thing', made_two())
     shown.scene._delete('/topic', shown.things, 'thing')
     assert shown.put(Thing(1.0)) == [], 'that message was older than the drag'
     assert shown.put(Thing(1.9, at=2.0)) == [('pose', 'thing', 1.9)]
@@ -177,7 +184,7 @@ def test_what_one_message_removes_and_adds_again_waits_where_it_was_dropped(show
 def test_a_message_long_after_the_drop_is_believed_whatever_it_says(shown, monkeypatch):
     monkeypatch.setattr(holds, 'OLDER_MESSAGES', 0.0)
     shown.scene.hold('thing')
-    shown.scene.let_go('thing', {SOURCE: 2.0})
+    shown.scene.let_go('thing', made_two())
     time.sleep(0.01)
     assert shown.put(Thing(1.0)) == [('pose', 'thing', 1.0)]
 
@@ -185,7 +192,7 @@ def test_a_message_long_after_the_drop_is_believed_whatever_it_says(shown, monke
 def test_a_last_message_that_does_not_show_the_change_is_believed_after_a_while(shown, monkeypatch):
     """A latched topic says nothing more, if the change was taken back soon after the drop or its sources are gone."""
     shown.scene.hold('thing')
-    shown.scene.let_go('thing', {SOURCE: 2.0})
+    shown.scene.let_go('thing', made_two())
     assert shown.put(Thing(1.0)) == [], 'it may have been under way'
     monkeypatch.setattr(holds, 'OLDER_MESSAGES', 0.0)
     assert shown.sends() == [('pose', 'thing', 1.0)]

@@ -7,7 +7,6 @@ from sensor_msgs.msg import JointState
 
 from rosslt import values
 from rosslt.markers.drags import changes
-from rosslt.markers.drags import scene_drags as drags_module
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.geometry import normalized, product, rotate_vector
@@ -15,6 +14,7 @@ from rosslt.markers.rviz.controls import handle_marker
 from rosslt.markers.scene import joints
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
+from rosslt.node.change import change_request
 from support.processes import wait_until
 
 URDF = """
@@ -97,7 +97,7 @@ def test_a_joint_that_slides_has_a_ball_that_moves_along_its_axis(crane):
 
 def drag_of(name, present):
     handle = handle_of(name, present)
-    return handle, Drag(handle, 'one')
+    return handle, Drag(handle, 1.0)
 
 
 def turned_about_z(handle, angle):
@@ -143,9 +143,9 @@ def test_a_person_is_told_of_the_limit_that_a_drag_has_met(crane, monkeypatch):
     requested = []
     monkeypatch.setattr(changes.node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
     monkeypatch.setattr(
-        drags_module.node,
+        change_request,
         'request_values',
-        lambda wanted, timeout, request_id: requested.append(wanted) or {},
+        lambda wanted, timeout, request_id, asker: requested.append(wanted) or {},
     )
     scene = scene_of('boom', 2.0)
     handle = scene.handle('/joint_states:boom')

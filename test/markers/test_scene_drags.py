@@ -20,7 +20,7 @@ from rosslt.markers.geometry import IDENTITY
 from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
-from rosslt.node.change import closed_loop
+from rosslt.node.change import change_request, closed_loop
 from support.processes import wait_until
 
 HEIGHT, TIME = values.Source('/owner', 1), values.Source('/owner', 2)
@@ -132,7 +132,7 @@ def turned_at(x, yaw):
 
 def drag_of(scene, frame, pose):
     (name,) = scene.names()
-    drag = Drag(scene.handle(name), 'one')
+    drag = Drag(scene.handle(name), 1.0)
     drag.begin(frame, pose)
     return drag
 
@@ -207,21 +207,22 @@ def box_at(x, frame='world'):
 @pytest.fixture
 def asked(monkeypatch):
     """The requests to owners, who make every change: [{Source: new value}]."""
-    result, ids, new_request_id = [], [], node.new_request_id
+    result, ids = [], []
 
     def note_id():
-        ids.append(new_request_id())
+        ids.append(node.new_request_id())
         return ids[-1]
 
-    def request_values(wanted, _timeout, request_id):
+    def request_values(wanted, _timeout, request_id, _asker):
         if request_id in ids:  # and not of a drag that another test has left
             result.append(wanted)
         return {source: node.Change(None, new) for source, new in wanted.items()}
 
-    monkeypatch.setattr(node, 'new_request_id', note_id)
-    monkeypatch.setattr(node, 'request_values', request_values)
+    monkeypatch.setattr(change_request, 'new_request_id', note_id)
+    monkeypatch.setattr(change_request, 'request_values', request_values)
     monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
     monkeypatch.setattr(node, 'reevaluate', lambda x, timeout: x)
+    monkeypatch.setattr(change_request, 'reevaluate', lambda x, timeout, asker: x)
     return result
 
 
@@ -295,7 +296,7 @@ class Failing:
         self.notes = Notes(self.scene)
         (self.name,) = self.scene.names()
         monkeypatch.setattr(changes, 'plan', self.plan)
-        monkeypatch.setattr(self.scene, 'let_go', lambda name, changed=None: self.let_go.append((name, changed)))
+        monkeypatch.setattr(self.scene, 'let_go', lambda name, request=None: self.let_go.append((name, request)))
         self.drags = Drags(self.scene, Rules(rate=1000.0), str)
 
     def plan(self, *_arguments):
@@ -357,7 +358,7 @@ class Folded:
     def __init__(self, fold, monkeypatch):
         self.fold, self.scene = fold, Scene(Settings())
         self.notes = Notes(self.scene)
-        monkeypatch.setattr(node, 'request_values', self.request_values)
+        monkeypatch.setattr(change_request, 'request_values', self.request_values)
         monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
         self.show()
         self.drags = Drags(self.scene, Rules(rate=1000.0), str)
@@ -368,7 +369,7 @@ class Folded:
         fold = values.track(self.fold, A)
         take(self.scene, box_at(fold * fold * fold / 3.0 - fold))
 
-    def request_values(self, wanted, _timeout, _request_id):
+    def request_values(self, wanted, *_):
         changed = {A: node.Change(self.fold, wanted[A])}
         self.fold = wanted[A]
         self.show()
@@ -407,7 +408,7 @@ class Raising:
 
     def __init__(self, asked, monkeypatch, bad, is_live):
         self.taken_back = []
-        monkeypatch.setattr(node, 'undo_request', self._undo)
+        monkeypatch.setattr(change_request, 'undo_request', self._undo)
         self.scene = Scene(Settings())
         self.notes = Notes(self.scene)
         marker = box_at(values.track(1.0, A))
@@ -445,12 +446,12 @@ def test_a_drop_that_makes_a_node_raise_is_taken_back_and_the_handle_goes_back(a
     assert (asked, one.taken_back) == ([{A: 2.0}], [{'/owner'}])
 
 
-def dropped_at_two(scene, change=dict):
+def dropped_at_two(scene, change=lambda: False):
     """What was dropped at x = 2, from A = 1, and is expected to have become 2."""
     take(scene, box_at(values.track(1.0, A)))
     drag = drag_of(scene, 'world', at(1.0))
     drag.move('world', at(2.0))
-    drag.remember({A: node.Change(1.0, 2.0)})
+    drag.request.note({A: node.Change(1.0, 2.0)})
     return Drop(drag, change)
 
 
@@ -466,7 +467,7 @@ def test_what_is_shown_where_it_was_dropped_is_done():
 def test_what_stays_elsewhere_is_solved_again_and_then_said_to_be(monkeypatch):
     monkeypatch.setattr(closed_loop, 'LOOK', 0.05)
     scene, asked = Scene(Settings()), []
-    drop = dropped_at_two(scene, lambda: asked.append(True) or {})
+    drop = dropped_at_two(scene, lambda: bool(asked.append(True)))
 
     def is_over():
         take(scene, box_at(3.0 * values.track(2.0, A)))
@@ -480,7 +481,7 @@ def test_what_stays_elsewhere_is_solved_again_and_then_said_to_be(monkeypatch):
 def test_what_moves_by_itself_is_left_alone(monkeypatch):
     monkeypatch.setattr(closed_loop, 'LOOK', 0.05)
     scene, asked, ticks = Scene(Settings()), [], itertools.count(1)
-    drop = dropped_at_two(scene, lambda: asked.append(True) or {})
+    drop = dropped_at_two(scene, lambda: bool(asked.append(True)))
 
     def is_over():
         take(scene, box_at(values.track(2.0, A) + 0.1 * next(ticks)))

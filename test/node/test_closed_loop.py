@@ -8,7 +8,7 @@ from move_base_msgs.msg import MoveBaseActionGoal
 from std_msgs.msg import Float64
 
 from rosslt import node, values
-from rosslt.node.change import forcing
+from rosslt.node.change import change_request
 from rosslt.node.topics.listening import Heard
 
 GAIN, BIAS = values.Source('/owner', 1), values.Source('/owner', 2)
@@ -31,9 +31,9 @@ class Simulated:
         self.message, self.path = Float64, 'data'
         self.name, self.directory = '/hand', self
         self.errors = NoErrors()
-        monkeypatch.setattr(forcing, 'request_values', self.request_values)
-        monkeypatch.setattr(forcing, 'undo_request', self.undo_request)
-        monkeypatch.setattr(forcing, 'reevaluate', lambda x, timeout, asker: values.reapply(x, self.present))
+        monkeypatch.setattr(change_request, 'request_values', self.request_values)
+        monkeypatch.setattr(change_request, 'undo_request', self.undo_request)
+        monkeypatch.setattr(change_request, 'reevaluate', lambda x, timeout, asker: values.reapply(x, self.present))
         self.began = dict(self.present)
 
     def limits(self, sources, timeout):

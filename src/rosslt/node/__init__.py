@@ -23,6 +23,7 @@ from rosslt.node.api import (
     reread,
     start,
 )
+from rosslt.node.change.change_request import ChangeRequest, Shown
 from rosslt.node.change.client import (
     Change,
     ChangeRejected,
@@ -35,11 +36,12 @@ from rosslt.node.change.client import (
     undo,
     undo_request,
 )
-from rosslt.node.change.closed_loop import ClosedLoop, Observation, observe
+from rosslt.node.change.closed_loop import ClosedLoop
 from rosslt.node.change.forcing import Forcing, NotReached, Outcome, force_field
 from rosslt.node.change.history import new_request_id
 from rosslt.node.change.last_change import histories, last_change, taking_part, values_in_code
 from rosslt.node.change.node_errors import NodeErrors
+from rosslt.node.change.observation import Expression, Observation, observe
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations.call_sites import CallSite, call_site

@@ -49,7 +49,7 @@ class Locations:
         self._places: Dict[str, Dict[int, Place]] = {}
         self._subscribers: Dict[str, rospy.Subscriber] = {}
         self._wishes: Dict[Key, Wish] = {}
-        self._moves: Dict[Key, Tuple[str, str, float]] = {}  # (hand, request id, when) of the last change of each
+        self._changes: Dict[Key, Tuple[str, node.ChangeRequest]] = {}  # the last one of each, and whose it is
         self._requests = futures.ThreadPoolExecutor(1)
 
     def nodes(self) -> List[str]:
@@ -109,20 +109,19 @@ class Locations:
         with contained('a location cannot be changed'):
             with self._lock:
                 wish = self._wishes.pop(key)
-                request_id = self._request_id(key, wish.hand)
+                request = self._request(key, wish.hand)
             source = values.Source(*key)
             try:
-                changed = node.request_values({source: wish.value}, TIMEOUT, request_id)
+                changed = request.step({source: wish.value})
             except values.Error as error:
                 wish.refused(refusal(error))
             else:
                 self._take(key, node.to_json(changed[source].new))
 
-    def _request_id(self, key: Key, hand: str) -> str:
-        """The id of a request: that of the last one where a hand goes on moving what it has just moved."""
-        now = time.monotonic()
-        last_hand, request_id, last = self._moves.get(key, ('', '', now))
-        if last_hand != hand or now - last > PAUSE:
-            request_id = node.new_request_id()
-        self._moves[key] = (hand, request_id, now)
-        return request_id
+    def _request(self, key: Key, hand: str) -> node.ChangeRequest:
+        """The change of a location: the last one if a hand goes on moving what it has just moved."""
+        last_hand, request = self._changes.get(key, ('', None))
+        if request is None or last_hand != hand or time.monotonic() - request.requested > PAUSE:
+            request = node.ChangeRequest(TIMEOUT)
+        self._changes[key] = hand, request
+        return request

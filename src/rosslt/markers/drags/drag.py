@@ -17,7 +17,7 @@ class Drag:
 
     Args:
         handle: what it holds.
-        request_id: an id that goes with all changes of this drag, so that they are one in the owners' history.
+        timeout: how long the owners of sources may take to answer, in seconds.
         hand: whose hand it is, where a view is shown to several people.
 
     Attributes:
@@ -29,15 +29,14 @@ class Drag:
         due: before when they are not asked again.
         heard: when the hand last did something.
         turn: how far the hand has turned it, as of `Handle.turn`, also more than once around.
-        requested: when the owners were first asked.
         fault: why it asks for nothing more, or None.
         refusal: the error of the last request, or None.
-        before, after: {Source: value} of what it has changed.
+        request: what it has changed: one change, in the histories of the owners as well.
         followed: {Source: value} of the last answer that brought the handle to where the hand was.
     """
 
-    def __init__(self, handle: Handle, request_id: str, hand: str = '') -> None:
-        self.handle, self.request_id, self.hand = handle, request_id, hand
+    def __init__(self, handle: Handle, timeout: float, hand: str = '') -> None:
+        self.handle, self.request, self.hand = handle, node.ChangeRequest(timeout), hand
         self.solved = handle
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
@@ -45,11 +44,9 @@ class Drag:
         self.turn = handle.turn(handle.pose)
         self.is_moved = self.is_turned = self.is_over = False
         self.is_exact = False
-        self.heard, self.due, self.requested = time.monotonic(), 0.0, math.inf
+        self.heard, self.due = time.monotonic(), 0.0
         self.fault: Optional[str] = None
         self.refusal: Optional[Exception] = None
-        self.before: Dict[values.Source, Any] = {}
-        self.after: Dict[values.Source, Any] = {}
         self.followed: Dict[values.Source, Any] = {}
 
     def begin(self, frame: str, pose: PoseTuple) -> None:
@@ -102,14 +99,3 @@ class Drag:
         x, y, z = without_noise(self.start[:3], pose[:3], NOISE)
         start = (self.start[3], self.start[4], self.start[5], self.start[6])
         return (x, y, z, *turn_without_noise(start, normalized(*pose[3:]), NOISE))
-
-    @property
-    def changes(self) -> Dict[values.Source, node.Change]:
-        """{Source: Change} of what it has changed."""
-        return {source: node.Change(old, self.after[source]) for source, old in self.before.items()}
-
-    def remember(self, changes: Dict[values.Source, Any]) -> None:
-        """Keep what it has changed, {Source: Change}, to be undone."""
-        for source, change in changes.items():
-            self.before.setdefault(source, change.old)
-            self.after[source] = change.new

@@ -1,9 +1,9 @@
 """Drops: a thing that was let go is looked at, as its node may compute it in another way by now."""
 
 import time
-from typing import Callable, Dict, Optional
+from typing import Callable, Optional
 
-from rosslt import messages, node, values
+from rosslt import node
 from rosslt.markers.drags.drag import NOISE, Drag
 from rosslt.markers.scene.handle import Handle
 
@@ -21,21 +21,20 @@ class Drop:
 
     Args:
         drag: it is over, and sources have followed it.
-        change: changes the sources again for what is seen; gives {Source: Change}, empty where it cannot.
+        change: changes the sources again for what is seen; False if it cannot.
     """
 
-    def __init__(self, drag: Drag, change: Callable[[], Dict[values.Source, node.Change]]) -> None:
+    def __init__(self, drag: Drag, change: Callable[[], bool]) -> None:
         self.drag = drag
         self._handle = drag.solved
-        self.loop = node.ClosedLoop(lambda _: change(), ROUNDS, TIMEOUT, leaves_moving=True)
-        self.loop.follow(self._observed(drag.solved), drag.changes)
+        self.loop = node.ClosedLoop(drag.request, lambda _: change(), ROUNDS, TIMEOUT, leaves_moving=True)
+        self.loop.follow(self._observed(drag.solved))
 
     def see(self, handle: Optional[Handle]) -> None:
         """Take in the thing as the latest message has it, or None."""
         if handle is not None and handle is not self._handle and self.drag.misfit(handle) is None:
             self._handle = handle
-            if not self._is_of_the_way(handle):
-                self.loop.take(self._observed(handle))
+            self.loop.take(self._observed(handle))
         if not self.loop.is_over and time.monotonic() >= self.loop.end:
             self.loop.pass_time()
 
@@ -49,17 +48,9 @@ class Drop:
         """True once the thing stays elsewhere, whatever its sources were made."""
         return self.loop.is_over and not self.loop.is_reached and self.loop.last is not None
 
-    def _is_of_the_way(self, handle: Handle) -> bool:
-        """Return whether a message was computed from source values that the hand has passed on its way."""
-        present = values.source_values(self.drag.wanted(handle, self.drag.pose)[0])
-        return any(
-            source in present and not messages.is_sent_as(new, present[source])
-            for source, new in self.drag.after.items()
-        )
-
     def _observed(self, handle: Handle) -> node.Observation:
         tracked, targets, _ = self.drag.wanted(handle, self.drag.pose)
         are_there = [
             abs(float(value) - target) <= NOISE * max(1.0, abs(target)) for value, target in zip(tracked, targets)
         ]
-        return node.observe(list(tracked), list(targets))._replace(is_reached=all(are_there))
+        return node.observe(list(tracked), list(targets), is_reached=all(are_there))

@@ -11,7 +11,7 @@ import contextlib
 import threading
 import time
 import traceback
-from typing import Callable, Collection, Deque, Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Callable, Collection, Deque, Dict, List, NamedTuple, Optional
 
 import rospy
 
@@ -75,7 +75,7 @@ class Drags:
         self._drops: Dict[str, Drop] = {}  # by the names of handles
         self._wake = threading.Condition()
         self.chosen: Dict[str, Optional[values.Source]] = {}
-        self._past: Dict[str, List[Tuple[str, Set[str]]]] = {}  # name of a handle -> (request id, nodes) of its drags
+        self._past: Dict[str, List[node.ChangeRequest]] = {}  # of the drags of each handle, by its name
         threading.Thread(target=self._work, name='drags', daemon=True).start()
 
     def hold(self, name: str, hand: str = '', frame: str = '', pose: Optional[PoseTuple] = None) -> bool:
@@ -141,11 +141,11 @@ class Drags:
 
     def _undo(self, name: str) -> str:
         """Take the last drag of a handle back; why that is not done, '' where it is."""
-        request_id, nodes = self._past[name][-1]
-        undone = node.undo_request(request_id, nodes, rospy.get_name(), self._rules.timeout)
-        if undone.changes or not undone.reasons:
-            self._past[name].pop()
-        return '; '.join(dict.fromkeys(undone.reasons.values()))
+        past = self._past[name]
+        reason = past[-1].take_back()
+        if not past[-1].after:
+            past.pop()
+        return reason
 
     def _drag_of(self, name: str, hand: str, frame: str, pose: Optional[PoseTuple]) -> Optional[Drag]:
         """The drag of a hand, which begins at a pose where nobody has the handle; None where another hand has it."""
@@ -155,7 +155,7 @@ class Drags:
             if handle is None:
                 return None
             self._drops.pop(name, None)
-            drag = self._held[name] = Drag(handle, node.new_request_id(), hand)
+            drag = self._held[name] = Drag(handle, self._rules.timeout, hand)
             if pose is not None:
                 drag.begin(frame, pose)
             self._scene.hold(name)
@@ -202,42 +202,39 @@ class Drags:
 
     def _why_raised(self, drag: Drag) -> str:
         """The error that a drag has made the publisher, or a node with a changed source, raise; '' for none."""
-        nodes = {self._scene.origin(drag.handle.name)[1], *(source.node for source in drag.before)}
-        return self._raised_since(nodes, drag.requested)
+        nodes = {self._scene.origin(drag.handle.name)[1], *drag.request.nodes}
+        return self._raised_since(nodes, drag.request.began)
 
     def _take_back(self, drag: Drag) -> str:
         """Restore what the sources were before a drag; what came of it."""
         self._remember(drag)
         reason = self._undo(drag.handle.name)
-        drag.before, drag.after = {}, {}
         return 'it could not be taken back: ' + reason if reason else 'taken back'
 
-    def _is_in_force(self, drag: Drag) -> bool:
+    @staticmethod
+    def _is_in_force(drag: Drag) -> bool:
         """Return whether all sources still have what a drag gave them: what others have changed since is left alone."""
-        given = [values.track(new, source) for source, new in drag.after.items()]
         try:
-            return bool(values.untracked(node.reevaluate(given, self._rules.timeout)) == values.untracked(given))
+            return not drag.request.lost()
         except values.Error:
             return False
 
-    def _change_again(self, drag: Drag) -> Dict[values.Source, node.Change]:
-        """Solve again for a thing that is shown elsewhere than it was dropped; gives what its drag has changed by now,
-        {} where it has changed nothing more."""
+    def _change_again(self, drag: Drag) -> bool:
+        """Solve again for a thing that is shown elsewhere than it was dropped; False if nothing more has changed."""
         if not drag.is_exact or not self._is_in_force(drag):
-            return {}
-        before = dict(drag.after)
+            return False
+        before = dict(drag.request.after)
         drag.refusal = self._force(drag, drag.pose, may_leap=True)
-        if drag.refusal is not None or drag.after == before:
-            return {}
+        if drag.refusal is not None or drag.request.after == before:
+            return False
         self._remember(drag)
-        return drag.changes
+        return True
 
     def _remember(self, drag: Drag) -> None:
         """Keep what a drag has changed, to be undone."""
         past = self._past.setdefault(drag.handle.name, [])
-        if past and past[-1][0] == drag.request_id:
-            past.pop()
-        past.append((drag.request_id, {source.node for source in drag.before}))
+        if drag.request not in past[-1:]:
+            past.append(drag.request)
 
     def _next(self) -> Optional[Drag]:
         """The next drag to follow; after a wait, None where there is none yet."""
@@ -250,7 +247,7 @@ class Drags:
             return drag
         wait = 1.0 / self._rules.rate if self._drops or self._held else PERIOD
         for drag in self._held.values():
-            if drag.before and drag.fault is None and self._why_raised(drag):
+            if drag.request.after and drag.fault is None and self._why_raised(drag):
                 return drag
             if self._rules.is_live and drag.asked != drag.pose:
                 wait = min(wait, drag.due - now)
@@ -279,7 +276,7 @@ class Drags:
         """Ask the owners where the hand has gone on since they were last asked, or lets go."""
         pose, asked = drag.pose, drag.asked
         drag.asked = pose
-        error = self._why_raised(drag) if drag.before and drag.fault is None else ''
+        error = self._why_raised(drag) if drag.request.after and drag.fault is None else ''
         if error:
             drag.fault = f'{error}; {self._take_back(drag)}'
         # An answer that can only be reached by a leap is one when the hand lets go, where nothing has followed it yet.
@@ -290,11 +287,11 @@ class Drags:
 
     def _end(self, drag: Drag, refusal: Optional[str]) -> None:
         name = drag.handle.name
-        if drag.before:
+        if drag.request.after:
             self._remember(drag)
         if name not in self._held:  # no hand has taken it again meanwhile
-            self._scene.let_go(name, None if refusal else drag.after)
-            if not refusal and drag.after:
+            self._scene.let_go(name, None if refusal or not drag.request.after else drag.request)
+            if not refusal and drag.request.after:
                 self._drops[name] = Drop(drag, lambda: self._change_again(drag))
         if refusal:
             rospy.logwarn('%s snaps back: %s', name, refusal)
@@ -312,16 +309,14 @@ class Drags:
         timeout = self._rules.timeout
         try:
             chosen = self.chosen.get(handle.name)
-            plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.before, drag.followed, may_leap)
-            wanted = changes.to_request(plan, drag.after)
+            plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.request.before, drag.followed, may_leap)
+            wanted = changes.to_request(plan, drag.request.after)
             if wanted:
-                drag.solved, drag.requested = handle, min(drag.requested, time.monotonic())
-                drag.remember(node.request_values(wanted, timeout, drag.request_id))
+                drag.solved = handle
+                drag.request.step(wanted)
             if plan.is_exact:
-                drag.followed = {source: drag.after.get(source, new) for source, new in plan.after.items()}
+                drag.followed = {source: drag.request.after.get(source, new) for source, new in plan.after.items()}
         except values.Error as error:
-            # Of several owners, some may have changed what others have refused.
-            drag.remember(getattr(error, 'changed', {}))
             return error
         # The nearest whole number is all that can be had: where it puts the thing is where that belongs.
         drag.is_exact = plan.gap <= NOTICEABLE and not plan.whole

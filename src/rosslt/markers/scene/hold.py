@@ -1,9 +1,9 @@
 """Holds: a handle is not moved while it is dragged, nor until a message shows it where it was dropped."""
 
 import time
-from typing import Any, Dict, Optional
+from typing import Optional
 
-from rosslt import messages, values
+from rosslt import node
 from rosslt.markers.scene.handle import Handle
 
 #: The time after a change in which messages may still be older than it, in seconds.
@@ -14,19 +14,20 @@ class Hold:
     """A user's hold on a handle, and the wait for a message that shows the change after the release."""
 
     def __init__(self) -> None:
-        self._changed: Optional[Dict[values.Source, Any]] = None
+        self._request: Optional[node.ChangeRequest] = None
         self._dropped_at = 0.0
         self._is_shown = self._is_elsewhere = False  # by messages since the drop
 
-    def drop(self, changed: Dict[values.Source, Any], handle: Optional[Handle]) -> None:
-        """The hand has let go after sources have changed, {Source: new value}, which a message will show soon.
+    def drop(self, request: node.ChangeRequest, handle: Optional[Handle]) -> None:
+        """The hand has let go after sources have changed, which a message will show soon.
 
         Args:
+            request: what has changed.
             handle: as the last message has it, which may show the change already, and be the last one.
         """
-        self._changed = changed
+        self._request = request
         self._dropped_at = time.monotonic()
-        self._is_shown = handle is not None and self._shows_the_change(handle, changed)
+        self._is_shown = handle is not None and _shows(handle, request)
 
     def see(self, handle: Handle) -> None:
         """A message says where the handle is.
@@ -34,21 +35,19 @@ class Hold:
         It is believed if the values in it have been computed from the changed sources. What comes from the old ones was
         under way; where nothing else comes for long, the change has not moved this thing, or was changed again.
         """
-        if self._changed is not None:
-            self._is_shown = self._is_shown or self._shows_the_change(handle, self._changed)
+        if self._request is not None:
+            self._is_shown = self._is_shown or _shows(handle, self._request)
             self._is_elsewhere = True
 
     def is_in_hand(self) -> bool:
         """True until the handle is released."""
-        return self._changed is None
+        return self._request is None
 
     def is_over(self) -> bool:
         """True when the handle is to be shown at the pose in its messages again."""
         is_late = time.monotonic() - self._dropped_at > OLDER_MESSAGES
         return self._is_shown or (self._is_elsewhere and is_late)
 
-    @staticmethod
-    def _shows_the_change(handle: Handle, changed: Dict[values.Source, Any]) -> bool:
-        present = values.source_values(handle.tracked)
-        known = [(new, present[source]) for source, new in changed.items() if source in present]
-        return bool(known) and all(values.is_same(now, new) or messages.is_sent_as(new, now) for new, now in known)
+
+def _shows(handle: Handle, request: node.ChangeRequest) -> bool:
+    return request.shown_by(node.Expression(list(handle.tracked)).readings) is node.Shown.NEW

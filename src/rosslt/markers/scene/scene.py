@@ -15,7 +15,7 @@ import genpy
 import rospy
 from visualization_msgs.msg import Marker, MarkerArray
 
-from rosslt import values
+from rosslt import node
 from rosslt.markers.faults import contained
 from rosslt.markers.scene import marker as markers
 from rosslt.markers.scene.by_type import kind_of
@@ -132,17 +132,17 @@ class Scene:
         with self._lock:
             self._holds[name] = Hold()
 
-    def let_go(self, name: str, changed: Optional[Dict[values.Source, Any]] = None) -> None:
+    def let_go(self, name: str, request: Optional[node.ChangeRequest] = None) -> None:
         """The hand has let go of a handle.
 
         Args:
-            changed: {Source: new value} where sources have followed: the handle stays where it was dropped until a
-                message says so too. By default it goes back to where the last message has it.
+            request: what has changed, if sources have followed: the handle stays where it was dropped until a message
+                says so too. By default it goes back to where the last message has it.
         """
         with self._lock:
             hold = self._holds.pop(name, None)
-            if changed and hold is not None:
-                hold.drop(changed, self._handles.get(name))
+            if request is not None and hold is not None:
+                hold.drop(request, self._handles.get(name))
                 self._holds[name] = hold
             self._let_go.add(name)
 

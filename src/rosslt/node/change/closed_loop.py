@@ -8,95 +8,22 @@ the thing that was dropped.
 
 import math
 import time
-from typing import Any, Callable, Dict, List, NamedTuple, Optional
+from typing import Callable, List, Optional
 
 from rosslt import messages, values
-from rosslt.node.change.client import Change
-from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
+from rosslt.node.change.change_request import ChangeRequest, Shown
+from rosslt.node.change.observation import Observation, is_alike
 
 #: The time in which messages show whether a field stands still, in seconds.
 LOOK = 1.0
-
-#: How near a number that comes no nearer must be, relative to the target: the node may have iterated.
-NEAR = 1e-6
-
-
-class Expression:
-    """The expression that computed a part of a message, without its numbers.
-
-    Where a node takes another branch (`a if x < 5 else b`), sources and operations come and go.
-
-    Args:
-        part: a scalar, a message or an array, with tracked leaves.
-
-    Attributes:
-        sources: what it was computed from.
-        readings: {source: its values that were used}; of a counter or an integral several.
-        form: equal for expressions that compute in the same way.
-    """
-
-    def __init__(self, part: Any) -> None:
-        tracked = [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
-        instructions, roots = values.disassemble(tracked)
-        self.sources: List[Source] = values.sources(tracked)
-        self.readings: Dict[Source, List[Any]] = {}
-        self.form: List[Any] = [roots]
-        for kind, *rest in instructions:
-            if kind == SOURCE:
-                self.readings.setdefault(rest[0], []).append(rest[1])
-                self.form.append(rest[0])
-            elif kind == AFFINE:
-                self.form.append(tuple(index for index, _ in rest[1]))
-            else:
-                self.form.append(CONSTANT if kind == CONSTANT else (kind.name, *rest))
-
-
-class Observation(NamedTuple):
-    """A field as a message has it.
-
-    Attributes:
-        number: how many messages there were up to this one, since the first change.
-        at: when it came, a time of `time.monotonic`.
-        part: the field, with its provenance.
-        expression: how it was computed.
-        distance: how far it is from the target.
-        is_reached: whether it is the target.
-        is_near: whether it is the target but for NEAR.
-    """
-
-    number: int
-    at: float
-    part: Any
-    expression: Expression
-    distance: float
-    is_reached: bool
-    is_near: bool
-
-
-def observe(part: Any, wanted: Any, type_: str = '', number: int = 0) -> Observation:
-    """The Observation of a part of a message that has just come.
-
-    Args:
-        part, wanted, type_: as of `messages.is_reached`.
-        number: of the message.
-    """
-    return Observation(
-        number,
-        time.monotonic(),
-        part,
-        Expression(part),
-        messages.distance(part, wanted),
-        messages.is_reached(part, wanted, type_),
-        messages.is_reached(part, wanted, type_, NEAR),
-    )
 
 
 class ClosedLoop:
     """Has the sources of a field changed, looks at what comes, and has them changed again.
 
     Args:
-        change: has the sources become what an observation needs, and gives what it has changed, {Source: Change};
-            empty where there is nothing left to try.
+        request: what is changed.
+        change: has the sources become what an observation needs; False if there is nothing left to try.
         rounds: how many times at most.
         timeout: how long to wait for a message that shows a change, in seconds.
         moved_before: whether the field moved before it was changed: only then it is believed to move by itself.
@@ -118,13 +45,14 @@ class ClosedLoop:
 
     def __init__(
         self,
-        change: Callable[[Observation], Dict[Source, Change]],
+        request: ChangeRequest,
+        change: Callable[[Observation], bool],
         rounds: int,
         timeout: float,
         moved_before: bool = False,
         leaves_moving: bool = False,
     ) -> None:
-        self._change, self._most, self._timeout = change, rounds, timeout
+        self._request, self._change, self._most, self._timeout = request, change, rounds, timeout
         self._moved_before, self._leaves_moving = moved_before, leaves_moving
         self.is_over = self.is_reached = self.moves = False
         self.rounds = self.old = 0
@@ -134,16 +62,15 @@ class ClosedLoop:
 
     def solve(self, observation: Observation) -> None:
         """Have the sources changed for an observation; raises what `change` raises."""
-        changed = self._change(observation) if self.rounds < self._most else {}
-        if changed:
-            self.follow(observation, changed)
+        if self.rounds < self._most and self._change(observation):
+            self.follow(observation)
         else:
             self.is_over, self.is_reached = True, not self.moves and self.last is not None and self.last.is_near
 
-    def follow(self, solved: Observation, changed: Dict[Source, Change]) -> None:
+    def follow(self, solved: Observation) -> None:
         """Look at what comes: the sources have been changed for an observation."""
         self.rounds += 1
-        self._solved, self._changed = solved, changed
+        self._solved = solved
         self.last, self.seen, self.other, self.old = None, [], [], 0
         self.end = self._latest_end = time.monotonic() + self._timeout
         self._nearest = math.inf
@@ -152,10 +79,11 @@ class ClosedLoop:
         """Take in what a message shows; None where it has no such field."""
         if observation is None:
             return
-        if not observation.is_reached and self._is_older(observation.expression):
+        shown = self._request.shown_by(observation.expression.readings)
+        if shown is Shown.OLD and not observation.is_reached:
             self.old += 1
             return
-        is_new = observation.is_reached or bool(self._changed.keys() & set(observation.expression.sources))
+        is_new = observation.is_reached or shown is not Shown.NOTHING
         seen = self.seen if is_new else self.other
         seen.append(observation)
         if len(seen) == 1 or observation.distance < self._nearest:  # it may come nearer by itself
@@ -188,25 +116,3 @@ class ClosedLoop:
         first, form = values.untracked(seen[0].part), self._solved.expression.form
         spread = max(messages.distance(one.part, first) for one in seen)
         return seen[0].distance <= spread and all(one.expression.form == form for one in seen)
-
-    def _is_older(self, expression: Expression) -> bool:
-        """Return whether a message was computed before the change, or from a value that was kept from before."""
-        for source, change in self._changed.items():
-            readings = expression.readings.get(source)
-            if (
-                readings
-                and not is_equal(*change)
-                and all(messages.is_sent_as(change.old, reading) for reading in readings)
-            ):
-                return True
-        return False
-
-
-def is_alike(one: Observation, other: Observation) -> bool:
-    """Return whether a field is the same in two observations."""
-    return messages.is_reached(other.part, values.untracked(one.part))
-
-
-def is_equal(one: Any, other: Any) -> bool:
-    """Return whether two values of a source are the same, and of one type."""
-    return type(one) is type(other) and bool(one == other)

@@ -8,19 +8,17 @@ import rospy
 
 from rosslt import messages, values
 from rosslt.node.api import started
+from rosslt.node.change.change_request import ChangeRequest, is_equal
 from rosslt.node.change.client import (
     Asker,
     Change,
     ChangeRejected,
     SourceUnreachable,
-    reevaluate,
-    request_values,
     solved,
-    undo_request,
 )
-from rosslt.node.change.closed_loop import LOOK, ClosedLoop, Observation, is_alike, is_equal, observe
-from rosslt.node.change.history import new_request_id
+from rosslt.node.change.closed_loop import LOOK, ClosedLoop
 from rosslt.node.change.node_errors import NodeErrors
+from rosslt.node.change.observation import Observation, is_alike, observe
 from rosslt.node.json_scalars import Value
 from rosslt.node.robot_description import check_joint_limits
 from rosslt.node.topics.listening import Listener
@@ -218,9 +216,7 @@ class Forcing:
         if self.rounds < 1:
             raise ValueError(f'rounds must be at least 1, found {self.rounds}')
         self._publisher, self._thing = heard.publisher, thing_of(heard.message, self.path)
-        self._request_id = new_request_id()
-        self._changes: Dict[Source, Change] = {}
-        self._began = self._requested = 0.0
+        self._request = ChangeRequest(OWNER_TIMEOUT, self.asker)
         self._messages = 0
         self._is_as_asked = True  # whether owners have given sources what was asked for
         self._notes: List[str] = []  # what else explains that it was not reached
@@ -234,7 +230,7 @@ class Forcing:
         before = None if getattr(heard, 'is_latched', False) else self._next_like(first)
         self._moved_before = before is not None and not is_alike(first, before)
         self._before = before or first
-        self._loop = loop = ClosedLoop(self._change, self.rounds, self.timeout, self._moved_before)
+        self._loop = loop = ClosedLoop(self._request, self._change, self.rounds, self.timeout, self._moved_before)
         loop.solve(self._before)
         while not loop.is_over:
             latest = self.stream.next_before(min(loop.end, time.monotonic() + ERROR_PERIOD))
@@ -271,8 +267,8 @@ class Forcing:
                 return observation
         return None
 
-    def _change(self, observation: Observation) -> Dict[Source, Change]:
-        """Have the sources become what an observation needs; {} where they are that already."""
+    def _change(self, observation: Observation) -> bool:
+        """Have the sources become what an observation needs; False if they are that already."""
         part, present = observation.part, observation.expression.readings
         try:
             answer = solved(
@@ -283,23 +279,19 @@ class Forcing:
             )
             new = {source: value for source, value in answer.items() if not is_equal(present[source][-1], value)}
             if not new:
-                return {}
+                return False
             self.stream.clear()
-            self._requested = time.monotonic()
-            self._began = self._began or self._requested
-            changed = request_values(new, OWNER_TIMEOUT, self._request_id, self.asker)
+            changed = self._request.step(new)
         except (values.NotInvertible, values.NotTracked, ChangeRejected, SourceUnreachable) as error:
-            if not self._changes:
+            if not self._request.after:
                 raise
             self._notes.append(str(error))
-            return {}
+            return False
         for source, change in changed.items():
-            first = self._changes.get(source, change)
-            self._changes[source] = Change(first.old, change.new)
             if not is_equal(change.new, new[source]):
                 self._is_as_asked = False
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
-        return changed
+        return bool(changed)
 
     def _observed(self, message: Any) -> Optional[Observation]:
         try:
@@ -314,20 +306,15 @@ class Forcing:
         Each goal is a thing of its own: such a one says nothing of the goal that was changed, and stays as it is.
         """
         is_goal = hasattr(message, 'goal_id') and hasattr(message, 'goal')
-        return is_goal and observation is not None and not self._changes.keys() & set(observation.expression.sources)
+        changed = self._request.after.keys()
+        return is_goal and observation is not None and not changed & set(observation.expression.sources)
 
     def _is_kept(self) -> bool:
         """Return whether owners still have what they were given: one may have clamped it after a message or two."""
-        given = [values.track(change.new, source) for source, change in self._changes.items()]
         try:
-            present = reevaluate(given, OWNER_TIMEOUT, self.asker)
+            lost = [self._became(source, now) for source, now in self._request.lost().items()]
         except SourceUnreachable:
             return True  # the messages have shown it
-        lost = [
-            f'{self._name(source)} is {now!r} by now, it was made {asked!r}'
-            for source, now, asked in zip(self._changes, values.untracked(present), values.untracked(given))
-            if now != asked
-        ]
         if lost:
             self._notes, self._loop.last = lost, None
         return not lost
@@ -336,41 +323,39 @@ class Forcing:
         """The error that a change has made a node raise; '' where there is none, or a message shows the change."""
         if self._loop.seen:
             return ''
-        nodes = {self._publisher, *(source.node for source in self._changes)}
-        return self.errors.raised_since(nodes, self._requested)
+        return self.errors.raised_since({self._publisher, *self._request.nodes}, self._request.requested)
+
+    def _became(self, source: Source, now: Any) -> str:
+        return f'{self._name(source)} is {now!r} by now, it was made {self._request.after[source]!r}'
 
     def _name(self, source: Source) -> str:
         return self.asker.directory.name(source)
 
-    def _outcome(self, is_reached: bool, reason: str = '', is_taken_back: bool = False) -> Outcome:
+    def _outcome(self, is_reached: bool, reason: str = '') -> Outcome:
         last = self._loop.last
         return Outcome(
-            {source: change for source, change in self._changes.items() if not is_equal(*change)},
+            self._request.changes,
             self.wanted,
             None if last is None else values.untracked(last.part),
             is_reached,
             self._loop.moves,
             self._loop.rounds,
             self._messages if last is None else last.number,
-            1e3 * ((time.monotonic() if last is None else last.at) - self._began),
+            1e3 * max(0.0, (time.monotonic() if last is None else last.at) - self._request.began),
             reason,
-            is_taken_back,
-            is_reached and not self._loop.moves and last is not None and not last.is_reached,
+            is_near=is_reached and not self._loop.moves and last is not None and not last.is_reached,
         )
 
     def _not_reached(self) -> NotReached:
         """The error to raise, once the changes have been taken back."""
         reason = self._reason()
-        afterwards, is_taken_back = 'the change was left', False
+        outcome = self._outcome(False, reason)
+        afterwards = 'the change was left'
         if not self.keep_anyway:
-            nodes = {source.node for source, change in self._changes.items() if not is_equal(*change)}
-            undone = undo_request(self._request_id, nodes, self.asker.name, OWNER_TIMEOUT)
-            is_taken_back = not undone.reasons
-            afterwards = 'taken back'
-            if undone.reasons:
-                whys = '; '.join(f'{node}: {why}' for node, why in undone.reasons.items())
-                afterwards = f'the change could not be taken back: {whys}'
-        return NotReached(f'{reason}; {afterwards}', self._outcome(False, reason, is_taken_back))
+            why = self._request.take_back()
+            outcome = outcome._replace(is_taken_back=not why)
+            afterwards = f'the change could not be taken back: {why}' if why else 'taken back'
+        return NotReached(f'{reason}; {afterwards}', outcome)
 
     def _reason(self) -> str:
         """Say what came instead, and why as far as it is known."""
@@ -381,10 +366,10 @@ class Forcing:
                 f'{_differing(self.wanted, last.part)}'
             )
             others = [
-                f'{self._name(source)} is {readings[-1]!r} by now, it was made {change.new!r}'
-                for source, change in self._changes.items()
+                self._became(source, readings[-1])
+                for source, new in self._request.after.items()
                 for readings in [last.expression.readings.get(source)]
-                if readings and not any(messages.is_sent_as(change.new, reading) for reading in readings)
+                if readings and not any(messages.is_sent_as(new, reading) for reading in readings)
             ]
             if self._loop.moves:
                 parts.append(
@@ -397,13 +382,13 @@ class Forcing:
             elif self._is_as_asked and not others:
                 parts.append('it is not computed as its provenance said before the change')
             parts += others
-        late = {source: self.asker.directory.at_next_start(source) for source in self._changes}
+        late = {source: self.asker.directory.at_next_start(source) for source in self._request.after}
         parts += [f'a change of {self._name(source)} {why}' for source, why in late.items() if why]
         return '; '.join(dict.fromkeys([*parts, *self._notes]))
 
     def _why_silent(self) -> str:
         """Why no message shows a change."""
-        publisher, names = self._publisher, ' and '.join(map(self._name, self._changes))
+        publisher, names = self._publisher, ' and '.join(map(self._name, self._request.after))
         if self._loop.old:
             return f'the {self._loop.old} messages of {publisher} since then still come from the old value of {names}'
         which = f' that was computed from {names}' if self._messages else ''

@@ -1,0 +1,134 @@
+"""A change of sources, from its first request to its end: requested, in force, shown by messages, or taken back.
+
+A drag and a force ask for a source again and again until all is as wanted; that is one change, which is taken back as
+one. Here stands what it has changed so far, and the one judgement of whether a message shows it.
+"""
+
+import enum
+import math
+import time
+from typing import Any, Dict, Mapping, Optional, Sequence, Set
+
+import rospy
+
+from rosslt import messages, values
+from rosslt.node.change.client import Asker, Change, reevaluate, request_values, undo_request
+from rosslt.node.change.history import new_request_id
+from rosslt.values import Source
+
+
+class Shown(enum.Enum):
+    """What a message shows of a change."""
+
+    NOTHING = 'it has none of the changed sources'
+    OLD = 'it comes from a value that a source had before'
+    NEW = 'it comes from the new values'
+    OTHER = 'it comes from a value that somebody else gave a source'
+
+
+class ChangeRequest:
+    """What one request has changed in all nodes so far.
+
+    Args:
+        timeout: how long to wait for the answers of owners, in seconds.
+        asker: who asks; by default this node.
+
+    Attributes:
+        id: goes with all its steps, which are one change in the histories of the owners.
+        began, requested: when the first and the latest step were requested, times of `time.monotonic`; infinite before.
+        before: {Source: its value before the first step that changed it}.
+        after: {Source: its value after the latest one}.
+    """
+
+    def __init__(self, timeout: float, asker: Optional[Asker] = None) -> None:
+        self.id, self._timeout, self._asker = new_request_id(), timeout, asker
+        self.began = self.requested = math.inf
+        self.before: Dict[Source, Any] = {}
+        self.after: Dict[Source, Any] = {}
+        self._former: Dict[Source, Set[Any]] = {}  # all values before the latest one
+
+    def step(self, wanted: Mapping[Source, Any]) -> Dict[Source, Change]:
+        """Have owners give sources new values, all or none.
+
+        Returns:
+            {Source: Change(old, new)} of this step.
+
+        Raises:
+            ChangeRejected, SourceUnreachable: as of `request_values`. What nodes have kept nevertheless belongs to the
+                change.
+        """
+        self.requested = time.monotonic()
+        self.began = min(self.began, self.requested)
+        try:
+            changed = request_values(wanted, self._timeout, self.id, self._asker)
+        except values.Error as error:
+            self.note(getattr(error, 'changed', {}))
+            raise
+        self.note(changed)
+        return changed
+
+    def note(self, changed: Mapping[Source, Change]) -> None:
+        """Take in what a step has changed, {Source: Change}."""
+        for source, change in changed.items():
+            self.before.setdefault(source, change.old)
+            self.after[source] = change.new
+            self._former.setdefault(source, set()).add(change.old)
+
+    @property
+    def changes(self) -> Dict[Source, Change]:
+        """{Source: Change}: from before the first step to after the latest one, of those that are not as before."""
+        found = {source: Change(old, self.after[source]) for source, old in self.before.items()}
+        return {source: change for source, change in found.items() if not is_equal(*change)}
+
+    @property
+    def nodes(self) -> Set[str]:
+        """The names of the nodes that it has asked, and that have taken it."""
+        return {source.node for source in self.before}
+
+    def shown_by(self, readings: Mapping[Source, Sequence[Any]]) -> Shown:
+        """What a message shows of it.
+
+        Args:
+            readings: {source: its values that the message was computed from}; a counter or an integral has several.
+        """
+        seen = [self._of_source(source, readings[source]) for source in self.after if readings.get(source)]
+        for found in (Shown.OLD, Shown.OTHER, Shown.NEW):
+            if found in seen:
+                return found
+        return Shown.NOTHING
+
+    def _of_source(self, source: Source, readings: Sequence[Any]) -> Shown:
+        if any(_is_sent_as(self.after[source], reading) for reading in readings):
+            return Shown.NEW
+        former = self._former[source]
+        is_old = all(any(_is_sent_as(value, reading) for value in former) for reading in readings)
+        return Shown.OLD if is_old else Shown.OTHER
+
+    def lost(self) -> Dict[Source, Any]:
+        """{Source: its value} of those that have no longer what they were given: an owner, or somebody else, has
+        changed them since.
+
+        Raises:
+            SourceUnreachable: an owner does not answer.
+        """
+        given = [values.track(value, source) for source, value in self.after.items()]
+        present = values.untracked(reevaluate(given, self._timeout, self._asker))
+        return {source: now for source, now in zip(self.after, present) if now != self.after[source]}
+
+    def take_back(self) -> str:
+        """Give all sources the values that they had before; the reason if that is not done, else ''."""
+        requester = rospy.get_name() if self._asker is None else self._asker.name
+        undone = undo_request(self.id, {source.node for source in self.changes}, requester, self._timeout)
+        if undone.changes or not undone.reasons:
+            self.before, self.after, self._former = {}, {}, {}
+        whys = [f'{node}: {why}' for node, why in undone.reasons.items()]
+        return '; '.join(whys)
+
+
+def is_equal(one: Any, other: Any) -> bool:
+    """Return whether two values of a source are the same, and of one type."""
+    return type(one) is type(other) and bool(one == other)
+
+
+def _is_sent_as(value: Any, reading: Any) -> bool:
+    return values.is_same(value, reading) or messages.is_sent_as(value, reading)

@@ -1,0 +1,86 @@
+"""Observations: what a message shows of a field that was to be changed."""
+
+import time
+from typing import Any, Dict, List, NamedTuple, Optional
+
+from rosslt import messages, values
+from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
+
+#: How near a number that comes no nearer must be, relative to the target: the node may have iterated.
+NEAR = 1e-6
+
+
+class Expression:
+    """The expression that computed a part of a message, without its numbers.
+
+    Where a node takes another branch (`a if x < 5 else b`), sources and operations come and go.
+
+    Args:
+        part: a scalar, a message or an array, with tracked leaves.
+
+    Attributes:
+        sources: what it was computed from.
+        readings: {source: its values that were used}; of a counter or an integral several.
+        form: equal for expressions that compute in the same way.
+    """
+
+    def __init__(self, part: Any) -> None:
+        tracked = [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
+        instructions, roots = values.disassemble(tracked)
+        self.sources: List[Source] = values.sources(tracked)
+        self.readings: Dict[Source, List[Any]] = {}
+        self.form: List[Any] = [roots]
+        for kind, *rest in instructions:
+            if kind == SOURCE:
+                self.readings.setdefault(rest[0], []).append(rest[1])
+                self.form.append(rest[0])
+            elif kind == AFFINE:
+                self.form.append(tuple(index for index, _ in rest[1]))
+            else:
+                self.form.append(CONSTANT if kind == CONSTANT else (kind.name, *rest))
+
+
+class Observation(NamedTuple):
+    """A field as a message has it.
+
+    Attributes:
+        number: how many messages there were up to this one, since the first change.
+        at: when it came, a time of `time.monotonic`.
+        part: the field, with its provenance.
+        expression: how it was computed.
+        distance: how far it is from the target.
+        is_reached: whether it is the target.
+        is_near: whether it is the target but for NEAR.
+    """
+
+    number: int
+    at: float
+    part: Any
+    expression: Expression
+    distance: float
+    is_reached: bool
+    is_near: bool
+
+
+def observe(part: Any, wanted: Any, type_: str = '', number: int = 0, is_reached: Optional[bool] = None) -> Observation:
+    """The Observation of a part of a message that has just come.
+
+    Args:
+        part, wanted, type_: as of `messages.is_reached`.
+        number: of the message.
+        is_reached: whether it is the target, if that is judged in another way.
+    """
+    return Observation(
+        number,
+        time.monotonic(),
+        part,
+        Expression(part),
+        messages.distance(part, wanted),
+        messages.is_reached(part, wanted, type_) if is_reached is None else is_reached,
+        messages.is_reached(part, wanted, type_, NEAR),
+    )
+
+
+def is_alike(one: Observation, other: Observation) -> bool:
+    """Return whether a field is the same in two observations."""
+    return messages.is_reached(other.part, values.untracked(one.part))
