@@ -160,7 +160,7 @@ class Commits(unittest.TestCase):
             with self.assertRaisesRegex(
                 rosslt.ChangeRejected, '/setter: ValueError: the motor is hot; taken back: /left/offset$'
             ) as one:
-                rosslt.force_value(pair, [3.0, 4.0], request_id='hot')
+                rosslt.force_value(pair, [3.0, 4.0], timeout=20.0, request_id='hot')
             self.assertEqual(one.exception.changed, {})
             self.assertEqual(one.exception.taken_back, {source(pair[0]): (3.0, 1.0)})
             self.assertEqual((present('/left', 'offset'), present('/setter', 'slow')), (1.0, 1.0))
@@ -174,7 +174,7 @@ class Commits(unittest.TestCase):
                 node.process.stdin.flush()
                 pair = [tracked('/left', 'offset', target - 1), tracked('/stepped', 'slow', target - 1)]
                 try:
-                    rosslt.force_value(pair, [target, target], request_id='drag')
+                    rosslt.force_value(pair, [target, target], timeout=20.0, request_id='drag')
                 except rosslt.ChangeRejected:
                     self.assertEqual(order, 'refuse')
             self.assertEqual((present('/left', 'offset'), present('/stepped', 'slow')), (2.0, 2.0))

@@ -508,7 +508,7 @@ class Restarts(unittest.TestCase):
         with Node('edited', 'values = [rosslt.location(1.0)]' + SHOW) as node:
             source = rosslt.Source('/edited', int(node.read_line()))
             self.assertEqual(node.read_line(), '[1.0]')
-            rosslt.force_value(rosslt.track(1.0, source), 5.0)
+            rosslt.force_value(rosslt.track(1.0, source), 5.0, timeout=20.0)
             node.stop()
             node.start()
             node.read_line()
