@@ -195,3 +195,42 @@ def test_what_other_numbers_bring_to_zero_is_zero():
         there = dict(zip(sources, (0.3, 0.2, 0.5 - 0.5 * step / 7)))
         last = continued(results, [float(evaluate(result, there)) for result in results], last)
     assert last == {sources[2]: 0.0}
+
+
+def turned_between_waypoints():
+    """An orientation about z between two waypoints, of the time that a node takes from one to the other."""
+    first, second, hold = (track(value, Source('/arm', place)) for place, value in enumerate((0.2, 1.0, 2.0)))
+    half = (first + (second - first) * (0.7 / hold)) / 2
+    return [math.sin(half), math.cos(half)]
+
+
+def test_a_ring_moves_one_source_and_holds_the_others():
+    results, last = turned_between_waypoints(), {}
+    began = 2 * plain_math.asin(results[0])
+    for step in range(1, 50):
+        half = (began + 0.05 * step) / 2
+        last = continued(results, [plain_math.sin(half), plain_math.cos(half)], last or source_values(results))
+        assert list(last) == [Source('/arm', 0)]
+    assert evaluate(results, last) == pytest.approx([plain_math.sin(half), plain_math.cos(half)])
+
+
+def test_a_point_moves_as_many_joints_as_it_has_coordinates():
+    results = arm([1.0, 0.8, 0.6, 0.4], [0.3, 0.5, 0.7, 0.9])
+    last = source_values(results)
+    for point in circle(results, 0.2)[:-1]:
+        last = {**last, **continued(results, point, last)}
+        assert evaluate(results, last) == pytest.approx(point)
+    assert len(continued(results, point, last)) == 2
+
+
+def test_where_few_joints_do_not_suffice_all_move():
+    """The two that move the point most may turn by 0.05 only."""
+    results = arm([1.0, 0.8, 0.6, 0.4], [0.3, 0.5, 0.7, 0.9])
+    bounds = {Source('/arm', place): (value - 0.05, value + 0.05) for place, value in enumerate((0.3, 0.5))}
+    last = source_values(results)
+    x, y = map(float, results)
+    for step in range(1, 20):
+        target = [x - 0.02 * step, y - 0.01 * step]
+        last = {**last, **continued(results, target, last, bounds=bounds)}
+        assert evaluate(results, last) == pytest.approx(target)
+    assert abs(last[Source('/arm', 2)] - 0.7) > 0.05

@@ -4,6 +4,9 @@ Solved from step to step, the joints of an arm with more joints than it needs ar
 it began. Solved anew from the beginning at each step, they jump where another answer becomes the nearer one. So the
 answer is the one that the straight way from the beginning leads to, which depends on what is wanted alone; where that
 would be a jump, the one that the last answer leads to, drawn towards it.
+
+A hand means few numbers: as many sources move as the results can in ways, three for a point and one for a ring, and the
+others are held. Where these do not suffice, all move.
 """
 
 import math
@@ -229,8 +232,7 @@ def _group_continued(
     x: Point = [float(here.get(source, start)) for source, start in zip(floats, path.start)]
     try:
         if len(goals) > 1:
-            for level in sorted(set(map(freedom.rank, floats))):
-                unknowns = [source for source in floats if freedom.rank(source) <= level]
+            for unknowns in _moved_first(graph, goals, floats, freedom):
                 part = path if len(unknowns) == len(floats) else _path(graph, goals, unknowns, freedom)
                 if part is None:
                     continue
@@ -246,6 +248,18 @@ def _group_continued(
     except UNDEFINED:
         pass
     raise reason or NotInvertible('there is no answer that the last one leads to without a jump')
+
+
+def _moved_first(graph: Graph, goals: List[Goal], floats: List[Source], freedom: Freedom) -> Iterator[List[Source]]:
+    """The sources as they are tried in turn: those of low rank first, of these as few as suffice, then all."""
+    for level in sorted(set(map(freedom.rank, floats))):
+        unknowns = [source for source in floats if freedom.rank(source) <= level]
+        path = _path(graph, goals, unknowns, freedom)
+        few = [] if path is None else path.fewest()
+        if few:
+            yield few
+        if len(few) < len(unknowns):
+            yield unknowns
 
 
 def _one_more(

@@ -13,7 +13,8 @@ from typing import Callable, Iterator, List, Optional, Sequence
 
 from ..annotations import Value
 from ..graph import UNDEFINED
-from ..tolerances import ROUNDING, ULPS, almost_meets, is_at
+from ..sources import Source
+from ..tolerances import RELATIVE, ROUNDING, ULPS, almost_meets, is_at
 from .budget import Exhausted
 from .descent import ROUNDS, Descents
 from .equations import Point
@@ -59,6 +60,32 @@ class System(Descents):
         if self._periods and max([abs(a - b) for a, b in zip(best, self.start)]) > FAR:
             best = min([best, *itertools.islice(answers, MOST_FURTHER)], key=self._way)
         return self.tidied(best)
+
+    def fewest(self) -> List[Source]:
+        """As many unknowns as the results can move in ways at the present values: three for a point.
+
+        Each is the one that moves the results most, in its scale, in a way that those before it do not (QR with column
+        pivoting; Golub and Van Loan, Matrix Computations, section 5.4).
+
+        Raises:
+            ArithmeticError, ValueError, TypeError: the slopes are not defined there.
+        """
+        values = self._tried(self.start)
+        if values is None:
+            return []
+        rows = self._jacobian(values, [equation._replace(unit=1.0) for equation in self._equations])
+        columns = [[row.get(place, 0.0) * scale for row in rows] for place, scale in enumerate(self._scales)]
+        lengths = [math.hypot(*column) for column in columns]
+        found: List[int] = []
+        least = RELATIVE * max(lengths)
+        while len(found) < len(rows) and max(lengths) > least:
+            found.append(lengths.index(max(lengths)))
+            along = [part / lengths[found[-1]] for part in columns[found[-1]]]
+            for column in columns:
+                shared = sum([part * way for part, way in zip(column, along)])
+                column[:] = [part - shared * way for part, way in zip(column, along)]
+            lengths = [0.0 if place in found else math.hypot(*column) for place, column in enumerate(columns)]
+        return [self._unknowns[place] for place in sorted(found)]
 
     def _answers(self) -> Iterator[Point]:
         """Yield the answers that starts lead to, each moved as near to the present values as it can be."""
