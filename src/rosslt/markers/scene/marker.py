@@ -13,7 +13,7 @@ from rosslt import values
 from rosslt.markers.geometry import PoseTuple, Vector, distance
 from rosslt.markers.scene.handle import Handle, Settings, has_source
 from rosslt.markers.scene.handles import PointHandle, PoseHandle, ScaleHandle
-from rosslt.markers.scene.shapes import plain_pose, pose_tuple
+from rosslt.markers.scene.shapes import plain_pose, pose_tuple, sphere
 
 #: The size of handles on things without a size of their own, in metres.
 SIZE = 0.5
@@ -70,12 +70,13 @@ def marker_handles(topic: str, marker: Marker, is_shown: bool, settings: Setting
                 marker_shape_key(marker),
                 lambda: [marker_shape(marker, is_shown)],
                 is_planar=settings.is_planar,
+                has_points=bool(points),
             )
         )
     if points:
         color, diameter = handle_color(marker), point_size(marker)
         handles.extend(
-            PointHandle(f'{name}:points[{index}]', frame, place, point, diameter, color, settings.is_planar)
+            PointHandle(f'{name}:points[{index}]', frame, place, point, diameter, color, settings.is_planar, thing=name)
             for index, point in points
         )
     if can_be_scaled:
@@ -96,7 +97,8 @@ def scale_handles(
                 if has_points and marker.points and marker.type != Marker.TRIANGLE_LIST:
                     first = marker.points[0]
                     start = (float(first.x), float(first.y), float(first.z))
-                yield ScaleHandle('{}:scale.{}'.format(name, field), frame, place, start, axis, out, value, 0.15 * size)
+                part, side = '{}:scale.{}'.format(name, field), 0.15 * size
+                yield ScaleHandle(part, frame, place, start, axis, out, value, side, name)
 
 
 def scale_reach(marker: Marker, has_points: bool, axis: int) -> float:
@@ -139,6 +141,8 @@ def point_size(marker: Marker) -> float:
         size = float('%.2g' % (0.06 * extent(marker)))
     elif marker.type == Marker.ARROW:
         size = 1.2 * max(float(scale.x), float(scale.y))
+        length = float('%.2g' % extent(marker))
+        size = min(size, length or size)  # the balls on both ends of a short arrow touch each other, and no more
     elif marker.type == Marker.POINTS:
         size = 1.5 * max(float(scale.x), float(scale.y))
     return size if size > 0.0 else 0.1 * SIZE
@@ -183,7 +187,12 @@ def marker_shape(marker: Marker, is_shown: bool) -> Marker:
     place = type(shape.pose)()
     place.orientation.w = 1.0
     shape.pose = place
-    if is_shown:
+    if is_shown and shape.type == Marker.TEXT_VIEW_FACING:
+        # A text faces the eye wherever it is: so does a ball, and it is not read twice.
+        height = max(OVERLAP * float(marker.scale.z), float(marker.scale.z) + LEAST_OVERLAP)
+        color = shape.color
+        shape = sphere(height, (color.r, color.g, color.b), OVERLAY_ALPHA * color.a)
+    elif is_shown:
         # The scale of these two is a factor, not a size.
         least = 0.0 if marker.type in (Marker.MESH_RESOURCE, Marker.TRIANGLE_LIST) else LEAST_OVERLAP
         for axis in 'xyz':
