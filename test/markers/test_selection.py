@@ -273,6 +273,23 @@ def test_a_pose_that_only_fills_its_fields_moves_no_line_that_has_tracked_points
     assert set(view.controls('line:0')) == expected
 
 
+@pytest.mark.parametrize(
+    ('kind', 'height', 'rings'),
+    [
+        (Marker.TEXT_VIEW_FACING, 0.2, set()),
+        (Marker.SPHERE, 0.2, set()),
+        (Marker.SPHERE, 0.3, {'rotate_x', 'rotate_y', 'rotate_z'}),
+        (Marker.CUBE, 0.2, {'rotate_x', 'rotate_y', 'rotate_z'}),
+    ],
+)
+def test_an_orientation_of_fillers_has_rings_if_a_turn_is_seen(kind, height, rings):
+    view = View()
+    thing = marker('thing', kind)
+    thing.scale.z, thing.pose = height, strip('thing').pose
+    view.take(thing)
+    assert set(view.controls('thing:0')) == {'body', 'move_x', 'move_y', 'move_z', *rings}
+
+
 def test_a_pose_that_is_computed_is_no_filler():
     view = View()
     line = strip('line')

@@ -1,8 +1,8 @@
 """Numbers of a pose that are there only because a field, or an argument, has to have one.
 
-The rule: they give way to other numbers of the same thing that do the same, and make no arrow and no ring then. The
-pose of a line that is drawn from tracked points is 0, 0, 0 and the identity; a pan-tilt unit is turned by
-`quaternion_from_euler(0.0, tilt, pan)`.
+The rule: they make no arrow and no ring if other numbers of the same thing do the same, or if what they do cannot be
+seen. The pose of a line that is drawn from tracked points is 0, 0, 0 and the identity; a pan-tilt unit is turned by
+`quaternion_from_euler(0.0, tilt, pan)`; a text has an orientation, and faces the eye all the same.
 """
 
 from typing import Any, Dict, Mapping, Sequence, TypeVar

@@ -53,6 +53,7 @@ class PoseHandle(Handle):
         is_planar: whether it moves in x and y and turns around z only.
         rank: as that of a Handle.
         has_points: whether the thing has tracked points, which move it as well.
+        shows_turns: False if it looks alike however it is turned.
     """
 
     __slots__ = ('_fills', '_has_arrows', '_is_planar', '_orientation', 'position')
@@ -70,6 +71,7 @@ class PoseHandle(Handle):
         is_planar: bool = False,
         rank: int = 0,
         has_points: bool = False,
+        shows_turns: bool = True,
     ) -> None:
         numbers = pose_tuple(pose)
         self.position, self._orientation = numbers[:3], numbers[3:]
@@ -77,7 +79,10 @@ class PoseHandle(Handle):
         x, y, z = map(float, self.position)
         x_moves, y_moves, z_moves = map(has_source, self.position)
         movable = (x_moves, y_moves, z_moves)
-        self._fills = has_points and fills(self.position, ORIGIN), has_points and fills(self._orientation, IDENTITY)
+        self._fills = (
+            has_points and fills(self.position, ORIGIN),
+            (has_points or not shows_turns) and fills(self._orientation, IDENTITY),
+        )
         draw_key = (
             movable,
             self._fills,

@@ -71,6 +71,7 @@ def marker_handles(topic: str, marker: Marker, is_shown: bool, settings: Setting
                 lambda: [marker_shape(marker, is_shown)],
                 is_planar=settings.is_planar,
                 has_points=bool(points),
+                shows_turns=shows_turns(marker),
             )
         )
     if points:
@@ -146,6 +147,13 @@ def point_size(marker: Marker) -> float:
     elif marker.type == Marker.POINTS:
         size = 1.5 * max(float(scale.x), float(scale.y))
     return size if size > 0.0 else 0.1 * SIZE
+
+
+def shows_turns(marker: Marker) -> bool:
+    """False for a marker that looks alike however it is turned: a text, which faces the eye, and a ball."""
+    scale = marker.scale
+    is_ball = marker.type == Marker.SPHERE and scale.x == scale.y == scale.z
+    return not is_ball and marker.type != Marker.TEXT_VIEW_FACING
 
 
 def extent(marker: Marker) -> float:
