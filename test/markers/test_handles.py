@@ -362,6 +362,19 @@ def test_a_size_grows_on_both_sides_and_stays_above_zero():
     assert handle.wanted(beyond, moved=True, turned=False)[1][0] > 0.0
 
 
+@pytest.mark.parametrize('kind', [Marker.LINE_STRIP, Marker.LINE_LIST, Marker.ARROW])
+def test_the_size_of_what_has_two_ends_is_dragged_between_them(kind):
+    message = marker(kind, size=0.1)
+    message.points = [Point(tracked(2.0), 0.0, 0.0), Point(tracked(2.0, 2), 3.0, 0.0)]
+    message.scale.x = tracked(0.1, 3)
+    found = handles(message)
+    scale = found.pop('/topic:thing:0:scale.x')
+    assert scale.pose[:3] == pytest.approx((2.05, 1.5, 0.0))
+    there = (2.2, *scale.pose[1:])
+    assert scale.wanted(there, moved=True, turned=False)[1] == pytest.approx([0.4])
+    assert scale.size <= min(point.size for point in found.values())
+
+
 def test_controls_stand_outside_large_things_and_have_one_size_on_all_others():
     def size(side):
         message = marker(size=side)

@@ -94,12 +94,18 @@ def scale_handles(
         if has_source(value):
             out = scale_reach(marker, has_points, axis)
             if out:
-                start = (0.0, 0.0, 0.0)
-                if has_points and marker.points and marker.type != Marker.TRIANGLE_LIST:
-                    first = marker.points[0]
-                    start = (float(first.x), float(first.y), float(first.z))
-                part, side = '{}:scale.{}'.format(name, field), 0.15 * size
+                part, start = '{}:scale.{}'.format(name, field), scale_start(marker, has_points)
+                side = min(0.15 * size, point_size(marker)) if has_points and marker.points else 0.15 * size
                 yield ScaleHandle(part, frame, place, start, axis, out, value, side, name)
+
+
+def scale_start(marker: Marker, has_points: bool) -> Vector:
+    """Where the sizes of a marker are measured from, in its own coordinates: on no ball of a line or an arrow."""
+    if not has_points or marker.type == Marker.TRIANGLE_LIST:
+        return 0.0, 0.0, 0.0
+    ends = marker.points[:1] if marker.type in BODIES_AT_POINTS or marker.type == Marker.POINTS else marker.points[:2]
+    x, y, z = (sum(float(getattr(end, axis)) for end in ends) / max(len(ends), 1) for axis in 'xyz')
+    return x, y, z
 
 
 def scale_reach(marker: Marker, has_points: bool, axis: int) -> float:
