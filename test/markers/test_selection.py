@@ -244,6 +244,7 @@ def test_points_are_drawn_if_they_are_what_the_thing_can_be_grabbed_by():
     view = View()
     view.take(strip('line'), strip('moved', position=(1.0, 0.0, 0.0)), *cubes(FEW))
     assert {name for name in view.names() if 'points' in name} == {'line:0:points[0]', 'line:0:points[1]'}
+    assert view.controls('line:0')['body'].interaction_mode == InteractiveMarkerControl.BUTTON
     view.click('moved:0')
     assert {'moved:0', 'moved:0:points[0]', 'moved:0:points[1]', 'line:0:points[0]'} <= view.names()
     assert 'move_x' in view.controls('moved:0')

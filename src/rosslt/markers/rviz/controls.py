@@ -27,7 +27,7 @@ def handle_marker(handle: Handle, motions: Motions, is_free: bool, size: float) 
     parts = [arrow(axis) for axis in range(3) if motions.arrows[axis]]
     parts.extend(ring(each) for each in motions.rings)
     rotation = handle.pose[3:] if motions.is_in_frame else IDENTITY
-    parts.append(body(motions.of_body(is_free), handle.shapes(), rotation, bool(handle.tracked), motions.has_more))
+    parts.append(body(motions.of_body(is_free), handle.shapes(), rotation, bool(handle.tracked), motions.is_button))
     return interactive_marker(handle.name, handle.frame, handle.pose, max(size, CONTROL_SCALE * handle.size), parts)
 
 
@@ -80,8 +80,9 @@ def body(
         has_menu: whether a right click opens the menu even where no axis is movable.
         is_button: whether a left click is not to open the menu then.
     """
-    mode = InteractiveMarkerControl.MENU if has_menu else InteractiveMarkerControl.NONE
-    mode = InteractiveMarkerControl.BUTTON if is_button else mode
+    mode = InteractiveMarkerControl.NONE
+    if has_menu:
+        mode = InteractiveMarkerControl.BUTTON if is_button else InteractiveMarkerControl.MENU
     rotation: Rotation = IDENTITY
     if len(axes) == 1:
         mode, rotation = InteractiveMarkerControl.MOVE_AXIS, product(inverse(turned), ONTO_AXIS[axes[0]])

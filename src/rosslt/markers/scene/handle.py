@@ -59,14 +59,14 @@ class Motions(NamedTuple):
         is_in_frame: whether these are axes of the frame, or of the thing itself, as it is turned.
         arrows: which of them have arrows beside the body.
         rings: the ways to turn it, as it is turned now.
-        has_more: whether it has arrows or rings that are drawn only if its thing is clicked.
+        is_button: whether its body cannot be moved, and a click on it selects its thing.
     """
 
     axes: Axes
     is_in_frame: bool = False
     arrows: Axes = (False, False, False)
     rings: Tuple[Ring, ...] = ()
-    has_more: bool = False
+    is_button: bool = False
 
     @property
     def are_any(self) -> bool:
@@ -75,8 +75,7 @@ class Motions(NamedTuple):
 
     def without_controls(self) -> 'Motions':
         """The same with the body alone to be grabbed."""
-        has_more = any(self.arrows) or bool(self.rings)
-        return self._replace(arrows=(False, False, False), rings=(), has_more=has_more)
+        return self._replace(arrows=(False, False, False), rings=(), is_button=not any(self.axes))
 
     def of_body(self, is_free: bool) -> List[int]:
         """The axes that a grabbed body moves along: 0, 1 and 2 for x, y and z.
