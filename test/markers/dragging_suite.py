@@ -56,6 +56,13 @@ class Dragging(unittest.TestCase):
             lambda: set(self.hand.controls('/stage:rail:0')) == {'move_y', 'body'}, 'the control along y alone', 5.0
         )
 
+    def test_a_thing_that_was_clicked_has_arrows_and_others_have_none(self):
+        for name in ('/stage:axis:0', '/stage:plane:0'):
+            self.patient.release(self.patient.press(name))
+            wait_until(lambda name=name: 'move_x' in self.patient.controls(name), 'the arrows of ' + name)
+        wait_until(lambda: set(self.patient.controls('/stage:axis:0')) == {'body'}, 'the arrows of the other to go')
+        self.assertIn('move_x', self.hand.controls('/stage:axis:0'), 'as ~show_all says')
+
     def test_what_the_hand_does_not_move_stays_exactly_as_it_is(self):
         self.addCleanup(self.hand.choose, '/stage:plane:0', 'Undo')
         half_y = parameter('plane_half_y')

@@ -17,6 +17,7 @@ from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.scene import hold as holds
 from rosslt.markers.scene.handle import Motions, Settings
 from rosslt.markers.scene.scene import Scene
+from rosslt.markers.scene.selection import Selection
 
 SOURCE = values.Source('/owner', 1)
 
@@ -31,14 +32,14 @@ def made_two():
 class Thing:
     """A handle on nothing, at a tracked x."""
 
-    frame, size, rank, position = 'world', 1.0, 0, None
+    frame, size, rank, position, level = 'world', 1.0, 0, None, 0
 
     def __init__(self, x=0.0, draw_key='red', name='thing', at=None):
-        self.name, self.draw_key = name, draw_key
+        self.name, self.thing, self.draw_key = name, name, draw_key
         self.pose = (x, 0.0, 0.0, *IDENTITY)
         self.tracked = [values.track(x if at is None else at, SOURCE)]
 
-    def motions(self, can_change):
+    def motions(self, can_change, rank_of=None):
         return Motions((can_change(self.tracked[0]), False, False))
 
     def shapes(self):
@@ -57,6 +58,9 @@ class Known:
 
     def can_change(self, _value):
         return True
+
+    def rank(self, _source):
+        return 0
 
     def look_up(self, sources):
         pass
@@ -89,7 +93,9 @@ class Shown:
     def __init__(self):
         self.sent = Sent()
         self.scene = Scene(Settings())
-        self.display = displays.Display(self.sent, Offers(self.scene, None, Known()), Notes(0.2))
+        self.display = displays.Display(
+            self.sent, Offers(self.scene, None, Known()), Notes(0.2), Selection(shows_all=True), 0.5
+        )
         self.display._menus = SimpleNamespace(of=lambda _handle: None)
         self.things = {}
 
@@ -311,8 +317,8 @@ class Harmless:
 def test_every_entry_of_a_menu_may_be_reported():
     scene = Scene(Settings())
     offers = SimpleNamespace(choose=lambda *_: None, drags=Harmless(), scene=scene, descriptions=Harmless())
-    server, menu = Inserted(), Menu([('all', None, True), ('x', SOURCE, False)], True, [('x', SOURCE)])
-    Menus(offers, lambda _name: None, set()).add(server, 'thing', menu)
+    server, menu = Inserted(), Menu([('all', None, True), ('x', SOURCE, False)], True, [('x', SOURCE)], False)
+    Menus(offers, lambda _name: None, set(), Selection(shows_all=False)).add(server, 'thing', menu)
     entries = server.marker.menu_entries
     assert [entry.title for entry in entries if entry.parent_id] == ['x']
     for entry in entries:

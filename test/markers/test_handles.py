@@ -25,6 +25,7 @@ from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.marker import KINDS, marker_handles
 from rosslt.markers.scene.scene import Scene
 
+LEAST_SIZE = 0.5
 TURN = 0.6
 TURNED = (0.0, 0.0, plain_math.sin(TURN / 2), plain_math.cos(TURN / 2))
 POINT_KINDS = [
@@ -60,7 +61,7 @@ def handles(message, topic='/topic', is_shown=True, **settings):
 
 
 def draw(handle, can_change=is_free, moves_freely=False):
-    return handle_marker(handle, handle.motions(can_change), moves_freely)
+    return handle_marker(handle, handle.motions(can_change), moves_freely, LEAST_SIZE)
 
 
 def drawn(message, name='/topic:thing:0', **options):
@@ -267,6 +268,15 @@ def test_each_tracked_point_has_a_handle_of_its_own(kind):
     assert body.interaction_mode == Control.MOVE_PLANE
 
 
+def test_the_balls_on_the_ends_of_a_short_arrow_do_not_overlap():
+    message = marker(Marker.ARROW, size=0.2)
+    message.points = [Point(tracked(0.0), 0.0, 0.0), Point(tracked(0.1), 0.0, 0.0)]
+    found = handles(message)
+    assert [handle.size for handle in found.values()] == pytest.approx([0.1, 0.1])
+    message.points[1].x = tracked(1.0)
+    assert [handle.size for handle in handles(message).values()] == pytest.approx([0.24, 0.24])
+
+
 def test_a_point_moves_in_the_coordinates_of_its_rotated_marker():
     message = marker(Marker.LINE_STRIP, size=0.1)
     message.pose.position.x, message.pose.orientation = 1.0, Quaternion(*TURNED)
@@ -352,13 +362,27 @@ def test_a_size_grows_on_both_sides_and_stays_above_zero():
     assert handle.wanted(beyond, moved=True, turned=False)[1][0] > 0.0
 
 
-def test_the_size_of_controls_follows_the_size_of_the_marker():
+@pytest.mark.parametrize('kind', [Marker.LINE_STRIP, Marker.LINE_LIST, Marker.ARROW])
+def test_the_size_of_what_has_two_ends_is_dragged_between_them(kind):
+    message = marker(kind, size=0.1)
+    message.points = [Point(tracked(2.0), 0.0, 0.0), Point(tracked(2.0, 2), 3.0, 0.0)]
+    message.scale.x = tracked(0.1, 3)
+    found = handles(message)
+    scale = found.pop('/topic:thing:0:scale.x')
+    assert scale.pose[:3] == pytest.approx((2.05, 1.5, 0.0))
+    there = (2.2, *scale.pose[1:])
+    assert scale.wanted(there, moved=True, turned=False)[1] == pytest.approx([0.4])
+    assert scale.size <= min(point.size for point in found.values())
+
+
+def test_controls_stand_outside_large_things_and_have_one_size_on_all_others():
     def size(side):
         message = marker(size=side)
         message.pose.position.x = tracked(1.0)
         return drawn(message).scale
 
     assert size(4.0) == pytest.approx(10 * size(0.4))
+    assert size(0.1) == size(0.02) == LEAST_SIZE
 
 
 @pytest.mark.parametrize('kind', sorted(KINDS))

@@ -70,6 +70,11 @@ class Descriptions:
             return ''
         return 'takes no change' if place.read_only else place.location.at_next_start
 
+    def rank(self, source: values.Source) -> int:
+        """How willingly a source is changed if several could be: 0 first, and where nothing is known of it."""
+        place = self._directory.of(source)
+        return 0 if place is None else place.location.rank
+
     def can_change(self, value: Any) -> bool:
         """True where a value has a source that takes changes, as far as known."""
         sources = values.sources(value)

@@ -15,19 +15,20 @@ from rosslt.markers.scene.handle import CONTROL_SCALE, Handle, Motions, Ring
 AXIS_NAMES = 'xyz'
 
 
-def handle_marker(handle: Handle, motions: Motions, is_free: bool) -> InteractiveMarker:
+def handle_marker(handle: Handle, motions: Motions, is_free: bool, size: float) -> InteractiveMarker:
     """The interactive marker of a handle, without a menu.
 
     Args:
         handle: what is drawn.
         motions: the ways in which it can be moved.
         is_free: whether a body that can move every way does so in the plane of the screen, rather than in x and y.
+        size: of arrows and rings, in metres; they are larger if they would stand inside the thing.
     """
     parts = [arrow(axis) for axis in range(3) if motions.arrows[axis]]
     parts.extend(ring(each) for each in motions.rings)
     rotation = handle.pose[3:] if motions.is_in_frame else IDENTITY
-    parts.append(body(motions.of_body(is_free), handle.shapes(), rotation, bool(handle.tracked)))
-    return interactive_marker(handle.name, handle.frame, handle.pose, CONTROL_SCALE * handle.size, parts)
+    parts.append(body(motions.of_body(is_free), handle.shapes(), rotation, bool(handle.tracked), motions.is_button))
+    return interactive_marker(handle.name, handle.frame, handle.pose, max(size, CONTROL_SCALE * handle.size), parts)
 
 
 def interactive_marker(
@@ -68,6 +69,7 @@ def body(
     shapes: List[Marker],
     turned: Sequence[float] = IDENTITY,
     has_menu: bool = True,
+    is_button: bool = False,
 ) -> InteractiveMarkerControl:
     """Shapes to grab.
 
@@ -76,8 +78,11 @@ def body(
         shapes: Markers whose poses are relative to the interactive marker.
         turned: the rotation of the interactive marker against the frame that the axes belong to.
         has_menu: whether a right click opens the menu even where no axis is movable.
+        is_button: whether a left click is not to open the menu then.
     """
-    mode = InteractiveMarkerControl.MENU if has_menu else InteractiveMarkerControl.NONE
+    mode = InteractiveMarkerControl.NONE
+    if has_menu:
+        mode = InteractiveMarkerControl.BUTTON if is_button else InteractiveMarkerControl.MENU
     rotation: Rotation = IDENTITY
     if len(axes) == 1:
         mode, rotation = InteractiveMarkerControl.MOVE_AXIS, product(inverse(turned), ONTO_AXIS[axes[0]])

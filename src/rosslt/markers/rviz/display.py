@@ -17,6 +17,7 @@ from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Handle, Motions
+from rosslt.markers.scene.selection import Selection
 from rosslt.markers.scene.shapes import pose_tuple
 
 
@@ -27,12 +28,14 @@ class Display(Follower):
         server: a `Server`, which nobody else uses.
         offers: what is shown, and what hands can do.
         notes: the texts beside handles.
+        selection: which handles are drawn with arrows and rings.
+        handle_size: the size of arrows and rings, in metres; they are larger around larger things.
     """
 
-    def __init__(self, server: Server, offers: Offers, notes: Notes) -> None:
-        super().__init__(offers.scene, offers.descriptions)
-        self._server, self._drags, self._notes = server, offers.drags, notes
-        self._menus = Menus(offers, self.redraw, self.free)
+    def __init__(self, server: Server, offers: Offers, notes: Notes, selection: Selection, handle_size: float) -> None:
+        super().__init__(offers.scene, offers.descriptions, selection)
+        self._server, self._drags, self._notes, self._handle_size = server, offers.drags, notes, handle_size
+        self._menus = Menus(offers, self.redraw, self.free, selection)
         self._is_over = False
 
     def extra(self, handle: Handle) -> Optional[Menu]:
@@ -47,7 +50,7 @@ class Display(Follower):
 
     def draw(self, handle: Handle, motions: Motions) -> None:
         """Insert the interactive marker of a handle."""
-        marker = controls.handle_marker(handle, motions, handle.name in self.free)
+        marker = controls.handle_marker(handle, motions, handle.name in self.free, self._handle_size)
         self._server.insert(marker, self._feedback)
         menu = self._shown[handle.name].drawing[2]
         if menu is not None:
@@ -85,8 +88,11 @@ class Display(Follower):
         frame, pose = feedback.header.frame_id, pose_tuple(feedback.pose)
         if event == Feedback.MOUSE_DOWN:
             handle = self._scene.handle(name)
-            if not self._drags.hold(name, hand, frame, pose) and handle is not None:
-                self._scene.say(handle, HELD)
+            is_held = self._drags.hold(name, hand, frame, pose)  # first, so that it is not drawn anew in the hand
+            if handle is not None:
+                self.selection.thing = handle.thing
+                if not is_held:
+                    self._scene.say(handle, HELD)
         elif event == Feedback.POSE_UPDATE:
             self._drags.move(name, frame, pose, hand)
         elif event == Feedback.MOUSE_UP:

@@ -11,8 +11,10 @@ from rosslt import values
 from rosslt.markers.offers import FREE, HEADING, UNDO, Offers
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import Handle
+from rosslt.markers.scene.selection import Selection
 
 SHIFT = ' (with Shift: towards you and away)'
+SHOW_ALL = 'Show all handles'
 SOURCES = 'Sources'
 
 
@@ -23,11 +25,13 @@ class Menu(NamedTuple):
         choices: (title, source, whether it is chosen) of what drags can change; no source for the default.
         can_be_free: whether there is an entry to move the body freely.
         sources: (title, source) of those that the numbers come from.
+        shows_all: whether all handles are shown.
     """
 
     choices: List[Tuple[str, Optional[values.Source], bool]]
     can_be_free: bool
     sources: List[Tuple[str, values.Source]]
+    shows_all: bool
 
 
 class Menus:
@@ -37,10 +41,11 @@ class Menus:
         offers: the choices in them.
         redraw: has a handle drawn anew, given its name.
         free: {name of a handle} of those whose bodies move freely.
+        selection: which handles are shown.
     """
 
-    def __init__(self, offers: Offers, redraw: Callable[[str], None], free: Set[str]) -> None:
-        self._offers, self._redraw, self._free = offers, redraw, free
+    def __init__(self, offers: Offers, redraw: Callable[[str], None], free: Set[str], selection: Selection) -> None:
+        self._offers, self._redraw, self._free, self._selection = offers, redraw, free, selection
 
     def of(self, handle: Handle) -> Optional[Menu]:
         """The menu of a handle; None where nothing of it is tracked."""
@@ -52,6 +57,7 @@ class Menus:
             [(title(choice), choice.source, choice.source == chosen) for choice in choices],
             self._offers.can_be_free(handle),
             [(self._offers.descriptions.one(source), source) for source in values.sources(handle.tracked)],
+            self._selection.shows_all,
         )
 
     def add(self, server: Server, name: str, menu: Menu) -> None:
@@ -66,6 +72,8 @@ class Menus:
         if menu.can_be_free:
             entry = drawn.insert(FREE + SHIFT, callback=functools.partial(self._set_free, name))
             drawn.setCheckState(entry, MenuHandler.CHECKED if name in self._free else MenuHandler.UNCHECKED)
+        entry = drawn.insert(SHOW_ALL, callback=self._set_shows_all)
+        drawn.setCheckState(entry, MenuHandler.CHECKED if menu.shows_all else MenuHandler.UNCHECKED)
         drawn.insert(UNDO, callback=functools.partial(self._undo, name))
         where = drawn.insert(SOURCES, callback=_ignore)
         for title, source in menu.sources:
@@ -79,6 +87,9 @@ class Menus:
     def _set_free(self, name: str, _feedback: InteractiveMarkerFeedback) -> None:
         self._free ^= {name}
         self._redraw(name)
+
+    def _set_shows_all(self, _feedback: InteractiveMarkerFeedback) -> None:
+        self._selection.shows_all = not self._selection.shows_all
 
     def _undo(self, name: str, _feedback: InteractiveMarkerFeedback) -> None:
         self._offers.drags.undo(name)

@@ -16,6 +16,7 @@ from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.follower import FRAME_RATE
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
+from rosslt.markers.scene.selection import Selection
 from rosslt.markers.scene.topics import Watch
 
 #: The number of new objects after which Python's garbage collector looks for reference cycles.
@@ -35,14 +36,15 @@ def run() -> None:
         rate=_positive('~rate', Rules().rate),
         timeout=_positive('~timeout', Rules().timeout),
     )
-    notes = Notes(_positive('~text_height', 0.2))
+    notes, handle_size = Notes(_positive('~text_height', 0.2)), _positive('~handle_size', 0.5)
+    selection = Selection(_is_true('~show_all'))
     topics = _names('~topics')
 
     scene = Scene(settings)
     descriptions = Descriptions()
     drags = Drags(scene, rules, descriptions.name, node.NodeErrors().raised_since)
     offers = Offers(scene, drags, descriptions)
-    display = Display(Server(rospy.get_name()), offers, notes)
+    display = Display(Server(rospy.get_name()), offers, notes, selection, handle_size)
     Watch(scene, topics)
     rospy.on_shutdown(display.clear)
     # What the node has begun with stays, and need not be looked through again and again as messages come; nor need the
@@ -61,6 +63,13 @@ def _one_of(name: str, default: str, other: str) -> str:
     if value not in (default, other):
         raise ValueError('the parameter {} is {!r} instead of {!r} or {!r}'.format(name, value, default, other))
     return str(value)
+
+
+def _is_true(name: str) -> bool:
+    value = rospy.get_param(name, False)
+    if not isinstance(value, bool):
+        raise ValueError('the parameter {} is {!r} instead of true or false'.format(name, value))
+    return value
 
 
 def _positive(name: str, default: float) -> float:

@@ -59,7 +59,7 @@ class Notes:
         return has_changed
 
     def _drawn(self, name: str, handle: Handle, text: str) -> InteractiveMarker:
-        lines = textwrap.wrap(short_numbers(text), WIDTH, break_long_words=False)
+        lines = textwrap.wrap(short_numbers(text), WIDTH)
         if len(lines) > LINES:
             lines = lines[:LINES]
             lines[-1] += ' ...'

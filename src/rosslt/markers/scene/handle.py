@@ -7,8 +7,12 @@ from visualization_msgs.msg import Marker
 from rosslt import values
 from rosslt.markers.geometry import PoseTuple, Rotation, Vector, onto, product
 
-#: The size of arrows and rings relative to the thing that they surround: RViz begins arrows at half of that.
+#: The size of arrows and rings relative to the thing that they surround, so that they stand outside it: RViz begins
+#: arrows at half of that.
 CONTROL_SCALE = 1.5
+
+#: The levels of the handles of a thing, the outermost first.
+BODY, POINTS, SIZES = range(3)
 
 #: A flag for each of x, y and z.
 Axes = Tuple[bool, bool, bool]
@@ -55,12 +59,23 @@ class Motions(NamedTuple):
         is_in_frame: whether these are axes of the frame, or of the thing itself, as it is turned.
         arrows: which of them have arrows beside the body.
         rings: the ways to turn it, as it is turned now.
+        is_button: whether its body cannot be moved, and a click on it selects its thing.
     """
 
     axes: Axes
     is_in_frame: bool = False
     arrows: Axes = (False, False, False)
     rings: Tuple[Ring, ...] = ()
+    is_button: bool = False
+
+    @property
+    def are_any(self) -> bool:
+        """True if it can be moved or turned."""
+        return any(self.axes) or bool(self.rings)
+
+    def without_controls(self) -> 'Motions':
+        """The same with the body alone to be grabbed."""
+        return self._replace(arrows=(False, False, False), rings=(), is_button=not any(self.axes))
 
     def of_body(self, is_free: bool) -> List[int]:
         """The axes that a grabbed body moves along: 0, 1 and 2 for x, y and z.
@@ -77,6 +92,9 @@ class Motions(NamedTuple):
 #: Tells of a tracked value whether it has a source that takes changes.
 CanChange = Callable[[Any], bool]
 
+#: Tells of a source how willingly it is changed if several could be: 0 first.
+RankOf = Callable[[values.Source], int]
+
 
 class Handle:
     """Something that can be dragged. It is made anew of every message, so that its values have their latest provenance.
@@ -90,12 +108,16 @@ class Handle:
         numbers: those that a drag can change, as far as they are tracked.
         shapes: makes the Markers to grab, posed relative to the handle.
         rank: of several handles that would stand on one thing, those of the lowest rank stay.
+        thing: the name of the thing that it is a part of; by default it is a thing by itself.
 
     Attributes:
         tracked: the tracked values that a drag can change.
     """
 
-    __slots__ = ('draw_key', 'frame', 'name', 'pose', 'rank', 'shapes', 'size', 'tracked')
+    __slots__ = ('draw_key', 'frame', 'name', 'pose', 'rank', 'shapes', 'size', 'thing', 'tracked')
+
+    #: Whether it is the body of its thing, or one of its points or sizes.
+    level = BODY
 
     #: The tracked or plain x, y and z where it stands, in its frame; None where it is no position.
     position: Optional[Tuple[Any, ...]] = None
@@ -110,8 +132,10 @@ class Handle:
         numbers: Iterable[Any],
         shapes: Callable[[], List[Marker]],
         rank: int = 0,
+        thing: str = '',
     ) -> None:
         self.name, self.frame, self.pose, self.size, self.draw_key, self.rank = name, frame, pose, size, draw_key, rank
+        self.thing = thing or name
         self.tracked, self.shapes = [value for value in numbers if has_source(value)], shapes
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
@@ -146,8 +170,13 @@ class Handle:
         """
         return targets, ''
 
-    def motions(self, can_change: CanChange) -> Motions:
-        """The ways in which it can be moved, given which sources take changes."""
+    def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
+        """The ways in which it can be moved.
+
+        Args:
+            can_change: tells which sources take changes.
+            rank_of: given if numbers that only fill their fields are to give way, as `fillers` says.
+        """
         raise NotImplementedError
 
 

@@ -16,9 +16,12 @@ from rosslt.markers.geometry import (
     normalized,
     rotate_vector,
 )
-from rosslt.markers.scene.handle import Axes, CanChange, Handle, Motions, has_source
+from rosslt.markers.scene.fillers import fills
+from rosslt.markers.scene.handle import POINTS, SIZES, Axes, CanChange, Handle, Motions, RankOf, has_source
 from rosslt.markers.scene.rotations import rings_of
 from rosslt.markers.scene.shapes import AXIS_COLORS, cube, pose_tuple, sphere
+
+ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 #: The smallest size of a scaled thing that a drag can ask for, in metres: RViz draws nothing of size zero.
 SMALLEST_SCALE = 1e-3
@@ -49,9 +52,11 @@ class PoseHandle(Handle):
         has_arrows: False where the shapes alone are to be grabbed, as there are many of their kind.
         is_planar: whether it moves in x and y and turns around z only.
         rank: as that of a Handle.
+        has_points: whether the thing has tracked points, which move it as well.
+        shows_turns: False if it looks alike however it is turned.
     """
 
-    __slots__ = ('_has_arrows', '_is_planar', '_orientation', 'position')
+    __slots__ = ('_fills', '_has_arrows', '_is_planar', '_orientation', 'position')
     position: Tuple[Any, ...]
 
     def __init__(
@@ -65,6 +70,8 @@ class PoseHandle(Handle):
         has_arrows: bool = True,
         is_planar: bool = False,
         rank: int = 0,
+        has_points: bool = False,
+        shows_turns: bool = True,
     ) -> None:
         numbers = pose_tuple(pose)
         self.position, self._orientation = numbers[:3], numbers[3:]
@@ -72,8 +79,13 @@ class PoseHandle(Handle):
         x, y, z = map(float, self.position)
         x_moves, y_moves, z_moves = map(has_source, self.position)
         movable = (x_moves, y_moves, z_moves)
+        self._fills = (
+            has_points and fills(self.position, ORIGIN),
+            (has_points or not shows_turns) and fills(self._orientation, IDENTITY),
+        )
         draw_key = (
             movable,
+            self._fills,
             tuple(map(has_source, self._orientation)),
             _body_direction(movable, rotation),
             frame,
@@ -93,11 +105,17 @@ class PoseHandle(Handle):
             pairs.extend(zip(self._orientation, (factor * part for part in pose[3:])))
         return _tracked_targets(pairs)
 
-    def motions(self, can_change: CanChange) -> Motions:
+    def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
         """The ways in which it can be moved."""
-        movable = movable_axes(self.position, can_change)
-        turnable = [part if has_source(part) and can_change(part) else float(part) for part in self._orientation]
-        rings = rings_of(turnable)
+        position, orientation = self.position, self._orientation
+        if rank_of is not None:
+            position, orientation = (
+                tuple(map(float, numbers)) if fills_only else numbers
+                for numbers, fills_only in zip((position, orientation), self._fills)
+            )
+        movable = movable_axes(position, can_change)
+        turnable = [part if has_source(part) and can_change(part) else float(part) for part in orientation]
+        rings = rings_of(turnable, rank_of)
         if self._is_planar:
             movable = (movable[0], movable[1], False)
             upright = {ring: rotate_vector(ring.orientation(self.pose[3:]), AXES[0]) for ring in rings}
@@ -116,9 +134,11 @@ class PointHandle(Handle):
         size: the diameter of the sphere, in metres.
         color: the color of the sphere, (red, green, blue).
         is_planar, rank: as those of a PoseHandle.
+        thing: as that of a Handle.
     """
 
     __slots__ = ('_base', '_is_planar', '_point')
+    level = POINTS
 
     def __init__(
         self,
@@ -130,13 +150,14 @@ class PointHandle(Handle):
         color: Vector,
         is_planar: bool = False,
         rank: int = 1,
+        thing: str = '',
     ) -> None:
         self._base, self._is_planar = pose, is_planar
         self._point: Tuple[Any, ...] = (point.x, point.y, point.z)
         x, y, z = rotate_vector(pose[3:], tuple(map(float, self._point)))
         draw_key = tuple(map(has_source, self._point)), frame, size, color
         there = pose[0] + x, pose[1] + y, pose[2] + z, *pose[3:]
-        super().__init__(name, frame, there, size, draw_key, self._point, lambda: [sphere(size, color)], rank)
+        super().__init__(name, frame, there, size, draw_key, self._point, lambda: [sphere(size, color)], rank, thing)
 
     @property
     def position(self) -> Optional[Tuple[Any, ...]]:  # type: ignore[override]
@@ -150,8 +171,9 @@ class PointHandle(Handle):
         local = rotate_vector(inverse(self._base[3:]), offset)
         return _tracked_targets(zip(self._point, local[: 2 if self._is_planar else 3]))
 
-    def motions(self, can_change: CanChange) -> Motions:
+    def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
         """The ways in which it can be moved: along the axes of the thing."""
+        del rank_of
         x, y, z = movable_axes(self._point, can_change)
         return Motions((x, y, z and not self._is_planar))
 
@@ -167,9 +189,11 @@ class ScaleHandle(Handle):
         reach: how far out the handle stands for each metre of the size: 0.5 where the thing grows both ways.
         scale: the size itself.
         size: the side of the cube, in metres.
+        thing: as that of a Handle.
     """
 
     __slots__ = ('_axis', '_direction', '_reach', '_scale', '_start')
+    level = SIZES
 
     def __init__(
         self,
@@ -181,6 +205,7 @@ class ScaleHandle(Handle):
         reach: float,
         scale: Any,
         size: float,
+        thing: str = '',
     ) -> None:
         rotation = pose[3:]
         self._start = tuple(a + b for a, b in zip(pose, rotate_vector(rotation, start)))
@@ -189,7 +214,8 @@ class ScaleHandle(Handle):
         out = reach * float(scale)
         x, y, z = (a + out * b for a, b in zip(self._start, self._direction))
         draw_key, color = (axis, frame, size), AXIS_COLORS[axis]
-        super().__init__(name, frame, (x, y, z, *rotation), size, draw_key, [scale], lambda: [cube(size, color)])
+        place = x, y, z, *rotation
+        super().__init__(name, frame, place, size, draw_key, [scale], lambda: [cube(size, color)], thing=thing)
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The target of a drag to a pose; a size moves along its axis, and no other way."""
@@ -199,8 +225,9 @@ class ScaleHandle(Handle):
         side = math.copysign(1.0, self._scale)
         return [self._scale], [side * max(side * out / self._reach, SMALLEST_SCALE)]
 
-    def motions(self, can_change: CanChange) -> Motions:
+    def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
         """The ways in which it can be moved: along its axis of the thing."""
+        del rank_of
         is_free = can_change(self._scale)
         return Motions((is_free and self._axis == 0, is_free and self._axis == 1, is_free and self._axis == 2))
 

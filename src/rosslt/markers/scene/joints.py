@@ -22,7 +22,7 @@ from rosslt.markers.geometry import (
     product,
     rotate_vector,
 )
-from rosslt.markers.scene.handle import CanChange, Handle, Motions, Ring, Settings, has_source
+from rosslt.markers.scene.handle import CanChange, Handle, Motions, RankOf, Ring, Settings, has_source
 from rosslt.markers.scene.marker import COLOR
 from rosslt.markers.scene.shapes import sphere
 
@@ -83,8 +83,9 @@ class JointHandle(Handle):
         where = 'at' if values.is_same(kept, limit) else 'beyond'
         return [kept], f'{joint.name} is {where} its {word} {limit!r} in robot_description'
 
-    def motions(self, can_change: CanChange) -> Motions:
+    def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
         """A ring around its axis, or a way along it."""
+        del rank_of
         is_free = can_change(self._value)
         if self._joint.is_turning:
             return Motions((False, False, False), rings=(Ring('joint', self._axis),) if is_free else ())

@@ -13,7 +13,7 @@ from rosslt import values
 from rosslt.markers.geometry import PoseTuple, Vector, distance
 from rosslt.markers.scene.handle import Handle, Settings, has_source
 from rosslt.markers.scene.handles import PointHandle, PoseHandle, ScaleHandle
-from rosslt.markers.scene.shapes import plain_pose, pose_tuple
+from rosslt.markers.scene.shapes import plain_pose, pose_tuple, sphere
 
 #: The size of handles on things without a size of their own, in metres.
 SIZE = 0.5
@@ -70,12 +70,14 @@ def marker_handles(topic: str, marker: Marker, is_shown: bool, settings: Setting
                 marker_shape_key(marker),
                 lambda: [marker_shape(marker, is_shown)],
                 is_planar=settings.is_planar,
+                has_points=bool(points),
+                shows_turns=shows_turns(marker),
             )
         )
     if points:
         color, diameter = handle_color(marker), point_size(marker)
         handles.extend(
-            PointHandle(f'{name}:points[{index}]', frame, place, point, diameter, color, settings.is_planar)
+            PointHandle(f'{name}:points[{index}]', frame, place, point, diameter, color, settings.is_planar, thing=name)
             for index, point in points
         )
     if can_be_scaled:
@@ -92,11 +94,18 @@ def scale_handles(
         if has_source(value):
             out = scale_reach(marker, has_points, axis)
             if out:
-                start = (0.0, 0.0, 0.0)
-                if has_points and marker.points and marker.type != Marker.TRIANGLE_LIST:
-                    first = marker.points[0]
-                    start = (float(first.x), float(first.y), float(first.z))
-                yield ScaleHandle('{}:scale.{}'.format(name, field), frame, place, start, axis, out, value, 0.15 * size)
+                part, start = '{}:scale.{}'.format(name, field), scale_start(marker, has_points)
+                side = min(0.15 * size, point_size(marker)) if has_points and marker.points else 0.15 * size
+                yield ScaleHandle(part, frame, place, start, axis, out, value, side, name)
+
+
+def scale_start(marker: Marker, has_points: bool) -> Vector:
+    """Where the sizes of a marker are measured from, in its own coordinates: on no ball of a line or an arrow."""
+    if not has_points or marker.type == Marker.TRIANGLE_LIST:
+        return 0.0, 0.0, 0.0
+    ends = marker.points[:1] if marker.type in BODIES_AT_POINTS or marker.type == Marker.POINTS else marker.points[:2]
+    x, y, z = (sum(float(getattr(end, axis)) for end in ends) / max(len(ends), 1) for axis in 'xyz')
+    return x, y, z
 
 
 def scale_reach(marker: Marker, has_points: bool, axis: int) -> float:
@@ -139,9 +148,18 @@ def point_size(marker: Marker) -> float:
         size = float('%.2g' % (0.06 * extent(marker)))
     elif marker.type == Marker.ARROW:
         size = 1.2 * max(float(scale.x), float(scale.y))
+        length = float('%.2g' % extent(marker))
+        size = min(size, length or size)  # the balls on both ends of a short arrow touch each other, and no more
     elif marker.type == Marker.POINTS:
         size = 1.5 * max(float(scale.x), float(scale.y))
     return size if size > 0.0 else 0.1 * SIZE
+
+
+def shows_turns(marker: Marker) -> bool:
+    """False for a marker that looks alike however it is turned: a text, which faces the eye, and a ball."""
+    scale = marker.scale
+    is_ball = marker.type == Marker.SPHERE and scale.x == scale.y == scale.z
+    return not is_ball and marker.type != Marker.TEXT_VIEW_FACING
 
 
 def extent(marker: Marker) -> float:
@@ -183,7 +201,12 @@ def marker_shape(marker: Marker, is_shown: bool) -> Marker:
     place = type(shape.pose)()
     place.orientation.w = 1.0
     shape.pose = place
-    if is_shown:
+    if is_shown and shape.type == Marker.TEXT_VIEW_FACING:
+        # A text faces the eye wherever it is: so does a ball, and it is not read twice.
+        height = max(OVERLAP * float(marker.scale.z), float(marker.scale.z) + LEAST_OVERLAP)
+        color = shape.color
+        shape = sphere(height, (color.r, color.g, color.b), OVERLAY_ALPHA * color.a)
+    elif is_shown:
         # The scale of these two is a factor, not a size.
         least = 0.0 if marker.type in (Marker.MESH_RESOURCE, Marker.TRIANGLE_LIST) else LEAST_OVERLAP
         for axis in 'xyz':

@@ -1,17 +1,18 @@
 """The ways in which the sources of a quaternion can turn it."""
 
 import math
-from typing import Any, Dict, Iterator, List, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 from rosslt import values
 from rosslt.markers.geometry import AXES, Vector, inverse, normalized, product, rotate_vector
-from rosslt.markers.scene.handle import Ring
+from rosslt.markers.scene.fillers import without_fillers
+from rosslt.markers.scene.handle import RankOf, Ring
 
 #: Rates, and lengths of directions, below this are treated as 0.
 SMALL = 1e-6
 
 
-def rings_of(orientation: Sequence[Any]) -> Tuple[Ring, ...]:
+def rings_of(orientation: Sequence[Any], rank_of: Optional[RankOf] = None) -> Tuple[Ring, ...]:
     """A ring for each independent way in which the sources of a quaternion turn it at present.
 
     Axes of the frame come first, then those of the thing, both as far as the sources turn it around them; then the
@@ -19,8 +20,12 @@ def rings_of(orientation: Sequence[Any]) -> Tuple[Ring, ...]:
 
     Args:
         orientation: x, y, z and w, tracked or not.
+        rank_of: as of `Handle.motions`.
     """
-    spins, turned_around, taken = list(_spins(orientation).values()), _Span(), _Span()
+    by_source = _spins(orientation)
+    if rank_of is not None:
+        by_source = without_fillers(by_source, values.source_values(list(orientation)), rank_of)
+    spins, turned_around, taken = list(by_source.values()), _Span(), _Span()
     count = sum([turned_around.add(spin) for spin in spins])
     rings: List[Ring] = []
     for ring, axis in _candidates(orientation, spins):

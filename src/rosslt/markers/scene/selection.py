@@ -1,0 +1,79 @@
+"""Which handles a view draws, and how: the thing that was clicked has arrows and rings, others have none."""
+
+from typing import Dict, List, NamedTuple, Optional
+
+from rosslt.markers.scene.handle import BODY, SIZES, Handle, Motions
+
+#: A scene of up to so many things is drawn with all handles.
+FEW = 3
+
+
+class Selection:
+    """What is drawn of the handles of a scene.
+
+    Args:
+        shows_all: whether all handles are drawn with all controls, also those of numbers that only fill a field.
+
+    Attributes:
+        shows_all: the same.
+        thing: the name of the thing that was clicked last, '' for none.
+    """
+
+    def __init__(self, shows_all: bool) -> None:
+        self.shows_all, self.thing = shows_all, ''
+        self._things: Dict[str, Dict[str, _Part]] = {}  # by the names of things, and of their handles
+
+    @property
+    def rule(self) -> 'Rule':
+        """All that decides of handles, but for the other handles of their things."""
+        return Rule(self.shows_all, self.thing, len(self._things) <= FEW)
+
+    def put(self, handle: Handle, motions: Motions) -> List[str]:
+        """Note how a handle can be moved; gives the names of other handles that may be drawn or not by that."""
+        parts = self._things.setdefault(handle.thing, {})
+        before = _outermost(parts)
+        parts[handle.name] = _Part(handle.level, motions.are_any)
+        return [name for name in parts if name != handle.name] if _outermost(parts) != before else []
+
+    def drop(self, handle: Handle) -> List[str]:
+        """Forget a handle; gives names as of `put`."""
+        parts = self._things.get(handle.thing, {})
+        before = _outermost(parts)
+        parts.pop(handle.name, None)
+        if not parts:
+            self._things.pop(handle.thing, None)
+        return list(parts) if _outermost(parts) != before else []
+
+    def drawn(self, handle: Handle, motions: Motions) -> Optional[Motions]:
+        """The motions that a handle is drawn with; None if it is not drawn.
+
+        Of a thing that is not selected, what it can be grabbed by is drawn: its body alone, or its points if the body
+        cannot be moved; its sizes if it has neither.
+        """
+        shows_all, thing, are_few = self.rule
+        if shows_all or are_few or handle.thing == thing:
+            return motions
+        if handle.level > _outermost(self._things[handle.thing]):
+            return None
+        return motions.without_controls()
+
+
+class Rule(NamedTuple):
+    """Attributes: shows_all, thing: as of Selection; are_few: whether there are so few things that all show all."""
+
+    shows_all: bool
+    thing: str
+    are_few: bool
+
+
+class _Part(NamedTuple):
+    """A handle of a thing: its level, and whether it can be moved."""
+
+    level: int
+    can_move: bool
+
+
+def _outermost(parts: Dict[str, _Part]) -> int:
+    """The level of the body if it can be moved, else of points that can; else the lowest one that there is."""
+    grabbed = [part.level for part in parts.values() if part.can_move and part.level < SIZES]
+    return min(grabbed or [part.level for part in parts.values()], default=BODY)

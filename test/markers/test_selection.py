@@ -1,0 +1,374 @@
+"""Which handles RViz is shown: all of the thing that was clicked, and of others what they can be grabbed by."""
+
+import threading
+
+import pytest
+from geometry_msgs.msg import Point, Quaternion
+from visualization_msgs.msg import InteractiveMarkerControl, InteractiveMarkerFeedback, Marker
+
+from rosslt import math, values
+from rosslt.markers.drags.scene_drags import Drags
+from rosslt.markers.offers import Offers
+from rosslt.markers.rviz.display import Display
+from rosslt.markers.rviz.notes import Notes
+from rosslt.markers.scene.handle import Settings
+from rosslt.markers.scene.scene import Scene
+from rosslt.markers.scene.selection import FEW, Selection
+
+HANDLE_SIZE = 0.5
+
+
+class Drawn:
+    """A server that keeps what RViz would show.
+
+    Attributes:
+        markers: {name: interactive marker}.
+        inserted: the names of those that were inserted.
+        menus: {name: the function that is told what was chosen in its menu}.
+    """
+
+    mutex = threading.RLock()
+
+    def __init__(self):
+        self.markers, self.inserted, self.menus = {}, [], {}
+
+    def insert(self, marker, function, event=None):
+        self.markers[marker.name] = marker
+        if event == InteractiveMarkerFeedback.MENU_SELECT:
+            self.menus[marker.name] = function
+        else:
+            self.inserted.append(marker.name)
+
+    def get(self, name):
+        return self.markers[name]
+
+    def erase(self, name):
+        del self.markers[name]
+
+    def setPose(self, _name, _pose):  # noqa: N802
+        pass
+
+    def applyChanges(self):  # noqa: N802
+        pass
+
+
+class Known:
+    """All sources, as taking changes but for those of /fixed; those of an odd number were named by nobody."""
+
+    version = 0
+
+    def can_change(self, value):
+        return all(source.node != '/fixed' for source in values.sources(value))
+
+    def fixed(self, _sources):
+        return ()
+
+    def one(self, _source):
+        return 'a source'
+
+    def look_up(self, _sources):
+        pass
+
+    def rank(self, source):
+        return source.location_id % 2
+
+
+class Hands(Drags):
+    """Hands that change no source: a thing that is let go is where it was."""
+
+    def __init__(self, scene):
+        self._scene, self.chosen = scene, {}
+
+    def hold(self, name, *_):
+        self._scene.hold(name)
+        return True
+
+    def release(self, name, *_):
+        self._scene.let_go(name)
+        return True
+
+
+class View:
+    """A scene in RViz.
+
+    Attributes:
+        server: what RViz shows.
+    """
+
+    def __init__(self, shows_all=False):
+        self.server, scene = Drawn(), Scene(Settings())
+        self.selection = Selection(shows_all)
+        self._scene, self._offers = scene, Offers(scene, Hands(scene), Known())
+        self.display = Display(self.server, self._offers, Notes(0.2), self.selection, HANDLE_SIZE)
+
+    def take(self, *markers):
+        for marker in markers:
+            marker._connection_header = {}
+            self._scene.take('/topic', marker, True)
+        self.display.apply()
+
+    def report(self, name, event):
+        feedback = InteractiveMarkerFeedback(marker_name='/topic:' + name, event_type=event, client_id='rviz')
+        self.display._feedback(feedback)
+        self.display.apply()
+
+    def click(self, name):
+        self.report(name, InteractiveMarkerFeedback.MOUSE_DOWN)
+        self.report(name, InteractiveMarkerFeedback.MOUSE_UP)
+
+    def controls(self, name):
+        return {control.name: control for control in self.server.markers['/topic:' + name].controls}
+
+    def names(self):
+        return {name[len('/topic:') :] for name in self.server.markers}
+
+    def with_arrows(self):
+        """The names of the markers that are drawn with more than their bodies."""
+        return {name for name in self.names() if set(self.controls(name)) != {'body'}}
+
+
+def tracked(value, number=2):
+    return values.track(float(value), values.Source('/owner', number))
+
+
+def marker(name, kind=Marker.CUBE, size=0.2):
+    result = Marker(ns=name, type=kind)
+    result.header.frame_id = 'world'
+    result.pose.orientation.w = 1.0
+    result.scale.x = result.scale.y = result.scale.z = size
+    return result
+
+
+def cubes(count):
+    """Cubes that move in x and y, and turn."""
+    made = []
+    for index in range(count):
+        cube = marker(f'cube{index}')
+        cube.pose.position.x, cube.pose.position.y = tracked(index, 10 * index), tracked(0, 10 * index + 2)
+        angle = tracked(0.3, 10 * index + 4)
+        cube.pose.orientation.z, cube.pose.orientation.w = math.sin(angle / 2), math.cos(angle / 2)
+        made.append(cube)
+    return made
+
+
+@pytest.fixture
+def crowd():
+    view = View()
+    view.take(*cubes(FEW + 1))
+    return view
+
+
+def test_few_things_have_all_their_handles():
+    view = View()
+    view.take(*cubes(FEW))
+    assert view.with_arrows() == view.names()
+
+
+def test_many_things_have_bodies_alone_which_can_be_grabbed(crowd):
+    assert len(crowd.names()) == FEW + 1
+    assert not crowd.with_arrows()
+    assert crowd.controls('cube0:0')['body'].interaction_mode == InteractiveMarkerControl.MOVE_PLANE
+    assert sorted(crowd.server.inserted) == sorted(crowd.server.markers), 'each was drawn once'
+
+
+def test_the_thing_that_was_clicked_has_its_arrows_and_rings_alone(crowd):
+    crowd.click('cube1:0')
+    assert crowd.with_arrows() == {'cube1:0'}
+    assert set(crowd.controls('cube1:0')) == {'move_x', 'move_y', 'rotate_z', 'body'}
+    crowd.click('cube3:0')
+    assert crowd.with_arrows() == {'cube3:0'}
+
+
+def test_what_a_hand_holds_is_drawn_anew_after_it_is_released(crowd):
+    crowd.click('cube1:0')
+    crowd.report('cube2:0', InteractiveMarkerFeedback.MOUSE_DOWN)
+    assert crowd.with_arrows() == set(), 'the one before has lost them, and the one that is held is left alone'
+    assert crowd.server.inserted.count('/topic:cube2:0') == 1
+    crowd.report('cube2:0', InteractiveMarkerFeedback.MOUSE_UP)
+    assert crowd.with_arrows() == {'cube2:0'}
+
+
+def test_a_body_that_can_only_be_turned_is_clicked_without_opening_its_menu():
+    view = View()
+    turning = marker('turning')
+    turning.pose.orientation.z = tracked(0.3)
+    view.take(turning, *cubes(FEW))
+    assert view.controls('turning:0')['body'].interaction_mode == InteractiveMarkerControl.BUTTON
+    view.click('turning:0')
+    assert set(view.controls('turning:0')) == {'rotate_z', 'body'}
+    assert view.controls('turning:0')['body'].interaction_mode == InteractiveMarkerControl.MENU
+
+
+def test_things_that_come_and_go_are_counted(crowd):
+    gone = marker('cube0')
+    gone.action = Marker.DELETE
+    crowd.take(gone)
+    assert crowd.with_arrows() == crowd.names() == {'cube1:0', 'cube2:0', 'cube3:0'}
+    crowd.take(*cubes(1))
+    assert not crowd.with_arrows()
+
+
+def test_sizes_are_drawn_if_the_thing_was_clicked_or_has_nothing_else():
+    scaled, only_scaled = marker('scaled'), marker('only_scaled')
+    scaled.pose.position.x, scaled.scale.x, only_scaled.scale.x = tracked(1.0), tracked(0.2), tracked(0.2)
+    view = View()
+    view.take(scaled, only_scaled, *cubes(FEW))
+    assert {name for name in view.names() if 'cube' not in name} == {'scaled:0', 'only_scaled:0:scale.x'}
+    view.click('scaled:0')
+    assert 'scaled:0:scale.x' in view.names()
+    view.click('cube0:0')
+    assert 'scaled:0:scale.x' not in view.names()
+
+
+def test_sizes_of_a_thing_that_nothing_else_moves_are_drawn_after_a_click_on_its_body():
+    """The points of a line may give way to markers that stand on them."""
+    line = marker('line', Marker.LINE_STRIP, size=0.1)
+    line.pose.position.x, line.scale.x = values.track(1.0, values.Source('/fixed', 2)), tracked(0.1)
+    view = View()
+    view.take(line, *cubes(FEW))
+    assert {name for name in view.names() if 'line' in name} == {'line:0'}
+    view.click('line:0')
+    assert {name for name in view.names() if 'line' in name} == {'line:0', 'line:0:scale.x'}
+
+
+def strip(name, position=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0)):
+    """A line through two tracked points, with a tracked pose."""
+    result = marker(name, Marker.LINE_STRIP, size=0.1)
+    result.points = [Point(tracked(3, 100), 1.0, 0.0), Point(tracked(4, 102), 1.0, 0.0)]
+    result.pose.position = Point(*[tracked(part, 110 + 2 * index) for index, part in enumerate(position)])
+    result.pose.orientation = Quaternion(*[tracked(part, 120 + 2 * index) for index, part in enumerate(orientation)])
+    return result
+
+
+def test_points_are_drawn_if_they_are_what_the_thing_can_be_grabbed_by():
+    view = View()
+    view.take(strip('line'), strip('moved', position=(1.0, 0.0, 0.0)), *cubes(FEW))
+    assert {name for name in view.names() if 'points' in name} == {'line:0:points[0]', 'line:0:points[1]'}
+    assert view.controls('line:0')['body'].interaction_mode == InteractiveMarkerControl.BUTTON
+    view.click('moved:0')
+    assert {'moved:0', 'moved:0:points[0]', 'moved:0:points[1]', 'line:0:points[0]'} <= view.names()
+    assert 'move_x' in view.controls('moved:0')
+
+
+def test_a_point_that_is_clicked_selects_its_marker():
+    view = View()
+    line = strip('line')
+    line.scale.x = tracked(0.1, 104)
+    view.take(line, *cubes(FEW))
+    assert 'line:0:scale.x' not in view.names()
+    view.report('line:0:points[1]', InteractiveMarkerFeedback.MOUSE_DOWN)
+    assert 'line:0:scale.x' in view.names(), 'at once, as it is no part that a hand holds'
+
+
+@pytest.mark.parametrize(
+    ('moved', 'expected'),
+    [
+        ({}, {'body'}),
+        ({'position': (1.0, 0.0, 0.0)}, {'body', 'move_x', 'move_y', 'move_z'}),
+        ({'orientation': (0.0, 0.0, 1.0, 0.0)}, {'body', 'rotate_x', 'rotate_y', 'rotate_z'}),
+    ],
+)
+def test_a_pose_that_only_fills_its_fields_moves_no_line_that_has_tracked_points(moved, expected):
+    view = View()
+    view.take(strip('line', **moved))
+    assert set(view.controls('line:0')) == expected
+
+
+@pytest.mark.parametrize(
+    ('kind', 'height', 'rings'),
+    [
+        (Marker.TEXT_VIEW_FACING, 0.2, set()),
+        (Marker.SPHERE, 0.2, set()),
+        (Marker.SPHERE, 0.3, {'rotate_x', 'rotate_y', 'rotate_z'}),
+        (Marker.CUBE, 0.2, {'rotate_x', 'rotate_y', 'rotate_z'}),
+    ],
+)
+def test_an_orientation_of_fillers_has_rings_if_a_turn_is_seen(kind, height, rings):
+    view = View()
+    thing = marker('thing', kind)
+    thing.scale.z, thing.pose = height, strip('thing').pose
+    view.take(thing)
+    assert set(view.controls('thing:0')) == {'body', 'move_x', 'move_y', 'move_z', *rings}
+
+
+def test_a_pose_that_is_computed_is_no_filler():
+    view = View()
+    line = strip('line')
+    line.pose.position.x = tracked(1.0) - 1.0
+    view.take(line)
+    assert {'move_x', 'move_y', 'move_z'} < set(view.controls('line:0'))
+
+
+def test_a_pose_that_is_all_that_can_be_moved_keeps_its_handles():
+    view = View()
+    line = strip('line')
+    line.points = [Point(), Point(1.0, 0.0, 0.0)]
+    view.take(line)
+    assert set(view.controls('line:0')) == {'body', *[f'{way}_{axis}' for way in ('move', 'rotate') for axis in 'xyz']}
+
+
+def pan_tilt(roll):
+    """As `quaternion_from_euler(roll, tilt, pan)` computes it: pan and tilt have names, and are 0."""
+    tilt, pan = tracked(0.0, 2), tracked(0.0, 4)
+    (cr, sr), (cp, sp), (cy, sy) = [(math.cos(angle / 2), math.sin(angle / 2)) for angle in (roll, tilt, pan)]
+    result = marker('camera')
+    result.pose.orientation = Quaternion(
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+    return result
+
+
+@pytest.mark.parametrize(
+    ('roll', 'rings'),
+    [
+        (tracked(0.0, 1), {'rotate_y', 'rotate_z'}),
+        (tracked(0.1, 1), {'rotate_x', 'rotate_y', 'rotate_z'}),
+        (tracked(0.0, 6), {'rotate_x', 'rotate_y', 'rotate_z'}),
+    ],
+)
+def test_a_roll_of_0_that_nobody_named_gives_way_to_pan_and_tilt(roll, rings):
+    view = View()
+    view.take(pan_tilt(roll))
+    assert set(view.controls('camera:0')) == {'body', *rings}
+
+
+def test_the_menu_shows_all_handles_and_hides_them_again():
+    view = View()
+    line = strip('line')
+    line.scale.x = tracked(0.1, 104)
+    view.take(line, pan_tilt(tracked(0.0, 1)), *cubes(FEW))
+
+    def toggle():
+        drawn = view.server.markers['/topic:cube0:0']
+        (entry,) = [entry for entry in drawn.menu_entries if 'Show all handles' in entry.title]
+        view.server.menus[drawn.name](InteractiveMarkerFeedback(marker_name=drawn.name, menu_entry_id=entry.id))
+        view.display.apply()
+        return [entry.title for entry in view.server.markers[drawn.name].menu_entries]
+
+    before = view.names()
+    assert '[x] Show all handles' in toggle()
+    assert view.names() == before | {'line:0:scale.x'}
+    assert {'move_x', 'rotate_x'} < set(view.controls('line:0')), 'those of fillers, too'
+    assert set(view.controls('camera:0')) == {'body', 'rotate_x', 'rotate_y', 'rotate_z'}
+    assert '[ ] Show all handles' in toggle()
+    assert view.names() == before
+    assert not view.with_arrows()
+
+
+def test_all_handles_are_shown_from_the_start_if_that_is_chosen():
+    view = View(shows_all=True)
+    view.take(*cubes(FEW + 1))
+    assert view.with_arrows() == view.names()
+
+
+def test_a_text_that_rviz_shows_is_grabbed_by_a_ball():
+    text = marker('text', Marker.TEXT_VIEW_FACING, size=0.3)
+    text.text, text.pose.position.x = 'Depot', tracked(1.0)
+    view = View()
+    view.take(text)
+    (shape,) = view.controls('text:0')['body'].markers
+    assert (shape.type, shape.text) == (Marker.SPHERE, '')
+    assert shape.scale.z > 0.3, 'in front of the letters for a mouse'
