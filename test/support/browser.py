@@ -197,6 +197,20 @@ class Browser:
         """All text on the page."""
         return self.driver.find_element(By.TAG_NAME, 'body').text
 
+    def cut_off(self, selector):
+        """The texts of the elements of which a part is not shown, as they are too small or reach out of the window."""
+        return self.driver.execute_script(
+            """
+            const is_cut_off = one => {
+                const place = one.getBoundingClientRect();
+                return one.scrollWidth > one.clientWidth || one.scrollHeight > one.clientHeight
+                    || place.left < 0 || place.top < 0 || place.right > innerWidth || place.bottom > innerHeight;
+            };
+            return [...document.querySelectorAll(arguments[0])].filter(is_cut_off).map(one => one.innerText);
+            """,
+            selector,
+        )
+
     def wait_for_text(self, text):
         self.wait(lambda: text in self.text, 'the page says ' + text)
 

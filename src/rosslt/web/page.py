@@ -80,7 +80,7 @@ class Page:
         self._lock = lock = threading.RLock()
         self._frames = Frames(server, lock, fixed_frame)
         self._things = Things(server, lock, offers, self._frames, self._say)
-        self._notices, self._locations, flows = Notices(lock), Locations(lock), Flows(server, lock)
+        self._notices, self._locations, flows = Notices(server, lock), Locations(lock), Flows(server, lock)
         everything = server.gui.add_button('Data flow')
         everything.on_click(lambda event: flows.open(event.client, 'Data flow', lambda: None))
         self._plots = Plots(server, flows, descriptions)
