@@ -192,10 +192,28 @@ class Browser:
         with contextlib.suppress(TimeoutException):  # no test depends on it: it draws as fast as the processor lets it
             self.driver.save_screenshot(str(SCREENSHOTS / 'web_{}.png'.format(name)))
 
+    def screenshot(self):
+        """The red, green and blue of all pixels, from 0 to 255, row by row."""
+        return numpy.asarray(Image.open(io.BytesIO(self.driver.get_screenshot_as_png())).convert('RGB'), int)
+
     @property
     def text(self):
         """All text on the page."""
         return self.driver.find_element(By.TAG_NAME, 'body').text
+
+    def cut_off(self, selector):
+        """The texts of the elements of which a part is not shown, as they are too small or reach out of the window."""
+        return self.driver.execute_script(
+            """
+            const is_cut_off = one => {
+                const place = one.getBoundingClientRect();
+                return one.scrollWidth > one.clientWidth || one.scrollHeight > one.clientHeight
+                    || place.left < 0 || place.top < 0 || place.right > innerWidth || place.bottom > innerHeight;
+            };
+            return [...document.querySelectorAll(arguments[0])].filter(is_cut_off).map(one => one.innerText);
+            """,
+            selector,
+        )
 
     def wait_for_text(self, text):
         self.wait(lambda: text in self.text, 'the page says ' + text)
@@ -266,12 +284,12 @@ class Browser:
     def pixel(self, point):
         """Where a point of the world, (x, y, z), is on the page, as long as nobody has moved the camera."""
         rect = self.canvas().rect
-        out = numpy.subtract(FOCUS, EYE)
-        right = numpy.cross(out, (0.0, 0.0, 1.0))
-        axes = [axis / numpy.linalg.norm(axis) for axis in (right, numpy.cross(right, out), out)]
-        x, y, depth = axes @ numpy.subtract(point, EYE)
-        scale = rect['height'] / 2 / math.tan(FIELD_OF_VIEW / 2) / depth
-        return round(rect['x'] + rect['width'] / 2 + scale * x), round(rect['y'] + rect['height'] / 2 - scale * y)
+        x, y = (part / self.metres(point) for part in _seen_from_eye(point)[:2])
+        return round(rect['x'] + rect['width'] / 2 + x), round(rect['y'] + rect['height'] / 2 - y)
+
+    def metres(self, point):
+        """The width of a pixel at a point of the world."""
+        return 2 * math.tan(FIELD_OF_VIEW / 2) * _seen_from_eye(point)[2] / self.canvas().rect['height']
 
     def press(self, pixel):
         pointer = ActionChains(self.driver, duration=30).w3c_actions
@@ -339,11 +357,11 @@ class Browser:
     def _is_colorful(self, pixel, within=0):
         """Whether it is; None where the browser takes too long to say."""
         try:
-            image = Image.open(io.BytesIO(self.driver.get_screenshot_as_png())).convert('RGB')
+            image = self.screenshot()
         except TimeoutException:
             return None
         rows, columns = (slice(max(0, at - within), at + within + 1) for at in reversed(pixel))
-        colors = numpy.asarray(image, int)[rows, columns]
+        colors = image[rows, columns]
         return bool((colors.max(axis=2) - colors.min(axis=2) > GRAY).any())
 
     @staticmethod
@@ -352,3 +370,11 @@ class Browser:
         with contextlib.suppress(AssertionError):
             return wait_until(holds, 'what comes of it', EFFECT)
         return False
+
+
+def _seen_from_eye(point):
+    """How far a point of the world is to the right of the camera's axis, above it, and along it."""
+    out = numpy.subtract(FOCUS, EYE)
+    right = numpy.cross(out, (0.0, 0.0, 1.0))
+    axes = [axis / numpy.linalg.norm(axis) for axis in (right, numpy.cross(right, out), out)]
+    return axes @ numpy.subtract(point, EYE)

@@ -32,7 +32,7 @@ WALL = marker_node(
 
     def set_place(value):
         if value > 0.5:
-            raise ValueError('there is a wall')
+            raise ValueError('there is a wall, as {} says'.format('/a_long_name' * 10) + ' once more' * 40)
         place.append(value)
     """,
 )
@@ -92,5 +92,6 @@ def test_a_refused_drag_is_told_and_the_thing_goes_back(master, browser):
         browser.drag_until(
             lambda: 'there is a wall' in browser.text, lambda: (0.0, 0.0, 0.0), (1.5, 0.0, 0.0), 'the refusal is told'
         )
+        browser.wait(lambda: not browser.cut_off('[class*=Notification-]:not(button)'), 'all of the notes can be read')
         browser.picture('refused_drag')
         assert float(rosslt('get', '/wall/place').stdout) <= 0.5

@@ -59,7 +59,7 @@ def test_a_node_tells_what_its_numbers_reach(talker, browser):
 def test_a_thing_tells_the_whole_way_of_its_numbers(talker, browser):
     with Node('relay', RELAY):
         browser.wait_for_text('relay.py')
-        browser.click_at((-1.5, -1.0, 1.0), 'Where it comes from')
+        browser.click_at((-1.5, -1.0, 0.95), 'Where it comes from')
         browser.wait_for_text('/talker → /goal → /relay → /shifted')
         browser.wait_for_text('/relay → /shifted')
         browser.wait(lambda: {'radius', 'shift', '/talker', '/relay'} <= set(drawn(browser)), 'a drawing')

@@ -27,8 +27,8 @@ BOX = marker_node(
     """,
 )
 
-ARROW = 1.0  # from the middle of the box to the head of its arrow, in metres
-RING = 0.785  # from there to its arc
+ARROW = 80  # from the middle of the box to the head of its arrow, in pixels
+RING = 58  # from there to its arc
 BEGIN, TURN = math.radians(150), math.radians(35)  # where a hand takes hold of the arc, and how far it turns it
 
 
@@ -51,21 +51,23 @@ def box_at():
 
 
 def test_an_arrow_moves_a_thing_along_its_axis(first):
+    out = ARROW * first.metres((0.0, 0.0, 0.0))
     first.drag_until(
         lambda: abs(value('/box/along') - 1.0) < NEAR,
-        lambda: (value('/box/along') + ARROW, 0.0, 0.0),
-        (1.0 + ARROW, 0.0, 0.0),
+        lambda: (value('/box/along') + out, 0.0, 0.0),
+        (1.0 + out, 0.0, 0.0),
         'the arrow moves the box',
     )
     first.picture('arrow')
     assert value('/box/yaw') == 0.0
 
 
-def on_ring(angle):
-    return RING * math.cos(angle), RING * math.sin(angle), 0.0
-
-
 def test_a_ring_turns_a_thing(first):
+    out = RING * first.metres((0.0, 0.0, 0.0))
+
+    def on_ring(angle):
+        return out * math.cos(angle), out * math.sin(angle), 0.0
+
     first.drag_until(
         lambda: abs(value('/box/yaw') - TURN) < NEAR,
         lambda: on_ring(BEGIN),

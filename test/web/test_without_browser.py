@@ -50,8 +50,10 @@ for name in ('/n/width', '/n/height', 'radius'):
     print(hint(Place('/n', msg.Location(name=name, file='/n.py', line=7)), origins))
 """
 
-#: The labels of the folders of files with few and with many fields, and after more have come.
+#: The folders of files with few and with many fields, and the buttons that open them, before and after more have come
+#: and after one of these was clicked.
 FOLDERS = """
+import asyncio
 import contextlib
 from unittest import mock
 
@@ -59,19 +61,62 @@ from rosslt import msg
 from rosslt.node import Place
 from rosslt.web.location_inputs import Numbers
 
-made = []
-def add_folder(label, expand_by_default=True):
-    made.append(mock.MagicMock(label=label, expand_by_default=expand_by_default))
+folders, buttons = [], []
+def add(made, label, visible=True, **options):
+    made.append(mock.MagicMock(label=label, visible=visible))
     return made[-1]
 
 server, locations = mock.MagicMock(), mock.MagicMock()
-server.gui.add_folder = add_folder
+server.gui.add_folder = lambda *given, **options: add(folders, *given, **options)
+server.gui.add_button = lambda *given, **options: add(buttons, *given, **options)
 numbers = Numbers(server, contextlib.nullcontext(True), locations, print, print)
 few = [Place('/n', msg.Location(id=at, file='/few.py', fault='none')) for at in range(50)]
 for count in (51, 60):
     many = [Place('/n', msg.Location(id=100 + at, file='/many.py', fault='none')) for at in range(count)]
     numbers._keep_folders({'/n': few + many})
-    print([(folder.label, folder.expand_by_default) for folder in made])
+    print([(folder.label, folder.visible) for folder in folders], [button.label for button in buttons])
+((click,), _), = buttons[0].on_click.call_args_list
+asyncio.run(click(None))
+print([(folder.label, folder.visible) for folder in folders], buttons[0].remove.call_count)
+"""
+
+#: What is shown of four things, and of more, as two clients click on things, on points of them, and beside them.
+SELECTION = """
+import asyncio
+import contextlib
+from unittest import mock
+
+from rosslt.web.selection import Selection
+
+server = mock.MagicMock()
+server.gui.add_checkbox.return_value.value = False
+clients = {number: mock.MagicMock(client_id=number) for number in (1, 2)}
+server.get_clients.return_value = clients
+selection = Selection(server, contextlib.nullcontext(True))
+for things in ({'a'}, {'a', 'b', 'c'}, {'a', 'b', 'c', 'd'}):
+    print(sorted(selection.shown(things)))
+
+def anywhere(number):
+    ((clicked,), _), = clients[number].scene.on_click.return_value.call_args_list
+    asyncio.run(clicked(mock.Mock(client=clients[number], client_id=number)))
+    print(sorted(selection.shown(things)))
+
+selection.click(clients[1], 'a')
+selection.select(clients[2], 'b')
+print(sorted(selection.shown(things)))
+selection.click(clients[1], 'c')  # the browser reports it as a click anywhere, too
+anywhere(1)
+anywhere(1)
+del clients[2]
+print(sorted(selection.shown(things)))
+"""
+
+#: The names of things, and of what belongs to them.
+NAMES = """
+from rosslt.web.selection import is_size, whole
+
+for name in ('/m:a:0', '/m:a:0:points[12]', '/m:a:0:scale.x', '/path:poses[3]', '/pose'):
+    print(whole(name), is_size(name))
 """
 
 
@@ -106,10 +151,33 @@ def test_the_hint_of_a_parameter_says_where_it_is_given():
     ]
 
 
-def test_the_label_of_a_closed_folder_says_how_many_fields_are_in_it():
+def test_the_folder_of_many_fields_is_a_button_until_it_is_opened():
     few = "('/n', True), ('few.py', True)"
     assert printed(FOLDERS).split('\n') == [
         '/n',
-        f"[{few}, ('many.py: 51 numbers, a click opens', False)]",
-        f"[{few}, ('many.py: 60 numbers, a click opens', False)]",
+        f"[{few}, ('many.py', False)] ['many.py: show 51 numbers']",
+        f"[{few}, ('many.py', False)] ['many.py: show 60 numbers']",
+        f"[{few}, ('many.py', True)] 1",
+    ]
+
+
+def test_each_visitor_selects_a_thing_and_all_are_shown():
+    assert printed(SELECTION).split('\n') == [
+        "['a']",
+        "['a', 'b', 'c']",
+        '[]',
+        "['a', 'b']",
+        "['b', 'c']",
+        "['b']",
+        '[]',
+    ]
+
+
+def test_points_and_sizes_belong_to_their_marker():
+    assert printed(NAMES).split('\n') == [
+        '/m:a:0 False',
+        '/m:a:0 False',
+        '/m:a:0 True',
+        '/path:poses[3] False',
+        '/pose False',
     ]

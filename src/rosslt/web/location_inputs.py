@@ -68,6 +68,7 @@ class Numbers:
         self._server, self._lock, self._locations = server, lock, locations
         self._add_buttons, self._tell = add_buttons, tell
         self._folders: Dict[Tuple[str, ...], Any] = {}
+        self._openers: Dict[Tuple[str, ...], viser.GuiButtonHandle] = {}  # of the folders that nobody has opened yet
         self._fields: Dict[Key, Field] = {}
         self._hint = server.gui.add_markdown('Waiting for a node that has locations.')
 
@@ -95,22 +96,33 @@ class Numbers:
         # the folders of files before the folders of nodes that they are in
         for path in sorted(set(self._folders).difference(wanted), key=len, reverse=True):
             self._folders.pop(path).remove()
+            if path in self._openers:
+                self._openers.pop(path).remove()
         for path, count in wanted.items():
-            folder = self._folders.get(path)
-            if len(path) == 1:
-                if folder is None:
-                    self._folders[path] = self._server.gui.add_folder(path[0])
-                    with self._folders[path]:
-                        self._add_buttons(path[0])
-                continue
-            is_open = count <= MANY if folder is None else folder.expand_by_default
-            label = os.path.basename(path[1]) or 'parameters'
-            label = label if is_open else f'{label}: {count} numbers, a click opens'
-            if folder is None:
-                with self._folders[path[:1]]:
-                    self._folders[path] = self._server.gui.add_folder(label, expand_by_default=is_open)
-            elif folder.label != label:
-                folder.label = label
+            if path not in self._folders:
+                self._add_folder(path, count)
+            if path in self._openers and self._openers[path].label != _opening(path, count):
+                self._openers[path].label = _opening(path, count)
+
+    def _add_folder(self, path: Tuple[str, ...], count: int) -> None:
+        """Add the folder of a node, or that of a file: one with many numbers is a button until somebody opens it."""
+        gui = self._server.gui
+        if len(path) == 1:
+            self._folders[path] = gui.add_folder(path[0])
+            with self._folders[path]:
+                self._add_buttons(path[0])
+            return
+        with self._folders[path[:1]]:
+            folder = self._folders[path] = gui.add_folder(_file_name(path), visible=count <= MANY)
+            if not folder.visible:
+                opener = self._openers[path] = gui.add_button(_opening(path, count), color='gray')
+                opener.on_click(functools.partial(self._open, path))
+
+    async def _open(self, path: Tuple[str, ...], _event: viser.GuiEvent) -> None:
+        with self._lock:
+            if path in self._openers:
+                self._openers.pop(path).remove()
+                self._folders[path].visible = True
 
     def _show(self, key: Key, place: Place, order: float) -> None:
         kind, field = _kind(place), self._fields.get(key)
@@ -170,6 +182,15 @@ class Numbers:
         """Say why a value is not taken; the field goes back to the one in force."""
         self._tell(client, f'{_label(field.place)} stays {field.place.location.value}', reason)
         field.touched = -math.inf
+
+
+def _file_name(path: Tuple[str, ...]) -> str:
+    return os.path.basename(path[1]) or 'parameters'
+
+
+def _opening(path: Tuple[str, ...], count: int) -> str:
+    """The text of the button that opens the folder of a file."""
+    return f'{_file_name(path)}: show {count} numbers'
 
 
 def _kind(place: Place) -> Tuple[Any, ...]:

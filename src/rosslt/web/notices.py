@@ -8,16 +8,25 @@ import viser
 #: The duration of a notice, in seconds.
 DURATION = 6.0
 
+#: viser cuts long words and long texts off: here they have all lines that they need, and stay in the window.
+STYLE = """<style>
+.mantine-Notification-title, .mantine-Notification-description { overflow-wrap: anywhere; }
+.mantine-Notifications-notification { max-height: none !important; }
+.mantine-Notifications-root { max-width: min(20em, 100vw - 2em); max-height: calc(100vh - 2em); overflow-y: auto; }
+</style>"""
+
 
 class Notices:
     """The notices that people see: one at most of each title, as a drag says the same many times.
 
     Args:
+        server: viser's.
         lock: of the page.
     """
 
-    def __init__(self, lock: ContextManager[bool]) -> None:
+    def __init__(self, server: viser.ViserServer, lock: ContextManager[bool]) -> None:
         self._lock = lock
+        server.gui.add_html(STYLE)
         # (client, title) -> (when, text, viser's)
         self._shown: Dict[Tuple[int, str], Tuple[float, str, viser.NotificationHandle]] = {}
 

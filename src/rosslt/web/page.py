@@ -29,6 +29,7 @@ from rosslt.web.location_inputs import Numbers
 from rosslt.web.locations import Locations
 from rosslt.web.notices import Notices
 from rosslt.web.plots import Plots
+from rosslt.web.selection import Selection
 from rosslt.web.things import Things
 
 NODE = 'slt_web'
@@ -37,7 +38,7 @@ NODE = 'slt_web'
 EVERY = 6
 
 #: The light from all sides: how strong it is, in viser's unit, and the color of what comes from below.
-SKY_LIGHT, GROUND_COLOR = 1.5, (150, 150, 150)
+SKY_LIGHT, GROUND_COLOR = 2.2, (200, 200, 200)
 
 
 class Server(viser.ViserServer):
@@ -79,11 +80,11 @@ class Page:
         offers = Offers(scene, drags, descriptions)
         self._lock = lock = threading.RLock()
         self._frames = Frames(server, lock, fixed_frame)
-        self._things = Things(server, lock, offers, self._frames, self._say)
-        self._notices, self._locations, flows = Notices(lock), Locations(lock), Flows(server, lock)
+        self._notices, self._locations, flows = Notices(server, lock), Locations(lock), Flows(server, lock)
         everything = server.gui.add_button('Data flow')
         everything.on_click(lambda event: flows.open(event.client, 'Data flow', lambda: None))
         self._plots = Plots(server, flows, descriptions)
+        self._things = Things(server, lock, offers, self._frames, Selection(server, lock), self._say)
         self._things.picked = Details(offers, self._things, flows, self._plots).show
         buttons = Buttons(server, self._locations, flows, self._notices.tell)
         self._numbers = Numbers(server, lock, self._locations, buttons.add, self._notices.tell)

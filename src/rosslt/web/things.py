@@ -9,13 +9,17 @@ from urllib.parse import quote
 
 import viser
 
-from rosslt.markers import CONTROL_SCALE, HELD, Follower, Handle, Motions, Offers, mouse
+from rosslt.markers import HELD, Follower, Handle, Motions, Offers, mouse
 from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation
 from rosslt.web import drawing
 from rosslt.web.frames import Frames
+from rosslt.web.selection import Selection, is_size, whole
 
 #: What a browser reports of a hand.
 Event = Union[viser.TransformControlsEvent, viser.SceneNodeDragEvent]
+
+#: The length of an arrow, and the width of the lines of arrows and rings, in pixels: they are as large from everywhere.
+ARROW_LENGTH, LINE_WIDTH = 90.0, 3.0
 
 #: The rotation of a control that acts along, or around, the axes of the frame.
 UPRIGHT: Rotation = IDENTITY
@@ -34,6 +38,8 @@ class Thing:
         hand: the client that holds it, or None.
         start: where it was when this hand took hold of it.
         grabbed: the point of the body that it took hold of.
+        whole: the name of the thing that it is a part of, or is.
+        is_open: whether its arrows, rings or cube are drawn; None before this is decided.
     """
 
     def __init__(self, handle: Handle, motions: Motions, body: viser.FrameHandle) -> None:
@@ -43,6 +49,8 @@ class Thing:
         self.shown = self.start = handle.pose
         self.hand: Optional[int] = None
         self.grabbed: mouse.Vector = (0.0, 0.0, 0.0)
+        self.whole = whole(handle.name)
+        self.is_open: Optional[bool] = None
 
     def put(self, pose: PoseTuple, held: Optional[viser.TransformControlsHandle] = None) -> None:
         """Draw it at a pose.
@@ -57,11 +65,15 @@ class Thing:
             if part is not held:
                 part.position, part.wxyz = pose[:3], (w, x, y, z)
 
-    def remove(self) -> None:
-        """Take it away."""
-        for part in (self.arrows, *self.rings, self.body):
-            if part is not None:
-                part.remove()
+    def remove_controls(self) -> None:
+        """Take its arrows and rings away."""
+        for control in self.controls():
+            control.remove()
+        self.arrows, self.rings = None, []
+
+    def controls(self) -> List[viser.TransformControlsHandle]:
+        """viser's controls that are there."""
+        return self.rings if self.arrows is None else [self.arrows, *self.rings]
 
 
 class Things(Follower):
@@ -72,12 +84,13 @@ class Things(Follower):
         lock: of the page.
         offers: what is shown, and what hands can do.
         frames: where frames stand.
+        selection: which things show their handles.
         tell: called with (handle, text) where there is something to say of a thing to everybody, and with
             (handle, text, client) to say it to one of them.
 
     Attributes:
         lock: of the page.
-        picked: called with (client, handle) when somebody clicks on a thing.
+        picked: called with (client, handle) when somebody clicks on a thing that shows its handles.
     """
 
     def __init__(
@@ -86,14 +99,14 @@ class Things(Follower):
         lock: ContextManager[bool],
         offers: Offers,
         frames: Frames,
+        selection: Selection,
         tell: Callable[..., None],
     ) -> None:
         super().__init__(offers.scene, offers.descriptions)
         self.lock = lock
         self._server, self._frames, self._tell, self._drags = server, frames, tell, offers.drags
+        self._selection = selection
         self._things: Dict[str, Thing] = {}
-        self._is_crowded = False
-        self._clicked = ''
         self.picked: Callable[[viser.ClientHandle, Handle], None] = lambda client, handle: None
 
     def say(self, handle: Handle, text: str) -> None:
@@ -101,7 +114,7 @@ class Things(Follower):
         self._tell(handle, text)
 
     def draw(self, handle: Handle, motions: Motions) -> None:
-        """Draw a thing, and the controls that its motions ask for."""
+        """Draw a thing without its controls."""
         self.erase(handle.name)
         scene = self._server.scene
         name = '{}/{}'.format(self._frames.branch(handle.frame), quote(handle.name, safe=':[]'))
@@ -110,38 +123,43 @@ class Things(Follower):
         for index, shape in enumerate(handle.shapes()):
             for part in drawing.draw(scene, '{}/{}'.format(name, index), shape):
                 self._make_grabbable(part, thing)
-        if not self._is_crowded or handle.name == self._clicked:
-            self._add_controls(thing, name)
         thing.put(handle.pose)
 
-    def _add_controls(self, thing: Thing, name: str) -> None:
-        scene, handle, motions = self._server.scene, thing.handle, thing.motions
-        size = CONTROL_SCALE * handle.size
-        if any(motions.arrows):
-            thing.arrows = scene.add_transform_controls(
-                name + '.move', size, active_axes=motions.arrows, disable_sliders=True, disable_rotations=True
-            )
-            self._on_control(thing.arrows, handle.name)
-        for index in range(len(motions.rings)):
-            ring = scene.add_transform_controls(
-                '{}.turn{}'.format(name, index),
-                size,
-                active_axes=(False, True, True),  # viser draws an arc between two axes, around the third
-                disable_axes=True,
-                disable_sliders=True,
-            )
-            thing.rings.append(ring)
-            self._on_control(ring, handle.name)
-
     def follow(self) -> bool:
-        """Show what differs; returns whether anything did."""
-        # A browser draws each arrow and ring separately, which takes most of the time.
-        is_crowded = len(self._wanted) > drawing.MANY
-        if is_crowded != self._is_crowded:
-            self._is_crowded = is_crowded
-            for name in self._things:
-                self.redraw(name)
-        return super().follow()
+        """Show what differs, and the controls of what is selected; returns whether a thing differed."""
+        has_changed = super().follow()
+        shown = self._selection.shown({thing.whole for thing in self._things.values() if _can_move(thing)})
+        for thing in self._things.values():
+            is_open = thing.whole in shown
+            if thing.is_open != is_open and (is_open or thing.hand is None):
+                self._open(thing, is_open)
+        return has_changed
+
+    def _open(self, thing: Thing, is_open: bool) -> None:
+        """Show the controls that the motions of a thing ask for, or take them away."""
+        thing.is_open = is_open
+        if is_size(thing.handle.name):
+            thing.body.visible = is_open
+        thing.remove_controls()
+        if is_open:
+            self._add_controls(thing)
+            thing.put(thing.shown)
+
+    def _add_controls(self, thing: Thing) -> None:
+        motions, name = thing.motions, thing.body.name
+        if any(motions.arrows):
+            thing.arrows = self._control(name + '.move', active_axes=motions.arrows, disable_rotations=True)
+        for index in range(len(motions.rings)):
+            # viser draws an arc between two axes, around the third
+            ring = self._control(f'{name}.turn{index}', active_axes=(False, True, True), disable_axes=True)
+            thing.rings.append(ring)
+        for control in thing.controls():
+            self._on_control(control, thing.handle.name)
+
+    def _control(self, name: str, **options: Any) -> viser.TransformControlsHandle:
+        return self._server.scene.add_transform_controls(
+            name, ARROW_LENGTH, fixed=True, line_width=LINE_WIDTH, depth_test=False, disable_sliders=True, **options
+        )
 
     def move(self, handle: Handle) -> None:
         """Put a thing where it is now."""
@@ -154,7 +172,8 @@ class Things(Follower):
         """Take a thing away."""
         thing = self._things.pop(name, None)
         if thing is not None:
-            thing.remove()
+            thing.remove_controls()
+            thing.body.remove()
 
     def keep_held(self) -> None:
         """Say that hands that rest still hold what they hold: a browser reports a mouse only as it moves."""
@@ -175,7 +194,7 @@ class Things(Follower):
     ) -> None:
         """A hand has moved the arrows or a ring of a thing."""
         thing = self._things.get(name)
-        if thing is None or control not in (thing.arrows, *thing.rings):  # it was drawn anew
+        if thing is None or control not in thing.controls():  # it was drawn anew
             return
         if not self._has(event, thing) or event.phase == 'start':
             return
@@ -198,21 +217,14 @@ class Things(Follower):
         async def clicked(event: viser.SceneClickEvent) -> None:
             with self.lock:
                 thing = self._things.get(name)
-                self._choose(name)
-            if thing is not None:
+                self._selection.click(event.client, whole(name))
+            if thing is not None and thing.is_open:
                 asyncio.get_running_loop().run_in_executor(None, self.picked, event.client, thing.handle)
 
         if handle.tracked:
             part.on_click(clicked)
         if any(thing.motions.axes):
             part.on_drag(grabbed)
-
-    def _choose(self, name: str) -> None:
-        """A thing has been clicked: of many, it alone has arrows and rings."""
-        before, self._clicked = self._clicked, name
-        if self._is_crowded and before != name:
-            for one in (before, name):
-                self.redraw(one)
 
     def _body_moved(self, event: viser.SceneNodeDragEvent, name: str) -> None:
         """A hand has moved the body of a thing."""
@@ -238,6 +250,7 @@ class Things(Follower):
         hold = self._drags.hold
         if event.phase == 'start' and hold(thing.handle.name, str(event.client_id), thing.handle.frame, thing.shown):
             thing.hand, thing.start = event.client_id, thing.shown
+            self._selection.select(event.client, thing.whole)
         if thing.hand != event.client_id:
             self._refuse(event, thing)
         return thing.hand == event.client_id
@@ -261,6 +274,10 @@ class Things(Follower):
         if event.phase != 'end':
             self._tell(thing.handle, HELD, event.client)
         thing.put(thing.shown)
+
+
+def _can_move(thing: Thing) -> bool:
+    return any(thing.motions.axes) or bool(thing.motions.rings)
 
 
 def _rotation(pose: PoseTuple) -> Rotation:

@@ -1,0 +1,84 @@
+"""The selection: which things show their handles.
+
+Each visitor selects one thing, and all see the handles of what any of them has selected.
+"""
+
+import re
+from typing import ContextManager, Dict, Set
+
+import viser
+
+#: So many things show their handles from the start.
+FEW = 3
+
+#: The end of the name of a part of a thing, and of a part that changes a size.
+_PART = re.compile(r':(points\[\d+\]|scale\.[xyz])$')
+_SIZE = re.compile(r':scale\.[xyz]$')
+
+
+def whole(name: str) -> str:
+    """The name of the thing that has a handle of that name: a point or a size belongs to its marker."""
+    return _PART.sub('', name)
+
+
+def is_size(name: str) -> bool:
+    """True for the name of a handle that changes a size."""
+    return _SIZE.search(name) is not None
+
+
+class Selection:
+    """What is selected.
+
+    Args:
+        server: viser's.
+        lock: of the page.
+    """
+
+    def __init__(self, server: viser.ViserServer, lock: ContextManager[bool]) -> None:
+        self._server, self._lock = server, lock
+        self._selected: Dict[int, str] = {}  # by client
+        self._on_thing: Set[int] = set()  # clients whose next click anywhere is the one on a thing
+        self._all = server.gui.add_checkbox('Show all handles', False, hint='else those of what was clicked')
+
+        async def escaped(event: viser.CommandEvent) -> None:
+            if event.client is not None:
+                with lock:
+                    self._clear(event.client)
+
+        server.gui.add_command('Select nothing', hotkey='escape').on_trigger(escaped)
+
+    def shown(self, things: Set[str]) -> Set[str]:
+        """The names of the things that show their handles.
+
+        Args:
+            things: the names of all things that can be moved.
+        """
+        if self._all.value or len(things) <= FEW:
+            return things
+        clients = self._server.get_clients()
+        return {name for client, name in self._selected.items() if client in clients}
+
+    def select(self, client: viser.ClientHandle, name: str) -> None:
+        """Somebody selects a thing."""
+        if client.client_id not in self._selected:
+            # Not before: as long as viser listens to clicks anywhere, the cursor is a hand everywhere.
+            client.scene.on_click()(self._clicked_anywhere)
+        self._selected[client.client_id] = name
+
+    def click(self, client: viser.ClientHandle, name: str) -> None:
+        """Somebody clicks on a thing; viser reports this as a click anywhere, too, if it listens to such."""
+        if client.client_id in self._selected:
+            self._on_thing.add(client.client_id)
+        self.select(client, name)
+
+    async def _clicked_anywhere(self, event: viser.SceneClickEvent) -> None:
+        with self._lock:
+            if event.client_id in self._on_thing:
+                self._on_thing.remove(event.client_id)
+            else:
+                self._clear(event.client)
+
+    def _clear(self, client: viser.ClientHandle) -> None:
+        if self._selected.pop(client.client_id, None) is not None:
+            self._on_thing.discard(client.client_id)
+            client.scene.remove_click_callback()
