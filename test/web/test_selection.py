@@ -102,10 +102,9 @@ def test_a_thing_is_dragged_at_once_and_is_selected_by_that(view):
     view.press(view.pixel(OTHERS[1]))
     view.move(view.pixel(OTHERS[1]), view.pixel((-2.5, -2.0, 0.0)))
     wait_until(lambda: abs(value('/boxes/along2') + 2.5) < 0.1, 'the box follows', PATIENCE)
-    view.see(arrow(view, (-2.5, -2.0, 0.0), 0), within=5)
-    view.picture('selected_by_drag')
     view.release()
     view.see(arrow(view, (-2.5, -2.0, 0.0), 0), within=5)
+    view.picture('selected_by_drag')
     view.wait_until_gone(arrow(view, OTHERS[0], 0))
 
 

@@ -80,43 +80,41 @@ asyncio.run(click(None))
 print([(folder.label, folder.visible) for folder in folders], buttons[0].remove.call_count)
 """
 
-#: What is shown of four things, and of more, as two clients click on things, on points of them, and beside them.
-SELECTION = """
+#: What is selected as two clients click on things, and beside them.
+CLICKS = """
 import asyncio
 import contextlib
 from unittest import mock
 
-from rosslt.web.selection import Selection
+from rosslt.web.clicks import Clicks
 
 server = mock.MagicMock()
 server.gui.add_checkbox.return_value.value = False
 clients = {number: mock.MagicMock(client_id=number) for number in (1, 2)}
 server.get_clients.return_value = clients
-selection = Selection(server, contextlib.nullcontext(True))
-for things in ({'a'}, {'a', 'b', 'c'}, {'a', 'b', 'c', 'd'}):
-    print(sorted(selection.shown(things)))
+clicks = Clicks(server, contextlib.nullcontext(True))
+
+def tell():
+    clicks.update()
+    print(sorted(clicks.selection.things))
 
 def anywhere(number):
     ((clicked,), _), = clients[number].scene.on_click.return_value.call_args_list
     asyncio.run(clicked(mock.Mock(client=clients[number], client_id=number)))
-    print(sorted(selection.shown(things)))
+    tell()
 
-selection.click(clients[1], 'a')
-selection.select(clients[2], 'b')
-print(sorted(selection.shown(things)))
-selection.click(clients[1], 'c')  # the browser reports it as a click anywhere, too
+tell()
+clicks.click(clients[1], 'a')
+clicks.select(clients[2], 'b')
+tell()
+clicks.click(clients[1], 'c')  # the browser reports it as a click anywhere, too
 anywhere(1)
 anywhere(1)
 del clients[2]
-print(sorted(selection.shown(things)))
-"""
-
-#: The names of things, and of what belongs to them.
-NAMES = """
-from rosslt.web.selection import is_size, whole
-
-for name in ('/m:a:0', '/m:a:0:points[12]', '/m:a:0:scale.x', '/path:poses[3]', '/pose'):
-    print(whole(name), is_size(name))
+tell()
+server.gui.add_checkbox.return_value.value = True
+clicks.update()
+print(clicks.selection.shows_all)
 """
 
 
@@ -162,22 +160,4 @@ def test_the_folder_of_many_fields_is_a_button_until_it_is_opened():
 
 
 def test_each_visitor_selects_a_thing_and_all_are_shown():
-    assert printed(SELECTION).split('\n') == [
-        "['a']",
-        "['a', 'b', 'c']",
-        '[]',
-        "['a', 'b']",
-        "['b', 'c']",
-        "['b']",
-        '[]',
-    ]
-
-
-def test_points_and_sizes_belong_to_their_marker():
-    assert printed(NAMES).split('\n') == [
-        '/m:a:0 False',
-        '/m:a:0 False',
-        '/m:a:0 True',
-        '/path:poses[3] False',
-        '/pose False',
-    ]
+    assert printed(CLICKS).split('\n') == ['[]', "['a', 'b']", "['b', 'c']", "['b']", '[]', 'True']

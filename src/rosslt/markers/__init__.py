@@ -17,6 +17,7 @@ from rosslt.markers.rviz.node import run
 from rosslt.markers.rviz.standby import wait_for_turn
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.follower import FRAME_RATE, Follower
-from rosslt.markers.scene.handle import CONTROL_SCALE, Handle, Motions, Settings
+from rosslt.markers.scene.handle import Handle, Motions, Settings
 from rosslt.markers.scene.scene import Scene
+from rosslt.markers.scene.selection import Selection
 from rosslt.markers.scene.topics import Graph, Watch

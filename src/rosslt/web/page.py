@@ -22,6 +22,7 @@ from rosslt.markers import (
 )
 from rosslt.web.access import AccessCheck, NotServed, check_address, guarded, is_this_machine, read_password
 from rosslt.web.buttons import Buttons
+from rosslt.web.clicks import Clicks
 from rosslt.web.details import Details
 from rosslt.web.flows import Flows
 from rosslt.web.frames import Frames
@@ -29,7 +30,6 @@ from rosslt.web.location_inputs import Numbers
 from rosslt.web.locations import Locations
 from rosslt.web.notices import Notices
 from rosslt.web.plots import Plots
-from rosslt.web.selection import Selection
 from rosslt.web.things import Things
 
 NODE = 'slt_web'
@@ -84,7 +84,7 @@ class Page:
         everything = server.gui.add_button('Data flow')
         everything.on_click(lambda event: flows.open(event.client, 'Data flow', lambda: None))
         self._plots = Plots(server, flows, descriptions)
-        self._things = Things(server, lock, offers, self._frames, Selection(server, lock), self._say)
+        self._things = Things(server, lock, offers, self._frames, Clicks(server, lock), self._say)
         self._things.picked = Details(offers, self._things, flows, self._plots).show
         buttons = Buttons(server, self._locations, flows, self._notices.tell)
         self._numbers = Numbers(server, lock, self._locations, buttons.add, self._notices.tell)

@@ -12,8 +12,8 @@ import viser
 from rosslt.markers import HELD, Follower, Handle, Motions, Offers, mouse
 from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation
 from rosslt.web import drawing
+from rosslt.web.clicks import Clicks
 from rosslt.web.frames import Frames
-from rosslt.web.selection import Selection, is_size, whole
 
 #: What a browser reports of a hand.
 Event = Union[viser.TransformControlsEvent, viser.SceneNodeDragEvent]
@@ -38,8 +38,6 @@ class Thing:
         hand: the client that holds it, or None.
         start: where it was when this hand took hold of it.
         grabbed: the point of the body that it took hold of.
-        whole: the name of the thing that it is a part of, or is.
-        is_open: whether its arrows, rings or cube are drawn; None before this is decided.
     """
 
     def __init__(self, handle: Handle, motions: Motions, body: viser.FrameHandle) -> None:
@@ -49,8 +47,6 @@ class Thing:
         self.shown = self.start = handle.pose
         self.hand: Optional[int] = None
         self.grabbed: mouse.Vector = (0.0, 0.0, 0.0)
-        self.whole = whole(handle.name)
-        self.is_open: Optional[bool] = None
 
     def put(self, pose: PoseTuple, held: Optional[viser.TransformControlsHandle] = None) -> None:
         """Draw it at a pose.
@@ -65,11 +61,10 @@ class Thing:
             if part is not held:
                 part.position, part.wxyz = pose[:3], (w, x, y, z)
 
-    def remove_controls(self) -> None:
-        """Take its arrows and rings away."""
-        for control in self.controls():
-            control.remove()
-        self.arrows, self.rings = None, []
+    def remove(self) -> None:
+        """Take it away."""
+        for part in (*self.controls(), self.body):
+            part.remove()
 
     def controls(self) -> List[viser.TransformControlsHandle]:
         """viser's controls that are there."""
@@ -84,7 +79,7 @@ class Things(Follower):
         lock: of the page.
         offers: what is shown, and what hands can do.
         frames: where frames stand.
-        selection: which things show their handles.
+        clicks: what visitors have selected.
         tell: called with (handle, text) where there is something to say of a thing to everybody, and with
             (handle, text, client) to say it to one of them.
 
@@ -99,13 +94,13 @@ class Things(Follower):
         lock: ContextManager[bool],
         offers: Offers,
         frames: Frames,
-        selection: Selection,
+        clicks: Clicks,
         tell: Callable[..., None],
     ) -> None:
-        super().__init__(offers.scene, offers.descriptions)
+        super().__init__(offers.scene, offers.descriptions, clicks.selection)
         self.lock = lock
         self._server, self._frames, self._tell, self._drags = server, frames, tell, offers.drags
-        self._selection = selection
+        self._clicks = clicks
         self._things: Dict[str, Thing] = {}
         self.picked: Callable[[viser.ClientHandle, Handle], None] = lambda client, handle: None
 
@@ -114,7 +109,7 @@ class Things(Follower):
         self._tell(handle, text)
 
     def draw(self, handle: Handle, motions: Motions) -> None:
-        """Draw a thing without its controls."""
+        """Draw a thing, and the controls that its motions ask for."""
         self.erase(handle.name)
         scene = self._server.scene
         name = '{}/{}'.format(self._frames.branch(handle.frame), quote(handle.name, safe=':[]'))
@@ -123,27 +118,13 @@ class Things(Follower):
         for index, shape in enumerate(handle.shapes()):
             for part in drawing.draw(scene, '{}/{}'.format(name, index), shape):
                 self._make_grabbable(part, thing)
+        self._add_controls(thing)
         thing.put(handle.pose)
 
     def follow(self) -> bool:
-        """Show what differs, and the controls of what is selected; returns whether a thing differed."""
-        has_changed = super().follow()
-        shown = self._selection.shown({thing.whole for thing in self._things.values() if _can_move(thing)})
-        for thing in self._things.values():
-            is_open = thing.whole in shown
-            if thing.is_open != is_open and (is_open or thing.hand is None):
-                self._open(thing, is_open)
-        return has_changed
-
-    def _open(self, thing: Thing, is_open: bool) -> None:
-        """Show the controls that the motions of a thing ask for, or take them away."""
-        thing.is_open = is_open
-        if is_size(thing.handle.name):
-            thing.body.visible = is_open
-        thing.remove_controls()
-        if is_open:
-            self._add_controls(thing)
-            thing.put(thing.shown)
+        """Show what differs; returns whether anything did."""
+        self._clicks.update()
+        return super().follow()
 
     def _add_controls(self, thing: Thing) -> None:
         motions, name = thing.motions, thing.body.name
@@ -172,8 +153,7 @@ class Things(Follower):
         """Take a thing away."""
         thing = self._things.pop(name, None)
         if thing is not None:
-            thing.remove_controls()
-            thing.body.remove()
+            thing.remove()
 
     def keep_held(self) -> None:
         """Say that hands that rest still hold what they hold: a browser reports a mouse only as it moves."""
@@ -216,9 +196,9 @@ class Things(Follower):
 
         async def clicked(event: viser.SceneClickEvent) -> None:
             with self.lock:
-                thing = self._things.get(name)
-                self._selection.click(event.client, whole(name))
-            if thing is not None and thing.is_open:
+                is_open = self.selection.is_open(handle)
+                self._clicks.click(event.client, handle.thing)
+            if is_open:
                 asyncio.get_running_loop().run_in_executor(None, self.picked, event.client, thing.handle)
 
         if handle.tracked:
@@ -250,7 +230,7 @@ class Things(Follower):
         hold = self._drags.hold
         if event.phase == 'start' and hold(thing.handle.name, str(event.client_id), thing.handle.frame, thing.shown):
             thing.hand, thing.start = event.client_id, thing.shown
-            self._selection.select(event.client, thing.whole)
+            self._clicks.select(event.client, thing.handle.thing)
         if thing.hand != event.client_id:
             self._refuse(event, thing)
         return thing.hand == event.client_id
@@ -274,10 +254,6 @@ class Things(Follower):
         if event.phase != 'end':
             self._tell(thing.handle, HELD, event.client)
         thing.put(thing.shown)
-
-
-def _can_move(thing: Thing) -> bool:
-    return any(thing.motions.axes) or bool(thing.motions.rings)
 
 
 def _rotation(pose: PoseTuple) -> Rotation:

@@ -90,7 +90,7 @@ class Display(Follower):
             handle = self._scene.handle(name)
             is_held = self._drags.hold(name, hand, frame, pose)  # first, so that it is not drawn anew in the hand
             if handle is not None:
-                self.selection.thing = handle.thing
+                self.selection.things = frozenset([handle.thing])
                 if not is_held:
                     self._scene.say(handle, HELD)
         elif event == Feedback.POSE_UPDATE:

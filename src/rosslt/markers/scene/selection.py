@@ -1,6 +1,6 @@
-"""Which handles a view draws, and how: the thing that was clicked has arrows and rings, others have none."""
+"""Which handles a view draws, and how: a thing that was clicked has arrows and rings, others have none."""
 
-from typing import Dict, List, NamedTuple, Optional
+from typing import Dict, FrozenSet, List, NamedTuple, Optional
 
 from rosslt.markers.scene.handle import BODY, SIZES, Handle, Motions
 
@@ -16,17 +16,18 @@ class Selection:
 
     Attributes:
         shows_all: the same.
-        thing: the name of the thing that was clicked last, '' for none.
+        things: the names of those that were clicked last: one, or one for each of several people.
     """
 
     def __init__(self, shows_all: bool) -> None:
-        self.shows_all, self.thing = shows_all, ''
+        self.shows_all = shows_all
+        self.things: FrozenSet[str] = frozenset()
         self._things: Dict[str, Dict[str, _Part]] = {}  # by the names of things, and of their handles
 
     @property
     def rule(self) -> 'Rule':
         """All that decides of handles, but for the other handles of their things."""
-        return Rule(self.shows_all, self.thing, len(self._things) <= FEW)
+        return Rule(self.shows_all, self.things, len(self._things) <= FEW)
 
     def put(self, handle: Handle, motions: Motions) -> List[str]:
         """Note how a handle can be moved; gives the names of other handles that may be drawn or not by that."""
@@ -50,19 +51,23 @@ class Selection:
         Of a thing that is not selected, what it can be grabbed by is drawn: its body alone, or its points if the body
         cannot be moved; its sizes if it has neither.
         """
-        shows_all, thing, are_few = self.rule
-        if shows_all or are_few or handle.thing == thing:
+        if self.is_open(handle):
             return motions
         if handle.level > _outermost(self._things[handle.thing]):
             return None
         return motions.without_controls()
 
+    def is_open(self, handle: Handle) -> bool:
+        """Return whether the thing of a handle shows all its handles."""
+        rule = self.rule
+        return rule.shows_all or rule.are_few or handle.thing in rule.things
+
 
 class Rule(NamedTuple):
-    """Attributes: shows_all, thing: as of Selection; are_few: whether there are so few things that all show all."""
+    """Attributes: shows_all, things: as of Selection; are_few: whether there are so few things that all show all."""
 
     shows_all: bool
-    thing: str
+    things: FrozenSet[str]
     are_few: bool
 
 

@@ -1,41 +1,27 @@
-"""The selection: which things show their handles.
+"""What visitors have clicked: each of them selects one thing, and all see the handles of what any of them has
+selected."""
 
-Each visitor selects one thing, and all see the handles of what any of them has selected.
-"""
-
-import re
 from typing import ContextManager, Dict, Set
 
 import viser
 
-#: So many things show their handles from the start.
-FEW = 3
-
-#: The end of the name of a part of a thing, and of a part that changes a size.
-_PART = re.compile(r':(points\[\d+\]|scale\.[xyz])$')
-_SIZE = re.compile(r':scale\.[xyz]$')
+from rosslt.markers import Selection
 
 
-def whole(name: str) -> str:
-    """The name of the thing that has a handle of that name: a point or a size belongs to its marker."""
-    return _PART.sub('', name)
-
-
-def is_size(name: str) -> bool:
-    """True for the name of a handle that changes a size."""
-    return _SIZE.search(name) is not None
-
-
-class Selection:
-    """What is selected.
+class Clicks:
+    """The clicks of all visitors.
 
     Args:
         server: viser's.
         lock: of the page.
+
+    Attributes:
+        selection: what is selected.
     """
 
     def __init__(self, server: viser.ViserServer, lock: ContextManager[bool]) -> None:
         self._server, self._lock = server, lock
+        self.selection = Selection(shows_all=False)
         self._selected: Dict[int, str] = {}  # by client
         self._on_thing: Set[int] = set()  # clients whose next click anywhere is the one on a thing
         self._all = server.gui.add_checkbox('Show all handles', False, hint='else those of what was clicked')
@@ -47,16 +33,11 @@ class Selection:
 
         server.gui.add_command('Select nothing', hotkey='escape').on_trigger(escaped)
 
-    def shown(self, things: Set[str]) -> Set[str]:
-        """The names of the things that show their handles.
-
-        Args:
-            things: the names of all things that can be moved.
-        """
-        if self._all.value or len(things) <= FEW:
-            return things
+    def update(self) -> None:
+        """Have the selection say what is selected now, without that of visitors who have left."""
         clients = self._server.get_clients()
-        return {name for client, name in self._selected.items() if client in clients}
+        self.selection.shows_all = self._all.value
+        self.selection.things = frozenset(name for client, name in self._selected.items() if client in clients)
 
     def select(self, client: viser.ClientHandle, name: str) -> None:
         """Somebody selects a thing."""
