@@ -28,6 +28,10 @@ class Publisher(node.Publisher):
     _asked: Any = None
     _stops = 0
 
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        BUDGET.ask(self)
+        super().__init__(*args, **kwargs)
+
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
         self._is_recorded = self._stops == BUDGET.stops and not BUDGET.stops % 2
@@ -52,8 +56,7 @@ class Publisher(node.Publisher):
         self._stops = BUDGET.stops
 
     def _provenance(self, message: Any) -> bytes:
-        is_whole = self._is_recorded or self._keeps_last
-        return super()._provenance(message) if is_whole else messages.SAMPLED
+        return super()._provenance(message) if self._is_recorded else messages.SAMPLED
 
 
 class Service(node.Service):
