@@ -28,9 +28,10 @@ class Publisher(node.Publisher):
     _asked: Any = None
     _stops = 0
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        BUDGET.ask(self)
-        super().__init__(*args, **kwargs)
+    def __new__(cls, *_args: Any, **_kwargs: Any) -> 'Publisher':
+        made = super().__new__(cls)  # in __init__, rospy's warnings would name that instead of the node's line
+        BUDGET.ask(made)
+        return made
 
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
