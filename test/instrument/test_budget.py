@@ -28,6 +28,9 @@ while not rospy.is_shutdown():
     rate.sleep()
 """
 
+LATCHED = HEAVY.replace("'heavy'", "'latched'").replace('queue_size=1', 'queue_size=1, latch=True')
+LATCHED = LATCHED.replace('40000', '600000')
+
 
 class Machine:
     """A processor that takes some seconds for an operation of the program, and more for recording it."""
@@ -139,6 +142,15 @@ def test_a_heavy_node_sends_whole_and_sampled_messages(master, tmp_path):
         gain = values.sources(message.data)[0]
         assert rosslt.force_value(message.data, 0.75, source=gain, timeout=20.0)[gain].new == pytest.approx(0.75)
         heard.comes(lambda message: abs(message.data - 0.75) < 1e-6)
+
+
+def test_a_latched_message_that_was_not_recorded_as_a_whole_is_none(master, tmp_path):
+    with Unmodified(tmp_path, 'latched', LATCHED.lstrip()):
+        every = []
+        subscriber = rosslt.Subscriber('latched', Float64, every.append)
+        wait_until(lambda: len(set(map(is_known, every))) == 2, 'whole messages and others')
+        subscriber.unregister()
+        assert all(map(values.is_tracked, every))
 
 
 def is_known(message):

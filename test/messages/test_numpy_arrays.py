@@ -12,7 +12,7 @@ from std_msgs.msg import Float64MultiArray, Int8MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from rosslt import Source, sources, track
-from rosslt.messages import decode, packed_arrays, tracked_fields, tracked_type, with_leaves, wrap
+from rosslt.messages import decode, packed_arrays, set_leaves, tracked_fields, tracked_type, wrap
 from rosslt.node.topics.serialization import serializer
 from support.filling import assert_arrived
 
@@ -79,15 +79,16 @@ def test_a_tracked_type_of_numpy_arrives_by_value():
 
 def test_other_values_of_its_leaves_leave_an_array_what_it_is():
     for sort in (list, tuple, lambda items: numpy.array(items, dtype=object)):
-        message = Float64MultiArray(data=sort([X, 3.0]))
-        other = with_leaves(message, {index: 2 * value for index, value, _ in tracked_fields(message)})
-        assert type(other.data) is type(message.data)
-        assert list(other.data) == [1.5, 3.0]
-        assert sources(other.data[0]) == sources(X)
-        assert list(message.data) == [0.75, 3.0]
+        data = sort([X, 3.0])
+        message = Float64MultiArray(data=data)
+        set_leaves(message, {index: 2 * value for index, value, _ in tracked_fields(message)})
+        assert type(message.data) is type(data)
+        assert list(message.data) == [1.5, 3.0]
+        assert sources(message.data[0]) == sources(X)
+        assert list(data) == [0.75, 3.0]
     sent = numpy_msg(Float64MultiArray)(data=numpy.array([X, 3.0], dtype=object))
-    changed = with_leaves(sent, {index: 2 * value for index, value, _ in tracked_fields(sent)})
-    assert arrived(changed, Float64MultiArray).data == (1.5, 3.0)
+    set_leaves(sent, {index: 2 * value for index, value, _ in tracked_fields(sent)})
+    assert arrived(sent, Float64MultiArray).data == (1.5, 3.0)
 
 
 @pytest.mark.parametrize('wrong', [300, 1.5, 'a'], ids=['too large', 'no integer', 'a text'])

@@ -1,5 +1,7 @@
 """Which messages of a publisher are whole, and what a reader knows of the plain ones between them."""
 
+import itertools
+
 import pytest
 from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped, TransformStamped
 from std_msgs.msg import Header, String
@@ -7,7 +9,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import NotInvertible, Source, evaluate, is_tracked, math, solve, sources, track
-from rosslt.messages import SAMPLED, LastProvenance, SampledProvenance, attach, encode, make_unknown
+from rosslt.messages import SAMPLED, LastProvenance, SampledProvenance, attach, encode, make_unknown, sampling
 from rosslt.messages.sampling import MOST_THINGS, thing_reader
 from rosslt.values import UNKNOWN, untracked
 
@@ -19,9 +21,9 @@ X, Y = track(2.0, A), track(3.0, B)
 class Sent:
     """What a publisher sends, at times that a test says."""
 
-    def __init__(self):
+    def __init__(self, shared_clock=lambda: 0.5):
         self.now, self.state = 100.0, 0
-        self._sampled = SampledProvenance(lambda: RATE, lambda: self.now, lambda: 0.5)
+        self._sampled = SampledProvenance(lambda: RATE, lambda: self.now, shared_clock)
 
     def is_whole(self, message, at=None):
         self.now = self.now if at is None else 100.0 + at
@@ -35,6 +37,13 @@ def test_the_first_message_is_whole_and_later_ones_at_the_rate():
     whole = [step for step in range(1000) if sent.is_whole(Point(X, Y, step), step / 1000)]
     assert whole[0] == 0
     assert len(whole) == pytest.approx(RATE, abs=1)
+
+
+def test_messages_of_the_common_time_are_beside_those_at_the_rate():
+    sent = Sent(lambda: sent.now)
+    whole = [step / 1000 for step in range(10000) if sent.is_whole(Point(X, Y, step), step / 1000)]
+    assert all(later - before < 1.5 / RATE for before, later in zip(whole, whole[1:]))
+    assert all(sent.is_whole(Point(X, Y, 0), 10.1 + step / RATE) for step in range(50))
 
 
 def test_rare_messages_are_always_whole():
@@ -91,6 +100,20 @@ def test_all_publishers_send_whole_messages_at_the_same_time():
         if len(sent) == 2 and SAMPLED not in sent:
             whole.append(now)
     assert {int(at) for at in whole} == {0, 1, 2}
+
+
+@pytest.mark.parametrize('phase', [0.0, 0.3, 0.71])
+@pytest.mark.parametrize('cost', [0.005, 0.0175, 0.03, 0.075])
+def test_a_costly_message_is_whole_at_the_same_time_as_others(monkeypatch, cost, phase):
+    used = itertools.count()
+    monkeypatch.setattr(sampling.time, 'thread_time', lambda: next(used) * cost)
+    costly = Sent(lambda: costly.now)
+    times = [phase + step / 100 for step in range(2000)]
+    whole = [at for at in times if costly.is_whole(Point(X, 0.0, 0.0), at)]
+    both = [at for at in whole if at % 1.0 < sampling.TOGETHER]
+    assert len(whole) * cost < 0.06 * 20
+    assert all(later - before < 0.02 + max(1.0, math.ceil(20 * cost)) for before, later in zip(both, both[1:]))
+    assert len(both) > 5
 
 
 def test_a_costly_message_that_is_sent_again_is_not_encoded_again():
@@ -181,7 +204,8 @@ def test_nothing_is_told_of_other_things_other_publishers_and_other_sizes():
     longer = MarkerArray([*same.markers, Marker()])
     others = (MarkerArray([Marker(id=2)]), '/node'), (same, '/other'), (longer, '/node')
     for message, publisher in others:
-        assert last.completed(message, True, publisher) is message
+        assert last.completed(message, True, publisher) == message
+        assert not is_tracked(last.completed(message, True, publisher))
     assert is_tracked(last.completed(same, True, '/node'))
 
 

@@ -16,7 +16,7 @@ import rosbag
 import rospy
 from geometry_msgs.msg import Point, PointStamped, Pose
 from rosslt.msg import Float64Tracked, PoseTracked
-from std_msgs.msg import Float64, Header, String
+from std_msgs.msg import Float64, Header, MultiArrayDimension, MultiArrayLayout, String, UInt8MultiArray
 from std_srvs.srv import SetBool, SetBoolResponse
 
 import rosslt
@@ -45,6 +45,12 @@ UPSTREAM = """
 RELAY = """
     publisher = rosslt.Publisher('down', Float64, queue_size=10)
     rosslt.Subscriber('up', Float64, lambda up: publisher.publish(up.data * rosslt.location(2.0, name='gain')))
+    rospy.spin()
+    """
+
+
+ASKER = """
+    rosslt.Subscriber('/asked', Float64)
     rospy.spin()
     """
 
@@ -149,6 +155,45 @@ class Topics(unittest.TestCase):
         self.assertTrue(found[0])
         self.assertLessEqual(5, sum(found))
         self.assertLess(sum(found), 40)
+
+    def test_all_of_a_sampled_message_is_unknown_until_a_whole_one_of_its_form_has_come(self):
+        def sources(*numbers, data):
+            layout = MultiArrayLayout(dim=[MultiArrayDimension(size=number) for number in numbers])
+            publisher.publish(UInt8MultiArray(layout, data))
+            message = inbox.next()
+            self.assertEqual(message.data, data)
+            return [rosslt.sources(dim.size) for dim in message.layout.dim]
+
+        publisher = rosslt.Publisher('/form', UInt8MultiArray, queue_size=10)
+        inbox = Inbox(rosslt.Subscriber, '/form', UInt8MultiArray)
+        self.addCleanup(inbox.close)
+        wait_until(publisher.get_num_connections, 'the subscriber is there')
+        x = rosslt.Source('/elsewhere', 1)
+        known, unknown = rosslt.track(2, x), rosslt.track(2, rosslt.UNKNOWN)
+        self.assertEqual(sources(unknown, 3, data=b'ab'), [[rosslt.UNKNOWN]] * 2)
+        self.assertEqual(sources(known, 3, data=b'ab'), [[x], []])
+        self.assertEqual(sources(unknown, 3, data=b'ab'), [[rosslt.UNKNOWN], []])
+        self.assertEqual(sources(unknown, 3, 4, data=b'ab'), [[rosslt.UNKNOWN]] * 3)
+        self.assertEqual(sources(unknown, 3, data=b'abc'), [[rosslt.UNKNOWN]] * 2)
+
+    def test_each_of_several_who_have_subscribed_at_once_gets_a_whole_message(self):
+        publisher = rosslt.Publisher('/asked', Float64, queue_size=10)
+        inbox = Inbox(rosslt.Subscriber, '/asked', Float64)
+        self.addCleanup(inbox.close)
+        self.addCleanup(rospy.set_param, '~rosslt/rate', 20.0)
+        rospy.set_param('~rosslt/rate', 0.001)
+        wait_until(publisher.get_num_connections, 'the inbox is there')
+        wait_until(lambda: self.is_sampled(publisher, inbox), 'messages come at the rate')
+        for turn in range(2):
+            with Node(f'asker{turn}', ASKER), Node(f'other_asker{turn}', ASKER):
+                wait_until(lambda: publisher.get_num_connections() == 3, 'both have subscribed')
+                self.assertFalse(self.is_sampled(publisher, inbox))
+            wait_until(lambda: publisher.get_num_connections() == 1, 'both are gone')
+            self.is_sampled(publisher, inbox)
+
+    def is_sampled(self, publisher, inbox):
+        publisher.publish(rosslt.track(1.0, rosslt.Source('/elsewhere', 1)))
+        return rosslt.UNKNOWN in rosslt.sources(inbox.next())
 
     def received(self, publisher, kind, subscriber_class, subscribed):
         with Node('talker', TALKER.format(publisher=publisher, kind=kind)):

@@ -4,8 +4,8 @@ A debt grows by what recording takes, and shrinks by what the node takes itself 
 `MOST`, recording stops: what is computed is plain. It begins again with the next round, a message that is sent or a
 callback, once the debt is paid. A publisher whose round was not recorded as a whole sends sampled messages.
 
-Who asks gets an answer: after a change, and after somebody has subscribed, recording goes on until a message was
-recorded as a whole, for `ASKED` at most. That is owed as all else.
+Who asks gets an answer: after a publisher was made, after a change, and after somebody has subscribed, recording goes
+on until a message was recorded as a whole, for `ASKED` at most. That is owed as all else.
 """
 
 import sys

@@ -28,6 +28,11 @@ class Publisher(node.Publisher):
     _asked: Any = None
     _stops = 0
 
+    def __new__(cls, *_args: Any, **_kwargs: Any) -> 'Publisher':
+        made = super().__new__(cls)  # in __init__, rospy's warnings would name that instead of the node's line
+        BUDGET.ask(made)
+        return made
+
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
         self._is_recorded = self._stops == BUDGET.stops and not BUDGET.stops % 2
@@ -52,8 +57,7 @@ class Publisher(node.Publisher):
         self._stops = BUDGET.stops
 
     def _provenance(self, message: Any) -> bytes:
-        is_whole = self._is_recorded or self._keeps_last
-        return super()._provenance(message) if is_whole else messages.SAMPLED
+        return super()._provenance(message) if self._is_recorded else messages.SAMPLED
 
 
 class Service(node.Service):

@@ -30,9 +30,9 @@ from rosslt.messages.inband import (
     read_tracked,
     split_provenance,
 )
-from rosslt.messages.leaves import has_tracked_leaf, set_leaves, tracked_fields, with_leaves
+from rosslt.messages.leaves import has_tracked_leaf, set_leaves, tracked_fields
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays
-from rosslt.messages.sampling import MOST_THINGS, LastProvenance, SampledProvenance, thing_of
+from rosslt.messages.sampling import MOST_THINGS, LastProvenance, SampledProvenance, form_of, thing_of
 from rosslt.messages.tracked_types import is_tracked_type, plain_type, tracked_type, unwrap, wrap
 from rosslt.messages.walkers import has_arrays

@@ -141,12 +141,7 @@ class Layout:
                 yield prefix + field.name, type_, field
 
     def flat(self, type_: str) -> Optional[List[Tuple[str, str]]]:
-        """The `(path, scalar type)` of all leaves of a type without arrays; None where it has arrays.
-
-        The path of a scalar type is ''.
-        """
-        if type_ in SCALARS:
-            return [('', type_)]
+        """The `(path, scalar type)` of all leaves of a message type without arrays; None where it has arrays."""
         parts = list(self.parts(type_))
         has_array = any(field.length is not None for _, _, field in parts)
         return None if has_array else [(path, field.type) for path, _, field in parts]

@@ -1,14 +1,9 @@
-"""The tracked leaves of a message: found, and replaced in a copy."""
+"""The leaves of a message: found, and replaced."""
 
-import copy
 from typing import Any, Dict, Iterable, List, Sequence, Tuple
 
 from rosslt.messages.fields import Message
-from rosslt.messages.walkers import END, TRACKED, walkers
-
-#: The classes of what nobody can change.
-_UNCHANGED = TRACKED | {float, int, bool, str, bytes}
-
+from rosslt.messages.walkers import END, walkers
 
 Located = Tuple[Any, Any, Any, str]
 """A located leaf: its owner, its key in the owner, its value and its kind."""
@@ -29,6 +24,12 @@ def has_tracked_leaf(message: Message) -> bool:
     found: List[Tuple[int, Any, str]] = []
     walkers(message.__class__).collect(message, 0, found, 0)
     return bool(found)
+
+
+def leaf_count(message: Message) -> int:
+    """How many leaves a message has."""
+    count: int = walkers(message.__class__).collect(message, 0, [], -1)
+    return count
 
 
 def locate(message: Message, wanted: Sequence[int], arrays: List[LocatedArray]) -> List[Located]:
@@ -66,18 +67,6 @@ def _like(array: Any, items: List[Any]) -> Any:
     return items
 
 
-def with_leaves(message: Message, replaced: Dict[int, Any]) -> Any:
-    """A copy of a message in which some leaves are other ones. The message is not changed, nor is anything in it.
-
-    Args:
-        message: any ROS message.
-        replaced: `{index: value}`, with indices as of `tracked_fields`; `{}` for a plain copy.
-    """
-    result = _copied(message)
-    set_leaves(result, replaced)
-    return result
-
-
 def set_leaves(message: Message, replaced: Dict[int, Any]) -> None:
     """Replace some leaves of a message.
 
@@ -89,25 +78,3 @@ def set_leaves(message: Message, replaced: Dict[int, Any]) -> None:
     indices = sorted(replaced)
     found = locate(message, [*indices, END], arrays)
     put_located(found, map(replaced.__getitem__, indices), arrays)
-
-
-def _copied_message(message: Message) -> Any:
-    # `copy.copy` takes five times as long; only messages of classes that somebody has derived have more than fields.
-    made = copy.copy(message) if hasattr(message, '__dict__') else message.__class__.__new__(message.__class__)
-    for name in message.__slots__:
-        value = getattr(message, name)
-        setattr(made, name, value if type(value) in _UNCHANGED else _copied(value))
-    if hasattr(message, '_connection_header'):
-        made._connection_header = message._connection_header
-    return made
-
-
-def _copied(part: Message) -> Any:
-    """A copy of a message, or of what a field of one holds, that shares nothing with it which can be changed."""
-    if type(part) in _UNCHANGED:
-        return part
-    if hasattr(part, '_slot_types') and hasattr(part, '_type'):
-        return _copied_message(part)
-    if isinstance(part, (list, tuple)) and part and hasattr(part[0], '_slot_types'):
-        return [_copied(item) for item in part]
-    return copy.copy(part)  # lists, arrays and times, of which rospy's look like messages

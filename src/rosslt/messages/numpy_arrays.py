@@ -14,6 +14,7 @@ import genpy
 
 from rosslt.messages.fields import BYTES, SCALARS, Field, Layout, Message, MessageClass
 from rosslt.messages.walkers import walkers
+from rosslt.values import is_object_array
 
 
 @functools.lru_cache(maxsize=None)
@@ -42,7 +43,7 @@ def _packed(message: Message, fields: List[Field], layout: Layout) -> Any:
         elif inner is not None:
             elements = [_packed(element, inner, layout) for element in value]
             packed = value if all(map(operator.is_, elements, value)) else elements
-        elif field.length is not None and SCALARS.get(field.type) and _holds_objects(value):
+        elif field.length is not None and SCALARS.get(field.type) and is_object_array(value):
             packed = _numbers(value, field)
         else:
             continue
@@ -51,10 +52,6 @@ def _packed(message: Message, fields: List[Field], layout: Layout) -> Any:
                 result = copy.copy(message)
             setattr(result, field.name, packed)
     return result
-
-
-def _holds_objects(array: Any) -> bool:
-    return getattr(getattr(array, 'dtype', None), 'char', '') == 'O'
 
 
 def _numbers(array: Any, field: Field) -> Any:

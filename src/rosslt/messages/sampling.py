@@ -9,11 +9,11 @@ publishers and readers alike, `ThingReader` says.
 import functools
 import operator
 import time
-from typing import Any, Callable, Dict, Hashable, List, Optional, Tuple
+from typing import Any, Callable, Dict, Hashable, List, Optional, Sequence, Tuple
 
 from rosslt.messages.codec import SAMPLED, Encoding, encoding_to_send
-from rosslt.messages.fields import HEADER, INSTANTS, SCALARS, Layout, Message, MessageClass, Scalar, kind_of
-from rosslt.messages.leaves import has_tracked_leaf, locate, with_leaves
+from rosslt.messages.fields import HEADER, INSTANTS, Layout, Message, MessageClass, Scalar, kind_of
+from rosslt.messages.leaves import has_tracked_leaf, leaf_count, locate, set_leaves, tracked_fields
 from rosslt.messages.walkers import END, walkers
 from rosslt.values import lazy_of, untracked
 
@@ -50,8 +50,7 @@ def _reader(layout: Layout, type_: str, reads_all: bool) -> ThingReader:
     arrays: List[Tuple[Callable[[Message], Any], ThingReader]] = []
     for path, owner, field in layout.parts(type_):
         if field.length is not None:
-            is_of_messages = field.type not in SCALARS and field.type not in INSTANTS
-            read = _reader(layout, field.type, reads_all) if is_of_messages else _read_nothing
+            read = _reader(layout, field.type, reads_all)
             if read is not _read_nothing:
                 arrays.append((operator.attrgetter(path), read))
         elif kind_of(field.type) in 'is' and owner not in INSTANTS and (owner, field.name) != (HEADER, 'seq'):
@@ -87,6 +86,12 @@ def _read_nothing(message: Message) -> Tuple[Hashable, ...]:
 def thing_of(message: Message) -> Hashable:
     """What a message is about, as its ThingReader names it: a key of a dictionary, which keeps it untracked."""
     return thing_reader(message.__class__)(message)
+
+
+def form_of(message: Message) -> Tuple[Hashable, ...]:
+    """The number of leaves of a message and all its names. In messages of one thing and form, a leaf is the same number
+    of the same thing."""
+    return (leaf_count(message), *thing_reader(message.__class__, reads_all=True)(message))
 
 
 class SampledProvenance:
@@ -129,9 +134,9 @@ class SampledProvenance:
         now, period = self._clock(), 1.0 / self._rate()
         try:
             thing = thing_of(message)
-            due = self._due.get(thing)
-            # the messages of a loop come a little earlier or later
-            if due is not None and now < due - period / 2 and not self._is_together():
+            due = self._due.get(thing, now)
+            is_due = now >= due - period / 2  # the messages of a loop come a little earlier or later
+            if not (is_due or self._is_together()):
                 return SAMPLED if has_tracked_leaf(message) else b''
         except (TypeError, AttributeError):
             return b''  # it is serializing the message that says what is wrong
@@ -145,9 +150,14 @@ class SampledProvenance:
             self._is_costly = cost > COSTLY
             if encoding is not self._last:
                 self._last = encoding if self._is_costly else None
-            pause = max(1.0, cost / COSTLY) * period
-            # on average one a pause: what comes early or late does not shift those that follow
-            self._due[untracked(thing)] = now + pause if due is None else max(now, due + pause)
+            if is_due:
+                pause = max(1.0, cost / COSTLY) * period
+                # on average one a pause: what comes early or late does not shift those that follow
+                due = max(now, due + pause)
+                common = -(self._shared_clock() + due - now) % 1.0
+                if self._is_costly and common < pause:
+                    due += common + period / 2  # it waits for the time in which the others are whole, too
+                self._due[untracked(thing)] = due
         return data
 
     def _is_together(self) -> bool:
@@ -160,8 +170,8 @@ class LastProvenance:
     it."""
 
     def __init__(self) -> None:
-        # Of each thing the last whole message: its tracked leaves, how many leaves it has in all, and all its names.
-        self._kept: Dict[Hashable, Tuple[List[Tuple[int, Any, str]], int, Tuple[Hashable, ...]]] = {}
+        # Of each thing the last whole message: its tracked leaves and its form.
+        self._kept: Dict[Hashable, Tuple[Sequence[Tuple[int, Any, str]], Tuple[Hashable, ...]]] = {}
 
     def completed(self, message: Message, is_sampled: bool, publisher: Hashable) -> Any:
         """Complete a sampled message: each leaf is the last expression of it plus the difference.
@@ -172,27 +182,23 @@ class LastProvenance:
             publisher: the publisher of the message, with the topic if several topics are read.
 
         Returns:
-            the message itself where it is not sampled, or nothing is kept of what it is about; else a copy.
+            the message itself where it is not sampled; else a copy, untracked where nothing is kept of the same form.
         """
-        fields: List[Tuple[int, Any, str]] = []
-        size = walkers(message.__class__).collect(message, 0, fields)
+        fields = tracked_fields(message)
         if not (is_sampled or fields):
             return message
-        if is_sampled and fields:
-            message = untracked(message)  # they depend on what is not known
-        thing = publisher, thing_of(message)
-        names = thing_reader(message.__class__, reads_all=True)(message)
+        thing, form = (publisher, thing_of(message)), form_of(message)
         if not is_sampled:
             if len(self._kept) >= MOST_THINGS:
                 self._kept.clear()
-            self._kept[thing] = fields, size, names
+            self._kept[thing] = fields, form
             return message
-        kept, *form = self._kept.get(thing, ((), 0, ()))
-        if form != [size, names]:
-            return message
-        found = locate(message, [*(index for index, _, _ in kept), END], [])
-        moved = {index: _moved(leaf, now[2]) for (index, leaf, _), now in zip(kept, found)}
-        return with_leaves(message, moved)
+        result = untracked(message)  # what is tracked in it depends on what is not known
+        kept, kept_form = self._kept.get(thing, ((), form))
+        if kept_form == form:
+            found = locate(result, [*(index for index, _, _ in kept), END], [])
+            set_leaves(result, {index: _moved(leaf, now[2]) for (index, leaf, _), now in zip(kept, found)})
+        return result
 
 
 def _moved(tracked: Message, value: Scalar) -> Any:

@@ -12,6 +12,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from rosslt.messages.fields import BYTES, SCALARS, VARIABLE, Field, Layout, MessageClass, kind_of
 from rosslt.values import TRACKED_CLASSES as TRACKED
+from rosslt.values import is_object_array
 
 BYTES_LIMIT = 1 << 18
 """Arrays of bytes longer than that are taken for data, of which no single byte is tracked: to be tracked, they would
@@ -54,8 +55,7 @@ def items_of(array: Any) -> Any:
     """The elements of an array that is no exact list or tuple, where they may be tracked: else nothing."""
     if isinstance(array, (list, tuple)):
         return array
-    is_tracked = getattr(array, 'has_provenance', None) or getattr(getattr(array, 'dtype', None), 'char', '') == 'O'
-    return array.tolist() if is_tracked else ()
+    return array.tolist() if getattr(array, 'has_provenance', None) or is_object_array(array) else ()
 
 
 def listed(array: Any) -> List[Any]:

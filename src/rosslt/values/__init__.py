@@ -35,7 +35,7 @@ from .tracked import (
     source_of_functions,
     track,
 )
-from .tree import each_leaf, is_tracked, leaves, untracked
+from .tree import each_leaf, is_object_array, is_tracked, leaves, untracked
 
 __all__ = [
     'AFFINE',
@@ -64,6 +64,7 @@ __all__ = [
     'exchange',
     'explain',
     'fit',
+    'is_object_array',
     'is_same',
     'is_tracked',
     'keeping',

@@ -60,7 +60,8 @@ def disassemble(xs: Iterable[Value]) -> Tuple[List[tuple], List[int]]:
             linearized = True
             _, terms, exact = folded(node)
             instruction = AFFINE, node._plain, tuple([(source(leaf), slope) for leaf, slope in terms]), exact
-        added(id(node), instruction)
+        index[id(node)] = len(instructions)
+        instructions.append(instruction)
     places = [index[id(root)] if type(root) in TRACKED else constant(root) for root in roots]
     return _needed(instructions, places) if linearized else (instructions, places)
 

@@ -25,7 +25,7 @@ from rosslt.messages.codec.wire_format import (
 )
 from rosslt.messages.errors import BadHeader
 from rosslt.messages.fields import Message, Scalar
-from rosslt.messages.leaves import Located, LocatedArray, locate, put_located
+from rosslt.messages.leaves import Located, LocatedArray, leaf_count, locate, put_located
 from rosslt.messages.walkers import BYTES_LIMIT as ARRAY_BYTES_LIMIT
 from rosslt.messages.walkers import END, TRACKED
 from rosslt.values import UNKNOWN, Source, lazy_of, untracked
@@ -83,15 +83,17 @@ def attach(message: Message, data: bytes) -> Optional[Readings]:
     return header.readings(found)
 
 
-def make_unknown(message: Message, leaves: Sequence[int]) -> None:
+def make_unknown(message: Message, leaves: Optional[Sequence[int]] = None) -> None:
     """Have leaves of a message that came without provenance depend on what is not known.
 
     Args:
         message: as received.
-        leaves: as of `Readings`; those that it does not have are left out.
+        leaves: as of `Readings`; by default all but those in arrays of bytes.
     """
     arrays: List[LocatedArray] = []
-    found = locate(message, leaves, arrays)
+    found = locate(message, (*range(leaf_count(message)), END) if leaves is None else leaves, arrays)
+    if leaves is None:
+        arrays = [array for array in arrays if type(array[2]) is not bytes]
     put_located(found, lazy_of(list(map(_VALUE, found)), _not_known), arrays)
 
 

@@ -296,13 +296,12 @@ class _Encoder:
         sorted_keys = tables.sorted_coefficients()
         numbers = {key: number for number, key in enumerate([None, *itertools.chain(*sorted_keys)], IDENTITY)}
         # Lists come behind the single ones, of which there are as many as there are by now.
-        sources, slopes = tables.source_count, 1 + tables.coefficient_count
+        sources, lists, coefficients = tables.counts()
         fields = [
-            (index, sources + origin, slopes + slope) if is_list else (index, origin, numbers[slope])
+            (index, sources + origin, 1 + coefficients + slope) if is_list else (index, origin, numbers[slope])
             for index, origin, slope, is_list in self.fields
         ]
-        instructions = sources + tables.source_list_count
-        fields += [(index, instructions + root, IDENTITY) for index, root in self._roots.items()]
+        fields += [(index, sources + lists + root, IDENTITY) for index, root in self._roots.items()]
         fields.sort()
         flags = tables.flags() | (HAS_INSTRUCTIONS if self._instructions else 0)
         parts = [bytes((VERSION, flags)), tables.packed(sorted_keys, numbers)]

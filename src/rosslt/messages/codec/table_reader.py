@@ -50,13 +50,10 @@ class SourceTable:
         """The number of sources."""
         return len(self.source_nodes)
 
-    def location_id(self, number: int) -> int:
-        """The location id of a source."""
-        return int.from_bytes(self.ids[6 * number : 6 * number + 6], 'little')
-
     def source(self, number: int) -> Source:
         """A source by its number."""
-        return Source(self.nodes[self.source_nodes[number]], self.location_id(number))
+        location_id = int.from_bytes(self.ids[6 * number : 6 * number + 6], 'little')
+        return Source(self.nodes[self.source_nodes[number]], location_id)
 
 
 class ReceivedTables(NamedTuple):

@@ -153,17 +153,9 @@ class TableWriter:
             (ints if type(slope) is int else whole if is_whole(slope) else floats).append(key)
         return floats, whole, ints
 
-    @property
-    def source_count(self) -> int:
-        return len(self._sources)
-
-    @property
-    def source_list_count(self) -> int:
-        return len(self._source_lists)
-
-    @property
-    def coefficient_count(self) -> int:
-        return len(self._coefficients)
+    def counts(self) -> Tuple[int, int, int]:
+        """How many sources, lists of sources and coefficients there are."""
+        return len(self._sources), len(self._source_lists), len(self._coefficients)
 
     def flags(self) -> int:
         """The flags of the parts that are there."""

@@ -120,11 +120,12 @@ class Input:
     """The messages of one publisher, as one thread of this process reads them."""
 
     def __init__(self) -> None:
-        self._last: Dict[Hashable, messages.Readings] = {}  # by what they are about
+        # By what they are about, with their form.
+        self._last: Dict[Hashable, Tuple[messages.Readings, Tuple[Hashable, ...]]] = {}
 
     def take(self, message: Message, found: messages.Found) -> None:
         """Note what came with a message: whether its sources have changed. The leaves of a sampled one that the last
-        whole one of the same thing has with a provenance depend on what is not known.
+        whole one of the same thing and form has with a provenance depend on what is not known; all, if there was none.
 
         Args:
             message: as it was read.
@@ -132,17 +133,16 @@ class Input:
         """
         if not isinstance(found, messages.Readings):
             return
-        thing = messages.thing_of(message)
-        last = self._last.get(thing)
+        thing, form = messages.thing_of(message), messages.form_of(message)
+        last, last_form = self._last.get(thing, (messages.NO_READINGS, None))
         if found is messages.NO_READINGS:
-            if last is not None:
-                messages.make_unknown(message, last.leaves)
+            messages.make_unknown(message, last.leaves if form == last_form else None)
             return
-        if last is not None and last.sources == found.sources and last.values != found.values:
+        if last.sources == found.sources and last.values != found.values:
             MEMORY.changes += 1
         if len(self._last) >= messages.MOST_THINGS:
             self._last.clear()
-        self._last[values.untracked(thing)] = found
+        self._last[values.untracked(thing)] = found, values.untracked(form)
 
 
 class ThisThread(threading.local):

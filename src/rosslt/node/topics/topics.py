@@ -99,10 +99,10 @@ class Publisher(rospy.Publisher):
         return getattr(self.impl, 'is_latch', True)
 
     @property
-    def _last_asked(self) -> Tuple[int, int]:
+    def _last_asked(self) -> Tuple[int, Any]:
         """Differs after a change, and after somebody has subscribed."""
         # rospy makes another list of connections then
-        return MEMORY.changes, id(getattr(self.impl, 'connections', None))
+        return MEMORY.changes, getattr(self.impl, 'connections', None)
 
     def _provenance(self, message: Message) -> bytes:
         """The provenance of a message that is sent now: all of it, or none between those that are written at a rate."""
