@@ -7,6 +7,7 @@ publishers and readers alike, `ThingReader` says.
 """
 
 import functools
+import math
 import operator
 import time
 from typing import Any, Callable, Dict, Hashable, List, Optional, Sequence, Tuple
@@ -17,8 +18,12 @@ from rosslt.messages.leaves import has_tracked_leaf, leaf_count, locate, set_lea
 from rosslt.messages.walkers import END, walkers
 from rosslt.values import lazy_of, untracked
 
-COSTLY = 0.0025
-"""The CPU time in seconds from which on a provenance is written less often, in proportion: at 20 Hz, 5 % of a core."""
+COSTLY = 0.001
+"""The CPU time in seconds that writing the provenance of all things of a publisher once may take; from there on it is
+written less often, in proportion: at 20 Hz, 2 % of a core."""
+
+LONGEST_PAUSE = 1.0
+"""The longest time in seconds between whole messages of one thing, whatever they cost."""
 
 TOGETHER = 0.06
 """The time in seconds, from the beginning of each second, in which all messages are whole: what a node computes of
@@ -129,7 +134,7 @@ class SampledProvenance:
             b'' if no leaf is tracked.
         """
         if state != self._state:
-            self._due.clear()
+            self._due = dict.fromkeys(self._due, -math.inf)
             self._state = state
         now, period = self._clock(), 1.0 / self._rate()
         try:
@@ -146,17 +151,20 @@ class SampledProvenance:
         if data and data != SAMPLED:
             if len(self._due) >= MOST_THINGS:
                 self._due.clear()
-            cost = time.thread_time() - start
+            self._due.setdefault(untracked(thing), due)
+            cost = (time.thread_time() - start) * len(self._due)
             self._is_costly = cost > COSTLY
             if encoding is not self._last:
                 self._last = encoding if self._is_costly else None
             if is_due:
-                pause = max(1.0, cost / COSTLY) * period
+                pause = max(period, min(LONGEST_PAUSE, cost / COSTLY * period))
                 # on average one a pause: what comes early or late does not shift those that follow
                 due = max(now, due + pause)
-                common = -(self._shared_clock() + due - now) % 1.0
-                if self._is_costly and common < pause:
-                    due += common + period / 2  # it waits for the time in which the others are whole, too
+                if self._is_costly:
+                    shared = self._shared_clock() + due - now
+                    until_common = round(shared) - shared
+                    if abs(until_common) <= pause / 2:
+                        due += until_common + period / 2  # the time in which the others are whole, too
                 self._due[untracked(thing)] = due
         return data
 
